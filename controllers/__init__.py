@@ -1,0 +1,1 @@
+"""Controllers, one file each, all after the protocol of workbench.controller."""

@@ -1,0 +1,1 @@
+"""jackbench's workbench."""

@@ -1,0 +1,5 @@
+"""The engine: a plant, a command held over each control period, and an adaptive implicit step, all one graph."""
+
+from .engine import Engine, Trajectory
+
+__all__ = ["Engine", "Trajectory"]

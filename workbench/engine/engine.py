@@ -1,0 +1,116 @@
+"""Simulate a plant with inputs held over intervals: the interface that every back end serves."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ..plant import Plant
+from . import rosenbrock
+
+TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
+_FIRST_STEP = 2e-5
+_ATTEMPTS = 20_000  # a held interval that needs more has failed
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """States x [k + 1, n] at times t [k + 1]; `failed_at` is the time from which they are NaN, or None."""
+
+    t: np.ndarray
+    x: np.ndarray
+    attempts: int
+    failed_at: float | None
+
+    @property
+    def ok(self) -> bool:
+        """Whether the whole run was integrated."""
+        return self.failed_at is None
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """One direction of the pair of buffers that the step goes to and fro between."""
+
+    source: np.ndarray
+    target: np.ndarray
+    buffer: Any
+    call: Callable[[], None]
+
+
+class Engine:
+    """Runs one plant's adaptive step through CasADi's interpreter, without a copy between calls.
+
+    An engine remembers nothing of a run but its last step length: `advance` and `run` are functions of their arguments.
+    """
+
+    def __init__(self, plant: Plant, tolerance: float = TOLERANCE) -> None:
+        self.plant = plant
+        attempt = rosenbrock.adaptive_attempt(plant)
+        self._u = np.zeros(len(plant.inputs))
+        self._p = np.array(plant.p)
+        self._tolerance = np.array([tolerance])
+        ping, pong = np.zeros(plant.n + 3), np.zeros(plant.n + 3)
+        self._turns = (self._bind(attempt, ping, pong), self._bind(attempt, pong, ping))
+        self._step = _FIRST_STEP
+        self._x, self._y = np.zeros(plant.n), np.zeros(len(plant.outputs))
+        buffer, call = plant.h.buffer()
+        for index, array in enumerate((self._x, self._u, self._p)):
+            buffer.set_arg(index, memoryview(array))
+        buffer.set_res(0, memoryview(self._y))
+        self._outputs = _Turn(self._x, self._y, buffer, call)
+
+    def _bind(self, attempt: ca.Function, source: np.ndarray, target: np.ndarray) -> _Turn:
+        buffer, call = attempt.buffer()
+        for index, array in enumerate((source, self._u, self._p, self._tolerance)):
+            buffer.set_arg(index, memoryview(array))
+        buffer.set_res(0, memoryview(target))
+        return _Turn(source, target, buffer, call)
+
+    def run(self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> Trajectory:
+        """From x0 [n] over times t [k + 1], holding row j of u [k or more, m] over [t_j, t_(j+1)].
+
+        Never raises for a failed step: the states from there on are NaN and `failed_at` says when.
+        """
+        states = np.full((len(t), self.plant.n), np.nan)
+        states[0] = x0
+        self._step = _FIRST_STEP
+        attempts = 0
+        for j, duration in enumerate(np.diff(t)):
+            after, used = self._hold(states[j], u[j], duration, self.plant.p if p is None else p)
+            attempts += used
+            if after is None:
+                return Trajectory(np.asarray(t), states, attempts, float(t[j]))
+            states[j + 1] = after
+        return Trajectory(np.asarray(t), states, attempts, None)
+
+    def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:
+        """State after holding u [m] for `duration` [s], or None if the step failed."""
+        return self._hold(x, u, duration, self.plant.p if p is None else p)[0]
+
+    def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """Outputs [k] at one state and input, for a loop that asks every period."""
+        self._x[:], self._u[:], self._p[:] = x, u, self.plant.p if p is None else p
+        self._outputs.call()
+        return self._y.copy()
+
+    def _hold(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray) -> tuple[np.ndarray | None, int]:
+        n = self.plant.n
+        self._u[:] = u
+        self._p[:] = p
+        start = self._turns[0].source
+        start[:n] = x
+        start[n:] = (duration, self._step, 0)
+        for used in range(1, _ATTEMPTS, 2):
+            for turn in self._turns:
+                turn.call()
+                _, left, length = turn.target[n - 1 : n + 2]
+                if left <= 0:
+                    self._step = length
+                    return turn.target[:n].copy(), int(turn.target[n + 2])
+            if rosenbrock.failed(length):
+                break
+        self._step = _FIRST_STEP
+        return None, used

@@ -1,0 +1,96 @@
+"""One Rosenbrock step, and one attempt of an adaptive step, as symbolic graphs.
+
+ROS3 (Sandu et al., Atmospheric Environment 31(20), 1997, "Benchmarking stiff ODE solvers for atmospheric chemistry
+problems II", table 1): order 3 with an embedded order 2, three stages, L-stable, two evaluations of the rates.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ..plant import Plant
+from .linear import SparseLU
+
+ORDER = 3
+_GAMMA = 0.43586652150845899941601945119356
+_C21 = -1.0156171083877702091975600115545
+_C31 = 4.0759956452537699824805835358067
+_C32 = 9.2076794298330791242156818474003
+_M = (1.0, 6.1697947043828245592553615689730, -0.4277225654321857332623837380651)
+_E = (0.5, -2.9079558716805469821718236208017, 0.2235406989781156962736090927619)
+
+_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 5.0
+_SMALLEST = 1e-12  # s: a step below this has failed
+
+
+@dataclass(frozen=True)
+class Step:
+    """New state and error estimate of one step of length h, as expressions."""
+
+    state: ca.SX
+    error: ca.SX
+
+
+def step(plant: Plant, x: ca.SX, u: ca.SX, p: ca.SX, h: ca.SX) -> Step:
+    """One ROS3 step from x [n] over h [s] with u held: (1/(g h) I - J) k_i = f(y_i) + sum_j c_ij k_j / h."""
+    rates = plant.f(x, u, p)
+    jacobian = ca.jacobian(rates, x)
+    system = SparseLU(ca.SX.eye(plant.n) / (_GAMMA * h) - jacobian)
+    k1 = system.solve(rates)
+    second = plant.f(x + k1, u, p)
+    k2 = system.solve(second + _C21 * k1 / h)
+    k3 = system.solve(second + (_C31 * k1 + _C32 * k2) / h)
+    stages = (k1, k2, k3)
+    advance = sum((m * k for m, k in zip(_M, stages, strict=True)), ca.SX(0))
+    error = sum((e * k for e, k in zip(_E, stages, strict=True)), ca.SX(0))
+    return Step(x + advance, error)
+
+
+def fixed_step(plant: Plant) -> ca.Function:
+    """(x, u, p, h) -> x after one step of length h [s]."""
+    x, u, p, h = _symbols(plant)
+    return ca.Function("fixed", [x, u, p, h], [ca.cse(step(plant, x, u, p, h).state)])
+
+
+def adaptive_attempt(plant: Plant) -> ca.Function:
+    """(s, u, p, tolerance) -> s, with s = [x, time left, step, attempts]: one accepted or rejected step.
+
+    With no time left nothing changes. A step that is not finite is rejected like one whose error is too large; the
+    caller sees a failure as a step below 1e-12 s or as too many attempts.
+    """
+    x, u, p, h = _symbols(plant)
+    left, attempts, tolerance = ca.SX.sym("left"), ca.SX.sym("attempts"), ca.SX.sym("tolerance")
+    trial = ca.fmin(h, left)
+    active = left > 0
+    length = ca.if_else(active, trial, 1e-6)
+    result = step(plant, x, u, p, length)
+    weight = tolerance * (ca.DM(plant.scale) + ca.fmax(ca.fabs(x), ca.fabs(result.state)))
+    error = ca.sqrt(ca.sumsqr(result.error / weight) / plant.n)
+    fine = ca.logic_and(error <= 1, active)
+    growth = ca.fmin(_GROW, ca.fmax(_SHRINK, _SAFETY * (error + 1e-10) ** (-1.0 / ORDER)))
+    factor = ca.if_else(error <= 1, growth, ca.if_else(error <= 1e6, ca.fmin(growth, 1), _SHRINK))
+    # a step that was cut to reach the end says nothing about the next one being too long
+    grown = ca.if_else(ca.logic_and(fine, trial < h), ca.fmax(h, trial * factor), trial * factor)
+    remaining = ca.if_else(trial >= left, 0, left - trial)
+    after = ca.vertcat(
+        ca.if_else(fine, result.state, x),
+        ca.if_else(fine, remaining, left),
+        ca.if_else(active, grown, h),
+        attempts + active,
+    )
+    before = ca.vertcat(x, left, h, attempts)
+    return ca.Function("attempt", [before, u, p, tolerance], [ca.cse(after)])
+
+
+def failed(step_length: float) -> bool:
+    """Whether an adaptive step has become uselessly short."""
+    return not step_length > _SMALLEST
+
+
+def _symbols(plant: Plant) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    return (
+        ca.SX.sym("x", plant.n),
+        ca.SX.sym("u", len(plant.inputs)),
+        ca.SX.sym("p", len(plant.parameters)),
+        ca.SX.sym("h"),
+    )

@@ -1,0 +1,17 @@
+"""The one exception for bad input: a line that says where it is, what is wrong and what to do."""
+
+from difflib import get_close_matches
+from collections.abc import Iterable
+
+
+class InputError(ValueError):
+    """Input that a person can mend. The command line prints it as one line and exits with status 2."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A hint for an unknown name: the nearest known one, or the whole list when nothing is near."""
+    names = sorted(known)
+    close = get_close_matches(name, names, n=1, cutoff=0.5)
+    if close:
+        return f'did you mean "{close[0]}"?'
+    return "known: " + ", ".join(names)

@@ -1,0 +1,115 @@
+"""A sampled controller on the continuous plant: the closed loop as a simulation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from .controller import Controller
+from .engine import Engine
+from .guard import Guard
+from .records import Record
+from .rig import Rig
+from .views import Equilibrium
+
+
+SIMULATION_FAILED = "the simulation failed"
+
+
+@dataclass(frozen=True)
+class LoopRun:
+    """What a loop did: `record` holds reference, realised command and every output; `demanded` is before the guard.
+
+    `tripped` says why the guard stopped the loop, or that the simulation failed (the record then ends there).
+    """
+
+    record: Record
+    demanded: np.ndarray
+    tripped: str | None
+
+
+class Sensors:
+    """Adds each sensor's white noise and resolution to the outputs of a plant; None of it without a seed."""
+
+    def __init__(self, rig: Rig, names: tuple[str, ...], seed: int | None) -> None:
+        known = [rig.sensors.get(name) for name in names]
+        self._names = names
+        self._noise = np.array([s.noise if s else 0.0 for s in known])
+        self._quantum = np.array([s.resolution if s else 0.0 for s in known])
+        self._random = None if seed is None else np.random.default_rng(seed)
+
+    def read(self, outputs: np.ndarray) -> dict[str, float]:
+        """What the sensors say of the outputs [k], by name."""
+        if self._random is None:
+            return dict(zip(self._names, outputs.tolist(), strict=True))
+        noisy = outputs + self._noise * self._random.standard_normal(len(outputs))
+        coarse = self._quantum > 0
+        noisy[coarse] = np.round(noisy[coarse] / self._quantum[coarse]) * self._quantum[coarse]
+        return dict(zip(self._names, noisy.tolist(), strict=True))
+
+
+class ClosedLoop:
+    """A controller, its guard and a plant, started from an operating point; each `run` goes on where the last ended.
+
+    At each sample the signals are measured, the controller computes, the guard limits, the drive holds the command.
+    `seed` switches the sensors' noise and resolution on.
+    """
+
+    def __init__(
+        self, engine: Engine, rig: Rig, controller: Controller, start: Equilibrium, seed: int | None = None
+    ) -> None:
+        self._engine, self._period, self._controller = engine, rig.period.value, controller
+        self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
+        self._x, self._held = start.x.copy(), start.u.copy()
+        self._samples = 0
+        measured = self._measure()
+        self._guard.reset(float(self._held[0]))
+        controller.reset(measured[controller.measures[0]], measured, float(self._held[0]))
+
+    def run(self, reference: np.ndarray, inputs: Mapping[str, np.ndarray] | None = None) -> LoopRun:
+        """Follow `reference` [k] at the rig's control period (SI); `inputs` gives other inputs of the plant [k]."""
+        plant, steps = self._engine.plant, len(reference)
+        u = np.tile(self._held, (steps, 1))
+        for name, values in (inputs or {}).items():
+            u[:, plant.input(name)] = values
+        x, demanded = np.empty((steps, plant.n)), np.zeros(steps)
+        for k in range(steps):
+            x[k] = self._x
+            self._held[1:] = u[k, 1:]
+            u[k, 0], demanded[k] = self._sample(float(reference[k]))
+            after = self._engine.advance(self._x, self._held, self._period)
+            if after is None:
+                self._guard.tripped = SIMULATION_FAILED
+                steps = k + 1
+                break
+            self._x = after
+        return self._result(x[:steps], u[:steps], reference[:steps], demanded[:steps])
+
+    def _measure(self) -> dict[str, float]:
+        return self._sensors.read(self._engine.observe(self._x, self._held))
+
+    def _sample(self, reference: float) -> tuple[float, float]:
+        """One sampling instant: the command that the drive holds from now on, and what the controller wanted."""
+        measured = self._measure()
+        self._guard.watch(measured)
+        demanded = Guard.safe if self._guard.tripped else self._controller.compute(reference, measured)
+        self._held[0] = self._guard.limit(demanded)
+        if self._guard.tripped is None:
+            self._controller.update(self._held[0])
+        return self._held[0], demanded
+
+    def _result(self, x: np.ndarray, u: np.ndarray, reference: np.ndarray, demanded: np.ndarray) -> LoopRun:
+        plant = self._engine.plant
+        outputs = plant.observe(x, u)
+        signals = {"reference": reference, "command": u[:, 0]}
+        signals |= {name: outputs[:, i] for i, name in enumerate(plant.outputs)}
+        t = (self._samples + np.arange(len(u))) * self._period
+        self._samples += len(u)
+        return LoopRun(Record("loop", t, signals), demanded, self._guard.tripped)
+
+
+def run_loop(
+    engine: Engine, rig: Rig, controller: Controller, start: Equilibrium, reference: np.ndarray, seed: int | None = None
+) -> LoopRun:
+    """A ClosedLoop run once over `reference` [k]."""
+    return ClosedLoop(engine, rig, controller, start, seed).run(reference)

@@ -1,0 +1,177 @@
+"""The bench on which a plant is put together: named states, rates, outputs, parameters and slots for effects."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ..rig import Rig
+from .effects.effect import Effect, Scope
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A state or input: SI unit, a magnitude that is large for it, and a plausible start value."""
+
+    name: str
+    unit: str
+    scale: float
+    start: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """A finished plant: x' = f(x, u, p), y = h(x, u, p), all SI.
+
+    `f` and `h` are CasADi functions of columns x [n], u [m], p [k]; `p` holds this rig's values in the order of
+    `parameters`. `dissipation` are the Coulomb-friction numbers that a linearisation sets to zero, `delays` the
+    parameters that shift the recorded command.
+    """
+
+    name: str
+    states: tuple[Variable, ...]
+    inputs: tuple[Variable, ...]
+    outputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    p: np.ndarray
+    f: ca.Function
+    h: ca.Function
+    dry_friction: tuple[str, ...]
+
+    @property
+    def n(self) -> int:
+        """Number of states."""
+        return len(self.states)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Magnitudes of the states, shape [n]."""
+        return np.array([s.scale for s in self.states])
+
+    @property
+    def start(self) -> np.ndarray:
+        """A plausible state to begin a search for equilibrium from, shape [n]."""
+        return np.array([s.start for s in self.states])
+
+    def state(self, name: str) -> int:
+        """Index of a state."""
+        return [s.name for s in self.states].index(name)
+
+    def input(self, name: str) -> int:
+        """Index of an input."""
+        return [i.name for i in self.inputs].index(name)
+
+    def output(self, name: str) -> int:
+        """Index of an output."""
+        return self.outputs.index(name)
+
+    def parameter_values(self, **values: float) -> np.ndarray:
+        """The parameter vector with some SI values replaced."""
+        p = self.p.copy()
+        for name, value in values.items():
+            p[self.parameters.index(name)] = value
+        return p
+
+    def without_dry_friction(self) -> np.ndarray:
+        """Parameters for a linearisation: tanh friction would pass for heavy damping at rest."""
+        return self.parameter_values(**dict.fromkeys(self.dry_friction, 0.0))
+
+    def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """Outputs for rows of states [k, n] and inputs [k, m]: an array [k, outputs]."""
+        columns = self.h(np.atleast_2d(x).T, np.atleast_2d(u).T, self.p if p is None else p)
+        return np.array(columns).T
+
+
+class Assembly:
+    """Collects the symbols and equations of one plant. Parts call it; only graph.py creates it."""
+
+    def __init__(
+        self, name: str, numbers: Mapping[str, float], effects: tuple[tuple[Effect, Mapping[str, float]], ...] = ()
+    ) -> None:
+        self.name = name
+        self._values = dict(numbers)
+        self._p = {key: ca.SX.sym(key) for key in numbers}
+        self._x: dict[str, ca.SX] = {}
+        self._variables: dict[str, Variable] = {}
+        self._rates: dict[str, ca.SX] = {}
+        self._inputs: dict[str, tuple[Variable, ca.SX]] = {}
+        self._outputs: dict[str, ca.SX] = {}
+        self._dry: list[str] = []
+        self._effects = effects
+        for effect, values in effects:
+            self._add_effect(effect, values)
+
+    def __getitem__(self, name: str) -> ca.SX:
+        """The symbol of a number of the rig."""
+        return self._p[name]
+
+    def magnitude(self, name: str) -> float:
+        """The value of a number, to scale a state by."""
+        return self._values[name]
+
+    def state(self, name: str, unit: str, scale: float, start: float = 0.0) -> ca.SX:
+        """Declare a state; returns its symbol."""
+        self._variables[name] = Variable(name, unit, scale, start)
+        self._x[name] = ca.SX.sym(name)
+        return self._x[name]
+
+    def rate(self, name: str, expression: ca.SX) -> None:
+        """The time derivative of a state."""
+        self._rates[name] = expression
+
+    def input(self, name: str, unit: str, scale: float) -> ca.SX:
+        """Declare an input; returns its symbol."""
+        symbol = ca.SX.sym(name)
+        self._inputs[name] = (Variable(name, unit, scale), symbol)
+        return symbol
+
+    def output(self, **expressions: ca.SX) -> None:
+        """Name outputs, by the names of signals.py."""
+        self._outputs.update(expressions)
+
+    def dry_friction(self, *names: str) -> None:
+        """Numbers that a linearisation sets to zero."""
+        self._dry += names
+
+    def slot(self, name: str, value: Any, **context: ca.SX) -> Any:
+        """Pass a quantity through every effect in this slot; with none it comes back as it was."""
+        for effect, _ in self._effects:
+            law = effect.laws.get(name)
+            if law is not None:
+                value = law(value, Scope(effect, self._p, self._x, self._rates, context))
+        return value
+
+    def _add_effect(self, effect: Effect, values: Mapping[str, float]) -> None:
+        for number in effect.numbers:
+            key = effect.key(number.name)
+            self._values[key] = values[number.name]
+            self._p[key] = ca.SX.sym(key)
+            if number.dry:
+                self._dry.append(key)
+        for state in effect.states:
+            self.state(effect.key(state.name), state.unit, state.scale)
+
+    def finish(self) -> Plant:
+        """The plant, with every state given a rate."""
+        x = ca.vertcat(*self._x.values())
+        u = ca.vertcat(*(symbol for _, symbol in self._inputs.values()))
+        p = ca.vertcat(*self._p.values())
+        missing = [name for name in self._x if name not in self._rates]
+        if missing:
+            raise ValueError(f"plant {self.name}: no rate for state {missing[0]}")
+        names = ["x", "u", "p"]
+        rates = ca.vertcat(*(self._rates[name] for name in self._x))
+        outputs = ca.vertcat(*self._outputs.values())
+        return Plant(
+            name=self.name,
+            states=tuple(self._variables.values()),
+            inputs=tuple(variable for variable, _ in self._inputs.values()),
+            outputs=tuple(self._outputs),
+            parameters=tuple(self._p),
+            p=np.array([self._values[name] for name in self._p]),
+            f=ca.Function("f", [x, u, p], [ca.cse(rates)], names, ["rates"]),
+            h=ca.Function("h", [x, u, p], [ca.cse(outputs)], names, ["y"]),
+            dry_friction=tuple(self._dry),
+        )

@@ -1,0 +1,45 @@
+"""The effects that a rig may show and the base model lacks: one file a physical cause."""
+
+from collections.abc import Iterable, Mapping
+
+from ...errors import InputError, nearest
+from ...rig import EffectUse
+from ...units import to_si
+from . import friction
+from .effect import Effect, EffectNumber, EffectState, Scope
+
+LIBRARY: tuple[Effect, ...] = friction.EFFECTS
+
+__all__ = ["LIBRARY", "Effect", "EffectNumber", "EffectState", "Scope", "find", "resolve"]
+
+
+def find(name: str, formula: str) -> Effect:
+    """An effect of the library by name and formula; an empty formula takes the name's first."""
+    named = [effect for effect in LIBRARY if effect.name == name]
+    if not named:
+        raise InputError(f'no effect "{name}"; {nearest(name, {effect.name for effect in LIBRARY})}')
+    for effect in named:
+        if formula in ("", effect.formula):
+            return effect
+    raise InputError(f'{name}: no formula "{formula}"; {nearest(formula, [effect.formula for effect in named])}')
+
+
+def resolve(uses: Iterable[EffectUse]) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
+    """The effects a rig declares, with their numbers in SI; a number that it does not give is the typical one."""
+    return tuple(_resolve(use) for use in uses)
+
+
+def _resolve(use: EffectUse) -> tuple[Effect, Mapping[str, float]]:
+    effect = find(use.name, use.formula)
+    known = {number.name: number for number in effect.numbers}
+    values = {name: number.typical for name, number in known.items()}
+    for name, given in use.numbers.items():
+        if name not in known:
+            raise InputError(f'{use.name}: no number "{name}"; {nearest(name, known)}')
+        spec = known[name]
+        values[name] = float(to_si(given.value, given.unit, spec.si))
+        if not spec.low <= values[name] <= spec.high:
+            raise InputError(
+                f"{use.name}: {name} = {values[name]:g} {spec.si} is outside {spec.low:g} to {spec.high:g} {spec.si}"
+            )
+    return effect, values

@@ -1,0 +1,95 @@
+"""The only place where a plant is assembled from its parts."""
+
+import casadi as ca
+
+from ..rig import Rig
+from . import jack as jacks
+from .assembly import Assembly, Plant
+from .effects import resolve
+from .load import specimen_force
+from .main_stage import ValveFlows, second_order, three_stage
+from .pilot import Lands, pilot_stage
+
+_PORT = 35e5  # Pa: load ports of a valve on its test bench
+_BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
+
+
+def build(rig: Rig) -> Plant:
+    """The whole rig: command, specimen and disturbance in; every signal of the rig out."""
+    b = _assembly(rig, rig.name)
+    command = b.input("command", "1", 1.0)
+    cylinder = jacks.chambers(b, rig.jack)
+    x = b.state("x", "m", rig["S"] / 2)
+    v = b.state("v", "m/s", rig.limit("speed"))
+    supply = b.slot("supply", b["Ps"])
+    valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
+    b.slot("supply_flow", None, flow=_drawn(b, valve), supply=supply)
+    jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
+    force = specimen_force(b, x, v)
+    acceleration = (jacks.rod_force(b, cylinder, x, v) - force) / b["M"]
+    b.rate("x", v)
+    b.rate("v", acceleration)
+    _outputs(b, valve, cylinder, supply)
+    b.output(position=x + b["xmid"], velocity=v, acceleration=acceleration, force=force)
+    return b.finish()
+
+
+def build_force_port(rig: Rig) -> Plant:
+    """The jack as a part of a multibody program: command, position and velocity in, rod force out; no mass of its own."""
+    b = _assembly(rig, f"{rig.name} force port")
+    command = b.input("command", "1", 1.0)
+    x = b.input("position", "m", rig["S"] / 2) - b["xmid"]
+    v = b.input("velocity", "m/s", rig.limit("speed"))
+    cylinder = jacks.chambers(b, rig.jack)
+    supply = b.slot("supply", b["Ps"])
+    valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
+    b.slot("supply_flow", None, flow=_drawn(b, valve), supply=supply)
+    jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
+    _outputs(b, valve, cylinder, supply)
+    b.output(force=jacks.rod_force(b, cylinder, x, v))
+    return b.finish()
+
+
+def build_pilot_bench(rig: Rig) -> Plant:
+    """The pilot alone on a flow bench: current [A] in, its spool and flow out; ports at 35 bar, lands fed at 70 bar."""
+    b = _assembly(rig, f"{rig.name} pilot")
+    current = b.input("current", "A", rig["imax"])
+    lands = Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0))
+    pilot = pilot_stage(b, current, lands, b["Ps"], b["Pr"])
+    b.output(current=current, pilot_spool=pilot.spool, flow=pilot.into_a, lowest_pressure=pilot.lowest)
+    return b.finish()
+
+
+def build_valve_bench(rig: Rig) -> Plant:
+    """One valve on a flow bench: command in, main spool and flow out; ports at 35 bar, main lands fed at 70 bar."""
+    b = _assembly(rig, f"{rig.name} valve")
+    command = b.input("command", "1", 1.0)
+    valve = _valve(b, rig, command, Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0)), b["Ps"])
+    b.output(command=command, **valve.signals, flow=valve.into_a, lowest_pressure=valve.lowest)
+    return b.finish()
+
+
+def _assembly(rig: Rig, name: str) -> Assembly:
+    return Assembly(name, {key: number.value for key, number in rig.numbers.items()}, resolve(rig.effects))
+
+
+def _valve(b: Assembly, rig: Rig, command: ca.SX, lands: Lands, pilot_supply: ca.SX) -> ValveFlows:
+    if rig.valve == "three-stage":
+        return three_stage(b, command, lands, pilot_supply, b["Pr"], rig.corrector)
+    return second_order(b, command, lands)
+
+
+def _drawn(b: Assembly, valve: ValveFlows) -> ca.SX:
+    """Flow drawn from the supply by the main lands [m^3/s]."""
+    return b["n"] * (ca.fmax(valve.into_a, 0) + ca.fmax(-valve.out_of_b, 0))
+
+
+def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: ca.SX) -> None:
+    b.output(
+        **valve.signals,
+        pa=b.slot("sensor_pa", cylinder.pa),
+        pb=b.slot("sensor_pb", cylinder.pb),
+        supply=supply,
+        jack_force=cylinder.force,
+        lowest_pressure=ca.fmin(valve.lowest, ca.fmin(cylinder.pa, cylinder.pb)),
+    )

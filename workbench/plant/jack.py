@@ -1,0 +1,57 @@
+"""The jack: two chambers around a piston, with leakage and end stops; double-rod or differential."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from .assembly import Assembly
+from .main_stage import ValveFlows
+from .orifice import end_stop, volume
+
+
+@dataclass(frozen=True)
+class Chambers:
+    """Symbols of the two chambers: pressures [Pa], areas [m^2], dead volumes [m^3]."""
+
+    pa: ca.SX
+    pb: ca.SX
+    area_a: ca.SX
+    area_b: ca.SX
+    dead_a: ca.SX
+    dead_b: ca.SX
+
+    @property
+    def force(self) -> ca.SX:
+        """Pressure force on the piston [N]."""
+        return self.pa * self.area_a - self.pb * self.area_b
+
+
+def chambers(b: Assembly, kind: str) -> Chambers:
+    """Declare the chamber pressures of a jack of this kind."""
+    feed = b.magnitude("Ps")
+    pa = b.state("P1", "Pa", feed, 0.5 * feed)
+    pb = b.state("P2", "Pa", feed, 0.5 * feed)
+    if kind == "double-rod":
+        return Chambers(pa, pb, b["Aj"], b["Aj"], b["V0"], b["V0"])
+    return Chambers(pa, pb, b["AA"], b["AB"], b["V0A"], b["V0B"])
+
+
+def continuity(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.SX, drain: ca.SX) -> None:
+    """Pressure rates: valve flow, leakage past the piston, and the volume that the piston sweeps. x is 0 at mid stroke."""
+    pa, pb = jack.pa, jack.pb
+    across = b["Cl"] * (pa - pb)
+    outside = b.slot("leakage", (ca.SX(0), ca.SX(0)), pa=pa, pb=pb, drain=drain)
+    into_a = b["n"] * valve.into_a - across - jack.area_a * v - outside[0]
+    into_b = jack.area_b * v + across - b["n"] * valve.out_of_b - outside[1]
+    half = b["S"] / 2
+    modulus_a = b.slot("modulus", b["beta"], pressure=pa)
+    modulus_b = b.slot("modulus", b["beta"], pressure=pb)
+    b.rate("P1", modulus_a * into_a / volume(jack.dead_a, jack.area_a * (half + x)))
+    b.rate("P2", modulus_b * into_b / volume(jack.dead_b, jack.area_b * (half - x)))
+
+
+def rod_force(b: Assembly, jack: Chambers, x: ca.SX, v: ca.SX) -> ca.SX:
+    """Force [N] that the piston gives to what it carries: pressure less friction and end stops."""
+    stop = end_stop(x, v, b["S"] / 2, b["ke"], b["ce"], 1e-4)
+    friction = b.slot("friction", ca.SX(0), velocity=v, position=x, drop=jack.pa - jack.pb)
+    return jack.force - b["b"] * v - stop - friction

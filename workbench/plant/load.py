@@ -1,0 +1,14 @@
+"""What the jack moves: a mass, and a specimen whose far end may move."""
+
+import casadi as ca
+
+from .assembly import Assembly
+
+
+def specimen_force(b: Assembly, x: ca.SX, v: ca.SX) -> ca.SX:
+    """Load-cell force [N]: ks (x - xs) + cs (v - vs) + disturbance, with the far end and the disturbance as inputs."""
+    far = b.input("specimen_position", "m", 0.25)
+    far_speed = b.input("specimen_velocity", "m/s", 1.0)
+    disturbance = b.input("disturbance", "N", 1e4)
+    plain = b["ks"] * (x - far) + b["cs"] * (v - far_speed) + disturbance
+    return b.slot("load", plain, position=x, velocity=v)

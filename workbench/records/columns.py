@@ -1,0 +1,117 @@
+"""Which column is which signal: header cells `name [unit]` and the campaign's [signals] mapping."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import InputError, nearest
+from ..signals import SIGNALS
+from ..units import to_si
+
+_CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """How a column becomes a signal, where its header does not say so by itself.
+
+    column  header cell, with or without its ` [unit]`, or a variable's name; None: the signal's own name
+    unit    unit of the numbers in the column; None: the one in the header
+    scale   where `unit` fits the signal, a plain factor after conversion to SI (-1 turns a sign); where it does not
+            (a transducer's V, or no unit at all), the number itself is multiplied: scale is SI of the signal per `unit`
+    clip    (low, high) in the numbers of the column: samples at or beyond a limit are not compared
+    """
+
+    column: str | None = None
+    unit: str | None = None
+    scale: float | None = None
+    clip: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that was found: its header cell, the unit of its numbers, and `scale` and `clip` as in ColumnMap.
+
+    foreign: the unit does not fit the signal, so that `scale` alone converts.
+    """
+
+    cell: str
+    unit: str | None
+    scale: float
+    clip: tuple[float, float] | None
+    foreign: bool
+
+
+def choose(path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap]) -> tuple[dict[str, Column], list[str]]:
+    """The column of each signal, and the header cells that nothing uses, quoted for a note.
+
+    Raises InputError where t or command is missing, a column is there twice, or a unit is missing, unknown or misfits.
+    """
+    places: dict[str, str] = {}
+    for name in SIGNALS:
+        wanted = mapping.get(name, ColumnMap()).column or name
+        found = [cell for cell in header if wanted in (cell, _split(cell)[0])]
+        if len(found) > 1:
+            raise InputError(f'{path}: columns {_listed(found)} are all "{wanted}"; keep one or map it in [signals]')
+        if found:
+            places[name] = found[0]
+    _require(path, header, places, mapping)
+    columns = {name: _column(path, name, cell, mapping.get(name, ColumnMap())) for name, cell in places.items()}
+    used = set(places.values())
+    return columns, [_unused(cell, mapping) for cell in header if cell and cell not in used]
+
+
+def _split(cell: str) -> tuple[str, str | None]:
+    found = _CELL.fullmatch(cell.strip())
+    return (found["name"], found["unit"]) if found else (cell.strip(), None)
+
+
+def _require(path: Path, header: Sequence[str], places: Mapping[str, str], mapping: Mapping[str, ColumnMap]) -> None:
+    reasons = {"t": "rows need their time", "command": "the command is the model's input"}
+    for name, reason in reasons.items():
+        if name not in places:
+            wanted = mapping.get(name, ColumnMap()).column or SIGNALS[name].label
+            hint = f'add "{wanted}" or map it in [signals]; columns here: {_listed(header) or "none"}'
+            raise InputError(f'{path}: no column "{wanted}": {reason}; {hint}')
+
+
+def _column(path: Path, name: str, cell: str, mapped: ColumnMap) -> Column:
+    unit = mapped.unit if mapped.unit is not None else _split(cell)[1]
+    if unit is None and name == "t":
+        unit = "s"  # arrays of a MAT file have no unit, and time is in seconds everywhere
+    where = f'{path}: column "{cell}"'
+    if unit is None and mapped.scale is None:
+        raise InputError(f'{where}: no unit; write "{SIGNALS[name].label}" or give its unit in [signals]')
+    foreign = unit is not None and not _fits(where, unit, SIGNALS[name].si)
+    if foreign and mapped.scale is None:
+        hint = f'write one like "{SIGNALS[name].unit}", or give scale in [signals]'
+        raise InputError(f'{where}: unit "{unit}" is not one of {name}; {hint}')
+    return Column(cell, unit, 1.0 if mapped.scale is None else mapped.scale, mapped.clip, foreign)
+
+
+def _fits(where: str, unit: str, si: str) -> bool:
+    try:
+        to_si(0.0, unit, unit)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    try:
+        to_si(0.0, unit, si)
+    except InputError:
+        return False
+    return True
+
+
+def _unused(cell: str, mapping: Mapping[str, ColumnMap]) -> str:
+    name = _split(cell)[0]
+    return f'"{cell}"' + (f' (mapped to "{mapping[name].column}")' if name in mapping else "")
+
+
+def _listed(cells: Sequence[str]) -> str:
+    return ", ".join(f'"{cell}"' for cell in cells)
+
+
+def check_signal(name: str, where: str) -> None:
+    """Refuse a name that is no signal, naming the nearest one."""
+    if name not in SIGNALS:
+        raise InputError(f'{where}: unknown signal "{name}"; {nearest(name, SIGNALS)}')

@@ -1,0 +1,111 @@
+"""Records from files: columns found and converted, blemishes mended and noted, or refused by file, column and row."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..signals import SIGNALS
+from ..units import to_si
+from . import mend
+from .columns import Column, ColumnMap, choose
+from .record import Record
+from .table import FORMATS, open_table
+
+FEWEST_ROWS = 10
+MOST_MISSING = 0.20  # of a column; more is a dead sensor, not a blemish
+
+
+def read_record(
+    path: str | Path,
+    mapping: Mapping[str, ColumnMap] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+) -> Record:
+    """Read a record; `mapping` is signal -> column where names or units differ; start <= t < stop in s cut a slice.
+
+    Mended and noted: NaN in a measured cell (filled, valid False), NaN in the command (held), a few bad time stamps
+    (row left out). Noted only: dropped samples, jitter, columns not used. Raises InputError for everything else.
+    """
+    path = Path(path)
+    table = open_table(path)
+    columns, ignored = choose(path, table.header, mapping or {})
+    _refuse_few(path, table.rows.size)
+    raw = table.read(list(dict.fromkeys(column.cell for column in columns.values())))
+    time, command = columns.pop("t"), columns["command"]
+    rows = table.rows[: raw[time.cell].size]
+    t = _si("t", time, raw[time.cell])
+    keep, notes = mend.good_times(path, rows, t, time.cell)
+    keep, more = mend.from_first(path, rows, keep, raw[command.cell], command.cell)
+    t, rows, notes = t[keep], rows[keep], notes + more
+    _refuse_few(path, t.size)
+    notes += mend.uneven_times(path, rows, t)
+    signals, valid = {}, {}
+    for name, column in columns.items():
+        values = raw[column.cell][keep]
+        _refuse(path, rows, column.cell, values)
+        filled, known, more = _mended(path, rows, t, name, column.cell, values)
+        signals[name] = _si(name, column, filled)
+        valid[name] = known & _inside(column.clip, filled)
+        notes += more
+    if ignored:
+        notes.append(f"{path.name}: not used: " + ", ".join(ignored))
+    record = Record(record_name(path), t, signals, valid, tuple(notes))
+    return record if start is None and stop is None else _cut(path, record, start, stop)
+
+
+def record_name(path: Path) -> str:
+    """The file's name without its suffix."""
+    for suffix in sorted(FORMATS, key=len, reverse=True):
+        if path.name.lower().endswith(suffix):
+            return path.name[: -len(suffix)]
+    return path.name
+
+
+def _mended(
+    path: Path, rows: np.ndarray, t: np.ndarray, name: str, cell: str, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """The values without NaN, where they were known, and the note on it."""
+    known = ~np.isnan(values)
+    if name == "command":
+        return mend.held(values), known, mend.missing_cells(path, rows, ~known, cell, "held")
+    return mend.bridged(t, values), known, mend.missing_cells(path, rows, ~known, cell, "not compared")
+
+
+def _si(name: str, column: Column, values: np.ndarray) -> np.ndarray:
+    if column.foreign or column.unit is None:
+        return values * column.scale
+    return to_si(values, column.unit, SIGNALS[name].si) * column.scale
+
+
+def _inside(clip: tuple[float, float] | None, values: np.ndarray) -> np.ndarray:
+    return np.ones(values.size, dtype=bool) if clip is None else (values > clip[0]) & (values < clip[1])
+
+
+def _refuse_few(path: Path, rows: int) -> None:
+    if rows == 0:
+        raise InputError(f"{path}: a header but no rows; record or export it again")
+    if rows < FEWEST_ROWS:
+        raise InputError(f"{path}: only {rows} rows; a record needs at least {FEWEST_ROWS}")
+
+
+def _refuse(path: Path, rows: np.ndarray, cell: str, values: np.ndarray) -> None:
+    infinite = np.flatnonzero(np.isinf(values))
+    if infinite.size:
+        raise InputError(f'{path}: row {rows[infinite[0]]}, column "{cell}": infinite; mend it or leave it empty')
+    missing = np.isnan(values)
+    if missing.all():
+        raise InputError(f'{path}: column "{cell}": every cell is empty; remove the column')
+    if missing.mean() > MOST_MISSING:
+        where = f'{path}: column "{cell}": {missing.sum()} of {missing.size} cells are empty'
+        raise InputError(f"{where}, the first in row {rows[np.argmax(missing)]}; mend it or remove the column")
+
+
+def _cut(path: Path, record: Record, start: float | None, stop: float | None) -> Record:
+    part = record.slice(start, stop)
+    if part.t.size < FEWEST_ROWS:
+        asked = f"from {record.t[0] if start is None else start:g} to {record.t[-1] if stop is None else stop:g} s"
+        span = f"the record runs from {record.t[0]:g} to {record.t[-1]:g} s"
+        raise InputError(f"{path}: {part.t.size} rows {asked}, at least {FEWEST_ROWS} are needed; {span}")
+    return part

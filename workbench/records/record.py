@@ -1,0 +1,87 @@
+"""The record: a frozen table of what was logged, in SI, with what must not be compared marked as such."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Signals sampled together; row k is y = h(x(t_k), u_k), the command u_k being held until t_(k+1).
+
+    t        [n] s, strictly increasing; a dropped sample leaves a longer interval, nothing is resampled
+    signals  name -> [n] in the SI unit of `workbench.signals.SIGNALS`, finite everywhere
+    valid    name -> [n] bool; False where a sample is filled or clipped and not to be compared; left out: all True
+    notes    what was mended on reading, one sentence each
+    """
+
+    name: str
+    t: np.ndarray
+    signals: Mapping[str, np.ndarray]
+    valid: Mapping[str, np.ndarray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        t = _frozen(self.t, float)
+        signals = {name: _frozen(values, float) for name, values in self.signals.items()}
+        valid = {name: _frozen(self.valid.get(name, np.ones(t.size)), bool) for name in signals}
+        if t.ndim != 1 or not np.all(np.isfinite(t)) or not np.all(np.diff(t) > 0.0):
+            raise ValueError(f"record {self.name}: t must be one column, finite and strictly increasing")
+        for name, values in signals.items():
+            if values.shape != t.shape or valid[name].shape != t.shape:
+                raise ValueError(f"record {self.name}: {name} must have {t.size} samples, as t has")
+            if not np.all(np.isfinite(values)):
+                raise ValueError(f"record {self.name}: {name} must be finite; mark what is missing in `valid`")
+        for name, value in (("t", t), ("signals", signals), ("valid", valid), ("notes", tuple(self.notes))):
+            object.__setattr__(self, name, value)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The signals it carries."""
+        return tuple(self.signals)
+
+    @property
+    def period(self) -> float:
+        """Sampling period, s: the median interval, which dropped samples and jitter do not move."""
+        return float(np.median(np.diff(self.t)))
+
+    def slice(self, start: float | None = None, stop: float | None = None) -> "Record":
+        """The rows with start <= t < stop (s); None leaves an end open. Time stamps stay as recorded."""
+        slack = 1e-3 * self.period  # 0.3 s must find the row that was logged as 0.29999999
+        first = 0 if start is None else int(np.searchsorted(self.t, start - slack))
+        last = self.t.size if stop is None else int(np.searchsorted(self.t, stop - slack))
+        rows = slice(first, max(first, last))
+        return Record(
+            self.name,
+            self.t[rows],
+            {name: values[rows] for name, values in self.signals.items()},
+            {name: mask[rows] for name, mask in self.valid.items()},
+            self.notes,
+        )
+
+
+def block_mean(record: Record, rows: int) -> Record:
+    """Means over blocks of `rows` rows (an incomplete last block is left out), for records far faster than the rig.
+
+    Time, command and reference are those at the block's first row. A mean stands for the middle of its block, so
+    answers seem to lead the command by (rows - 1)/2 original periods: keep blocks short beside the rig's delays.
+    """
+    blocks = record.t.size // rows
+    if rows < 1 or blocks < 1:
+        raise ValueError(f"record {record.name}: blocks of {rows} rows do not fit {record.t.size} rows")
+    cut = {name: values[: blocks * rows].reshape(blocks, rows) for name, values in record.signals.items()}
+    held = ("command", "reference")
+    return Record(
+        record.name,
+        record.t[: blocks * rows : rows],
+        {name: values[:, 0] if name in held else values.mean(axis=1) for name, values in cut.items()},
+        {name: np.all(mask[: blocks * rows].reshape(blocks, rows), axis=1) for name, mask in record.valid.items()},
+        (*record.notes, f"means over blocks of {rows} rows"),
+    )
+
+
+def _frozen(values: np.ndarray, kind: type) -> np.ndarray:
+    out = np.array(values, dtype=kind)
+    out.setflags(write=False)
+    return out

@@ -1,0 +1,161 @@
+"""Files as tables of numbers: .csv, .csv.gz, .parquet, .mat. Units and meanings come later, in `read`."""
+
+import csv
+import gzip
+import io
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pacsv
+import pyarrow.parquet as pq
+
+from ..errors import InputError
+from .mat import vectors
+
+FORMATS = (".csv", ".csv.gz", ".parquet", ".mat")
+MISSING = ("", "nan", "-nan", "na", "n/a", "#n/a", "null", "none")
+_SPELLED = sorted({text for word in MISSING for text in (word, word.upper(), word.capitalize())} | {"NaN", "-NaN"})
+
+
+@dataclass(frozen=True)
+class Table:
+    """`read(cells)` gives those columns as [n] float, NaN where a cell is missing; `rows` are their row numbers.
+
+    A row number is the line in a CSV file (the header is line 1), else the row of the table, from 1.
+    """
+
+    header: tuple[str, ...]
+    rows: np.ndarray
+    read: Callable[[Sequence[str]], dict[str, np.ndarray]]
+
+
+def open_table(path: Path) -> Table:
+    """Open a table by its suffix. Raises InputError for a missing, empty, broken or unknown file."""
+    name = path.name.lower()
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder, not a record; name a file ({', '.join(FORMATS)})")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; check the path")
+    if not name.endswith(FORMATS):
+        raise InputError(f"{path}: not a known kind of record; use one of {', '.join(FORMATS)}")
+    if path.stat().st_size == 0:
+        raise InputError(f"{path}: the file is empty; record or export it again")
+    if name.endswith(".parquet"):
+        return _parquet(path)
+    return _mat(path) if name.endswith(".mat") else _csv(path)
+
+
+def _csv(path: Path) -> Table:
+    lines = _content(path).removeprefix(b"\xef\xbb\xbf").splitlines()
+    rows = np.array([number for number, line in enumerate(lines, 1) if line and not line.isspace()], dtype=int)
+    if rows.size == 0:
+        raise InputError(f"{path}: the file is empty; record or export it again")
+    try:
+        first = lines[rows[0] - 1].decode()
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: row {rows[0]}: the header is not UTF-8 text; export it as UTF-8") from None
+    if "," not in first and (";" in first or "\t" in first):
+        raise InputError(
+            f"{path}: row {rows[0]}: cells are not separated by commas; export with commas and decimal points"
+        )
+    header = tuple(cell.strip() for cell in next(csv.reader([first])))
+    body = [lines[number - 1] for number in rows[1:]]
+
+    def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
+        places = [header.index(cell) for cell in cells]
+        names = [str(place) for place in range(len(header))]  # cells may repeat among the columns that are not read
+        try:
+            found = pacsv.read_csv(
+                io.BytesIO(b"\n".join(body)),
+                pacsv.ReadOptions(column_names=names, use_threads=False),
+                convert_options=pacsv.ConvertOptions(
+                    column_types={str(place): pa.float64() for place in places},
+                    include_columns=[str(place) for place in places],
+                    null_values=_SPELLED,
+                ),
+            )
+        except pa.ArrowInvalid as error:
+            raise _first_fault(path, header, places, rows[1:], body, str(error)) from None
+        return {cell: _floats(found.column(str(place))) for cell, place in zip(cells, places, strict=True)}
+
+    return Table(header, rows[1:], read)
+
+
+def _content(path: Path) -> bytes:
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: can not be read ({error.strerror}); check its permissions") from None
+    if not path.name.lower().endswith(".gz"):
+        return raw
+    try:
+        return gzip.decompress(raw)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise InputError(f"{path}: broken or truncated gzip file ({error}); copy or record it again") from None
+
+
+def _first_fault(
+    path: Path, header: tuple[str, ...], places: list[int], rows: np.ndarray, body: list[bytes], otherwise: str
+) -> InputError:
+    """The fast parser says that something is wrong; this slow one finds where, for the message."""
+    for row, line in zip(rows, body, strict=True):
+        cells = next(csv.reader([line.decode(errors="replace")]))
+        if len(cells) != len(header):
+            return InputError(f"{path}: row {row}: {len(cells)} cells under a header of {len(header)}; mend the row")
+        for place in places:
+            if not _is_number(cells[place]):
+                where = f'{path}: row {row}, column "{header[place]}"'
+                return InputError(f'{where}: "{cells[place].strip()}" is not a number; mend it or leave it empty')
+    return InputError(f"{path}: can not be read as a table of numbers ({otherwise}); export it again")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return text.strip().lower() in MISSING
+    return "_" not in text  # which float() takes for 1_000
+
+
+def _floats(column: pa.ChunkedArray) -> np.ndarray:
+    return np.array(column.cast(pa.float64()).to_numpy(), dtype=float)  # null becomes NaN
+
+
+def _parquet(path: Path) -> Table:
+    try:
+        table = pq.read_table(path)
+    except (pa.ArrowException, OSError) as error:
+        raise InputError(f"{path}: broken parquet file ({_first_line(error)}); write it again") from None
+
+    def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
+        out = {}
+        for cell in cells:
+            kind = table.schema.field(cell).type
+            if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+                raise InputError(f'{path}: column "{cell}": holds {kind}, not numbers; write it as numbers')
+            out[cell] = _floats(table.column(cell))
+        return out
+
+    return Table(tuple(table.column_names), np.arange(1, table.num_rows + 1), read)
+
+
+def _mat(path: Path) -> Table:
+    arrays = vectors(path)
+
+    def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
+        size = arrays[cells[0]].size
+        for cell in cells:
+            if arrays[cell].size != size:
+                where = f'{path}: variable "{cell}"'
+                raise InputError(f'{where}: {arrays[cell].size} samples but {size} in "{cells[0]}"; map another one')
+        return {cell: np.array(arrays[cell], dtype=float) for cell in cells}
+
+    return Table(tuple(arrays), np.arange(1, max((values.size for values in arrays.values()), default=0) + 1), read)
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

@@ -1,0 +1,46 @@
+"""The signals of a jack rig: the names that records, plants and reports share, with their units."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A named quantity: `si` is its unit inside, `unit` the one that people are shown."""
+
+    name: str
+    si: str
+    unit: str
+    meaning: str
+
+    @property
+    def label(self) -> str:
+        """Header cell and axis label, e.g. "pa [bar]"."""
+        return f"{self.name} [{self.unit}]"
+
+
+SIGNALS: dict[str, Signal] = {
+    signal.name: signal
+    for signal in (
+        Signal("t", "s", "s", "time"),
+        Signal("reference", "m", "mm", "what the position loop is asked for"),
+        Signal("command", "1", "1", "spool-position command to the valve drive, -1..1, as written by the drive"),
+        Signal("current", "A", "mA", "pilot current of one valve"),
+        Signal("spool", "m", "mm", "main-stage spool position (LVDT)"),
+        Signal("pa", "Pa", "bar", "pressure of chamber A, absolute"),
+        Signal("pb", "Pa", "bar", "pressure of chamber B, absolute"),
+        Signal("supply", "Pa", "bar", "supply pressure at the valve"),
+        Signal("position", "m", "mm", "jack position, 0 at mid stroke unless the rig says otherwise"),
+        Signal("velocity", "m/s", "m/s", "jack velocity"),
+        Signal("acceleration", "m/s^2", "m/s2", "jack acceleration"),
+        Signal("force", "N", "kN", "load cell: force of the jack on the specimen"),
+        Signal("jack_force", "N", "kN", "pressure force on the piston"),
+        Signal("specimen_position", "m", "mm", "far end of the specimen"),
+        Signal("specimen_velocity", "m/s", "m/s", "velocity of the specimen's far end"),
+        Signal("pilot_spool", "m", "mm", "pilot-stage spool position"),
+        Signal("flow", "m^3/s", "l/min", "flow out of the valve's port A"),
+        Signal("lowest_pressure", "Pa", "bar", "lowest of all chamber pressures; below 0 the model is invalid"),
+        Signal("disturbance", "N", "kN", "force on the moving mass, against positive motion"),
+    )
+}
+
+MEASURED = ("current", "spool", "pa", "pb", "supply", "position", "velocity", "acceleration", "force")

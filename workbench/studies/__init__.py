@@ -1,0 +1,1 @@
+"""What the commands compute: a configuration in, metrics, tables and a report page out."""

@@ -1,0 +1,16 @@
+"""Views of a plant: pure functions to its equilibria, its linear models and its python-control system."""
+
+from .equilibrium import Equilibrium, equilibrium
+from .linear import linearise
+from .nonlinear import nonlinear_system
+from .valve_blocks import ValveBlocks, null_pressure, valve_blocks
+
+__all__ = [
+    "Equilibrium",
+    "ValveBlocks",
+    "equilibrium",
+    "linearise",
+    "nonlinear_system",
+    "null_pressure",
+    "valve_blocks",
+]
