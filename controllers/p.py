@@ -37,4 +37,6 @@ class P:
     def linear(self) -> control.StateSpace:
         """The gains on reference and position."""
         gains = [[self._gain, -self._gain]]
-        return control.ss([], [], [], gains, self._period, inputs=["reference", "position"], outputs=["command"])
+        return control.StateSpace(
+            [], [], [], gains, self._period, inputs=["reference", "position"], outputs=["command"]
+        )

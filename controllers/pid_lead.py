@@ -78,7 +78,7 @@ class PidLead:
         ]
         b = np.array([[lead.b], [slope.b * lead.d], [2 * half * lead.d]])
         c = [[through * lead.c, slope.c, 1]]
-        return control.ss(
+        return control.StateSpace(
             a,
             np.hstack([b, -b]),
             c,

@@ -14,10 +14,14 @@ from .toml import check_keys, read_toml
 
 @dataclass(frozen=True)
 class PaperConfig:
-    """The paper's figures on a rig: `points` frequencies per curve before the corners are refined."""
+    """The paper's figures on a rig: `points` frequencies per curve before the corners are refined.
+
+    `source` is the experiment file as it was read.
+    """
 
     rig: Rig
     points: int
+    source: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,7 @@ class StepConfig:
     controllers: tuple[Recipe, ...]
     scenarios: tuple[Scenario, ...]
     bode: BodeConfig
+    source: Mapping[str, Any]
 
 
 Config = PaperConfig | StepConfig
@@ -62,7 +67,7 @@ def _paper(table: Mapping[str, Any], rig: Rig, where: str) -> PaperConfig:
     check_keys(table, ("experiment", "rig", "points"), where)
     if rig.valve != "three-stage":
         raise InputError(f"{where}: rig {rig.name} has no three-stage valve, which is what the paper is about")
-    return PaperConfig(rig, _count(table, "points", where, 5))
+    return PaperConfig(rig, _count(table, "points", where, 5), table)
 
 
 def _step(table: Mapping[str, Any], rig: Rig, where: str) -> StepConfig:
@@ -81,6 +86,7 @@ def _step(table: Mapping[str, Any], rig: Rig, where: str) -> StepConfig:
         ),
         tuple(scenario(str(name), f"{where}: scenarios") for name in names),
         _bode(_table(table.get("bode"), f"{where}: [bode]"), f"{where}: [bode]"),
+        table,
     )
 
 

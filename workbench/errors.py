@@ -1,7 +1,7 @@
 """The one exception for bad input: a line that says where it is, what is wrong and what to do."""
 
-from difflib import get_close_matches
 from collections.abc import Iterable
+from difflib import get_close_matches
 
 
 class InputError(ValueError):

@@ -12,7 +12,6 @@ from .records import Record
 from .rig import Rig
 from .views import Equilibrium
 
-
 SIMULATION_FAILED = "the simulation failed"
 
 

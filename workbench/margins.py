@@ -1,4 +1,4 @@
-"""The sampled loop, linearised: closed-loop response, sensitivity and margins, or the plain word that it is unstable."""
+"""The sampled loop, linearised: closed loop, sensitivity and margins, or the plain word that it is unstable."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class LinearLoop:
 def linear_loop(
     plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
 ) -> LinearLoop:
-    """Close a controller's linear view on the plant linearised at an operating point, held and sampled every `period` [s]."""
+    """Close a controller's linear view on the plant linearised at a point, held and sampled every `period` [s]."""
     model = linearise(plant, about, ("command",), controller.measures, p)
     sampled = control.c2d(model, period, "zoh")
     law = controller.linear()
@@ -54,9 +54,9 @@ def linear_loop(
 
 def _closed_matrix(plant: control.StateSpace, law: control.StateSpace) -> np.ndarray:
     """State matrix of plant and controller in closed loop (the measured signals do not answer the command at once)."""
-    measured = slice(1, None)
-    bm, dm = law.B[:, measured], law.D[:, measured]
-    return np.block([[plant.A + plant.B @ dm @ plant.C, plant.B @ law.C], [bm @ plant.C, law.A]])
+    a, b, c = (np.asarray(part) for part in (plant.A, plant.B, plant.C))
+    ac, bc, cc, dc = (np.asarray(part) for part in (law.A, law.B, law.C, law.D))
+    return np.block([[a + b @ dc[:, 1:] @ c, b @ cc], [bc[:, 1:] @ c, ac]])
 
 
 def _margins(loop: np.ndarray, f: np.ndarray) -> tuple[float | None, float | None]:

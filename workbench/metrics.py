@@ -9,7 +9,7 @@ LAST = 0.3  # s: the end of a record, over which a loop should be at rest
 
 
 def settling_time(t: np.ndarray, y: np.ndarray, before: float, target: float, band: float = 0.02) -> float | None:
-    """Time [s] after which y stays within `band` of the step from the target; None if it is outside over the last 0.3 s."""
+    """Time [s] after which y stays within `band` of the step from the target; None if it leaves in the last 0.3 s."""
     outside = np.flatnonzero(np.abs(y - target) > band * abs(target - before))
     if not len(outside):
         return 0.0

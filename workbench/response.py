@@ -70,8 +70,9 @@ def stepped_sine(
 ) -> SteppedSine:
     """Response of `outputs` to the plant's first input, `offset` [m] + amplitude sin, from state `start` [n].
 
-    `limits` gives the output levels at which a point counts as saturated, e.g. {"current": 0.02}. Each point starts from
-    `start` and runs until it has settled or 60 cycles are over (`settled` tells). Raises InputError if a run fails.
+    `limits` gives the output levels at which a point counts as saturated, e.g. {"current": 0.02}. Each point starts
+    from `start` and runs until it has settled or 60 cycles are over (`settled` tells). Raises InputError if a run
+    fails.
     """
     points = [_point(engine, start, offset, float(f), amplitude, outputs, limits or {}) for f in frequencies]
     return SteppedSine(

@@ -11,6 +11,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from . import rig_schema as schema
 from .errors import InputError, nearest
 from .rig_schema import Spec
@@ -250,3 +252,56 @@ class _Reader:
             spec = Spec(str(unit), -float("inf"), float("inf"), "")
             numbers[key] = self.number(entry, key, spec, f"{where}: {key}")
         return EffectUse(use["name"], str(use.get("formula", "")), numbers)
+
+
+def rig_table(rig: Rig) -> dict[str, Any]:
+    """The rig as the tables of a rig file, each number in the unit it was written in."""
+    sections: dict[str, dict[str, Any]] = {
+        "supply": dict.fromkeys(schema.SUPPLY),
+        "oil": dict.fromkeys(schema.OIL),
+        "valve": dict.fromkeys(_valve_specs(rig.valve, rig.corrector)),
+        "jack": dict.fromkeys(schema.JACKS[rig.jack]),
+        "load": dict.fromkeys(schema.LOAD),
+    }
+    filled: dict[str, dict[str, Any]] = {
+        section: {name: _entry(rig.numbers[name]) for name in names} for section, names in sections.items()
+    }
+    corrector = {"corrector": rig.corrector} if rig.valve == "three-stage" else {}
+    filled["valve"] = {"kind": rig.valve, **corrector, **filled["valve"]}
+    filled["jack"] = {"kind": rig.jack, **filled["jack"]}
+    titles = {"name": rig.name, "title": rig.title, "source": rig.source, "recordings": rig.recordings}
+    sensors = {name: _sensor_entry(name, sensor) for name, sensor in rig.sensors.items()}
+    effects = [
+        {"name": use.name, "formula": use.formula, **{key: _entry(number) for key, number in use.numbers.items()}}
+        for use in rig.effects
+    ]
+    return {
+        **{key: text for key, text in titles.items() if text},
+        **filled,
+        "limits": {name: _entry(number) for name, number in rig.limits.items()},
+        "control": {"period": _entry(rig.period)},
+        "sensors": sensors,
+        **({"effects": effects} if effects else {}),
+    }
+
+
+def save_rig(rig: Rig, path: Path) -> None:
+    """Write a rig file; `load_rig` reads back the same rig."""
+    path.write_text(tomli_w.dumps(rig_table(rig)), encoding="utf-8")
+
+
+def _entry(number: Number) -> dict[str, Any]:
+    def shown(value: float) -> float:
+        return float(f"{float(from_si(value, number.unit, number.si)):.14g}")
+
+    entry: dict[str, Any] = {"value": shown(number.value), "unit": number.unit}
+    if number.source:
+        entry["source"] = number.source
+    if number.low is not None and number.high is not None:
+        entry["bounds"] = [shown(number.low), shown(number.high)]
+    return entry
+
+
+def _sensor_entry(name: str, sensor: Sensor) -> dict[str, Any]:
+    unit = SIGNALS[name].si
+    return {key: {"value": getattr(sensor, key), "unit": unit} for key in ("noise", "resolution")}

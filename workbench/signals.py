@@ -37,6 +37,7 @@ SIGNALS: dict[str, Signal] = {
         Signal("specimen_position", "m", "mm", "far end of the specimen"),
         Signal("specimen_velocity", "m/s", "m/s", "velocity of the specimen's far end"),
         Signal("pilot_spool", "m", "mm", "pilot-stage spool position"),
+        Signal("flapper", "m", "um", "travel of the flapper at the nozzles"),
         Signal("flow", "m^3/s", "l/min", "flow out of the valve's port A"),
         Signal("lowest_pressure", "Pa", "bar", "lowest of all chamber pressures; below 0 the model is invalid"),
         Signal("disturbance", "N", "kN", "force on the moving mass, against positive motion"),

@@ -55,18 +55,15 @@ class Engine:
         ping, pong = np.zeros(plant.n + 3), np.zeros(plant.n + 3)
         self._turns = (self._bind(attempt, ping, pong), self._bind(attempt, pong, ping))
         self._step = _FIRST_STEP
-        self._x, self._y = np.zeros(plant.n), np.zeros(len(plant.outputs))
-        buffer, call = plant.h.buffer()
-        for index, array in enumerate((self._x, self._u, self._p)):
-            buffer.set_arg(index, memoryview(array))
-        buffer.set_res(0, memoryview(self._y))
-        self._outputs = _Turn(self._x, self._y, buffer, call)
+        self._outputs = self._bind(plant.h, np.zeros(plant.n), np.zeros(len(plant.outputs)))
 
-    def _bind(self, attempt: ca.Function, source: np.ndarray, target: np.ndarray) -> _Turn:
-        buffer, call = attempt.buffer()
-        for index, array in enumerate((source, self._u, self._p, self._tolerance)):
-            buffer.set_arg(index, memoryview(array))
-        buffer.set_res(0, memoryview(target))
+    def _bind(self, function: ca.Function, source: np.ndarray, target: np.ndarray) -> _Turn:
+        """The function with its arguments and result in fixed places: calling it copies nothing."""
+        buffer: Any
+        buffer, call = function.buffer()
+        for index, array in enumerate((source, self._u, self._p, self._tolerance)[: function.n_in()]):
+            buffer.set_arg(index, array.data)
+        buffer.set_res(0, target.data)
         return _Turn(source, target, buffer, call)
 
     def run(self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> Trajectory:
@@ -92,9 +89,10 @@ class Engine:
 
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [k] at one state and input, for a loop that asks every period."""
-        self._x[:], self._u[:], self._p[:] = x, u, self.plant.p if p is None else p
+        self._u[:], self._p[:] = u, self.plant.p if p is None else p
+        self._outputs.source[:] = x
         self._outputs.call()
-        return self._y.copy()
+        return self._outputs.target.copy()
 
     def _hold(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray) -> tuple[np.ndarray | None, int]:
         n = self.plant.n
@@ -103,14 +101,15 @@ class Engine:
         start = self._turns[0].source
         start[:n] = x
         start[n:] = (duration, self._step, 0)
-        for used in range(1, _ATTEMPTS, 2):
+        attempts = 0.0
+        while attempts < _ATTEMPTS:
             for turn in self._turns:
                 turn.call()
-                _, left, length = turn.target[n - 1 : n + 2]
+                left, length, attempts = turn.target[n:]
                 if left <= 0:
                     self._step = length
-                    return turn.target[:n].copy(), int(turn.target[n + 2])
-            if rosenbrock.failed(length):
-                break
+                    return turn.target[:n].copy(), int(attempts)
+                if rosenbrock.failed(length):
+                    attempts = _ATTEMPTS
         self._step = _FIRST_STEP
-        return None, used
+        return None, int(attempts)

@@ -5,6 +5,7 @@ A jack integrates, so a run through a whole record drifts away from any rig; err
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -87,7 +88,7 @@ def _cut(record: Record) -> list[Record]:
     first, last = record.t[0], record.t[-1]
     count = max(1, int((last - first + record.period) / WINDOW + 1e-6))
     edges = [None, *(first + WINDOW * np.arange(1, count)), None]
-    return [record.slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [record.slice(a, b) for a, b in pairwise(edges)]
 
 
 def _inputs(plant: Plant, record: Record) -> np.ndarray:

@@ -7,7 +7,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..rig import Rig
 from .effects.effect import Effect, Scope
 
 

@@ -35,7 +35,7 @@ def build(rig: Rig) -> Plant:
 
 
 def build_force_port(rig: Rig) -> Plant:
-    """The jack as a part of a multibody program: command, position and velocity in, rod force out; no mass of its own."""
+    """The jack as part of a multibody program: command, position and velocity in, rod force out; no own mass."""
     b = _assembly(rig, f"{rig.name} force port")
     command = b.input("command", "1", 1.0)
     x = b.input("position", "m", rig["S"] / 2) - b["xmid"]
@@ -56,7 +56,7 @@ def build_pilot_bench(rig: Rig) -> Plant:
     current = b.input("current", "A", rig["imax"])
     lands = Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0))
     pilot = pilot_stage(b, current, lands, b["Ps"], b["Pr"])
-    b.output(current=current, pilot_spool=pilot.spool, flow=pilot.into_a, lowest_pressure=pilot.lowest)
+    b.output(current=current, **pilot.signals, flow=pilot.into_a, lowest_pressure=pilot.lowest)
     return b.finish()
 
 

@@ -37,7 +37,7 @@ def chambers(b: Assembly, kind: str) -> Chambers:
 
 
 def continuity(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.SX, drain: ca.SX) -> None:
-    """Pressure rates: valve flow, leakage past the piston, and the volume that the piston sweeps. x is 0 at mid stroke."""
+    """Pressure rates: valve flow, leakage past the piston, and the volume that it sweeps. x is 0 at mid stroke."""
     pa, pb = jack.pa, jack.pb
     across = b["Cl"] * (pa - pb)
     outside = b.slot("leakage", (ca.SX(0), ca.SX(0)), pa=pa, pb=pb, drain=drain)

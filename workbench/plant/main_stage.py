@@ -1,4 +1,4 @@
-"""Stage 3 with its electrical position loop, and the second-order spool that stands for a valve known by its datasheet."""
+"""Stage 3 with its electrical position loop, and the second-order spool of a valve known by its datasheet."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from .pilot import Lands, pilot_stage
 
 @dataclass(frozen=True)
 class ValveFlows:
-    """Flow into chamber A and out of chamber B [m^3/s] of one valve, its lowest pressure [Pa], and what it can report."""
+    """Flow into chamber A and out of chamber B [m^3/s] of one valve, its lowest pressure [Pa], and its signals."""
 
     into_a: ca.SX
     out_of_b: ca.SX
@@ -53,7 +53,7 @@ def three_stage(
     b.dry_friction("Fs3")
     into_a, out_of_b = land_flows(openings, b["K3"], ports, lands.supply, lands.drain)
     lowest = ca.fmin(pilot.lowest, ca.fmin(pg, pd))
-    return ValveFlows(into_a, out_of_b, lowest, {"current": current, "spool": z, "pilot_spool": pilot.spool})
+    return ValveFlows(into_a, out_of_b, lowest, {"current": current, "spool": z, **pilot.signals})
 
 
 def second_order(b: Assembly, command: ca.SX, lands: Lands) -> ValveFlows:

@@ -7,7 +7,7 @@ _CURTAIN = 0.2e-6  # m: the nozzle curtain closes over this length
 
 
 def root(drop: ca.SX) -> ca.SX:
-    """Signed square root of a pressure drop [Pa]: d / (d^2 + 1e6)^(1/4) [Pa^0.5] (paper, eq. 1, with its missing sign)."""
+    """Signed root of a pressure drop [Pa]: d / (d^2 + 1e6)^(1/4) [Pa^0.5] (paper, eq. 1, with its missing sign)."""
     return drop / ca.sqrt(ca.sqrt(drop * drop + _QUIET))
 
 

@@ -20,12 +20,12 @@ class Lands:
 
 @dataclass(frozen=True)
 class PilotFlows:
-    """Flow into port A and out of port B of the pilot spool [m^3/s], and its lowest chamber pressure [Pa]."""
+    """Flow into port A and out of port B of the pilot spool [m^3/s], lowest chamber pressure [Pa], and its signals."""
 
     into_a: ca.SX
     out_of_b: ca.SX
-    spool: ca.SX
     lowest: ca.SX
+    signals: dict[str, ca.SX]
 
 
 def pilot_stage(b: Assembly, current: ca.SX, lands: Lands, supply: ca.SX, drain: ca.SX) -> PilotFlows:
@@ -51,7 +51,8 @@ def pilot_stage(b: Assembly, current: ca.SX, lands: Lands, supply: ca.SX, drain:
     b.rate("v2", force / b["M2"])
     b.dry_friction("Fs1", "Fs2")
     into_a, out_of_b = land_flows(openings, b["K2"], ports, lands.supply, lands.drain)
-    return PilotFlows(into_a, out_of_b, z, ca.fmin(pg, pd))
+    signals = {"pilot_spool": z, "flapper": b["l"] * theta}
+    return PilotFlows(into_a, out_of_b, ca.fmin(pg, pd), signals)
 
 
 def _armature_load(b: Assembly, theta: ca.SX, w: ca.SX, spring: ca.SX, drop: ca.SX) -> ca.SX:

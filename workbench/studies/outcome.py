@@ -6,17 +6,18 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from ..report import Page
+from ..report import Figure, Page
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """`metrics` for metrics.json, `tables` for *.parquet (columns by name), and the report."""
+    """`metrics` for metrics.json, `tables` for *.parquet (columns by name), the report and its telling figure."""
 
     metrics: Mapping[str, Any]
     page: Page
+    picture: Figure
     tables: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
 
 

@@ -78,7 +78,8 @@ def run_paper(config: PaperConfig, stage: Stage, progress: Progress) -> Outcome:
         values[f"{sweep.id}_f3db"] = crossing(sines[sweep.id].f, decibels(response), -3.0)
         values[f"{sweep.id}_f90"] = crossing(sines[sweep.id].f, degrees(response), -90.0)
     rows = [_row(target, values[target.id]) for target in TARGETS]
-    return Outcome({"rows": rows}, _page(rig, rows, flows, sines), _tables(flows, sines))
+    telling = _bode(SWEEPS[-1], rig, sines[SWEEPS[-1].id])
+    return Outcome({"rows": rows}, _page(rig, rows, flows, sines), telling, _tables(flows, sines))
 
 
 def _sweep(sweep: Sweep, rig: Rig, points: int) -> SteppedSine:
@@ -87,7 +88,9 @@ def _sweep(sweep: Sweep, rig: Rig, points: int) -> SteppedSine:
     rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
     full = plant.inputs[0].scale
     f = np.geomspace(sweep.reference, HIGHEST, points)
-    limits = {"current": rig["imax"] * rig["isat"]} if "command" in plant.outputs else {}
+    limits = {"flapper": rig["xo"]}
+    if "command" in plant.outputs:
+        limits["current"] = rig["imax"] * rig["isat"]
     return scan(Engine(plant), rest.x, rest.u, f, sweep.share * full, "flow", limits)
 
 
@@ -143,7 +146,7 @@ def _page(
             [t.meaning, r["value"], t.unit, t.paper, r["error_percent"], t.maker]
             for t, r in zip(TARGETS, rows, strict=True)
         ],
-        note="Gain is referred to 10 Hz for the pilot and 5 Hz for the main stage. Load ports at 35 bar, lands fed at 70 bar.",
+        note="Gain referred to 10 Hz (pilot) and 5 Hz (main stage). Load ports at 35 bar, lands fed at 70 bar.",
     )
     return Page(
         f"The paper's figures on {rig.name}",
@@ -152,8 +155,10 @@ def _page(
             Section("Numbers", [comparison, rig.source]),
             Section(
                 "Static flow",
-                [_flow_figure("Pilot flow", "current / rated current", flows["pilot"], 20.0)]
-                + [_flow_figure("Main-stage flow", "command", flows["main"], 600.0)],
+                [
+                    _flow_figure("Pilot flow", "current / rated current", flows["pilot"], 20.0),
+                    _flow_figure("Main-stage flow", "command", flows["main"], 600.0),
+                ],
             ),
             Section("Frequency response", [_bode(sweep, rig, sines[sweep.id]) for sweep in SWEEPS]),
         ],
@@ -194,9 +199,9 @@ def _bode(sweep: Sweep, rig: Rig, sine: SteppedSine) -> Figure:
 def _flags(sine: SteppedSine) -> str:
     notes = []
     if sine.saturated.any():
-        notes.append(f"the current saturates from {sine.f[sine.saturated].min():.0f} Hz")
+        notes.append(f"The flapper meets a nozzle or the current its limit from {sine.f[sine.saturated].min():.0f} Hz")
     if sine.cavitated.any():
         notes.append(f"a chamber falls below 0 bar from {sine.f[sine.cavitated].min():.0f} Hz")
     if not sine.settled.all():
         notes.append(f"{int((~sine.settled).sum())} points did not settle in 60 cycles")
-    return ("; ".join(notes) + ".").capitalize() if notes else "No saturation, no cavitation; every point settled."
+    return ("; ".join(notes) + ".") if notes else "No saturation, no cavitation; every point settled."

@@ -1,10 +1,11 @@
 """Operating points: at rest, at constant command, and moving at constant speed."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from ..errors import InputError
 from ..plant import Plant
@@ -89,19 +90,21 @@ class _Balance:
         """Rates that must vanish, each over the largest slope of its own equation."""
         return np.array(self._rates(*self.unpack(z))).ravel()[self.balanced] / self.rows
 
+    @property
+    def slope(self) -> Any:
+        """Jacobian of `residual`, a function of scaled unknowns (Any: scipy's stubs know no callable there)."""
+        return lambda z: self._jacobian_si(z) * self.scale / self.rows[:, None]
+
     def _jacobian_si(self, z: np.ndarray) -> np.ndarray:
         columns = [*self.free, *([self.plant.n] if self.free_command else [])]
         return np.array(self._slopes(*self.unpack(z)))[np.ix_(self.balanced, columns)]
 
-    def search(self, command: float):  # noqa: ANN201
+    def search(self, command: float) -> OptimizeResult:
         """A damped Gauss-Newton search that starts with this command."""
         start = np.zeros(len(self.scale))
         if self.free_command:
             start[-1] = command
 
-        def slope(z: np.ndarray) -> np.ndarray:
-            return self._jacobian_si(z) * self.scale / self.rows[:, None]
-
         return least_squares(
-            self.residual, start, slope, method="trf", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=300
+            self.residual, start, self.slope, method="trf", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=300
         )

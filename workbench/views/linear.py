@@ -32,7 +32,7 @@ def linearise(
         [ca.jacobian(rates, x), ca.jacobian(rates, u), ca.jacobian(seen, x), ca.jacobian(seen, u)],
     )
     a, b, c, d = (np.array(part.full()) for part in parts(about.x, about.u))
-    return control.ss(
+    return control.StateSpace(
         a,
         b[:, columns],
         c[rows],

@@ -22,7 +22,7 @@ from ..rig import Rig
 
 @dataclass(frozen=True)
 class ValveBlocks:
-    """`pilot`: current [A] -> pilot spool [m]; `valve`: command [1] -> main spool [m]; `state_space`: the same valve."""
+    """`pilot`: current [A] -> pilot spool [m]; `valve`: command [1] -> main spool [m]; `state_space`: the same."""
 
     null_pressure: float
     pilot: control.TransferFunction
@@ -31,7 +31,10 @@ class ValveBlocks:
 
 
 def null_pressure(rig: Rig) -> float:
-    """Nozzle-chamber pressure Pn [Pa] with the flapper centred: (K1 + Kf2)^2 (Ps - Pn) = (Kbuse pi Dbuse xo)^2 (Pn - Pr)."""
+    """Nozzle-chamber pressure Pn [Pa] with the flapper centred.
+
+    (K1 + Kf2)^2 (Ps - Pn) = (Kbuse pi Dbuse xo)^2 (Pn - Pr)
+    """
     inlet = (rig["K1"] + rig["Kf2"]) ** 2
     nozzle = (rig["Kbuse"] * np.pi * rig["Dbuse"] * rig["xo"]) ** 2
     return float((inlet * rig["Ps"] + nozzle * rig["Pr"]) / (inlet + nozzle))
@@ -64,9 +67,15 @@ def valve_blocks(rig: Rig, at_null: bool = False) -> ValveBlocks:
         ]
     )
     states = ["theta", "w", "z2", "z3"]
-    valve = control.ss(
+    valve = control.StateSpace(
         a, [[0], [drive], [0], [0]], [[0, 0, 0, 1]], 0, inputs=["command"], outputs=["spool"], states=states
     )
-    pilot = control.tf([rig["Km"] * first / inertia], [1, -a[1, 1], -a[1, 0], spring * first / inertia])
-    loop = pilot * control.tf([second], [1, 0]) * rig["imax"] * rig["Kp"]
-    return ValveBlocks(pressure, pilot, control.feedback(loop, 1 / rig["z3max"]), valve)
+    forward = rig["Km"] * first / inertia
+    armature = [1, -a[1, 1], -a[1, 0], spring * first / inertia]
+    loop = forward * second * rig["imax"] * rig["Kp"]
+    return ValveBlocks(
+        pressure,
+        control.TransferFunction([forward], armature),
+        control.TransferFunction([loop], [*armature, loop / rig["z3max"]]),
+        valve,
+    )

@@ -1,0 +1,71 @@
+"""What many tests share: the 10 t rig, its plants and engines, and its operating point at rest. Built once a session."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.engine import Engine
+from workbench.plant import build, build_pilot_bench, build_valve_bench
+from workbench.rig import EffectUse, Number, load_rig
+from workbench.views import equilibrium
+
+
+@pytest.fixture(scope="session")
+def rig():
+    return load_rig("jack-10t")
+
+
+@pytest.fixture(scope="session")
+def plant(rig):
+    return build(rig)
+
+
+@pytest.fixture(scope="session")
+def engine(plant):
+    return Engine(plant)
+
+
+@pytest.fixture(scope="session")
+def rest(plant):
+    """At rest at mid stroke, at null."""
+    return equilibrium(plant)
+
+
+@pytest.fixture(scope="session")
+def moving(plant):
+    """Moving at 0.1 m/s, outside the lap's doubled gain."""
+    return equilibrium(plant, speed=0.1)
+
+
+@pytest.fixture(scope="session")
+def valve_bench(rig):
+    return build_valve_bench(rig)
+
+
+@pytest.fixture(scope="session")
+def pilot_bench(rig):
+    return build_pilot_bench(rig)
+
+
+@pytest.fixture(scope="session")
+def commanded(plant):
+    """Inputs [k, m] of the plant from a command [k], the others zero."""
+
+    def inputs(command):
+        u = np.zeros((len(command), len(plant.inputs)))
+        u[:, 0] = command
+        return u
+
+    return inputs
+
+
+@pytest.fixture(scope="session")
+def with_effect(rig):
+    """The 10 t rig with an effect, its numbers as name=(value, unit)."""
+
+    def changed(name, formula="", **numbers):
+        given = {key: Number(key, value, unit, unit, "") for key, (value, unit) in numbers.items()}
+        return replace(rig, effects=(EffectUse(name, formula, given),))
+
+    return changed

@@ -1,0 +1,120 @@
+"""The command line: reads arguments, calls a study, leaves a run folder. No logic of its own."""
+
+import argparse
+import shlex
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NoReturn
+
+from . import studies
+from .config import load_config
+from .errors import InputError
+from .report import page_looks
+from .rig import rig_table
+from .runs import open_run, resolved_config, versions
+from .studies import residual
+from .studies.outcome import Outcome, Progress, Stage
+
+Study = Callable[[Stage, Progress], Outcome]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. Status 0: done; 2: bad input, with one line on stderr; 130: interrupted, resumable."""
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    try:
+        options = _parser().parse_args(words)
+        options.call(options, words)
+    except InputError as error:
+        print(f"jackbench: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("jackbench: interrupted; the same command resumes", file=sys.stderr)
+        return 130
+    return 0
+
+
+class _Parser(argparse.ArgumentParser):
+    """Complains in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message}; see {self.prog} --help")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="jackbench", description="Controller-design workbench for servo-hydraulic jacks.")
+    parser.add_argument("--version", action="version", version=f"jackbench {versions()['jackbench']}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=_Parser)
+    run = commands.add_parser("run", help="run an experiment file", description="Run an experiment file.")
+    run.add_argument("experiment", help="such as experiments/paper.toml")
+    _computes(run, _run)
+    found = commands.add_parser(
+        "residual",
+        help="hold a rig's model against recordings",
+        description="Compare a rig's model with the held-out records of a campaign folder.",
+    )
+    found.add_argument("campaign", help="folder with a campaign.toml")
+    _computes(found, _residual)
+    return parser
+
+
+def _computes(command: argparse.ArgumentParser, call: Callable[[argparse.Namespace, list[str]], None]) -> None:
+    command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
+    command.add_argument("--out", type=Path, help="folder to leave the results in (default: out/NAME)")
+    command.add_argument("--picture", type=Path, help="also draw the report's telling figure into a .png or .svg file")
+    command.add_argument("--force", action="store_true", help="replace an existing folder")
+    command.set_defaults(call=call)
+
+
+def _run(options: argparse.Namespace, words: list[str]) -> None:
+    config = load_config(options.experiment, options.rig)
+    identity = {"command": "run", "experiment": config.source, "rig": rig_table(config.rig)}
+    _finish(options, words, Path(options.experiment).stem, identity, studies.study_of(config))
+
+
+def _residual(options: argparse.Namespace, words: list[str]) -> None:
+    campaign, rig = residual.load(options.campaign, options.rig)
+    identity = {"command": "residual", "campaign": residual.fingerprint(campaign), "rig": rig_table(rig)}
+    name = f"residual-{campaign.path.resolve().name}"
+    _finish(options, words, name, identity, lambda stage, say: residual.run_residual(campaign, rig, stage, say))
+
+
+def _finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> None:
+    """Compute in DIR.partial, then rename it."""
+    out = options.out or Path("out") / name
+    _check_picture(options.picture)
+    began = time.perf_counter()
+
+    def progress(what: str) -> None:
+        print(f"{time.perf_counter() - began:7.1f} s  {what}", file=sys.stderr, flush=True)
+
+    with open_run(out, identity, options.force) as run:
+        outcome = study(run.stage, progress)
+        footer = {"command": shlex.join(["jackbench", *words]), "versions": _versions(), **outcome.page.footer}
+        page = replace(outcome.page, footer=footer)
+        run.finish(outcome.metrics, resolved_config(identity), outcome.tables, page)
+    if options.picture:
+        from .report.still import still_picture  # matplotlib loads slowly, and most runs draw no picture
+
+        still_picture(outcome.picture, options.picture, page_looks(page))
+    print(outcome.page.verdict)
+    print(f"report: {out / 'report.html'}")
+
+
+def _check_picture(path: Path | None) -> None:
+    if path is None:
+        return
+    if path.suffix not in (".png", ".svg"):
+        raise InputError(f"--picture {path}: name a .png or an .svg file")
+    if not path.parent.is_dir():
+        raise InputError(f"--picture {path}: no folder {path.parent}; make it first")
+
+
+def _versions() -> str:
+    return ", ".join(f"{package} {number}" for package, number in versions().items())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

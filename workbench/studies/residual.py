@@ -1,0 +1,146 @@
+"""The residual of a campaign: what a rig's model leaves unexplained of the held-out records."""
+
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..engine import Engine
+from ..identify.noise import Floor, noise_floor
+from ..identify.windows import WINDOW, Prediction, predict_windows
+from ..plant import build
+from ..records import Campaign, Record, load_campaign
+from ..report import Curve, Figure, Page, Panel, Section, Table
+from ..rig import Rig, load_rig
+from ..signals import SIGNALS
+from ..units import from_si
+from .outcome import Outcome, Progress, Stage
+
+
+def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress) -> Outcome:
+    """Predict every held-out record and compare, signal by signal."""
+    progress("noise floor")
+    floor = noise_floor(campaign)
+    engine = Engine(build(rig))
+    predictions = []
+    for record in campaign.heldout:
+        progress(f"{record.name}: windows of {WINDOW:g} s")
+
+        def compute(record: Record = record) -> dict[str, Any]:
+            found = predict_windows(engine, record, floor)
+            return {"signals": found.signals, "failed": list(found.failed)}
+
+        stored = stage(f"predict-{record.name.replace('/', '-')}", compute)
+        predictions.append(Prediction(record, stored["signals"], tuple(stored["failed"])))
+    rows = [row for prediction in predictions for row in _rows(prediction, floor)]
+    metrics = {"rows": rows, "chi2": chi2(predictions, floor)}
+    tables = {f"residual-{p.record.name.replace('/', '-')}": _table(p) for p in predictions}
+    telling = _figure(predictions[0], next(iter(predictions[0].signals)))
+    return Outcome(metrics, _page(campaign, rig, floor, predictions, metrics), telling, tables)
+
+
+def load(folder: str | Path, rig: str | None) -> tuple[Campaign, Rig]:
+    """A campaign with its own rig, or with the one that is named instead."""
+    campaign = load_campaign(folder)
+    return campaign, load_rig(rig or campaign.rig)
+
+
+def fingerprint(campaign: Campaign) -> dict[str, Any]:
+    """What says that a campaign is the same one: its folder's name, and a digest of every record."""
+    roles = {"static": campaign.static, "train": campaign.train, "heldout": campaign.heldout}
+    return {"name": campaign.path.resolve().name} | {
+        role: {record.name: _digest(record) for record in records} for role, records in roles.items()
+    }
+
+
+def _digest(record: Record) -> str:
+    arrays = [record.t, *(record.signals[n] for n in sorted(record.signals)), *record.valid.values()]
+    return sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()[:16]
+
+
+def chi2(predictions: list[Prediction], floor: Floor) -> float | None:
+    """Mean over signals and samples of (error / sigma)^2; 1 is the noise floor. None where a window failed."""
+    if any(prediction.failed for prediction in predictions):
+        return None
+    squares = [(p.error(name) / floor.sigma[name]) ** 2 for p in predictions for name in p.signals]
+    return float(np.nanmean(np.concatenate(squares)))
+
+
+def _rows(prediction: Prediction, floor: Floor) -> list[dict[str, Any]]:
+    """One row a signal of one record, in the units that people read."""
+    rows = []
+    for name in prediction.signals:
+        signal = SIGNALS[name]
+        error = prediction.error(name)
+        rms = float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else None
+        unit_rms = None if rms is None else float(from_si(rms, signal.unit, signal.si))
+        sigma = float(from_si(floor.sigma[name], signal.unit, signal.si))
+        ratio = None if unit_rms is None else unit_rms / sigma
+        row = {"record": prediction.record.name, "signal": name, "unit": signal.unit}
+        rows.append(row | {"rms": unit_rms, "floor": sigma, "ratio": ratio})
+    return rows
+
+
+def _table(prediction: Prediction) -> dict[str, np.ndarray]:
+    """Measured, model and error by column, in the units that people read."""
+    columns = {"t [s]": prediction.record.t, "command [1]": prediction.record.signals["command"]}
+    for name, values in prediction.signals.items():
+        label, unit, si = SIGNALS[name].label, SIGNALS[name].unit, SIGNALS[name].si
+        columns[f"measured {label}"] = from_si(prediction.record.signals[name], unit, si)
+        columns[f"model {label}"] = from_si(values, unit, si)
+        columns[f"error {label}"] = from_si(prediction.error(name), unit, si)
+    return columns
+
+
+def _page(campaign: Campaign, rig: Rig, floor: Floor, predictions: list[Prediction], metrics: dict[str, Any]) -> Page:
+    rows = metrics["rows"]
+    summary = Table(
+        "Error by record and signal",
+        ["record", "signal", "unit", "RMS error", "noise floor", "error / floor"],
+        [[r["record"], r["signal"], r["unit"], r["rms"], r["floor"], r["ratio"]] for r in rows],
+        note=f"Held-out records, windows of {WINDOW:g} s with refitted initial states; input: the recorded command.",
+    )
+    noise = Table(
+        "Noise floor",
+        ["signal", "unit", "sigma", "autocorrelation factor", "from"],
+        [
+            [n, SIGNALS[n].unit, float(from_si(s, SIGNALS[n].unit, SIGNALS[n].si)), floor.kappa[n], floor.source[n]]
+            for n, s in floor.sigma.items()
+        ],
+    )
+    sections = [Section("Error", [summary, noise])]
+    sections += [Section(p.record.name, [_figure(p, name) for name in p.signals]) for p in predictions]
+    notes = [f"{r.name}: {note}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for note in r.notes]
+    failed = [f"{p.record.name}: the model failed in the window from {t:g} s" for p in predictions for t in p.failed]
+    if notes or failed:
+        sections.append(Section("What was mended, and what failed", [*failed, *notes]))
+    if rig.recordings:
+        sections.append(Section("Recordings", [rig.recordings]))
+    return Page(f"Residual of {campaign.path.resolve().name} on {rig.name}", _verdict(rig, metrics), sections)
+
+
+def _verdict(rig: Rig, metrics: dict[str, Any]) -> str:
+    if metrics["chi2"] is None:
+        return f"The model of {rig.name} fails in some windows; see the last section."
+    worst = max((r for r in metrics["rows"] if r["ratio"] is not None), key=lambda r: r["ratio"])
+    return (
+        f"chi2 = {metrics['chi2']:.3g} (1 is the noise floor): the model of {rig.name} leaves {worst['rms']:.3g} "
+        f"{worst['unit']} RMS in {worst['signal']} of {worst['record']}, {worst['ratio']:.3g} times the noise."
+    )
+
+
+def _figure(prediction: Prediction, name: str) -> Figure:
+    signal, t = SIGNALS[name], prediction.record.t
+
+    def shown(values: np.ndarray) -> np.ndarray:
+        return from_si(values, signal.unit, signal.si)
+
+    measured = Curve("measured", t, shown(prediction.record.signals[name]))
+    model = Curve("model", t, shown(prediction.signals[name]))
+    residual = Curve("residual", t, shown(prediction.error(name)))
+    return Figure(
+        f"{prediction.record.name}: {name}",
+        "time [s]",
+        [Panel(signal.label, [measured, model]), Panel(f"measured - model [{signal.unit}]", [residual])],
+    )
