@@ -1,0 +1,90 @@
+"""The closed-loop step study, thin, on the 10 t rig: contract keys, honest words for a bad loop."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from workbench.config import load_config
+from workbench.rig import load_rig, save_rig
+from workbench.studies import study_of
+from workbench.studies.outcome import at_once
+
+KEYS = [
+    *("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "steady_state_error", "iae"),
+    *("peak_command", "saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz"),
+    *("peak_db", "gain_margin_db", "phase_margin_deg", "ms"),
+]
+
+CONFIG = """
+experiment = "step"
+rig = "tight.toml"
+scenarios = ["position-10mm", "position-100mm"]
+[controllers.p]
+use = "controllers.p:P"
+gain = {value = 0.24, unit = "1/m"}
+[controllers.hot]
+use = "controllers.p:P"
+gain = {value = 0.8, unit = "1/m"}
+[bode]
+low_hz = 5
+high_hz = 20
+points = 3
+amplitudes_mm = [1]
+"""
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("steps")
+    rig = load_rig("jack-10t")
+    stroke = replace(rig.limits["stroke"], value=0.05)
+    save_rig(replace(rig, name="tight", limits={**rig.limits, "stroke": stroke}), folder / "tight.toml")
+    path = folder / "thin.toml"
+    path.write_text(CONFIG)
+    return study_of(load_config(path))(at_once, lambda _: None)
+
+
+@pytest.fixture(scope="module")
+def rows(outcome):
+    return {(row["controller"], row["scenario"]): row for row in outcome.metrics["rows"]}
+
+
+def test_rows_have_the_contract_s_keys(rows):
+    for row in rows.values():
+        assert list(row) == KEYS
+
+
+def test_a_good_loop_has_all_its_numbers(rows):
+    row = rows["p", "position-10mm"]
+    assert row["stable"] is True
+    assert row["tripped"] is None
+    assert 1.0 < row["settling_s"] < 1.5
+    assert row["overshoot_percent"] < 1
+    assert 1.5 < row["ms"] <= 2
+    assert row["gain_margin_db"] > 6
+    assert row["residual_oscillation"] < 2e-3
+
+
+def test_an_unstable_loop_is_refused_every_margin(rows):
+    row = rows["hot", "position-10mm"]
+    assert row["stable"] is False
+    for key in ("ms", "gain_margin_db", "phase_margin_deg", "f3db_hz", "f90_hz", "peak_db"):
+        assert row[key] is None
+
+
+def test_a_loop_beyond_the_rig_s_limits_trips_and_says_why(rows):
+    row = rows["p", "position-100mm"]
+    assert row["tripped"] == "position beyond +-50 mm of mid stroke"
+    assert row["settling_s"] is None
+    assert row["steady_state_error"] is None
+
+
+def test_verdict_and_bode_name_only_stable_loops(outcome):
+    assert "p settles first" in outcome.page.verdict
+    assert "Unstable: hot." in outcome.page.verdict
+
+
+def test_every_shipped_experiment_loads():
+    for path in sorted((Path(__file__).parents[1] / "experiments").glob("*.toml")):
+        load_config(path)
