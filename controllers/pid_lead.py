@@ -13,7 +13,7 @@ class PidLead:
     """U(s) = K (1 + 1/(Ti s) + Td s/(Td/N s + 1)) (1 + T s)/(1 + T s/a) E(s), sampled by Tustin's rule.
 
     The lead passes steps a times larger, so the command limit matters: the integrator follows the command that the
-    drive really got (back calculation over the time Tt = sqrt(Ti Td), or Ti without a derivative).
+    drive really got (back calculation over Tt = sqrt(Ti Td), or Ti without a derivative, at least a period).
     """
 
     measures = ("position",)
@@ -33,7 +33,7 @@ class PidLead:
         self._design, self._period = design, period
         d = design
         self._integral = d.gain * period / (2 * d.integral_time)
-        self._follow = period / (np.sqrt(d.integral_time * d.derivative_time) or d.integral_time)
+        self._follow = min(1.0, period / (np.sqrt(d.integral_time * d.derivative_time) or d.integral_time))
         self._lead = _first_order(d.lead_time, 1.0, d.lead_time / d.lead_ratio, 1.0, period)
         self._slope = _first_order(
             d.gain * d.derivative_time, 0.0, d.derivative_time / d.derivative_filter, 1.0, period

@@ -1,14 +1,19 @@
-"""What many tests share: the 10 t rig, its plants and engines, and its operating point at rest. Built once a session."""
+"""What many tests share: the 10 t rig, its plants and engines, its operating points. Built once a session."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from workbench.engine import Engine
 from workbench.plant import build, build_pilot_bench, build_valve_bench
 from workbench.rig import EffectUse, Number, load_rig
+from workbench.rig_schema import CORRECTORS
 from workbench.views import equilibrium
+
+settings.register_profile("jackbench", deadline=None)  # a busy machine is no failure
+settings.load_profile("jackbench")
 
 
 @pytest.fixture(scope="session")
@@ -58,6 +63,19 @@ def commanded(plant):
         return u
 
     return inputs
+
+
+@pytest.fixture(scope="session")
+def with_corrector():
+    """A rig with another spool loop, with the numbers of the one that shows the maker's resonance."""
+    numbers = {"Ti": 12.1e-3, "Td": 0.633e-3, "tf": 0.548e-3}
+
+    def changed(rig, corrector):
+        specs = CORRECTORS[corrector]
+        added = {name: Number(name, numbers[name], spec.unit, spec.unit, "") for name, spec in specs.items()}
+        return replace(rig, corrector=corrector, numbers={**rig.numbers, **added})
+
+    return changed
 
 
 @pytest.fixture(scope="session")

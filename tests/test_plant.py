@@ -1,29 +1,16 @@
 """The plant's equations against the paper's written out again in numpy, and what physics demands of its motion."""
 
-from dataclasses import replace
-
+import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.engine import Engine
-from workbench.plant import build, build_force_port, build_pilot_bench, build_valve_bench
-from workbench.rig import Number, load_rig
-from workbench.rig_schema import CORRECTORS
+from workbench.plant import build, build_force_port, orifice
+from workbench.rig import load_rig
 from workbench.signals import SIGNALS
 from workbench.views import equilibrium
-
-CORRECTOR_NUMBERS = {"Ti": 12.1e-3, "Td": 0.633e-3, "tf": 0.548e-3}
-
-
-def with_corrector(rig, corrector):
-    """The rig with another spool loop, with the numbers of the one that shows the maker's resonance."""
-    added = {
-        name: Number(name, CORRECTOR_NUMBERS[name], spec.unit, spec.unit, "here")
-        for name, spec in CORRECTORS[corrector].items()
-    }
-    return replace(rig, corrector=corrector, numbers={**rig.numbers, **added})
 
 
 def q(drop):
@@ -126,7 +113,7 @@ def states(draw, plant):
 
 
 @pytest.fixture(scope="module", params=["p", "p-lead", "pi-lead"])
-def rich(request):
+def rich(request, with_corrector):
     """The rounded rig, which has friction, with every corrector, a specimen and an offset of the position signal."""
     rig = with_corrector(load_rig("jack-10t-rounded"), request.param)
     return rig.with_values(Fs3=20.0, ks=1e6, cs=300.0, xmid=0.1)
@@ -239,13 +226,40 @@ def test_the_force_port_follows_a_simulated_plant(rig, plant, engine, rest, comm
     assert np.abs(seen[:, port.output("force")] - needed).max() < 5e-3 * np.ptp(needed)
 
 
+def numbers(law, *arguments):
+    """A symbolic law evaluated at numbers."""
+    return float(ca.evalf(law(*(ca.SX(value) for value in arguments))))
+
+
+@given(x=st.floats(-2, 2), v=st.floats(-10, 10))
+def test_a_stop_pushes_back_and_never_pulls(x, v):
+    force = numbers(orifice.end_stop, x, v, 1.0, 1e6, 1e4, 0.01)
+    over = max(abs(x) - 1, 0)
+    wanted = np.sign(x) * max(1e6 * over + 1e4 * v * np.sign(x) * over / (over + 0.01), 0)
+    assert force == pytest.approx(wanted, abs=1e-6)
+    assert force * x >= 0
+
+
+@given(z=st.floats(-1e-4, 1e-4), drop=st.floats(-3e7, 3e7))
+def test_orifices_laps_and_curtains_are_their_docstrings(z, drop):
+    eps = 3.7e-6
+    assert numbers(orifice.root, drop) == pytest.approx(q(drop))
+    assert numbers(orifice.exponential_lap, z, eps) == pytest.approx(lap(z, eps), abs=1e-20)
+    assert numbers(orifice.curtain, z) == pytest.approx(pos(z), abs=1e-15)
+    assert numbers(orifice.volume, 1e-4, z) == pytest.approx(max(1e-4 + z, 5e-6))
+    step = 1e-12
+    slopes = [(numbers(orifice.exponential_lap, s * step, eps) - eps) / (s * step) for s in (1, -1)]
+    assert slopes == pytest.approx([1, 1], abs=1e-3)  # C1
+
+
 def test_oil_is_neither_made_nor_lost(rig, plant, rest, commanded):
     """What the valve and the leak bring into a chamber is what the piston sweeps and what the oil is compressed by."""
     t = np.arange(4001) * 5e-5
     run = Engine(plant, 1e-7).run(rest.x, t, commanded(0.2 * np.sin(2 * np.pi * 5 * t)))
     s = {state.name: run.x[:, i] for i, state in enumerate(plant.states)}
     flows = [
-        lands(rig, rig["K3"], z, ports, rig["Ps"], rig["Pr"])[:2] for z, *ports in zip(s["z3"], s["P1"], s["P2"], strict=True)
+        lands(rig, rig["K3"], z, ports, rig["Ps"], rig["Pr"])[:2]
+        for z, *ports in zip(s["z3"], s["P1"], s["P2"], strict=True)
     ]
     leak = rig["Cl"] * (s["P1"] - s["P2"])
     for side, pressure, inflow in ((1, "P1", [f[0] for f in flows]), (-1, "P2", [-f[1] for f in flows])):

@@ -13,12 +13,25 @@ report, runs        HTML pages, run folders
 config, studies, cli    experiment files, what the commands compute, the command line
 """
 
-from .engine import Engine, Trajectory
-from .errors import InputError
-from .plant import Plant, build, build_force_port
-from .records import Record, load_campaign
-from .rig import Rig, load_rig
-from .views import equilibrium, linearise, nonlinear_system
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .engine import Engine, Trajectory
+    from .errors import InputError
+    from .plant import Plant, build, build_force_port
+    from .records import Record, load_campaign
+    from .rig import Rig, load_rig
+    from .views import equilibrium, linearise, nonlinear_system
+
+_HOMES = {
+    "engine": ("Engine", "Trajectory"),
+    "errors": ("InputError",),
+    "plant": ("Plant", "build", "build_force_port"),
+    "records": ("Record", "load_campaign"),
+    "rig": ("Rig", "load_rig"),
+    "views": ("equilibrium", "linearise", "nonlinear_system"),
+}
 
 __all__ = [
     "Engine",
@@ -35,3 +48,11 @@ __all__ = [
     "load_rig",
     "nonlinear_system",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name's module when it is first used: a simulation need not wait for python-control."""
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f".{module}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

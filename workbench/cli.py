@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -56,6 +57,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Compare a rig's model with the held-out records of a campaign folder.",
     )
     found.add_argument("campaign", help="folder with a campaign.toml")
+    found.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
     _computes(found, _residual)
     return parser
 
@@ -77,8 +79,10 @@ def _run(options: argparse.Namespace, words: list[str]) -> None:
 def _residual(options: argparse.Namespace, words: list[str]) -> None:
     campaign, rig = residual.load(options.campaign, options.rig)
     identity = {"command": "residual", "campaign": residual.fingerprint(campaign), "rig": rig_table(rig)}
+    identity["free_run"] = options.free_run
     name = f"residual-{campaign.path.resolve().name}"
-    _finish(options, words, name, identity, lambda stage, say: residual.run_residual(campaign, rig, stage, say))
+    study = partial(residual.run_residual, campaign, rig, free_run=options.free_run)
+    _finish(options, words, name, identity, study)
 
 
 def _finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from importlib import import_module
 from typing import Any, ClassVar, Protocol, cast
 
@@ -62,7 +62,9 @@ def recipe(name: str, table: Mapping[str, Any], where: str) -> Recipe:
     use = table.get("use")
     if not isinstance(use, str) or use.count(":") != 1:
         raise InputError(f'{where}: needs use = "module:Class", such as "controllers.p:P"')
-    design = _load(use, where).Design
+    design = getattr(_load(use, where), "Design", None)
+    if not (isinstance(design, type) and is_dataclass(design)):
+        raise InputError(f'{where}: use = "{use}" is no controller: it has no dataclass Design')
     known = {entry.name: entry for entry in fields(design)}
     for key in table:
         if key != "use" and key not in known:
@@ -95,7 +97,7 @@ def _load(use: str, where: str) -> Any:
     module, name = use.split(":")
     try:
         found = getattr(import_module(module), name)
-    except ImportError as error:
+    except (ImportError, TypeError, ValueError) as error:
         raise InputError(f'{where}: use = "{use}": {error}; write the module as Python imports it') from None
     except AttributeError:
         raise InputError(f'{where}: use = "{use}": module {module} has no class {name}') from None

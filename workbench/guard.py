@@ -24,6 +24,7 @@ class Guard:
         """Forget the past; `command` [1] is what the drive holds now."""
         self._command = command
         self._position: float | None = None
+        self._known: set[str] = {"position"}
         self.tripped: str | None = None
 
     def watch(self, measurement: Mapping[str, float]) -> None:
@@ -41,8 +42,9 @@ class Guard:
         return self._command
 
     def _reason(self, measurement: Mapping[str, float]) -> str | None:
-        if "position" not in measurement:
-            return "the position signal is lost"
+        if lost := self._known.difference(measurement):
+            return f"the {min(lost)} signal is lost"
+        self._known.update(measurement)
         for name, value in measurement.items():
             if not math.isfinite(value):
                 return f"the {name} signal is not finite"

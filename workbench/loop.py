@@ -7,6 +7,7 @@ import numpy as np
 
 from .controller import Controller
 from .engine import Engine
+from .errors import InputError
 from .guard import Guard
 from .records import Record
 from .rig import Rig
@@ -28,23 +29,23 @@ class LoopRun:
 
 
 class Sensors:
-    """Adds each sensor's white noise and resolution to the outputs of a plant; None of it without a seed."""
+    """What the rig's sensors say of the plant's outputs: with a seed, each with its white noise and resolution."""
 
-    def __init__(self, rig: Rig, names: tuple[str, ...], seed: int | None) -> None:
-        known = [rig.sensors.get(name) for name in names]
-        self._names = names
-        self._noise = np.array([s.noise if s else 0.0 for s in known])
-        self._quantum = np.array([s.resolution if s else 0.0 for s in known])
+    def __init__(self, rig: Rig, outputs: tuple[str, ...], seed: int | None) -> None:
+        self.names = tuple(name for name in outputs if name in rig.sensors)
+        self._columns = [outputs.index(name) for name in self.names]
+        self._noise = np.array([rig.sensors[name].noise for name in self.names])
+        self._quantum = np.array([rig.sensors[name].resolution for name in self.names])
         self._random = None if seed is None else np.random.default_rng(seed)
 
     def read(self, outputs: np.ndarray) -> dict[str, float]:
-        """What the sensors say of the outputs [k], by name."""
-        if self._random is None:
-            return dict(zip(self._names, outputs.tolist(), strict=True))
-        noisy = outputs + self._noise * self._random.standard_normal(len(outputs))
-        coarse = self._quantum > 0
-        noisy[coarse] = np.round(noisy[coarse] / self._quantum[coarse]) * self._quantum[coarse]
-        return dict(zip(self._names, noisy.tolist(), strict=True))
+        """Readings by name, of all outputs [k] of the plant."""
+        seen = outputs[self._columns]
+        if self._random is not None:
+            seen = seen + self._noise * self._random.standard_normal(len(seen))
+            coarse = self._quantum > 0
+            seen[coarse] = np.round(seen[coarse] / self._quantum[coarse]) * self._quantum[coarse]
+        return dict(zip(self.names, seen.tolist(), strict=True))
 
 
 class ClosedLoop:
@@ -61,6 +62,9 @@ class ClosedLoop:
         self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
         self._x, self._held = start.x.copy(), start.u.copy()
         self._samples = 0
+        for name in controller.measures:
+            if name not in self._sensors.names:
+                raise InputError(f"rig {rig.name} has no {name} sensor, which the controller needs; declare one")
         measured = self._measure()
         self._guard.reset(float(self._held[0]))
         controller.reset(measured[controller.measures[0]], measured, float(self._held[0]))

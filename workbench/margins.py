@@ -10,7 +10,8 @@ from .plant import Plant
 from .response import decibels
 from .views import Equilibrium, linearise
 
-_POINTS = 3000
+_LOWEST = 1e-4  # Hz: crossings of the slowest loop that any controller allows
+_POINTS = 4000
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ def linear_loop(
     sampled = control.c2d(model, period, "zoh")
     law = controller.linear()
     stable = bool(np.abs(np.linalg.eigvals(_closed_matrix(sampled, law))).max() < 1 - 1e-9)
-    f = np.geomspace(1e-2, 0.4999 / period, _POINTS)
+    f = np.geomspace(_LOWEST, 0.4999 / period, _POINTS)
     z = np.exp(2j * np.pi * f * period)
     response = np.asarray(sampled(z)).reshape(len(controller.measures), -1)
     gains = np.asarray(law(z)).reshape(1 + len(controller.measures), -1)

@@ -85,15 +85,27 @@ class Rig:
         return self.limits[name].value
 
     def with_values(self, **values: float) -> "Rig":
-        """A copy with other SI values; raises InputError for an unknown name or an impossible value."""
+        """A copy with other SI values; a value beyond its fit bounds takes them along in proportion.
+
+        Raises InputError for an unknown name or an impossible value.
+        """
         numbers = dict(self.numbers)
         specs = number_specs(self.valve, self.corrector, self.jack)
         for name, value in values.items():
             if name not in numbers:
                 raise InputError(f'rig {self.name}: no number "{name}"; {nearest(name, numbers)}')
             _check_range(value, specs[name], f"rig {self.name}: {name}")
-            numbers[name] = replace(numbers[name], value=float(value))
+            numbers[name] = _moved(numbers[name], float(value))
         return replace(self, numbers=numbers)
+
+
+def _moved(number: Number, value: float) -> Number:
+    """The number with another value; a range that it leaves goes with it, in proportion."""
+    if number.low is None or number.high is None or number.low <= value <= number.high:
+        return replace(number, value=value)
+    shift = value / number.value if number.value else 1.0
+    low, high = sorted((number.low * shift, number.high * shift))
+    return replace(number, value=value, low=min(low, value), high=max(high, value))
 
 
 def number_specs(valve: str, corrector: str, jack: str) -> dict[str, Spec]:
@@ -148,7 +160,7 @@ def _parse(path: Path, shown: str) -> Rig:
         limits=read.numbers("limits", schema.LIMITS),
         period=read.numbers("control", schema.CONTROL)["period"],
         sensors=read.sensors(),
-        effects=tuple(read.effect(use) for use in table.get("effects", [])),
+        effects=read.effects(),
         recordings=str(table.get("recordings", "")),
     )
 
@@ -184,10 +196,24 @@ class _Reader:
             raise InputError(f"{self.shown}: table [{name}] is missing; add it")
         return part
 
+    def mapping(self, name: str) -> Mapping[str, Any]:
+        """A table that may be absent."""
+        part = self.table.get(name, {})
+        if not isinstance(part, Mapping):
+            raise InputError(f"{self.shown}: {name} must be a table; write [{name}]")
+        return part
+
+    def effects(self) -> tuple[EffectUse, ...]:
+        """The list of tables `[[effects]]`."""
+        uses = self.table.get("effects", [])
+        if not isinstance(uses, list):
+            raise InputError(f"{self.shown}: effects must be a list of tables; write [[effects]]")
+        return tuple(self.effect(use) for use in uses)
+
     def kind(self, section: str, key: str, known: Mapping[str, Any]) -> str:
         """A word out of a list."""
         word = self.section(section).get(key)
-        if word not in known:
+        if not isinstance(word, str) or word not in known:
             raise InputError(f'{self.where(section, key)} = "{word}": {nearest(str(word), known)}')
         return str(word)
 
@@ -211,7 +237,8 @@ class _Reader:
         unit = entry.get("unit")
         if not isinstance(unit, str):
             raise InputError(f'{where}: no unit; write unit = "{spec.unit}" or one that converts to it')
-        values = [entry.get("value"), *entry.get("bounds", [])]
+        limits = entry.get("bounds", [])
+        values: list[Any] = [entry.get("value"), *(limits if isinstance(limits, list) else [None])]
         if any(isinstance(v, bool) or not isinstance(v, int | float) for v in values) or len(values) not in (1, 3):
             raise InputError(f"{where}: value must be a number, and bounds two of them")
         try:
@@ -227,8 +254,10 @@ class _Reader:
     def sensors(self) -> dict[str, Sensor]:
         """Tables `[sensors.NAME]` with `noise` and `resolution`."""
         found = {}
-        for name, part in self.table.get("sensors", {}).items():
+        for name, part in self.mapping("sensors").items():
             section = f"sensors.{name}"
+            if not isinstance(part, Mapping):
+                raise InputError(f"{self.shown}: {section}: write a table [{section}] with noise and resolution")
             if name not in SIGNALS:
                 raise InputError(f"{self.shown}: [{section}]: no such signal, {nearest(name, SIGNALS)}")
             check_keys(part, ("noise", "resolution"), f"{self.shown}: [{section}]")

@@ -43,7 +43,7 @@ class _Turn:
 class Engine:
     """Runs one plant's adaptive step through CasADi's interpreter, without a copy between calls.
 
-    An engine remembers nothing of a run but its last step length: `advance` and `run` are functions of their arguments.
+    An engine remembers nothing: `advance` and `run` are functions of their arguments.
     """
 
     def __init__(self, plant: Plant, tolerance: float = TOLERANCE) -> None:
@@ -54,7 +54,6 @@ class Engine:
         self._tolerance = np.array([tolerance])
         ping, pong = np.zeros(plant.n + 3), np.zeros(plant.n + 3)
         self._turns = (self._bind(attempt, ping, pong), self._bind(attempt, pong, ping))
-        self._step = _FIRST_STEP
         self._outputs = self._bind(plant.h, np.zeros(plant.n), np.zeros(len(plant.outputs)))
 
     def _bind(self, function: ca.Function, source: np.ndarray, target: np.ndarray) -> _Turn:
@@ -69,14 +68,17 @@ class Engine:
     def run(self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> Trajectory:
         """From x0 [n] over times t [k + 1], holding row j of u [k or more, m] over [t_j, t_(j+1)].
 
-        Never raises for a failed step: the states from there on are NaN and `failed_at` says when.
+        Never raises for a failed step: the states from there on are NaN and `failed_at` says when. Raises ValueError
+        for times that do not increase.
         """
+        durations = np.diff(t)
+        if not np.all((durations > 0) & np.isfinite(durations)):
+            raise ValueError(f"{self.plant.name}: times must be finite and increasing")
         states = np.full((len(t), self.plant.n), np.nan)
         states[0] = x0
-        self._step = _FIRST_STEP
-        attempts = 0
-        for j, duration in enumerate(np.diff(t)):
-            after, used = self._hold(states[j], u[j], duration, self.plant.p if p is None else p)
+        attempts, step = 0, _FIRST_STEP
+        for j, duration in enumerate(durations):
+            after, step, used = self._hold(states[j], u[j], duration, self.plant.p if p is None else p, step)
             attempts += used
             if after is None:
                 return Trajectory(np.asarray(t), states, attempts, float(t[j]))
@@ -84,8 +86,8 @@ class Engine:
         return Trajectory(np.asarray(t), states, attempts, None)
 
     def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:
-        """State after holding u [m] for `duration` [s], or None if the step failed."""
-        return self._hold(x, u, duration, self.plant.p if p is None else p)[0]
+        """State after holding u [m] for `duration` [s], tried in one step first; None if the steps failed."""
+        return self._hold(x, u, duration, self.plant.p if p is None else p, duration)[0]
 
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [k] at one state and input, for a loop that asks every period."""
@@ -94,22 +96,23 @@ class Engine:
         self._outputs.call()
         return self._outputs.target.copy()
 
-    def _hold(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray) -> tuple[np.ndarray | None, int]:
+    def _hold(
+        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray, step: float
+    ) -> tuple[np.ndarray | None, float, int]:
+        """State at the end of an interval (None: failed), the step length to go on with, and the attempts used."""
         n = self.plant.n
         self._u[:] = u
         self._p[:] = p
         start = self._turns[0].source
         start[:n] = x
-        start[n:] = (duration, self._step, 0)
+        start[n:] = (duration, step, 0)
         attempts = 0.0
         while attempts < _ATTEMPTS:
             for turn in self._turns:
                 turn.call()
-                left, length, attempts = turn.target[n:]
+                left, step, attempts = turn.target[n:]
                 if left <= 0:
-                    self._step = length
-                    return turn.target[:n].copy(), int(attempts)
-                if rosenbrock.failed(length):
-                    attempts = _ATTEMPTS
-        self._step = _FIRST_STEP
-        return None, int(attempts)
+                    return turn.target[:n].copy(), step, int(attempts)
+                if rosenbrock.failed(step):
+                    return None, step, int(attempts)
+        return None, step, int(attempts)

@@ -8,7 +8,8 @@ import numpy as np
 
 from ..engine import Engine
 from ..identify.noise import Floor, noise_floor
-from ..identify.windows import WINDOW, Prediction, predict_windows
+from ..identify.whiteness import Whiteness, whiteness
+from ..identify.windows import WINDOW, Prediction, predict_free, predict_windows
 from ..plant import build
 from ..records import Campaign, Record, load_campaign
 from ..report import Curve, Figure, Page, Panel, Section, Table
@@ -18,8 +19,8 @@ from ..units import from_si
 from .outcome import Outcome, Progress, Stage
 
 
-def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress) -> Outcome:
-    """Predict every held-out record and compare, signal by signal."""
+def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress, free_run: bool = False) -> Outcome:
+    """Predict every held-out record and compare, signal by signal; `free_run` adds one run through each record."""
     progress("noise floor")
     floor = noise_floor(campaign)
     engine = Engine(build(rig))
@@ -34,6 +35,10 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress)
         stored = stage(f"predict-{record.name.replace('/', '-')}", compute)
         predictions.append(Prediction(record, stored["signals"], tuple(stored["failed"])))
     rows = [row for prediction in predictions for row in _rows(prediction, floor)]
+    if free_run:
+        free = [predict_free(engine, record, floor) for record in campaign.heldout]
+        for row, other in zip(rows, (row for prediction in free for row in _rows(prediction, floor)), strict=True):
+            row["free_run_rms"] = other["rms"]
     metrics = {"rows": rows, "chi2": chi2(predictions, floor)}
     tables = {f"residual-{p.record.name.replace('/', '-')}": _table(p) for p in predictions}
     telling = _figure(predictions[0], next(iter(predictions[0].signals)))
@@ -95,10 +100,11 @@ def _table(prediction: Prediction) -> dict[str, np.ndarray]:
 
 def _page(campaign: Campaign, rig: Rig, floor: Floor, predictions: list[Prediction], metrics: dict[str, Any]) -> Page:
     rows = metrics["rows"]
+    free = "free_run_rms" in rows[0]
     summary = Table(
         "Error by record and signal",
-        ["record", "signal", "unit", "RMS error", "noise floor", "error / floor"],
-        [[r["record"], r["signal"], r["unit"], r["rms"], r["floor"], r["ratio"]] for r in rows],
+        ["record", "signal", "unit", "RMS error", "noise floor", "error / floor", *(["free-run RMS"] * free)],
+        [[*r.values()] for r in rows],
         note=f"Held-out records, windows of {WINDOW:g} s with refitted initial states; input: the recorded command.",
     )
     noise = Table(
@@ -111,6 +117,7 @@ def _page(campaign: Campaign, rig: Rig, floor: Floor, predictions: list[Predicti
     )
     sections = [Section("Error", [summary, noise])]
     sections += [Section(p.record.name, [_figure(p, name) for name in p.signals]) for p in predictions]
+    sections.append(Section("Is it noise?", _whiteness_figures(floor, predictions)))
     notes = [f"{r.name}: {note}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for note in r.notes]
     failed = [f"{p.record.name}: the model failed in the window from {t:g} s" for p in predictions for t in p.failed]
     if notes or failed:
@@ -118,6 +125,48 @@ def _page(campaign: Campaign, rig: Rig, floor: Floor, predictions: list[Predicti
     if rig.recordings:
         sections.append(Section("Recordings", [rig.recordings]))
     return Page(f"Residual of {campaign.path.resolve().name} on {rig.name}", _verdict(rig, metrics), sections)
+
+
+def _whiteness_figures(floor: Floor, predictions: list[Prediction]) -> list[Figure]:
+    """Spectrum and autocorrelation of each signal's residual, pooled over the held-out records."""
+    figures = []
+    for name, sigma in floor.sigma.items():
+        carriers = [p for p in predictions if name in p.signals]
+        errors = [p.error(name) for p in carriers]
+        if not errors or not all(np.isfinite(e).any() for e in errors):
+            continue
+        period = carriers[0].record.period
+        found = whiteness(errors, period, floor.kappa[name])
+        signal = SIGNALS[name]
+        to_unit = float(from_si(1.0, signal.unit, signal.si) - from_si(0.0, signal.unit, signal.si))
+        figures += [_spectrum(name, found, to_unit, sigma * np.sqrt(2 * period)), _autocorrelation(name, found)]
+    return figures
+
+
+def _spectrum(name: str, found: Whiteness, to_unit: float, level: float) -> Figure:
+    shown = slice(1, None)
+    return Figure(
+        f"{name}: spectrum of the residual",
+        "frequency [Hz]",
+        [
+            Panel(
+                f"{name} [{SIGNALS[name].unit}/sqrt(Hz)]",
+                [
+                    Curve("residual", found.f[shown], np.sqrt(found.density[shown]) * to_unit),
+                    Curve("white noise of the floor", found.f[[1, -1]], np.full(2, level * to_unit), "dash"),
+                ],
+                log_y=True,
+            )
+        ],
+        log_x=True,
+    )
+
+
+def _autocorrelation(name: str, found: Whiteness) -> Figure:
+    band = (np.full(len(found.lag), -found.band), np.full(len(found.lag), found.band))
+    curve = Curve("residual", found.lag[1:], found.autocorrelation[1:])
+    noise = Curve("95 % band of the noise", found.lag, np.zeros(len(found.lag)), "dot", band=band)
+    return Figure(f"{name}: autocorrelation of the residual", "lag [s]", [Panel("autocorrelation [1]", [curve, noise])])
 
 
 def _verdict(rig: Rig, metrics: dict[str, Any]) -> str:

@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-from ..errors import InputError
+from ..errors import InputError, nearest
 from ..plant import Plant
 
 
@@ -35,6 +35,12 @@ def equilibrium(
     Raises InputError when there is no such point, naming what is left over.
     """
     p = plant.p if p is None else p
+    if command is not None and speed is not None:
+        raise InputError(f"{plant.name}: give a speed or a command, not both: each decides the other")
+    known = [i.name for i in plant.inputs]
+    for name in inputs:
+        if name not in known:
+            raise InputError(f'{plant.name}: no input "{name}"; {nearest(name, known)}')
     names = [state.name for state in plant.states]
     jack = "x" in names
     free_command = jack and command is None

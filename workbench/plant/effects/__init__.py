@@ -26,6 +26,11 @@ def find(name: str, formula: str) -> Effect:
 
 def resolve(uses: Iterable[EffectUse]) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
     """The effects a rig declares, with their numbers in SI; a number that it does not give is the typical one."""
+    uses = tuple(uses)
+    names = [use.name for use in uses]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"effect {name} is declared twice; keep one formula of it")
     return tuple(_resolve(use) for use in uses)
 
 

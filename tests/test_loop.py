@@ -1,0 +1,401 @@
+"""The closed loop: guard, margins against analytic loops, and the jack under a sampled controller."""
+
+from dataclasses import replace
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controllers.p import P
+from workbench import metrics
+from workbench.engine import Engine
+from workbench.errors import InputError
+from workbench.guard import Guard
+from workbench.loop import SIMULATION_FAILED, ClosedLoop, Sensors, run_loop
+from workbench.margins import linear_loop
+from workbench.plant import build
+from workbench.plant.assembly import Assembly
+from workbench.rig import load_rig
+from workbench.views import Equilibrium, equilibrium
+
+PERIOD = 1e-3
+RATE = 200.0  # 1/s, the rig's
+QUIET = {"position": 0.0, "force": 0.0}
+
+
+@pytest.fixture
+def guard(rig):
+    return Guard(rig)
+
+
+@given(st.lists(st.floats(-5, 5), min_size=1, max_size=30), st.floats(-1, 1))
+def test_the_guard_limits_size_and_rate(rig, demands, start):
+    slow = Guard(with_limit(rig, command_rate=50.0))
+    slow.reset(start)
+    held = start
+    for demanded in demands:
+        slow.watch(QUIET)
+        command = slow.limit(demanded)
+        wanted = held + np.clip(np.clip(demanded, -1, 1) - held, -50 * PERIOD, 50 * PERIOD)
+        assert command == pytest.approx(wanted, abs=1e-12)
+        assert abs(command) <= 1 + 1e-12
+        held = command
+    assert slow.tripped is None
+
+
+def with_limit(rig, **values):
+    limits = {name: replace(number, value=values.get(name, number.value)) for name, number in rig.limits.items()}
+    return replace(rig, limits=limits)
+
+
+def test_what_is_within_the_limits_passes(guard):
+    for k in range(20):
+        guard.watch({"position": 0.0049 * k - 0.1, "force": 89e3, "pa": 1e7})
+        assert guard.limit(0.1) == pytest.approx(0.1)
+    assert guard.tripped is None
+
+
+TRIPS = {
+    "stroke": ([{"position": 0.2401}], "position beyond +-240 mm of mid stroke"),
+    "other end": ([{"position": -0.2401}], "position beyond +-240 mm of mid stroke"),
+    "speed": ([{"position": 0.0}, {"position": 0.0051}], "speed above 5 m/s"),
+    "speed back": ([{"position": 0.0}, {"position": -0.0051}], "speed above 5 m/s"),
+    "force": ([{"position": 0.0, "force": 90.1e3}], "force above 90 kN"),
+    "compression": ([{"position": 0.0, "force": -90.1e3}], "force above 90 kN"),
+    "no position": ([{"force": 0.0}], "the position signal is lost"),
+    "nothing": ([{}], "the position signal is lost"),
+    "not a number": ([{"position": np.nan}], "the position signal is not finite"),
+    "infinite": ([{"position": 0.0, "pa": np.inf}], "the pa signal is not finite"),
+    "force not a number": ([{"position": 0.0, "force": np.nan}], "the force signal is not finite"),
+}
+
+
+@pytest.mark.parametrize("what", TRIPS)
+def test_the_guard_trips_and_stays_tripped(guard, what):
+    """The command then goes to 0 at the allowed rate, whatever is measured or demanded."""
+    measurements, reason = TRIPS[what]
+    guard.reset(0.7)
+    for measured in measurements:
+        assert guard.tripped is None
+        guard.watch(measured)
+    assert guard.tripped == reason
+    commands = []
+    for _ in range(8):
+        commands.append(guard.limit(1.0))
+        guard.watch(QUIET)
+    assert commands == pytest.approx([0.5, 0.3, 0.1, 0, 0, 0, 0, 0], abs=1e-12)
+    assert guard.tripped == reason
+    guard.reset(0.2)
+    assert guard.tripped is None
+    assert guard.limit(0.3) == pytest.approx(0.3)
+
+
+def test_a_signal_that_was_there_and_is_gone_trips(guard):
+    guard.watch({"position": 0.0, "force": 0.0})
+    guard.watch({"position": 0.0})
+    assert guard.tripped == "the force signal is lost"
+
+
+@pytest.mark.parametrize("demanded", [np.nan, np.inf, -np.inf])
+def test_a_command_that_is_not_finite_trips(guard, demanded):
+    guard.reset(0.5)
+    assert guard.limit(demanded) == pytest.approx(0.3)
+    assert guard.tripped == "the controller's command is not finite"
+
+
+def test_the_stroke_is_about_mid_stroke(rig):
+    guard = Guard(rig.with_values(xmid=1.0))
+    guard.watch({"position": 1.2})
+    assert guard.tripped is None
+    guard.reset(0.0)
+    guard.watch({"position": 0.7})
+    assert guard.tripped is not None
+
+
+def test_a_reset_forgets_the_last_position(guard):
+    guard.watch({"position": -0.2})
+    guard.reset(0.0)
+    guard.watch({"position": 0.2})
+    assert guard.tripped is None
+
+
+@pytest.fixture(scope="module")
+def integrator():
+    """position' = 10 command."""
+    b = Assembly("integrator", {})
+    command = b.input("command", "1", 1.0)
+    x = b.state("position", "m", 1.0)
+    b.rate("position", 10 * command)
+    b.output(position=x + 0, lowest_pressure=1 + 0 * x)
+    return b.finish(), Equilibrium(np.zeros(1), np.zeros(1), 0.0)
+
+
+class Gain:
+    """u = k (reference - position), one period late when `late`."""
+
+    measures = ("position",)
+
+    def __init__(self, gain, late=False):
+        self.gain, self.late = gain, late
+
+    def linear(self):
+        k = self.gain
+        if not self.late:
+            return control.StateSpace([], [], [], [[k, -k]], PERIOD)
+        return control.StateSpace([[0]], [[k, -k]], [[1]], [[0, 0]], PERIOD)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.5, 0.9, 0.98])
+def test_margins_of_a_sampled_integrator(integrator, share):
+    """L = kT/(z - 1): stable below kT = 2; gain margin 2/kT, phase margin half a sample below 90, Ms 1/(1 - kT/2)."""
+    plant, rest = integrator
+    kt = 2 * share
+    loop = linear_loop(plant, rest, Gain(kt / (10 * PERIOD)), PERIOD)
+    assert loop.stable
+    assert loop.ms == pytest.approx(1 / (1 - share), rel=1e-3)
+    crossover = 2 * np.arcsin(share)  # rad a sample: |kT/(z - 1)| = 1
+    assert loop.phase_margin_deg == pytest.approx(90 - np.degrees(crossover / 2), abs=0.5)
+    assert loop.gain_margin_db is None or loop.gain_margin_db == pytest.approx(-20 * np.log10(share), abs=0.1)
+    z = np.exp(2j * np.pi * loop.f * PERIOD)
+    assert loop.open == pytest.approx(kt / (z - 1))
+    assert loop.closed == pytest.approx(kt / (z - 1 + kt))
+    assert loop.sensitivity == pytest.approx((z - 1) / (z - 1 + kt))
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.5, 0.8, 0.95])
+def test_margins_of_an_integrator_a_sample_late(integrator, share):
+    """L = kT/(z (z - 1)): the phase is -180 deg at 1/6 of the sampling rate, where |L| = kT; so kT < 1."""
+    plant, rest = integrator
+    loop = linear_loop(plant, rest, Gain(share / (10 * PERIOD), late=True), PERIOD)
+    assert loop.stable
+    assert loop.gain_margin_db == pytest.approx(-20 * np.log10(share), abs=0.05)
+    crossover = 2 * np.arcsin(share / 2)
+    assert loop.phase_margin_deg == pytest.approx(90 - np.degrees(1.5 * crossover), abs=0.2)
+
+
+@pytest.mark.parametrize(("kt", "late"), [(2.01, False), (50.0, False), (1.01, True), (-0.1, False), (0.0, False)])
+def test_an_unstable_loop_has_no_margins(integrator, kt, late):
+    plant, rest = integrator
+    loop = linear_loop(plant, rest, Gain(kt / (10 * PERIOD), late), PERIOD)
+    assert not loop.stable
+    assert [loop.gain_margin_db, loop.phase_margin_deg, loop.ms, loop.closed, loop.sensitivity] == [None] * 5
+    assert np.all(np.isfinite(loop.open))
+
+
+def position(gain=0.24):
+    return P(P.Design(gain=gain), PERIOD)
+
+
+@pytest.mark.parametrize("gain", [0.1, 0.24, 0.4])
+def test_the_gain_margin_of_the_jack_is_its_way_to_instability(plant, rest, gain):
+    loop = linear_loop(plant, rest, position(gain), PERIOD)
+    assert loop.stable
+    limit = gain * 10 ** (loop.gain_margin_db / 20)
+    assert limit == pytest.approx(0.5, rel=0.01)  # 1/m; 7.3 1/s of velocity gain at null
+    assert linear_loop(plant, rest, position(0.995 * limit), PERIOD).stable
+    assert not linear_loop(plant, rest, position(1.005 * limit), PERIOD).stable
+
+
+def test_margins_depend_on_the_operating_point(plant, rest, moving):
+    null, away = (linear_loop(plant, point, position(), PERIOD) for point in (rest, moving))
+    assert 1.9 < null.ms <= 2.0
+    assert away.ms < 1.2
+    assert linear_loop(plant, moving, position(0.5), PERIOD).stable
+
+
+def test_a_slow_loop_has_a_phase_margin_too(plant, rest):
+    assert linear_loop(plant, rest, position(0.003), PERIOD).phase_margin_deg == pytest.approx(90, abs=1)
+
+
+def test_a_step_without_overshoot(rig, engine, rest):
+    """P at 0.24 1/m: 10 mm in about 1.2 s to 2 %, no overshoot, no limit cycle, nothing limited."""
+    run = run_loop(engine, rig, position(), rest, np.full(3001, 0.01))
+    t, s = run.record.t, run.record.signals
+    assert run.tripped is None
+    assert t == pytest.approx(np.arange(3001) * PERIOD)
+    assert s["command"][0] == pytest.approx(0.24 * 0.01)
+    assert metrics.overshoot(s["position"], 0, 0.01) < 0.01
+    assert 1.0 < metrics.settling_time(t, s["position"], 0, 0.01) < 1.4
+    assert metrics.residual_oscillation(t, s["position"], 0, 0.01) < 1e-3
+    assert metrics.saturated_time(t, run.demanded, s["command"]) == 0
+    assert metrics.cavitation_time(t, s["lowest_pressure"]) == 0
+
+
+def test_a_rig_whose_position_counts_from_an_end(rig):
+    """The Festo cylinder starts at 103 mm, its mid stroke, and arrives 10 mm further on."""
+    other = load_rig("festo-tp511")
+    engine = Engine(build(other))
+    run = run_loop(engine, other, position(30.0), equilibrium(engine.plant), np.full(1500, 0.113))
+    assert run.tripped is None
+    assert run.record.signals["position"][[0, -1]] == pytest.approx([0.103, 0.113], abs=2e-5)
+
+
+def test_beyond_the_limit_the_jack_hunts(rig, engine, rest):
+    """At 0.55 1/m the lap's doubled gain makes a limit cycle about null, which its neighbour at 0.4 has not."""
+    swings = []
+    for gain in (0.4, 0.55):
+        run = run_loop(engine, rig, position(gain), rest, np.full(4001, 0.01))
+        swings.append(metrics.residual_oscillation(run.record.t, run.record.signals["position"], 0, 0.01))
+    assert swings[0] < 5e-3 < 2e-2 < swings[1]
+
+
+def test_the_loop_is_its_linear_model_for_a_small_step(rig, plant, engine, rest):
+    run = run_loop(engine, rig, position(), rest, np.full(501, 1e-6))
+    linear = linear_loop(plant, rest, position(), PERIOD)
+    frequency = 2 * np.pi * linear.f[0]
+    assert abs(linear.closed[0]) == pytest.approx(1 / np.hypot(1, frequency / (0.24 * 14.6)), rel=1e-3)
+    expected = 1e-6 * (1 - np.exp(-0.24 * 14.62 * run.record.t))
+    assert run.record.signals["position"] == pytest.approx(expected, abs=0.06e-6)
+
+
+def test_a_loop_goes_on_where_it_ended(rig, engine, rest):
+    reference = 0.01 * np.sin(np.arange(400) / 40)
+    whole = run_loop(engine, rig, position(), rest, reference)
+    loop = ClosedLoop(engine, rig, position(), rest)
+    first, second = loop.run(reference[:150]), loop.run(reference[150:])
+    assert np.concatenate([first.record.t, second.record.t]) == pytest.approx(whole.record.t)
+    pieces = np.concatenate([first.record.signals["position"], second.record.signals["position"]])
+    assert pieces == pytest.approx(whole.record.signals["position"], abs=1e-7)
+
+
+def test_a_loop_does_not_depend_on_what_ran_before(rig, plant, rest, commanded):
+    reference = np.full(200, 0.01)
+    fresh = run_loop(Engine(plant), rig, position(), rest, reference)
+    used = Engine(plant)
+    used.run(rest.x, np.arange(101) * 1e-3, commanded(0.5 * np.sin(np.arange(101))))
+    again = run_loop(used, rig, position(), rest, reference)
+    for name, values in fresh.record.signals.items():
+        assert np.array_equal(values, again.record.signals[name]), name
+
+
+def test_the_start_has_no_bump(rig, plant, engine):
+    """From any operating point with its own command, a loop asked for nothing new stays there."""
+    start = equilibrium(plant, position=0.1, disturbance=2e4)
+    loop = ClosedLoop(engine, rig, position(), start)
+    run = loop.run(np.full(300, 0.1), {"disturbance": np.full(300, 2e4)})
+    assert run.record.signals["command"] == pytest.approx(start.u[0], abs=1e-6)
+    assert run.record.signals["position"] == pytest.approx(0.1, abs=1e-6)
+
+
+class Noting(P):
+    """Keeps what the loop told it."""
+
+    def __init__(self):
+        super().__init__(P.Design(gain=500.0), PERIOD)
+        self.heard = []
+
+    def reset(self, reference, measurement, command):
+        super().reset(reference, measurement, command)
+        self.heard.append(("reset", reference, command))
+
+    def compute(self, reference, measurement):
+        demanded = super().compute(reference, measurement)
+        self.heard.append(("compute", reference, demanded))
+        return demanded
+
+    def update(self, realised):
+        self.heard.append(("update", realised))
+
+
+def test_a_controller_is_reset_once_then_computes_and_learns_what_was_realised(rig, engine, rest):
+    controller = Noting()
+    run = run_loop(engine, rig, controller, rest, np.full(5, 0.01))
+    command = run.record.signals["command"]
+    assert controller.heard[0] == ("reset", 0.0, pytest.approx(0.0, abs=1e-12))
+    periods = zip(controller.heard[1::2], controller.heard[2::2], run.demanded, command, strict=True)
+    for asked, told, demanded, realised in periods:
+        assert asked == ("compute", 0.01, demanded)
+        assert told == ("update", realised)
+    assert np.all(run.demanded[:4] > 1)
+    assert command == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])  # the guard's rate
+    assert metrics.saturated_time(run.record.t, run.demanded, command) >= 4 * PERIOD
+
+
+def test_inputs_reach_the_plant(rig, engine, rest):
+    loop = ClosedLoop(engine, rig, position(), rest)
+    run = loop.run(np.zeros(300), {"disturbance": np.where(np.arange(300) < 100, 0.0, 5e3)})
+    seen = run.record.signals
+    assert np.abs(seen["position"][:100]).max() < 1e-6
+    assert seen["force"][150] == pytest.approx(5e3)
+    assert seen["position"][250:].max() < -1e-5
+
+
+@pytest.mark.parametrize(
+    ("reference", "inputs", "reason"),
+    [
+        (0.3, {}, "position beyond +-240 mm of mid stroke"),
+        (0.0, {"disturbance": 95e3}, "force above 90 kN"),
+    ],
+)
+def test_a_loop_trips(rig, engine, rest, reference, inputs, reason):
+    """The record goes on, the command goes to 0 and stays there."""
+    steps = 1500
+    loop = ClosedLoop(engine, rig, position(2.0), rest)
+    run = loop.run(np.full(steps, reference), {name: np.full(steps, value) for name, value in inputs.items()})
+    assert run.tripped == reason
+    command = run.record.signals["command"]
+    assert len(command) == len(run.demanded) == steps
+    assert np.all(command[-300:] == 0)
+    assert np.all(np.abs(np.diff(command)) <= RATE * PERIOD + 1e-12)
+    assert np.all(np.abs(command) <= 1)
+
+
+class Broken(P):
+    """A controller that loses its mind after 50 periods."""
+
+    calls = 0
+
+    def compute(self, reference, measurement):
+        self.calls += 1
+        return 0.1 if self.calls <= 50 else np.nan
+
+
+def test_a_command_that_is_not_finite_stops_the_loop(rig, engine, rest):
+    run = run_loop(engine, rig, Broken(P.Design(gain=1.0), PERIOD), rest, np.zeros(100))
+    assert run.tripped == "the controller's command is not finite"
+    assert np.all(run.record.signals["command"][:50] == pytest.approx(0.1))
+    assert np.all(run.record.signals["command"][50:] == 0)
+
+
+def test_a_failed_simulation_ends_the_record(rig, engine, rest):
+    """A force that no number can hold for long: flagged, and the record ends with the last good sample."""
+    blow = {"disturbance": np.where(np.arange(50) < 20, 0.0, 1e200)}
+    run = ClosedLoop(engine, rig, position(), rest).run(np.full(50, 0.01), blow)
+    assert run.tripped == SIMULATION_FAILED
+    assert len(run.record.t) == len(run.demanded) == 21
+    calm = ClosedLoop(engine, rig, position(), rest).run(np.full(50, 0.01))
+    assert run.record.signals["position"] == pytest.approx(calm.record.signals["position"][:21], abs=1e-9)
+
+
+def test_noise_is_the_sensors_and_its_seed_repeats_it(rig, plant, rest):
+    def run(seed):
+        return run_loop(Engine(plant), rig, position(), rest, np.full(200, 1e-3), seed)
+
+    one, same, other, none = (run(seed) for seed in (3, 3, 4, None))
+    assert np.array_equal(one.demanded, same.demanded)
+    assert np.abs(one.demanded - other.demanded).max() > 1e-6
+    noise = (one.demanded - none.demanded) / 0.24
+    assert 0.02e-3 < np.std(noise[100:]) < 0.12e-3  # white noise of 0.04 mm, and what the loop makes of it
+
+
+def test_sensors_read_what_the_rig_measures_in_steps_of_their_resolution(rig, plant):
+    sensors, still = (Sensors(rig, plant.outputs, seed) for seed in (1, None))
+    assert set(sensors.names) == set(rig.sensors) & set(plant.outputs)
+    outputs = np.linspace(-1, 1, len(plant.outputs))
+    truth = dict(zip(plant.outputs, outputs.tolist(), strict=True))
+    assert still.read(outputs) == {name: truth[name] for name in sensors.names}
+    read = [sensors.read(outputs) for _ in range(4000)]
+    assert truth == dict(zip(plant.outputs, outputs.tolist(), strict=True))  # it changes nothing
+    for name in sensors.names:
+        got, sensor = np.array([reading[name] for reading in read]), rig.sensors[name]
+        assert np.mean(got) == pytest.approx(truth[name], abs=0.1 * (sensor.noise + sensor.resolution))
+        assert np.std(got) == pytest.approx(np.hypot(sensor.noise, sensor.resolution / np.sqrt(12)), rel=0.1)
+        assert got / sensor.resolution == pytest.approx(np.round(got / sensor.resolution), abs=1e-6)
+
+
+def test_a_controller_that_needs_what_is_not_measured_is_refused(rig, engine, rest):
+    blind = replace(rig, sensors={name: sensor for name, sensor in rig.sensors.items() if name != "position"})
+    with pytest.raises(InputError, match="rig jack-10t has no position sensor, which the controller needs"):
+        ClosedLoop(engine, blind, position(), rest)
