@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import control
 
@@ -11,7 +12,7 @@ from workbench.controller import number
 class P:
     """u = K e on the position. The yardstick: a jack integrates, so it needs no more to arrive."""
 
-    measures = ("position",)
+    measures: ClassVar[tuple[str, ...]] = ("position",)
 
     @dataclass(frozen=True)
     class Design:

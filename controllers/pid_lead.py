@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import control
 import numpy as np
@@ -16,7 +17,7 @@ class PidLead:
     drive really got (back calculation over Tt = sqrt(Ti Td), or Ti without a derivative, at least a period).
     """
 
-    measures = ("position",)
+    measures: ClassVar[tuple[str, ...]] = ("position",)
 
     @dataclass(frozen=True)
     class Design:

@@ -9,7 +9,8 @@ from .rig import Rig
 class Guard:
     """Limits the command to +-1 and to the rig's rate, and trips to command 0 when the rig leaves its limits.
 
-    Reset it at the start of a loop. A trip latches: from then on the command goes to 0 at the allowed rate.
+    A limit acts where its signal is measured: the force limit needs a force sensor. Reset the guard at the start of a
+    loop. A trip latches: from then on the command goes to 0 at the allowed rate.
     """
 
     safe = 0.0

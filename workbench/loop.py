@@ -72,6 +72,8 @@ class ClosedLoop:
     def run(self, reference: np.ndarray, inputs: Mapping[str, np.ndarray] | None = None) -> LoopRun:
         """Follow `reference` [k] at the rig's control period (SI); `inputs` gives other inputs of the plant [k]."""
         plant, steps = self._engine.plant, len(reference)
+        if not np.all(np.isfinite(reference)):
+            raise InputError(f"the reference is not finite at sample {int(np.argmin(np.isfinite(reference)))}; mend it")
         u = np.tile(self._held, (steps, 1))
         for name, values in (inputs or {}).items():
             u[:, plant.input(name)] = values

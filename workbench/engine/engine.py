@@ -86,7 +86,12 @@ class Engine:
         return Trajectory(np.asarray(t), states, attempts, None)
 
     def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:
-        """State after holding u [m] for `duration` [s], tried in one step first; None if the steps failed."""
+        """State after holding u [m] for `duration` [s], tried in one step first; None if the steps failed.
+
+        Raises ValueError for a duration that is not positive.
+        """
+        if not duration > 0:
+            raise ValueError(f"{self.plant.name}: a duration of {duration} s; it must be positive")
         return self._hold(x, u, duration, self.plant.p if p is None else p, duration)[0]
 
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:

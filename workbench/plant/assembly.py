@@ -25,8 +25,7 @@ class Plant:
     """A finished plant: x' = f(x, u, p), y = h(x, u, p), all SI.
 
     `f` and `h` are CasADi functions of columns x [n], u [m], p [k]; `p` holds this rig's values in the order of
-    `parameters`. `dissipation` are the Coulomb-friction numbers that a linearisation sets to zero, `delays` the
-    parameters that shift the recorded command.
+    `parameters`. `dry_friction` are the Coulomb-friction numbers that a linearisation sets to zero.
     """
 
     name: str

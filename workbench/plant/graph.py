@@ -2,6 +2,7 @@
 
 import casadi as ca
 
+from ..errors import InputError
 from ..rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
@@ -70,7 +71,11 @@ def build_valve_bench(rig: Rig) -> Plant:
 
 
 def _assembly(rig: Rig, name: str) -> Assembly:
-    return Assembly(name, {key: number.value for key, number in rig.numbers.items()}, resolve(rig.effects))
+    try:
+        effects = resolve(rig.effects)
+    except InputError as error:
+        raise InputError(f"rig {rig.name}: {error}") from None
+    return Assembly(name, {key: number.value for key, number in rig.numbers.items()}, effects)
 
 
 def _valve(b: Assembly, rig: Rig, command: ca.SX, lands: Lands, pilot_supply: ca.SX) -> ValveFlows:
