@@ -1,6 +1,7 @@
 """The command line: reads arguments, calls a study, leaves a run folder. No logic of its own."""
 
 import argparse
+import json
 import shlex
 import sys
 import time
@@ -10,13 +11,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import studies
+from . import catalogue, studies
 from .config import load_config
+from .datasheet import load_datasheet
 from .errors import InputError
 from .report import page_looks
-from .rig import rig_table
+from .rig import load_rig, rig_table, rig_text
 from .runs import open_run, resolved_config, versions
-from .studies import residual
+from .studies import compare, finished, new_rig, residual, speed
 from .studies.outcome import Outcome, Progress, Stage
 
 Study = Callable[[Stage, Progress], Outcome]
@@ -31,6 +33,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"jackbench: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
+    except BrokenPipeError:  # the reader of our output has seen enough, as in `jackbench list effects | head`
+        sys.stderr.close()
+        return 0
     except KeyboardInterrupt:
         print("jackbench: interrupted; the same command resumes", file=sys.stderr)
         return 130
@@ -59,11 +64,35 @@ def _parser() -> argparse.ArgumentParser:
     found.add_argument("campaign", help="folder with a campaign.toml")
     found.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
     _computes(found, _residual)
+    compared = commands.add_parser(
+        "compare", help="hold finished runs against each other", description="Overlay finished runs, with a table."
+    )
+    compared.add_argument("folders", nargs="+", metavar="DIR", help="folder that a command left")
+    _computes(compared, _compare, rig=False)
+    built = commands.add_parser("new-rig", help="build a rig from a datasheet", description="Build a rig file.")
+    built.add_argument("datasheet", help="such as experiments/new_rig.toml")
+    _computes(built, _new_rig, rig=False)
+    listed = commands.add_parser("list", help="list what there is", description="List what there is.")
+    listed.add_argument("kind", metavar="|".join(catalogue.KINDS))
+    _prints(listed, _list)
+    timed = commands.add_parser("speed", help="time the engine beside public solvers", description="Time the engine.")
+    _computes(timed, _speed)
+    shown = commands.add_parser("show", help="show a rig and what follows from its numbers", description="Show a rig.")
+    shown.add_argument("rig", help="a bundled rig or a rig file")
+    _prints(shown, _show)
     return parser
 
 
-def _computes(command: argparse.ArgumentParser, call: Callable[[argparse.Namespace, list[str]], None]) -> None:
-    command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
+def _prints(command: argparse.ArgumentParser, call: Callable[[argparse.Namespace, list[str]], None]) -> None:
+    command.add_argument("--json", action="store_true", help="print JSON, for scripts")
+    command.set_defaults(call=call)
+
+
+def _computes(
+    command: argparse.ArgumentParser, call: Callable[[argparse.Namespace, list[str]], None], rig: bool = True
+) -> None:
+    if rig:
+        command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
     command.add_argument("--out", type=Path, help="folder to leave the results in (default: out/NAME)")
     command.add_argument("--picture", type=Path, help="also draw the report's telling figure into a .png or .svg file")
     command.add_argument("--force", action="store_true", help="replace an existing folder")
@@ -85,6 +114,38 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
     _finish(options, words, name, identity, study)
 
 
+def _compare(options: argparse.Namespace, words: list[str]) -> None:
+    runs = finished.load(options.folders)
+    identity = {"command": "compare", "runs": finished.fingerprint(runs)}
+    name = "-".join(["compare", *(run.name.replace("/", "-") for run in runs)])
+    _finish(options, words, name, identity, lambda _stage, _say: compare.run_compare(runs))
+
+
+def _new_rig(options: argparse.Namespace, words: list[str]) -> None:
+    sheet = load_datasheet(options.datasheet)
+
+    def study(stage: Stage, say: Progress) -> Outcome:
+        outcome, rig = new_rig.run_new_rig(sheet, stage, say)
+        return replace(outcome, files={"rig.toml": rig_text(rig)})
+
+    _finish(options, words, Path(options.datasheet).stem, {"command": "new-rig", **new_rig.identity(sheet)}, study)
+
+
+def _speed(options: argparse.Namespace, words: list[str]) -> None:
+    rig = load_rig(options.rig or "jack-10t")
+    _finish(options, words, "speed", {"command": "speed", "rig": rig_table(rig)}, partial(speed.run_speed, rig))
+
+
+def _list(options: argparse.Namespace, _words: list[str]) -> None:
+    rows = catalogue.listing(options.kind)
+    print(json.dumps(rows, indent=2) if options.json else catalogue.listing_text(rows))
+
+
+def _show(options: argparse.Namespace, _words: list[str]) -> None:
+    table = catalogue.describe(load_rig(options.rig))
+    print(json.dumps(table, indent=2) if options.json else catalogue.describe_text(table))
+
+
 def _finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> None:
     """Compute in DIR.partial, then rename it."""
     out = options.out or Path("out") / name
@@ -98,6 +159,8 @@ def _finish(options: argparse.Namespace, words: list[str], name: str, identity: 
         outcome = study(run.stage, progress)
         footer = {"command": shlex.join(["jackbench", *words]), "versions": _versions(), **outcome.page.footer}
         page = replace(outcome.page, footer=footer)
+        for file, text in outcome.files.items():
+            (run.dir / file).write_text(text, encoding="utf-8")
         run.finish(outcome.metrics, resolved_config(identity), outcome.tables, page)
     if options.picture:
         from .report.still import still_picture  # matplotlib loads slowly, and most runs draw no picture

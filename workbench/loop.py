@@ -105,7 +105,7 @@ class ClosedLoop:
 
     def _result(self, x: np.ndarray, u: np.ndarray, reference: np.ndarray, demanded: np.ndarray) -> LoopRun:
         plant = self._engine.plant
-        outputs = plant.observe(x, u)
+        outputs = self._engine.outputs(x, u)
         signals = {"reference": reference, "command": u[:, 0]}
         signals |= {name: outputs[:, i] for i, name in enumerate(plant.outputs)}
         t = (self._samples + np.arange(len(u))) * self._period

@@ -111,7 +111,7 @@ def _point(
                 f"{plant.name}: the simulation failed at {f:g} Hz, amplitude {amplitude:g}; try a smaller one"
             )
         x, cycle = run.x[-1], cycle + 1
-        seen = plant.observe(run.x, u)
+        seen = engine.outputs(run.x, u)
         now = first_harmonic(seen[:, columns]) / forced
         settled = (
             before is not None and cycle >= _CYCLES[0] and bool(np.all(np.abs(now - before) < AGREE * np.abs(now)))

@@ -316,7 +316,12 @@ def rig_table(rig: Rig) -> dict[str, Any]:
 
 def save_rig(rig: Rig, path: Path) -> None:
     """Write a rig file; `load_rig` reads back the same rig."""
-    path.write_text(tomli_w.dumps(rig_table(rig)), encoding="utf-8")
+    path.write_text(rig_text(rig), encoding="utf-8")
+
+
+def rig_text(rig: Rig) -> str:
+    """The text of a rig file."""
+    return tomli_w.dumps(rig_table(rig))
 
 
 def _entry(number: Number) -> dict[str, Any]:

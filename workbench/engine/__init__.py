@@ -1,5 +1,6 @@
 """The engine: a plant, a command held over each control period, and an adaptive implicit step, all one graph."""
 
+from .driver import Batch
 from .engine import Engine, Trajectory
 
-__all__ = ["Engine", "Trajectory"]
+__all__ = ["Batch", "Engine", "Trajectory"]

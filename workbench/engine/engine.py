@@ -1,18 +1,25 @@
-"""Simulate a plant with inputs held over intervals: the interface that every back end serves."""
+"""Simulate a plant with inputs held over intervals; which back end runs is the engine's affair."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Literal
 
 import casadi as ca
 import numpy as np
 
 from ..plant import Plant
-from . import rosenbrock
+from .backend import NotCompiled, compile_plant
+from .driver import Batch, Stepping
+from .interpreter import InterpretedPlant
+from .rosenbrock import adaptive_attempt
+
+if TYPE_CHECKING:
+    from .compiled import CompiledPlant
 
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 _FIRST_STEP = 2e-5
 _ATTEMPTS = 20_000  # a held interval that needs more has failed
+
+BackEnd = Literal["auto", "compiled", "interpreted"]
 
 
 @dataclass(frozen=True)
@@ -30,40 +37,18 @@ class Trajectory:
         return self.failed_at is None
 
 
-@dataclass(frozen=True)
-class _Turn:
-    """One direction of the pair of buffers that the step goes to and fro between."""
-
-    source: np.ndarray
-    target: np.ndarray
-    buffer: Any
-    call: Callable[[], None]
-
-
 class Engine:
-    """Runs one plant's adaptive step through CasADi's interpreter, without a copy between calls.
+    """One plant, ready to run. It remembers nothing: every call is a function of its arguments.
 
-    An engine remembers nothing: `advance` and `run` are functions of their arguments.
+    `back_end` says what runs, "compiled" or "interpreted", and `note` why it is interpreted. Asking for "compiled"
+    raises NotCompiled where that is impossible. Parameters p [k], or [lanes, k] in batches, are the plant's own when
+    left out. All SI.
     """
 
-    def __init__(self, plant: Plant, tolerance: float = TOLERANCE) -> None:
+    def __init__(self, plant: Plant, tolerance: float = TOLERANCE, back_end: BackEnd = "auto") -> None:
         self.plant = plant
-        attempt = rosenbrock.adaptive_attempt(plant)
-        self._u = np.zeros(len(plant.inputs))
-        self._p = np.array(plant.p)
-        self._tolerance = np.array([tolerance])
-        ping, pong = np.zeros(plant.n + 3), np.zeros(plant.n + 3)
-        self._turns = (self._bind(attempt, ping, pong), self._bind(attempt, pong, ping))
-        self._outputs = self._bind(plant.h, np.zeros(plant.n), np.zeros(len(plant.outputs)))
-
-    def _bind(self, function: ca.Function, source: np.ndarray, target: np.ndarray) -> _Turn:
-        """The function with its arguments and result in fixed places: calling it copies nothing."""
-        buffer: Any
-        buffer, call = function.buffer()
-        for index, array in enumerate((source, self._u, self._p, self._tolerance)[: function.n_in()]):
-            buffer.set_arg(index, array.data)
-        buffer.set_res(0, target.data)
-        return _Turn(source, target, buffer, call)
+        graphs = (adaptive_attempt(plant), plant.h, plant.p, Stepping(tolerance, _FIRST_STEP, _ATTEMPTS))
+        self._runs, self.back_end, self.note = back_end_of(*graphs, back_end)
 
     def run(self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> Trajectory:
         """From x0 [n] over times t [k + 1], holding row j of u [k or more, m] over [t_j, t_(j+1)].
@@ -71,19 +56,22 @@ class Engine:
         Never raises for a failed step: the states from there on are NaN and `failed_at` says when. Raises ValueError
         for times that do not increase.
         """
+        batch = self.run_batch(np.asarray(x0)[None], t, u, p)
+        failed = int(batch.failed[0])
+        return Trajectory(np.asarray(t), batch.x[0], int(batch.attempts[0]), None if failed < 0 else float(t[failed]))
+
+    def run_batch(
+        self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
+    ) -> Batch:
+        """From x0 [lanes, n] over times t [k + 1] shared by all; u [k or more, m] or [lanes, k or more, m].
+
+        Keeps every `every`-th state. A lane that fails is marked and does not touch the others. Raises ValueError for
+        times that do not increase.
+        """
         durations = np.diff(t)
         if not np.all((durations > 0) & np.isfinite(durations)):
             raise ValueError(f"{self.plant.name}: times must be finite and increasing")
-        states = np.full((len(t), self.plant.n), np.nan)
-        states[0] = x0
-        attempts, step = 0, _FIRST_STEP
-        for j, duration in enumerate(durations):
-            after, step, used = self._hold(states[j], u[j], duration, self.plant.p if p is None else p, step)
-            attempts += used
-            if after is None:
-                return Trajectory(np.asarray(t), states, attempts, float(t[j]))
-            states[j + 1] = after
-        return Trajectory(np.asarray(t), states, attempts, None)
+        return self._runs.run_batch(x0, t, u, p, every)
 
     def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:
         """State after holding u [m] for `duration` [s], tried in one step first; None if the steps failed.
@@ -92,32 +80,33 @@ class Engine:
         """
         if not duration > 0:
             raise ValueError(f"{self.plant.name}: a duration of {duration} s; it must be positive")
-        return self._hold(x, u, duration, self.plant.p if p is None else p, duration)[0]
+        return self._runs.advance(x, u, duration, p)
+
+    def advance_batch(
+        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """`advance` for x [lanes, n], u [lanes, m]: states, NaN where a lane failed, and which did, bool [lanes]."""
+        return self._runs.advance_batch(x, u, duration, p)
 
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
-        """Outputs [k] at one state and input, for a loop that asks every period."""
-        self._u[:], self._p[:] = u, self.plant.p if p is None else p
-        self._outputs.source[:] = x
-        self._outputs.call()
-        return self._outputs.target.copy()
+        """Outputs [outputs] at one state and input, for a loop that asks every period."""
+        return self._runs.observe(x, u, p)
 
-    def _hold(
-        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray, step: float
-    ) -> tuple[np.ndarray | None, float, int]:
-        """State at the end of an interval (None: failed), the step length to go on with, and the attempts used."""
-        n = self.plant.n
-        self._u[:] = u
-        self._p[:] = p
-        start = self._turns[0].source
-        start[:n] = x
-        start[n:] = (duration, step, 0)
-        attempts = 0.0
-        while attempts < _ATTEMPTS:
-            for turn in self._turns:
-                turn.call()
-                left, step, attempts = turn.target[n:]
-                if left <= 0:
-                    return turn.target[:n].copy(), step, int(attempts)
-                if rosenbrock.failed(step):
-                    return None, step, int(attempts)
-        return None, step, int(attempts)
+    def outputs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """Outputs [rows, outputs] or [lanes, rows, outputs] for x of rows or lanes of rows; u and p are broadcast."""
+        return self._runs.outputs(x, u, p)
+
+
+def back_end_of(
+    attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping, wanted: BackEnd
+) -> "tuple[CompiledPlant | InterpretedPlant, str, str]":
+    """A back end for graphs of an attempt and of outputs, its name, and why it is interpreted if it is."""
+    note = "interpreted: asked for"
+    if wanted != "interpreted":
+        try:
+            return compile_plant(attempt, outputs, p, stepping), "compiled", ""
+        except NotCompiled as error:
+            if wanted == "compiled":
+                raise
+            note = str(error)
+    return InterpretedPlant(attempt, outputs, p, stepping), "interpreted", note

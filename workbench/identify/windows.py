@@ -70,7 +70,7 @@ def predict_free(engine: Engine, record: Record, floor: Floor) -> Prediction:
     first = _Window(engine, _cut(record)[0], names, floor)
     start = first.fit(first.first_guess(resting_state(engine.plant, record)))
     run = engine.run(start, record.t, _inputs(engine.plant, record))
-    values = engine.plant.observe(run.x, _inputs(engine.plant, record))
+    values = engine.outputs(run.x, _inputs(engine.plant, record))
     failed = () if run.failed_at is None else (run.failed_at,)
     return Prediction(record, {n: values[:, engine.plant.output(n)] for n in names}, failed)
 
@@ -123,7 +123,7 @@ class _Window:
     def simulate(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """States at and one period after every row [k, n], and outputs [k, m]; outputs are None when it failed."""
         run = self._engine.run(start, np.append(self.t, self.t[-1] + self._record.period), self._u)
-        return run.x, self.plant.observe(run.x[:-1], self._u) if run.ok else None
+        return run.x, self._engine.outputs(run.x[:-1], self._u) if run.ok else None
 
     def fit(self, guess: np.ndarray) -> np.ndarray:
         """The initial state with the least squared error over sigma, held loosely (one scale) at the guess."""

@@ -13,12 +13,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Outcome:
-    """`metrics` for metrics.json, `tables` for *.parquet (columns by name), the report and its telling figure."""
+    """`metrics` for metrics.json, `tables` for *.parquet (columns by name), the report and its telling figure.
+
+    `files` are further text files, content by name.
+    """
 
     metrics: Mapping[str, Any]
     page: Page
     picture: Figure
     tables: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
 
 
 class Stage(Protocol):

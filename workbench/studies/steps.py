@@ -61,7 +61,7 @@ def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
         c.name: stage(f"bode-{c.name}", lambda c=c: _sines(config, c, bench, progress)) for c in config.controllers
     }
     page = _page(config, rows, runs, loops, sines)
-    return Outcome({"rows": rows}, page, _step_figure(config, config.scenarios[-1], runs), _tables(runs, sines))
+    return Outcome({"rows": rows}, page, _step_figure(config, config.scenarios[-1], runs), _tables(runs, sines, loops))
 
 
 def _loops(config: StepConfig, chosen: Recipe, bench: _Bench) -> tuple[LinearLoop, LinearLoop]:
@@ -140,12 +140,23 @@ def _sines(config: StepConfig, chosen: Recipe, bench: _Bench, progress: Progress
 
 
 def _tables(
-    runs: dict[tuple[str, str], LoopRun], sines: dict[str, dict[str, dict[str, np.ndarray]]]
+    runs: dict[tuple[str, str], LoopRun],
+    sines: dict[str, dict[str, dict[str, np.ndarray]]],
+    loops: dict[str, tuple[LinearLoop, LinearLoop]],
 ) -> dict[str, dict[str, np.ndarray]]:
     tables = {
         f"step-{controller}-{wanted}": {"t [s]": run.record.t, "demanded [1]": run.demanded, **run.record.signals}
         for (controller, wanted), run in runs.items()
     }
+    for controller, (null, _) in loops.items():
+        if null.closed is not None and null.sensitivity is not None:
+            tables[f"linear-{controller}"] = {
+                "f_hz": null.f,
+                "closed_real": np.real(null.closed),
+                "closed_imag": np.imag(null.closed),
+                "sensitivity_real": np.real(null.sensitivity),
+                "sensitivity_imag": np.imag(null.sensitivity),
+            }
     for controller, found in sines.items():
         tables |= {f"sine-{controller}-{size.replace(' ', '')}": columns for size, columns in found.items()}
     return tables

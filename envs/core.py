@@ -1,0 +1,188 @@
+"""The episodes of N jacks side by side: all that the single and the vector environment do."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.plant import build
+from workbench.views import equilibrium
+
+from .lane_guard import LaneGuard, Trip
+from .physics import Physics
+from .sensing import LaneSensors
+from .sight import Channel, Sight
+from .task import Task
+from .timeline import Author
+
+
+class Stepped(NamedTuple):
+    """What a step of N lanes gave; every array is new.
+
+    `error` [N] is the true one in m or N, `command` [N] the realised one.
+    """
+
+    observation: np.ndarray
+    reward: np.ndarray
+    terminated: np.ndarray
+    truncated: np.ndarray
+    error: np.ndarray
+    command: np.ndarray
+
+
+class Core:
+    """Steps N lanes of a task. Lanes share nothing: each is a function of its generator and its actions.
+
+    An episode starts at the rig's equilibrium at rest, moved to the drawn position, with the specimen unloaded. That
+    is the equilibrium of the nominal numbers: with drawn ones the pressures creep to theirs, by some bar a second.
+    """
+
+    def __init__(self, task: Task, lanes: int) -> None:
+        self.plant = plant = build(task.rig)
+        self.task, rig = task, task.rig
+        self._physics, self._rest = Physics(plant), equilibrium(plant)
+        self._sensors = LaneSensors(rig, plant.outputs, task.sees == "ideal")
+        self._guard = LaneGuard(rig, self._sensors.names, lanes)
+        self._sight = Sight(task, plant, self._sensors.names, lanes)
+        self._author = Author(task, plant, self._sensors.noise)
+        self._period, self._place, self._stroke = rig.period.value, plant.state("x"), plant.parameters.index("S")
+        self._controlled, self._seen = plant.output(task.loop), self._sensors.names.index(task.loop)
+        self._origin = float(plant.observe(self._rest.x, self._rest.u)[0, self._controlled])
+        self._end_inputs = (plant.input("specimen_position"), plant.input("specimen_velocity"))
+        reward, period = task.reward, rig.period.value
+        prices = (reward.tracking, reward.effort, reward.change / period**2)
+        self._countdown = tuple(reversed(range(task.control_periods)))
+        self._prices = [np.array(price / task.control_periods) for price in prices]
+        self._allocate(lanes)
+
+    def _allocate(self, lanes: int) -> None:
+        times, task = len(self._author.t), self.task
+        self.x, self.u = np.tile(self._rest.x, (lanes, 1)), np.tile(self._rest.u, (lanes, 1))
+        self.p, self._half_stroke = np.tile(self.plant.p, (lanes, 1)), np.zeros(lanes)
+        # row `now` of these belongs to a lane's present; each lane has `times` of them
+        self._reference = np.zeros(lanes * times)
+        self._noise = np.zeros((lanes * times, len(self._sensors.noise)), np.float32)
+        self._moves = task.specimen is not None and task.specimen.end is not None
+        self._end = np.zeros((2, lanes * times if self._moves else 0))
+        self._first = np.arange(lanes) * times
+        self._now, self._last = self._first.copy(), self._first + task.steps * task.control_periods
+        self._waiting, self._some_wait = np.ones(lanes, bool), True  # whose episode is over
+        self._left = 0  # control periods until the first lane's episode is over
+        self._random: Sequence[np.random.Generator] = ()
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What an observation holds, in order."""
+        return self._sight.channels
+
+    @property
+    def trip(self) -> np.ndarray:
+        """Why lanes were terminated: members of Trip, int8 [N]."""
+        return self._guard.trip
+
+    def reset(self, random: Sequence[np.random.Generator]) -> Stepped:
+        """Begin an episode in every lane; what is random in it, and in those to come, is drawn from `random` [N]."""
+        self._random = random
+        self._waiting[:] = True
+        self._begin(np.arange(len(self.x)))
+        self._measure()
+        return self._stepped(*self._settle(np.zeros(len(self.x))))
+
+    def step(self, demanded: np.ndarray) -> Stepped:
+        """One step with demanded commands [N]. A lane whose episode was over begins its next one instead."""
+        reward = np.zeros(len(demanded))
+        for left in self._countdown:
+            self._advance(self._guard.limit(demanded))
+            if self._some_wait and not left:
+                self._begin(np.flatnonzero(self._waiting))
+            self._measure()
+            self._pay(reward)
+        self._left -= len(self._countdown)
+        if self._guard.any_tripped or self._some_wait or self._left <= 0:
+            return self._stepped(*self._settle(reward))
+        return self._stepped(reward, self._waiting.copy(), self._waiting.copy())
+
+    def _begin(self, rows: np.ndarray) -> None:
+        """New episodes in these lanes, up to their first measurement."""
+        times = len(self._author.t)
+        for row in rows:
+            episode, first = self._author.draw(self._random[row]), self._first[row]
+            present = slice(first, first + times)
+            self.p[row], self.x[row], self.u[row] = episode.p, self._rest.x, self._rest.u
+            self.x[row, self._place] = start = episode.start
+            self.u[row, self._end_inputs] = episode.end[:, 0]
+            self._reference[present] = (
+                self._origin + (start if self.task.loop == "position" else 0.0) + episode.reference
+            )
+            self._noise[present] = episode.noise
+            if self._moves:
+                self._end[:, present] = episode.end
+        self._half_stroke[rows] = self.p[rows, self._stroke] / 2
+        self._now[rows] = self._first[rows]
+        self._guard.reset(rows, float(self._rest.u[0]))
+
+    def _advance(self, command: np.ndarray) -> None:
+        """Hold the commands [N] over one control period."""
+        self.u[:, 0] = command
+        if self._some_wait or self._guard.any_tripped:
+            self._advance_some(np.flatnonzero(~self._waiting & (self._guard.trip != Trip.SIMULATION)))
+        else:
+            x, failed = self._physics.advance(self.x, self.u, self.p, self._period)
+            if np.count_nonzero(failed):
+                self._keep(x, failed)
+            self.x = x
+        self._now += 1
+
+    def _advance_some(self, rows: np.ndarray) -> None:
+        """The same, while the others stay where they are."""
+        if not len(rows):
+            return
+        x, failed = self.x.copy(), np.zeros(len(self.x), bool)
+        x[rows], failed[rows] = self._physics.advance(self.x[rows], self.u[rows], self.p[rows], self._period)
+        self._keep(x, failed)
+        self.x = x
+
+    def _keep(self, x: np.ndarray, failed: np.ndarray) -> None:
+        """Lanes that could not be simulated stay at their last state, tripped."""
+        x[failed] = self.x[failed]
+        self._guard.end(failed, Trip.SIMULATION)
+
+    def _measure(self) -> None:
+        """Look at the lanes as they are now: what is wanted, what is true, what is measured; the guard watches."""
+        wanted = self._reference.take(self._now, out=self._sight.reference, mode="clip")
+        if self._moves:
+            for index, values in zip(self._end_inputs, self._end, strict=True):
+                self.u[:, index] = values[self._now]
+        outputs = self._physics.observe(self.x, self.u, self.p)
+        self._error = wanted - outputs[:, self._controlled]
+        self._measured = self._sensors.read(outputs, self._noise, self._now)
+        self._guard.watch(self._measured)
+        stopped = np.abs(self.x[:, self._place]) >= self._half_stroke
+        if np.count_nonzero(stopped):
+            self._guard.end(stopped, Trip.END_STOP)
+
+    def _pay(self, reward: np.ndarray) -> None:
+        """What this control period costs, off `reward` [N]."""
+        command, change = self._guard.command, self._guard.change
+        tracking, effort, rate = self._prices
+        reward -= np.abs(self._error) * tracking
+        reward -= command * command * effort
+        reward -= change * change * rate
+
+    def _settle(self, reward: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Reward, terminated, truncated [N]: trips are charged, a lane that has just begun has neither pay nor end."""
+        begun = self._waiting
+        terminated = (self._guard.trip != Trip.NONE) & ~begun
+        truncated = (self._now >= self._last) & ~terminated & ~begun
+        reward[begun | ~np.isfinite(reward)] = 0.0
+        reward[terminated] -= self.task.reward.trip
+        self._waiting = terminated | truncated
+        self._some_wait = bool(np.count_nonzero(self._waiting))
+        self._left = int((self._last - self._now).min())
+        return reward, terminated, truncated
+
+    def _stepped(self, reward: np.ndarray, terminated: np.ndarray, truncated: np.ndarray) -> Stepped:
+        sight, command = self._sight, self._guard.command
+        np.subtract(sight.reference, self._measured[:, self._seen], sight.error)
+        np.copyto(sight.command, command)
+        return Stepped(sight.look(self.x, self._measured), reward, terminated, truncated, self._error, command)

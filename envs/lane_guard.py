@@ -1,0 +1,110 @@
+"""The guard of workbench.guard over N lanes at once: the same decisions, lane by lane."""
+
+from enum import IntEnum
+
+import numpy as np
+
+from workbench.loop import SIMULATION_FAILED
+from workbench.rig import Rig
+
+
+class Trip(IntEnum):
+    """Why an episode ended before its time."""
+
+    NONE = 0
+    SIGNAL = 1
+    STROKE = 2
+    SPEED = 3
+    FORCE = 4
+    ACTION = 5
+    END_STOP = 6
+    SIMULATION = 7
+
+    @property
+    def reason(self) -> str:
+        """In words."""
+        return _REASONS[self]
+
+
+_REASONS = (
+    "",
+    "a signal is not finite",
+    "position beyond the rig's stroke limit",
+    "speed above the rig's limit",
+    "force above the rig's limit",
+    "the action is not finite",
+    "the jack met its end stop",
+    SIMULATION_FAILED,
+)
+
+
+class LaneGuard:
+    """Limits N commands to +-1 and to the rig's rate; trips a lane, with `trip` [N] saying why, when it leaves limits.
+
+    A trip latches until the lane's reset: its command goes to 0 at the allowed rate. `command` [N] is what the drives
+    hold, `change` [N] what the last `limit` added to it; both are replaced, never changed in place.
+    """
+
+    def __init__(self, rig: Rig, names: tuple[str, ...], lanes: int) -> None:
+        period = rig.period.value
+        position = names.index("position")
+        watched = [(position, rig["xmid"], rig.limit("stroke")), (position, np.nan, rig.limit("speed") * period)]
+        if "force" in names:
+            watched.append((names.index("force"), 0.0, rig.limit("force")))
+        columns, zeros, limits = zip(*watched, strict=True)
+        self._columns, self._limits = np.array(columns), np.array(limits)
+        self._zero = np.tile(np.array(zeros), (lanes, 1))
+        self._before = self._zero[:, 1]  # the second column is the position of one period ago
+        self._most = np.array(rig.limit("command_rate") * period)
+        self._least = -self._most
+        self.command, self.change = np.zeros(lanes), np.zeros(lanes)
+        self.trip = np.zeros(lanes, dtype=np.int8)
+        self.any_tripped = False
+
+    def reset(self, rows: np.ndarray, command: float) -> None:
+        """Forget the past of some lanes, whose drives hold `command` [1]."""
+        self.command = self.command.copy()
+        self.command[rows] = command
+        self._before[rows] = np.nan  # compares as "not too fast", like no position at all
+        self.trip[rows] = Trip.NONE
+        self.any_tripped = bool(np.count_nonzero(self.trip))
+
+    def watch(self, measured: np.ndarray) -> None:
+        """Trip the lanes whose signals [N, names] (SI) are not finite or beyond the rig's limits."""
+        seen = measured.take(self._columns, 1)
+        beyond = np.abs(seen - self._zero) > self._limits
+        if np.count_nonzero(beyond) or not _all_finite(measured):
+            self._judge(beyond, np.logical_and.reduce(np.isfinite(measured), axis=1))
+        np.copyto(self._before, seen[:, 0])
+
+    def limit(self, demanded: np.ndarray) -> np.ndarray:
+        """The commands [N] that the drives get for the demanded ones: limited in size and rate, safe after a trip."""
+        if not _all_finite(demanded):
+            self.end(~np.isfinite(demanded), Trip.ACTION)
+        change = np.fmax(demanded, _LOW)
+        np.fmin(change, _HIGH, change)
+        if self.any_tripped:
+            change[self.trip != Trip.NONE] = 0.0
+        np.subtract(change, self.command, change)
+        np.fmax(change, self._least, change)
+        np.fmin(change, self._most, change)
+        self.change, self.command = change, self.command + change
+        return self.command
+
+    def end(self, lanes: np.ndarray, why: Trip) -> None:
+        """Trip the lanes of a mask [N] that have not tripped before."""
+        self.trip[lanes & (self.trip == Trip.NONE)] = why
+        self.any_tripped = bool(np.count_nonzero(self.trip))
+
+    def _judge(self, beyond: np.ndarray, finite: np.ndarray) -> None:
+        """The first reason that holds counts."""
+        self.end(~finite, Trip.SIGNAL)
+        for column, why in zip(beyond.T, (Trip.STROKE, Trip.SPEED, Trip.FORCE), strict=False):
+            self.end(column, why)
+
+
+_LOW, _HIGH = np.array(-1.0), np.array(1.0)
+
+
+def _all_finite(values: np.ndarray) -> bool:
+    return np.count_nonzero(np.isfinite(values)) == values.size

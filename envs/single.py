@@ -1,0 +1,210 @@
+"""One jack as a Gymnasium environment: a shell over a core of one lane."""
+
+from pathlib import Path
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+
+from .core import Core, Stepped
+from .lane_guard import Trip
+from .spaces import action_space, observation_space, refuse_options
+from .task import load_task
+
+
+class _Jack(gymnasium.Env[np.ndarray, np.ndarray]):
+    """What both loops share; `core` is the episode's inside."""
+
+    loop: ClassVar[str]
+
+    def __init__(self, task: str | Path) -> None:
+        self.core = Core(load_task(task, self.loop), 1)
+        self.action_space = action_space()
+        self.observation_space = observation_space(self.core.channels)
+        self._running = False
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin an episode; see Gymnasium. Raises InputError for options."""
+        refuse_options(options)
+        super().reset(seed=seed)
+        begun = self.core.reset([self.np_random])
+        self._running = True
+        return begun.observation[0], self._info(begun)
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """One step; see Gymnasium. Raises ResetNeeded when no episode is going on."""
+        if not self._running:
+            raise ResetNeeded("no episode is going on; call reset() first")
+        stepped = self.core.step(np.asarray(action, float).reshape(1))
+        terminated, truncated = bool(stepped.terminated[0]), bool(stepped.truncated[0])
+        self._running = not (terminated or truncated)
+        return stepped.observation[0], float(stepped.reward[0]), terminated, truncated, self._info(stepped)
+
+    def _info(self, stepped: Stepped) -> dict[str, Any]:
+        info: dict[str, Any] = {"error": float(stepped.error[0]), "command": float(stepped.command[0])}
+        if stepped.terminated[0]:
+            info["trip"] = Trip(self.core.trip[0]).reason
+        return info
+
+
+class JackPosition(_Jack):
+    """Make the position of a servo-hydraulic jack follow a reference.
+
+    A rig of jackbench (jack-10t unless the task says otherwise), simulated over the task's `control_periods` of the rig
+    (1 ms) in a step, and guarded as in every loop of the workbench. `task` is the name of a bundled task or the path of
+    a task file; envs/task.py describes these, and the numbers below are those of the bundled ones.
+
+    ## Observation
+    Box(-2, 2, float32): each channel over its full scale, cut at twice that. Pressures are absolute. With
+    `sees = "ideal"`, as in the task "position", every state:
+
+    | # | channel | full scale | what |
+    |---|---|---|---|
+    | 0 | reference | 250 mm | what is asked for now |
+    | 1 | error | 10 mm | reference less measured position |
+    | 2 | command | 1 | spool command that the drive holds, after the guard |
+    | 3 | P1 | 210 bar | pressure of chamber A |
+    | 4 | P2 | 210 bar | pressure of chamber B |
+    | 5 | x | 250 mm | jack position from mid stroke |
+    | 6 | v | 5 m/s | jack velocity |
+    | 7 | Pg3 | 210 bar | pressure on one end of the main spool |
+    | 8 | Pd3 | 210 bar | pressure on its other end |
+    | 9 | z3 | 2.29 mm | main-spool position |
+    | 10 | v3 | 0.5 m/s | main-spool velocity |
+    | 11 | theta | 0.005 rad | angle of the torque motor |
+    | 12 | w | 5 rad/s | its rate |
+    | 13 | Pg2 | 210 bar | pressure on one end of the pilot spool |
+    | 14 | Pd2 | 210 bar | pressure on its other end |
+    | 15 | z2 | 0.3 mm | pilot-spool position |
+    | 16 | v2 | 0.1 m/s | pilot-spool velocity |
+
+    With `sees = "sensors"`, as in "position-sensors", what the rig's sensors say, with their noise and resolution:
+
+    | # | channel | full scale | what |
+    |---|---|---|---|
+    | 0 | reference | 250 mm | what is asked for now |
+    | 1 | error | 10 mm | reference less measured position |
+    | 2 | command | 1 | spool command that the drive holds, after the guard |
+    | 3 | current | 20 mA | pilot current of one valve |
+    | 4 | spool | 2.29 mm | main-spool position (LVDT) |
+    | 5 | pa | 210 bar | pressure of chamber A |
+    | 6 | pb | 210 bar | pressure of chamber B |
+    | 7 | supply | 210 bar | supply pressure |
+    | 8 | position | 250 mm | jack position from mid stroke |
+    | 9 | acceleration | 90 m/s2 | of the jack |
+    | 10 | force | 90 kN | load cell |
+
+    ## Action
+    Box(-1, 1, (1,), float32): the demanded spool command [1]. The guard limits it to +-1 and to the rig's rate
+    (200 1/s), and the drive holds it over each control period.
+
+    ## Reward
+    Mean over the control periods of -(tracking |error| + effort command^2 + change (rate of command)^2), with the true
+    error, the realised command and its rate in 1/s; less `trip` once when the episode is terminated. The weights are
+    the task's: 0.01 per 10 mm, 0.001 per (1)^2, 0.001 per (100 1/s)^2, 100.
+
+    ## Start
+    At rest and at null, at a position drawn from the task's `start` (+-50 mm); the specimen, if any, is unloaded. The
+    reference begins there. With `randomise` the rig's numbers are drawn within the bounds of its file; the pressures
+    then creep from the nominal equilibrium to their own. All that is random in an episode is drawn at its reset.
+
+    ## End
+    Terminated when the guard trips (a lost or non-finite signal, the rig's stroke, speed or force limit, a non-finite
+    action), at an end stop, or when the simulation fails; `info["trip"]` then says why. Truncated when the task's
+    `episode` (1 s) is over.
+
+    ## Info
+    `error` is the true error [m], `command` the realised command [1]; `trip` is only there after a termination.
+
+    ## Versions
+    v0: the first.
+    """
+
+    loop = "position"
+
+    def __init__(self, task: str | Path = "position") -> None:
+        super().__init__(task)
+
+
+class JackForce(_Jack):
+    """Make the force of a servo-hydraulic jack on a specimen follow a reference.
+
+    A rig of jackbench (jack-10t unless the task says otherwise), simulated over the task's `control_periods` of the rig
+    (1 ms) in a step, and guarded as in every loop of the workbench. `task` is the name of a bundled task or the path of
+    a task file; envs/task.py describes these, and the numbers below are those of the bundled ones.
+
+    ## Observation
+    Box(-2, 2, float32): each channel over its full scale, cut at twice that. Pressures are absolute. With
+    `sees = "ideal"`, as in the task "force", every state:
+
+    | # | channel | full scale | what |
+    |---|---|---|---|
+    | 0 | reference | 90 kN | what is asked for now |
+    | 1 | error | 10 kN | reference less measured force |
+    | 2 | command | 1 | spool command that the drive holds, after the guard |
+    | 3 | P1 | 210 bar | pressure of chamber A |
+    | 4 | P2 | 210 bar | pressure of chamber B |
+    | 5 | x | 250 mm | jack position from mid stroke |
+    | 6 | v | 5 m/s | jack velocity |
+    | 7 | Pg3 | 210 bar | pressure on one end of the main spool |
+    | 8 | Pd3 | 210 bar | pressure on its other end |
+    | 9 | z3 | 2.29 mm | main-spool position |
+    | 10 | v3 | 0.5 m/s | main-spool velocity |
+    | 11 | theta | 0.005 rad | angle of the torque motor |
+    | 12 | w | 5 rad/s | its rate |
+    | 13 | Pg2 | 210 bar | pressure on one end of the pilot spool |
+    | 14 | Pd2 | 210 bar | pressure on its other end |
+    | 15 | z2 | 0.3 mm | pilot-spool position |
+    | 16 | v2 | 0.1 m/s | pilot-spool velocity |
+    | 17 | force | 90 kN | force on the specimen |
+
+    With `sees = "sensors"`, as in "force-moving-end", what the rig's sensors say, with their noise and resolution:
+
+    | # | channel | full scale | what |
+    |---|---|---|---|
+    | 0 | reference | 90 kN | what is asked for now |
+    | 1 | error | 10 kN | reference less measured force |
+    | 2 | command | 1 | spool command that the drive holds, after the guard |
+    | 3 | current | 20 mA | pilot current of one valve |
+    | 4 | spool | 2.29 mm | main-spool position (LVDT) |
+    | 5 | pa | 210 bar | pressure of chamber A |
+    | 6 | pb | 210 bar | pressure of chamber B |
+    | 7 | supply | 210 bar | supply pressure |
+    | 8 | position | 250 mm | jack position from mid stroke |
+    | 9 | acceleration | 90 m/s2 | of the jack |
+    | 10 | force | 90 kN | load cell |
+
+    ## Action
+    Box(-1, 1, (1,), float32): the demanded spool command [1]. The guard limits it to +-1 and to the rig's rate
+    (200 1/s), and the drive holds it over each control period.
+
+    ## Reward
+    Mean over the control periods of -(tracking |error| + effort command^2 + change (rate of command)^2), with the true
+    error, the realised command and its rate in 1/s; less `trip` once when the episode is terminated. The weights are
+    the task's: 0.01 per 10 kN, 0.001 per (1)^2, 0.001 per (100 1/s)^2, 100.
+
+    ## Start
+    At rest and at null, at a position drawn from the task's `start` (+-50 mm), touching the unloaded specimen. Its
+    stiffness and damping are drawn from the task, and the motion of its far end if that moves. With `randomise` the
+    rig's numbers are drawn within the bounds of its file; the pressures then creep from the nominal equilibrium to
+    their own. All that is random in an episode is drawn at its reset.
+
+    ## End
+    Terminated when the guard trips (a lost or non-finite signal, the rig's stroke, speed or force limit, a non-finite
+    action), at an end stop, or when the simulation fails; `info["trip"]` then says why. Truncated when the task's
+    `episode` (1 s) is over.
+
+    ## Info
+    `error` is the true error [N], `command` the realised command [1]; `trip` is only there after a termination.
+
+    ## Versions
+    v0: the first.
+    """
+
+    loop = "force"
+
+    def __init__(self, task: str | Path = "force") -> None:
+        super().__init__(task)

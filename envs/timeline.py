@@ -1,0 +1,84 @@
+"""What an episode is given in advance: its rig's numbers, start, reference, specimen and sensor noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.plant import Plant
+from workbench.plant.effects import find
+from workbench.rig import Rig
+from workbench.units import to_si
+
+from .references import Family
+from .task import Motion, Task
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One lane's episode over its control periods [k], all SI.
+
+    `p` are the plant's parameters, `start` the position from mid stroke, `reference` [k] the deviation of the
+    controlled signal from its start, `end` [2, k] the far end's position from mid stroke and velocity (k is 1 if it is
+    fixed), `noise` [k, noisy] what the sensors add.
+    """
+
+    p: np.ndarray
+    start: float
+    reference: np.ndarray
+    end: np.ndarray
+    noise: np.ndarray
+
+
+class Author:
+    """Draws episodes of a task: everything random about them comes from the generator, at once, before they begin.
+
+    `noise` are the standard deviations of the noisy sensors, SI.
+    """
+
+    def __init__(self, task: Task, plant: Plant, noise: np.ndarray) -> None:
+        self._task, self._plant, self._noise = task, plant, noise
+        # one step more than an episode has: a lane that waits for its reset has a time too
+        self.t = task.rig.period.value * np.arange((task.steps + 1) * task.control_periods + 1)
+        self._places, self._low, high = _bounded(task.rig, plant)
+        self._span = high - self._low
+        weights = np.array([weight for weight, _ in task.references])
+        self._chances = np.cumsum(weights)[:-1] / weights.sum()
+
+    def draw(self, random: np.random.Generator) -> Episode:
+        """The next episode."""
+        task, p = self._task, self._plant.p.copy()
+        if task.randomise:
+            p[self._places] = self._low + self._span * random.random(len(self._places))
+        start = task.start.uniform(random)
+        end = np.array([[start], [0.0]])
+        if task.specimen is not None:
+            p[self._plant.parameters.index("ks")] = task.specimen.stiffness.spread(random)
+            p[self._plant.parameters.index("cs")] = task.specimen.damping.uniform(random)
+            if task.specimen.end is not None:
+                end = end + _motion(task.specimen.end, random, self.t)
+        noise = random.standard_normal((len(self.t), len(self._noise)), np.float32) * self._noise
+        return Episode(p, start, self.family(random).make(random, self.t), end, noise)
+
+    def family(self, random: np.random.Generator) -> Family:
+        """The family of the next reference, drawn by weight."""
+        return self._task.references[int(np.searchsorted(self._chances, random.random(), side="right"))][1]
+
+
+def _motion(motion: Motion, random: np.random.Generator, t: np.ndarray) -> np.ndarray:
+    travel, rate = motion.travel.uniform(random), 2 * np.pi * motion.frequency.spread(random)
+    return travel / 2 * np.stack([1 - np.cos(rate * t), rate * np.sin(rate * t)])
+
+
+def _bounded(rig: Rig, plant: Plant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places in the parameter vector of the rig's numbers that have bounds, and these [SI]."""
+    found = [(name, n.low, n.high) for name, n in rig.numbers.items()]
+    for use in rig.effects:
+        effect = find(use.name, use.formula)
+        si = {number.name: number.si for number in effect.numbers}
+        found += [
+            (effect.key(name), *(b if b is None else float(to_si(b, n.unit, si[name])) for b in (n.low, n.high)))
+            for name, n in use.numbers.items()
+        ]
+    kept = [(plant.parameters.index(name), low, high) for name, low, high in found if low is not None]
+    table = np.array(kept, dtype=float).reshape(-1, 3)
+    return table[:, 0].astype(int), table[:, 1], table[:, 2]

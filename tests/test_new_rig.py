@@ -1,0 +1,331 @@
+"""A rig from a datasheet: closed form for two orders, a fit for three stages, and honesty about what is not known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from workbench.datasheet import Response, build_rig, load_datasheet
+from workbench.errors import InputError
+from workbench.identify import datasheet as fitting
+from workbench.identify.corners import FigureErrors
+from workbench.identify.datasheet import fit_three_stage, second_order_numbers, source_of, unknowns
+from workbench.identify.determined import FIGURE_ERROR, Free, determine
+from workbench.plant import build
+from workbench.rig import load_rig, save_rig
+from workbench.runs import metrics_json
+from workbench.studies import new_rig
+from workbench.studies.new_rig import run_new_rig
+from workbench.studies.outcome import at_once
+from workbench.units import to_si
+from workbench.views import equilibrium
+
+SERVO = """
+experiment = "new-rig"
+name = "servo"
+[supply]
+Ps = {value = 210, unit = "bar"}
+Pr = {value = 2, unit = "bar"}
+[valve]
+kind = "second-order"
+rated_flow = {value = 40, unit = "l/min"}
+rated_drop = {value = 70, unit = "bar"}
+leakage = {value = 1, unit = "l/min"}
+leakage_drop = {value = 210, unit = "bar"}
+n = {value = 1, unit = "1"}
+[[valve.response]]
+stage = "main"
+amplitude = {value = 100, unit = "%"}
+reference = {value = 2, unit = "Hz"}
+f3db = {value = 60, unit = "Hz"}
+f90 = {value = 80, unit = "Hz"}
+[jack]
+kind = "differential"
+AA = {value = 20, unit = "cm^2"}
+AB = {value = 10, unit = "cm^2"}
+S = {value = 300, unit = "mm"}
+[load]
+M = {value = 200, unit = "kg"}
+"""
+
+THREE_STAGE = """
+experiment = "new-rig"
+[supply]
+Ps = {value = 210, unit = "bar"}
+[valve]
+kind = "three-stage"
+like = "jack-10t"
+rated_flow = {value = 600, unit = "l/min"}
+rated_drop = {value = 70, unit = "bar"}
+pilot_flow = {value = 20, unit = "l/min"}
+imax = {value = 20, unit = "mA"}
+n = {value = 2, unit = "1"}
+[[valve.response]]
+stage = "pilot"
+amplitude = {value = 100, unit = "%"}
+reference = {value = 10, unit = "Hz"}
+f3db = {value = 115, unit = "Hz"}
+f90 = {value = 180, unit = "Hz"}
+[[valve.response]]
+stage = "main"
+amplitude = {value = 100, unit = "%"}
+reference = {value = 5, unit = "Hz"}
+f3db = {value = 70, unit = "Hz"}
+f90 = {value = 73, unit = "Hz"}
+[valve.rounding]
+J = {value = 0.5e-7, unit = "kg m^2"}
+[jack]
+kind = "double-rod"
+Aj = {value = 46.7, unit = "cm^2"}
+S = {value = 0.5, unit = "m"}
+[load]
+M = {value = 1000, unit = "kg"}
+"""
+
+
+def sheet_of(folder, text):
+    path = folder / "sheet.toml"
+    path.write_text(text)
+    return load_datasheet(path)
+
+
+@pytest.fixture(scope="module")
+def servo(tmp_path_factory):
+    return sheet_of(tmp_path_factory.mktemp("servo"), SERVO)
+
+
+@pytest.fixture(scope="module")
+def outcome(servo):
+    return run_new_rig(servo, at_once, lambda _: None)
+
+
+@pytest.fixture(scope="module")
+def three_stage(tmp_path_factory):
+    return sheet_of(tmp_path_factory.mktemp("three"), THREE_STAGE)
+
+
+def test_a_second_order_valve_has_its_datasheet_s_figures(outcome):
+    rows = {row["id"]: row for row in outcome[0].metrics["rows"]}
+    assert rows.keys() == {"main_100_f3db", "main_100_f90", "main_flow"}
+    for row in rows.values():
+        assert list(row) == ["id", "value", "unit", "datasheet", "error_percent", "estimate"]
+        assert abs(row["error_percent"]) < 0.5
+    assert "figures within 0." in outcome[0].page.verdict
+
+
+def test_its_leakage_at_null_is_that_of_the_datasheet(outcome):
+    """Closed ports at half of the drop: the flow from the supply goes through two lands of eps each."""
+    rig = outcome[1]
+    leakage = 2 * rig["K3"] * rig["eps"] * np.sqrt(210e5 / 2)
+    assert leakage == pytest.approx(float(to_si(1, "l/min", "m^3/s")), rel=1e-9)
+
+
+def test_the_rig_can_be_saved_loaded_and_used(outcome, tmp_path):
+    rig = outcome[1]
+    save_rig(rig, tmp_path / "rig.toml")
+    again = load_rig(tmp_path / "rig.toml")
+    for name, number in rig.numbers.items():
+        assert again[name] == pytest.approx(number.value, rel=1e-12)
+        assert again.numbers[name].source == number.source != ""
+    assert again.sensors.keys() == rig.sensors.keys() >= {"position", "pa", "pb", "spool"}
+    assert rig.numbers["M"].source == "datasheet"
+    assert rig.numbers["V0A"].source.startswith("estimate")
+    full = equilibrium(build(again), command=1.0)
+    assert full.speed == pytest.approx(again.limit("speed") / 1.1, rel=0.05)
+
+
+@given(st.floats(5, 500), st.floats(0.2, 3))
+def test_corners_of_any_second_order_valve_give_its_numbers_back(servo, f0, zeta):
+    half = 1 - 2 * zeta**2
+    f3db = f0 * np.sqrt(half + np.sqrt(half**2 + 1))
+    found = second_order_numbers(replace(servo, responses=(Response("main", 1.0, 0.01, f3db, f0),)))
+    assert found["f0"].value == pytest.approx(f0)
+    assert found["zeta"].value == pytest.approx(zeta, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('f90 = {value = 80, unit = "Hz"}', 'f90 = {value = 30, unit = "Hz"}', ["no second-order valve", "30"]),
+        ("leakage = {value = 1,", "leakage = {value = 39,", ["leakage", "of the rated flow"]),
+        ("leakage = {value = 1,", "leakage = {value = 1e-5,", ["eps", "not possible"]),
+    ],
+)
+def test_figures_that_no_valve_has_are_refused(tmp_path, old, new, words):
+    sheet = sheet_of(tmp_path, SERVO.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        build_rig(sheet, second_order_numbers(sheet))
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('experiment = "new-rig"', "", ["experiment"]),
+        ('"second-order"', '"second order"', ["[valve]", 'did you mean "second-order"']),
+        ('Ps = {value = 210, unit = "bar"', 'Ps = {value = 210, unit = "kg"', ["[supply]", "Ps", "converted"]),
+        ("Pr = ", "Pt = ", ["[supply]", 'did you mean "P']),
+        ("M = {value = 200", "M = {value = -200", ["[load]", "not possible"]),
+        ('M = {value = 200, unit = "kg"}', "", ["[load]", "M is missing", "moving mass"]),
+        ('stage = "main"', 'stage = "pilot"', ["valve.response", "main"]),
+        ("reference = {value = 2,", "reference = {value = 70,", ["main_100", "below f3db"]),
+        ("S = {value = 300", "S = {value = true", ["[jack]", "must be a number"]),
+        ('unit = "mm"}', 'unit = "mm", bound = 3}', ["[jack]", "bound"]),
+        ("[load]", "[mass]", ['unknown key "mass"']),
+    ],
+)
+def test_a_bad_datasheet_is_refused_in_one_line(tmp_path, old, new, words):
+    assert old in SERVO
+    with pytest.raises(InputError) as caught:
+        sheet_of(tmp_path, SERVO.replace(old, new))
+    for word in ("sheet.toml", *words):
+        assert word in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('like = "jack-10t"', "", ["like is missing"]),
+        ('like = "jack-10t"', 'like = "festo-tp511"', ["no three-stage valve"]),
+        ("[valve.rounding]\nJ", "[valve.rounding]\nj", ["valve.rounding", 'no number "j"']),
+        ("0.5e-7", "5e-7", ["valve.rounding", "J", "not possible"]),
+        ('stage = "main"', 'stage = "pilot"', ["response"]),
+    ],
+)
+def test_a_bad_three_stage_datasheet_is_refused(tmp_path, old, new, words):
+    with pytest.raises(InputError) as caught:
+        sheet_of(tmp_path, THREE_STAGE.replace(old, new))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_the_estimates_know_nothing_of_the_geometry_s_fitted_numbers(three_stage):
+    """From scratch: unpublished numbers of the rig that lends its geometry leave no trace."""
+    other = three_stage.geometry.with_values(
+        Km=0.3, Knet=-3.0, kstop=1e3, cff2=0.5, Pr=2e5, Kp=9.0, z3max=1e-3, K3=1e-3, Fs1=0.01, Fs2=9.0
+    )
+    assert unknowns(replace(three_stage, geometry=other)) == unknowns(three_stage)
+
+
+def test_estimates_are_in_their_ranges_and_of_the_right_size(three_stage):
+    published = load_rig("jack-10t")
+    for free in unknowns(three_stage):
+        assert free.low <= free.start <= free.high
+        assert free.value(free.distance(free.high)) == pytest.approx(free.high)
+        assert free.low <= published[free.name] <= free.high, free.name
+
+
+def test_a_stated_number_is_not_fitted(tmp_path):
+    sheet = sheet_of(tmp_path, THREE_STAGE.replace("[valve]\n", 'Pr = {value = 3, unit = "bar"}\n[valve]\n'))
+    assert "Pr" not in {free.name for free in unknowns(sheet)}
+
+
+def test_figure_errors_are_those_of_the_published_rig(three_stage):
+    """119.1/115, 180.4/180, 70.2/70, 70.5/73 and 20.12/20 on jack-10t."""
+    sheet, rig = three_stage, load_rig("jack-10t")
+    found = FigureErrors(sheet, lambda _: rig, np.zeros(1))
+    assert found.names == ["pilot_100_f3db", "pilot_100_f90", "main_100_f3db", "main_100_f90", "pilot_flow"]
+    wanted = np.log([119.1 / 115, 180.4 / 180, 70.3 / 70, 70.5 / 73, 20.12 / 20])
+    np.testing.assert_allclose(found.at(np.zeros(1)), wanted, atol=3e-3)
+
+
+def free_numbers(*scales):
+    return tuple(Free(name, 1.0, 0.5, 1.5, scale, "guess") for name, scale in zip("abcd", scales, strict=False))
+
+
+def test_one_figure_of_a_product_determines_the_product_alone():
+    found = determine(np.array([[1.0, 1.0]]), free_numbers(None, None))
+    first, second = found.combinations
+    assert found.count == 1
+    assert first.weights == pytest.approx({"a": 2**-0.5, "b": 2**-0.5})
+    assert first.interval == pytest.approx(1.96 * FIGURE_ERROR / np.sqrt(2))
+    assert not second.determined
+    assert found.given_others["a"] < 0.1 < found.alone["a"]
+
+
+def test_what_the_figures_do_not_see_keeps_its_range():
+    found = determine(np.array([[1.0, 0.0]]), free_numbers(None, 1.0))
+    assert found.alone["b"] == pytest.approx(1.96 * 0.5 / np.sqrt(3))
+    assert source_of(free_numbers(None, 1.0)[0], found) == "fitted to the datasheet"
+    assert source_of(free_numbers(None, 1.0)[1], found).startswith("not determined")
+
+
+def test_a_printed_number_s_rounding_loosens_what_is_determined():
+    slopes = np.array([[1.0, 1.0]])
+    a, b = free_numbers(1.0, 1.0)
+    loose = determine(slopes, (a, replace(b, printed=True, low=0.9, high=1.1)))
+    assert list(loose.combinations[0].weights) == ["a"]
+    assert loose.combinations[0].interval == pytest.approx(1.96 * np.hypot(FIGURE_ERROR, 0.1 / np.sqrt(3)))
+
+
+class _StandIn:
+    """Figures that are linear in the distances, in place of simulated ones."""
+
+    names = ("f1", "f2", "f3")
+    calls = 0
+
+    def __init__(self, _sheet, _family, first):
+        random = np.random.default_rng(0)
+        self.matrix = random.normal(size=(3, len(first)))
+        self.offset = np.array([0.3, -0.2, 0.25])
+
+    def at(self, x):
+        return self.matrix @ x + self.offset
+
+    def slopes(self, _x, _steps):
+        type(self).calls += 1
+        return self.matrix
+
+
+def test_a_fit_that_arrives_stops_and_says_where_each_number_is_from(three_stage, monkeypatch):
+    monkeypatch.setattr(fitting, "FigureErrors", _StandIn)
+    fit = fit_three_stage(three_stage, 3, 0.02, at_once, lambda _: None)
+    assert fit.start == 0
+    assert max(abs(error) for error in fit.errors.values()) < 0.02
+    for free in fit.free:
+        number = fit.rig.numbers[free.name]
+        assert free.low <= number.low <= number.value <= number.high <= free.high
+        assert "determine" in number.source or number.source == "fitted to the datasheet"
+    rated = fit.rig["K3"] * (fit.rig["z3max"] + fit.rig["eps"]) * np.sqrt(35e5)
+    assert rated == pytest.approx(0.01)
+
+
+def test_a_fit_that_does_not_arrive_tries_other_starts_and_resumes_from_what_is_kept(three_stage, monkeypatch):
+    monkeypatch.setattr(fitting, "FigureErrors", _StandIn)
+    kept = {}
+
+    def keep(name, compute):
+        return kept[name] if name in kept else kept.setdefault(name, compute())
+
+    fit = fit_three_stage(three_stage, 2, 1e-9, keep, lambda _: None)
+    assert {name.partition(" step")[0] for name in kept} == {"start 0", "start 1", "determination"}
+    before = _StandIn.calls
+    again = fit_three_stage(three_stage, 2, 1e-9, keep, lambda _: None)
+    assert _StandIn.calls == before
+    assert again.errors == fit.errors
+
+
+def test_the_page_of_a_fit_shows_figures_combinations_and_numbers_in_their_units(three_stage, monkeypatch):
+    monkeypatch.setattr(fitting, "FigureErrors", _StandIn)
+    monkeypatch.setattr(new_rig, "POINTS", 4)
+    outcome, rig = run_new_rig(three_stage, at_once, lambda _: None)
+    rows = {row["id"]: row for row in outcome.metrics["rows"]}
+    assert rows.keys() == {*FigureErrors(three_stage, lambda _: rig, np.zeros(1)).names, "main_flow"}
+    assert abs(rows["main_flow"]["error_percent"]) < 0.5
+    assert rows["pilot_flow"]["estimate"] is not None
+    value, low, high = outcome.metrics["parameters"]["Pr [Pa]"]
+    assert low <= value == rig["Pr"] <= high
+    assert outcome.metrics["determined"]["count"] == sum(
+        part["determined"] for part in outcome.metrics["determined"]["combinations"]
+    )
+    sections = {section.title: section.items for section in outcome.page.sections}
+    numbers = {row[0]: row for row in sections["What the figures determine"][1].rows}
+    assert numbers["Pr"][1:3] == ["bar", pytest.approx(rig["Pr"] / 1e5)]
+    assert numbers["Pr"][3] == pytest.approx(5)
+    assert f"{outcome.metrics['determined']['count']} combinations" in outcome.page.verdict
+    assert json.loads(metrics_json(outcome.metrics))

@@ -1,0 +1,33 @@
+"""The choice of the back end: machine code where this machine and the graph allow it, else a reason why not."""
+
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+
+from .driver import Stepping
+from .emit import first_unsupported
+
+if TYPE_CHECKING:
+    from .compiled import CompiledPlant
+
+
+class NotCompiled(RuntimeError):
+    """Says in one line why a plant runs through the interpreter."""
+
+
+def compile_plant(attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping) -> "CompiledPlant":
+    """Machine code for an attempt (s, u, p, tolerance) -> s and for outputs (x, u, p) -> y.
+
+    `p` are the parameters where a run gives none. Raises NotCompiled for an operation that has no compiled form, and
+    where the compiler is missing or does not work.
+    """
+    for function in (attempt, outputs):
+        if operation := first_unsupported(function):
+            raise NotCompiled(f'interpreted: the operation "{operation}" has no compiled form')
+    try:
+        from .compiled import CompiledPlant
+
+        return CompiledPlant(attempt, outputs, p, stepping)
+    except (ImportError, OSError, RuntimeError) as error:
+        raise NotCompiled(f"interpreted: no compiler here ({error})") from error

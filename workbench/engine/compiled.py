@@ -1,0 +1,169 @@
+"""A plant as machine code: one trajectory, or batches of them over vector lanes and threads."""
+
+import ctypes
+import os
+from collections.abc import Callable
+from functools import cached_property
+from threading import Thread
+
+import casadi as ca
+import numpy as np
+
+from . import object_cache
+from .codegen import module
+from .driver import Batch, OutputJob, RunJob, Stepping
+
+_WORTH_A_THREAD = 2000  # intervals or rows: to start another thread takes about as long as fewer of them
+
+
+class _Kernel:
+    """Machine code of one plant for one number of lanes."""
+
+    def __init__(self, attempt: ca.Function, outputs: ca.Function, width: int) -> None:
+        fused = object_cache.fused()
+        key = (attempt.serialize(), outputs.serialize(), str(width), str(fused))
+        addresses = object_cache.functions(key, lambda: module(attempt, outputs, width, fused), ("run", "outputs"))
+        self.run, self.outputs = (ctypes.CFUNCTYPE(None, ctypes.c_void_p)(address) for address in addresses)
+
+
+class CompiledPlant:
+    """Runs an attempt (s, u, p, tolerance) -> s, s = [x, time left, step, attempts], and outputs h(x, u, p).
+
+    `p` are the parameters where none are given. `advance` and `observe` reuse their buffers: one thread at a time.
+    Raises RuntimeError or OSError if this machine cannot compile.
+    """
+
+    def __init__(self, attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping) -> None:
+        self._attempt, self._h = attempt, outputs
+        self._p, self._stepping = np.array(p, dtype=float), stepping
+        self._n, self._m, self._k = outputs.numel_in(0), outputs.numel_in(1), outputs.numel_out(0)
+        self._single = _Kernel(attempt, outputs, 1)
+        self._bench = _Bench(self._n, self._m, self._p, self._k, stepping)
+
+    @cached_property
+    def _block(self) -> _Kernel:
+        return _Kernel(self._attempt, self._h, object_cache.vector_width())
+
+    def run_batch(
+        self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
+    ) -> Batch:
+        """From x0 [lanes, n] over times t [k + 1], holding row j of u over [t_j, t_(j+1)].
+
+        u [lanes, k or more, m] and p [lanes, np] may leave out the lanes. Every `every`-th state is kept. A lane that
+        fails is marked and does not touch the others. Raises ValueError for shapes that do not fit and for times that
+        do not increase.
+        """
+        return self._run(x0, t, u, p, every, self._stepping.first_step)
+
+    def advance_batch(
+        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """States [lanes, n] after holding u [lanes, m] for `duration` [s], tried in one step first, and which lanes
+        failed, bool [lanes]: theirs are NaN."""
+        batch = self._run(x, np.array([0.0, duration]), np.expand_dims(u, -2), p, 1, duration)
+        return batch.x[:, 1], ~batch.ok
+
+    def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:
+        """State after holding u [m] for `duration` [s], tried in one step first; None if the steps failed."""
+        bench, job = self._bench, self._bench.run_job
+        bench.set(x, u, p)
+        bench.duration[0] = job.first_step = duration
+        job.next = 0
+        self._single.run(bench.run_address)
+        if bench.failed[0] < 0:
+            return bench.states[1].copy()
+        bench.failed[0] = -1
+        return None
+
+    def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """Outputs [outputs] at one state and input."""
+        bench = self._bench
+        bench.set(x, u, p)
+        bench.output_job.next = 0
+        self._single.outputs(bench.output_address)
+        return bench.y.copy()
+
+    def outputs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """y [..., outputs] for x [rows, n] or [lanes, rows, n]; u [..., m] and p [..., np] are broadcast to them."""
+        x = np.ascontiguousarray(x, dtype=float)
+        if x.ndim not in (2, 3) or x.shape[-1] != self._n:
+            raise ValueError(f"x {x.shape}: expected [rows, {self._n}] or [lanes, rows, {self._n}]")
+        y = np.empty((*x.shape[:-1], self._k))
+        lanes, rows = (x.shape[0], x.shape[1]) if x.ndim == 3 else (1, len(x))
+        u, p = (_spread(a, y.shape[:-1]) for a in (u, self._p if p is None else p))
+        strides = [s // 8 for a in (u, p) for s in (0, 0, *a.strides[:-1])[-2:]]
+        if rows == 1:  # one row a lane is as good as one lane of all rows
+            lanes, rows, strides = 1, lanes, [0, strides[0], 0, strides[2]]
+        job = OutputJob(*(a.ctypes.data for a in (x, u, p, y)), 0, lanes, rows, *strides)
+        _share((self._single if lanes * rows == 1 else self._block).outputs, job, lanes, rows)
+        return y
+
+    def _run(
+        self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None, every: int, first_step: float
+    ) -> Batch:
+        x0, t, u, p = (np.ascontiguousarray(a, dtype=float) for a in (x0, t, u, self._p if p is None else p))
+        lanes, durations = len(x0), np.diff(t)
+        rows = len(durations)
+        self._check(x0, durations, u, p)
+        x = np.empty((lanes, rows // every + 1, self._n))
+        x[:, 0] = x0
+        attempts, failed = np.zeros(lanes, dtype=np.int64), np.full(lanes, -1)
+        arrays = (x0, durations, u, p, x, attempts, failed)
+        strides = (u[0].size if u.ndim == 3 else 0, p.shape[1] if p.ndim == 2 else 0)
+        limits = (first_step, self._stepping.tolerance, self._stepping.cap)
+        job = RunJob(*(a.ctypes.data for a in arrays), 0, lanes, rows, every, x.shape[1], *strides, *limits)
+        if rows:
+            _share((self._single if lanes == 1 else self._block).run, job, lanes, rows)
+        for lane in np.flatnonzero(failed >= 0):
+            x[lane, failed[lane] // every + 1 :] = np.nan
+        return Batch(x, attempts, failed)
+
+    def _check(self, x0: np.ndarray, durations: np.ndarray, u: np.ndarray, p: np.ndarray) -> None:
+        lanes, rows, k = len(x0), len(durations), len(self._p)
+        fits = x0.shape == (lanes, self._n) and u.ndim in (2, 3) and u.shape[-1] == self._m and u.shape[-2] >= rows
+        if not (fits and u.shape[:-2] in ((), (lanes,)) and p.shape in ((k,), (lanes, k))):
+            raise ValueError(f"shapes do not fit: x0 {x0.shape}, {rows} intervals, u {u.shape}, p {p.shape}")
+        if not np.all((durations > 0) & np.isfinite(durations)):
+            raise ValueError("times must be finite and increasing")
+
+
+class _Bench:
+    """Fixed places for a loop that asks once a period, so that a call prepares nothing."""
+
+    def __init__(self, n: int, m: int, p: np.ndarray, outputs: int, stepping: Stepping) -> None:
+        self._own = p.copy()
+        self._x, self._u, self._p = np.zeros(n), np.zeros(m), p.copy()
+        self.duration, self.states, self.y = np.zeros(1), np.zeros((2, n)), np.zeros(outputs)
+        self._attempts, self.failed = np.zeros(1, dtype=np.int64), np.full(1, -1)
+        run = (self._x, self.duration, self._u, self._p, self.states, self._attempts, self.failed)
+        limits = (stepping.first_step, stepping.tolerance, stepping.cap)
+        self.run_job = RunJob(*(a.ctypes.data for a in run), 0, 1, 1, 1, 2, 0, 0, *limits)
+        observe = (self._x, self._u, self._p, self.y)
+        self.output_job = OutputJob(*(a.ctypes.data for a in observe), 0, 1, 1, 0, 0, 0, 0)
+        self.run_address, self.output_address = map(ctypes.addressof, (self.run_job, self.output_job))
+
+    def set(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None) -> None:
+        """Put down the arguments of the next call."""
+        self._x[:], self._u[:], self._p[:] = x, u, self._own if p is None else p
+
+
+def _spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
+    """The array as [*lead, its last axis], without a copy of what repeats."""
+    array = np.ascontiguousarray(array, dtype=float)
+    return np.broadcast_to(array, (*lead, array.shape[-1]))
+
+
+def _share(call: Callable[[int], None], job: RunJob | OutputJob, lanes: int, rows: int) -> None:
+    """Run a job on as many threads as it is worth; each takes the next lane that nobody has."""
+    address = ctypes.addressof(job)
+    threads = min(_cores(), lanes, 1 + lanes * rows // _WORTH_A_THREAD)
+    others = [Thread(target=call, args=(address,)) for _ in range(threads - 1)]
+    for thread in others:
+        thread.start()
+    call(address)
+    for thread in others:
+        thread.join()
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

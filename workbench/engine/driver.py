@@ -1,0 +1,296 @@
+"""The loop around an attempt, as LLVM IR: it feeds lanes with intervals and trajectories and stores what they reach.
+
+Lanes do not wait for each other: the one that reaches the end of its interval stores its state and takes the next
+interval, or the next trajectory, while its neighbours go on. Threads that run the same job share it: each takes the
+next trajectory that nobody has.
+"""
+
+import ctypes
+from dataclasses import dataclass
+from itertools import accumulate
+
+import numpy as np
+
+_KINDS = {ctypes.c_void_p: "ptr", ctypes.c_int64: "i64", ctypes.c_double: "double"}
+_Fields = tuple[tuple[str, type[ctypes.c_void_p] | type[ctypes.c_int64] | type[ctypes.c_double]], ...]
+
+
+def _fields(addresses: str, integers: str, numbers: str = "") -> _Fields:
+    kinds = ((addresses, ctypes.c_void_p), (integers, ctypes.c_int64), (numbers, ctypes.c_double))
+    return tuple((name, kind) for names, kind in kinds for name in names.split())
+
+
+class RunJob(ctypes.Structure):
+    """What `run` is told: addresses, counts and strides in numbers, limits."""
+
+    FIELDS = _fields(
+        "x0 duration u p x attempts failed",
+        "next lanes rows every records u_lane p_lane",
+        "first_step tolerance cap",
+    )
+    _fields_ = FIELDS
+
+
+class OutputJob(ctypes.Structure):
+    """What `outputs` is told: addresses, counts and strides in numbers."""
+
+    FIELDS = _fields("x u p y", "next lanes rows u_lane u_row p_lane p_row")
+    _fields_ = FIELDS
+
+
+Job = type[RunJob] | type[OutputJob]
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """How attempts are made: their tolerance, the first step of a run [s], and how many an interval may take."""
+
+    tolerance: float
+    first_step: float
+    cap: int
+
+
+@dataclass(frozen=True)
+class Batch:
+    """States x [lanes, rows, n], attempts [lanes], and for each lane the interval in which it failed, or -1; from
+    there on its states are NaN."""
+
+    x: np.ndarray
+    attempts: np.ndarray
+    failed: np.ndarray
+
+    @property
+    def ok(self) -> np.ndarray:
+        """Lanes that were integrated to the end, bool [lanes]."""
+        return self.failed < 0
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where a block of lanes keeps its numbers, in units of eight bytes: element i of lane w stands at i width + w."""
+
+    width: int
+    n: int
+    inputs: int
+    parameters: int
+    prepared: int
+
+    @property
+    def places(self) -> dict[str, int]:
+        """First element of each part, and the end; the state x is followed by time left, step and attempts."""
+        sizes = {"x": self.n, "left": 1, "step": 1, "attempts": 1, "u": self.inputs, "p": self.parameters}
+        sizes |= {"tolerance": 1, "prepared": self.prepared, "limit": 1}
+        sizes |= {"lane": 1, "row": 1, "input": 1, "target": 1, "wait": 1, "end": 0}
+        ends = accumulate(sizes.values())
+        return {name: (end - size) * self.width for (name, size), end in zip(sizes.items(), ends, strict=True)}
+
+
+def structure(job: Job) -> str:
+    """The IR type of a job."""
+    return "{" + ", ".join(_KINDS[kind] for _, kind in job.FIELDS) + "}"
+
+
+class Scalars:
+    """Scalar IR around a job: loads, stores, address arithmetic and blocks, written a line at a time."""
+
+    def __init__(self, job: Job, name: str) -> None:
+        self._type = name
+        self._names = [field for field, _ in job.FIELDS]
+        self._kinds = dict(job.FIELDS)
+        self.lines: list[str] = []
+        self._count = 0
+
+    def do(self, operation: str) -> str:
+        """Append an operation; returns the name of its value."""
+        self._count += 1
+        self.lines.append(f"  %i{self._count} = {operation}")
+        return f"%i{self._count}"
+
+    def write(self, line: str) -> None:
+        """Append a line without a value; one that ends in a colon starts a block."""
+        self.lines.append(line if line.endswith(":") else "  " + line)
+
+    def get(self, name: str) -> str:
+        """Value of a field of the job."""
+        return self.do(f"load {_KINDS[self._kinds[name]]}, ptr {self.field(name)}")
+
+    def field(self, name: str) -> str:
+        """Address of a field of the job."""
+        return self.do(f"getelementptr {self._type}, ptr %job, i32 0, i32 {self._names.index(name)}")
+
+    def at(self, base: str, index: str | int) -> str:
+        """Address of an element of an array of numbers."""
+        return self.do(f"getelementptr i64, ptr {base}, i64 {index}")
+
+    def load(self, base: str, index: str | int, kind: str = "double") -> str:
+        """Element of an array."""
+        return self.do(f"load {kind}, ptr {self.at(base, index)}")
+
+    def store(self, value: str, base: str, index: str | int, kind: str = "double") -> None:
+        """Set an element of an array."""
+        self.write(f"store {kind} {value}, ptr {self.at(base, index)}")
+
+    def integer(self, op: str, a: str, b: str | int) -> str:
+        """Arithmetic on 64-bit integers."""
+        return self.do(f"{op} i64 {a}, {b}")
+
+    def branch(self, condition: str, yes: str, no: str) -> None:
+        """End a block."""
+        self.write(f"br i1 {condition}, label %{yes}, label %{no}")
+
+    def take(self) -> tuple[str, str]:
+        """The next trajectory of the job, and whether there was one."""
+        lane = self.do(f"atomicrmw add ptr {self.field('next')}, i64 1 monotonic")
+        return lane, self.do(f"icmp slt i64 {lane}, {self.get('lanes')}")
+
+
+def run(frame: Frame) -> list[str]:
+    """`run`: attempts of the whole block for as long as a lane has something to do."""
+    b, places, width = Scalars(RunJob, "%run_job"), frame.places, frame.width
+    p, tolerance = b.get("p"), b.get("tolerance")
+    for element in range(places["end"]):
+        b.store("0", "%frame", element, "i64")
+    for w in range(width):
+        b.store(tolerance, "%frame", places["tolerance"] + w)
+        b.store("-1", "%frame", places["lane"] + w, "i64")
+        for i in range(frame.parameters):
+            b.store(b.load(p, i), "%frame", places["p"] + i * width + w)
+    return [
+        "declare i64 @llvm.cttz.i64(i64, i1)",
+        "define void @run(ptr %job) nounwind {",
+        "entry:",
+        f"  %frame = alloca [{places['end']} x i64], align 64",
+        *b.lines,
+        "  call void @prepare(ptr %frame)",
+        "  br label %serve",
+        "serve:",
+        f"  %wanted = phi i64 [{(1 << width) - 1}, %entry], [%others, %serve], [%now, %go]",
+        f"  %busy = phi i64 [{width}, %entry], [%still, %serve], [%still, %go]",
+        "  %slot = call i64 @llvm.cttz.i64(i64 %wanted, i1 true)",
+        "  %gone = call i64 @service(ptr %job, ptr %frame, i64 %slot)",
+        "  %still = sub i64 %busy, %gone",
+        "  %below = sub i64 %wanted, 1",
+        "  %others = and i64 %wanted, %below",
+        "  %more = icmp ne i64 %others, 0",
+        "  br i1 %more, label %serve, label %served",
+        "served:",
+        "  %idle = icmp eq i64 %still, 0",
+        "  br i1 %idle, label %done, label %go",
+        "go:",
+        "  %now = call i64 @attempt(ptr %frame)",
+        "  %none = icmp eq i64 %now, 0",
+        "  br i1 %none, label %go, label %serve",
+        "done:",
+        "  ret void",
+        "}",
+    ]
+
+
+class _Service:
+    """Writes `service`, which looks after one lane between attempts; returns 1 when the lane has nothing left to do."""
+
+    def __init__(self, frame: Frame) -> None:
+        self.frame, self.places = frame, frame.places
+        self.b = Scalars(RunJob, "%run_job")
+        self._entry()
+        self._store()
+        self._finish()
+        self._begin()
+        self._interval()
+
+    def _get(self, name: str, kind: str = "double", element: int = 0) -> str:
+        return self.b.load("%slot", self.places[name] + element * self.frame.width, kind)
+
+    def _set(self, value: str, name: str, kind: str = "double", element: int = 0) -> None:
+        self.b.store(value, "%slot", self.places[name] + element * self.frame.width, kind)
+
+    def _entry(self) -> None:
+        b = self.b
+        b.write("%slot = getelementptr i64, ptr %frame, i64 %w")
+        self.lane = self._get("lane", "i64")
+        b.branch(b.do(f"icmp slt i64 {self.lane}, 0"), "refill", "running")
+        b.write("running:")
+        self.row = self._get("row", "i64")
+        b.branch(b.do(f"fcmp ole double {self._get('left')}, 0.0"), "arrived", "failed")
+
+    def _store(self) -> None:
+        """A state that is finite goes to its row of the trajectory, if the row is one that is kept."""
+        b, n = self.b, self.frame.n
+        b.write("arrived:")
+        state = [self._get("x", element=i) for i in range(n)]
+        zeros = [b.do(f"fsub double {value}, {value}") for value in state]
+        while len(zeros) > 1:
+            zeros = [*zeros[2:], b.do(f"fadd double {zeros[0]}, {zeros[1]}")]
+        b.branch(b.do(f"fcmp oeq double {zeros[0]}, 0.0"), "finite", "failed")
+        b.write("finite:")
+        wait = b.integer("sub", self._get("wait", "i64"), 1)
+        b.branch(b.do(f"icmp eq i64 {wait}, 0"), "keep", "onward")
+        b.write("keep:")
+        target = self._get("target", "ptr")
+        for i, value in enumerate(state):
+            b.store(value, target, i)
+        self._set(b.at(target, n), "target", "ptr")
+        every = b.get("every")
+        b.write("br label %onward")
+        b.write("onward:")
+        self._set(b.do(f"phi i64 [{wait}, %finite], [{every}, %keep]"), "wait", "i64")
+        self.after = b.integer("add", self.row, 1)
+        b.branch(b.do(f"icmp eq i64 {self.after}, {b.get('rows')}"), "finish", "interval")
+
+    def _finish(self) -> None:
+        b = self.b
+        b.write("failed:")
+        b.store(self.row, b.get("failed"), self.lane, "i64")
+        b.write("br label %finish")
+        b.write("finish:")
+        attempts = b.do(f"fptosi double {self._get('attempts')} to i64")
+        b.store(attempts, b.get("attempts"), self.lane, "i64")
+        b.write("br label %refill")
+        b.write("refill:")
+        self.taken, some = b.take()
+        b.branch(some, "begin", "idle")
+        b.write("idle:")  # no time left that could be over, and no limit: nothing happens, nothing is asked for
+        for value, name in (("0x7FF8000000000000", "left"), ("1.0", "step"), ("0x7FF0000000000000", "limit")):
+            self._set(value, name)
+        b.write("ret i64 1")
+
+    def _begin(self) -> None:
+        b, n = self.b, self.frame.n
+        b.write("begin:")
+        self._set(self.taken, "lane", "i64")
+        source = b.at(b.get("x0"), b.integer("mul", self.taken, n))
+        for i in range(n):
+            self._set(b.load(source, i), "x", element=i)
+        first = b.at(b.get("x"), b.integer("mul", self.taken, b.integer("mul", b.get("records"), n)))
+        self._set(b.at(first, n), "target", "ptr")
+        self._set(b.get("every"), "wait", "i64")
+        self._set(b.at(b.get("u"), b.integer("mul", self.taken, b.get("u_lane"))), "input", "ptr")
+        self._set(b.get("first_step"), "step")
+        self._set("0.0", "attempts")
+        stride = b.get("p_lane")
+        b.branch(b.do(f"icmp eq i64 {stride}, 0"), "interval", "parameters")
+        b.write("parameters:")
+        source = b.at(b.get("p"), b.integer("mul", self.taken, stride))
+        for i in range(self.frame.parameters):
+            self._set(b.load(source, i), "p", element=i)
+        b.write("call void @prepare(ptr %frame)")
+        b.write("br label %interval")
+
+    def _interval(self) -> None:
+        b, m = self.b, self.frame.inputs
+        b.write("interval:")
+        row = b.do(f"phi i64 [{self.after}, %onward], [0, %begin], [0, %parameters]")
+        self._set(row, "row", "i64")
+        self._set(b.load(b.get("duration"), row), "left")
+        source = self._get("input", "ptr")
+        for i in range(m):
+            self._set(b.load(source, i), "u", element=i)
+        self._set(b.at(source, m), "input", "ptr")
+        self._set(b.do(f"fadd double {self._get('attempts')}, {b.get('cap')}"), "limit")
+        b.write("ret i64 0")
+
+
+def service(frame: Frame) -> list[str]:
+    """`service`, which looks after one lane between attempts."""
+    head = "define internal i64 @service(ptr %job, ptr %frame, i64 %w) noinline nounwind {"
+    return [head, "entry:", *_Service(frame).b.lines, "}"]

@@ -1,0 +1,123 @@
+"""The back end that needs no compiler: an attempt run by CasADi's interpreter, lane after lane. The oracle in tests."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from .driver import Batch, Stepping
+from .rosenbrock import failed
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """A function between fixed places; an attempt goes to and fro between a pair of them."""
+
+    source: np.ndarray
+    target: np.ndarray
+    buffer: Any
+    call: Callable[[], None]
+
+
+class InterpretedPlant:
+    """Runs an attempt (s, u, p, tolerance) -> s, s = [x, time left, step, attempts], and outputs h(x, u, p).
+
+    Serves the same calls as CompiledPlant, with the same meaning and, but for rounding, the same results.
+    """
+
+    def __init__(self, attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping) -> None:
+        self._own, self._stepping = np.array(p, dtype=float), stepping
+        self._n = outputs.numel_in(0)
+        self._u, self._p = np.zeros(outputs.numel_in(1)), self._own.copy()
+        self._tolerance = np.array([stepping.tolerance])
+        ping, pong = np.zeros(self._n + 3), np.zeros(self._n + 3)
+        self._turns = (self._bind(attempt, ping, pong), self._bind(attempt, pong, ping))
+        self._h = outputs
+        self._outputs = self._bind(outputs, np.zeros(self._n), np.zeros(outputs.numel_out(0)))
+
+    def _bind(self, function: ca.Function, source: np.ndarray, target: np.ndarray) -> _Turn:
+        """The function with its arguments and result in fixed places: calling it copies nothing."""
+        buffer: Any
+        buffer, call = function.buffer()
+        for index, array in enumerate((source, self._u, self._p, self._tolerance)[: function.n_in()]):
+            buffer.set_arg(index, array.data)
+        buffer.set_res(0, target.data)
+        return _Turn(source, target, buffer, call)
+
+    def run_batch(
+        self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
+    ) -> Batch:
+        """See CompiledPlant.run_batch."""
+        lanes, durations = len(x0), np.diff(t)
+        u = np.broadcast_to(u, (lanes, *np.shape(u)[-2:]))
+        p = np.broadcast_to(self._own if p is None else p, (lanes, len(self._own)))
+        x = np.full((lanes, len(durations) // every + 1, self._n), np.nan)
+        attempts, broken = np.zeros(lanes, dtype=np.int64), np.full(lanes, -1)
+        for lane in range(lanes):
+            attempts[lane], broken[lane] = self._run_lane(x0[lane], durations, u[lane], p[lane], every, x[lane])
+        return Batch(x, attempts, broken)
+
+    def _run_lane(
+        self, x0: np.ndarray, durations: np.ndarray, u: np.ndarray, p: np.ndarray, every: int, into: np.ndarray
+    ) -> tuple[int, int]:
+        into[0] = state = x0
+        attempts, step = 0, self._stepping.first_step
+        for j, duration in enumerate(durations):
+            after, step, used = self._hold(state, u[j], duration, p, step)
+            attempts += used
+            if after is None:
+                return attempts, j
+            state = after
+            if (j + 1) % every == 0:
+                into[(j + 1) // every] = state
+        return attempts, -1
+
+    def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:
+        """See CompiledPlant.advance."""
+        return self._hold(x, u, duration, self._own if p is None else p, duration)[0]
+
+    def advance_batch(
+        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """See CompiledPlant.advance_batch."""
+        p = np.broadcast_to(self._own if p is None else p, (len(x), len(self._own)))
+        reached = [self.advance(x[i], u[i], duration, p[i]) for i in range(len(x))]
+        broken = np.array([after is None for after in reached])
+        nothing = np.full(self._n, np.nan)
+        return np.array([nothing if after is None else after for after in reached]), broken
+
+    def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """See CompiledPlant.observe."""
+        self._u[:], self._p[:] = u, self._own if p is None else p
+        self._outputs.source[:] = x
+        self._outputs.call()
+        return self._outputs.target.copy()
+
+    def outputs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """See CompiledPlant.outputs."""
+        lead = x.shape[:-1]
+        given = (x, np.broadcast_to(u, (*lead, len(self._u))), self._own if p is None else p)
+        columns = [np.broadcast_to(a, (*lead, a.shape[-1])).reshape(-1, a.shape[-1]).T for a in given]
+        return np.array(self._h(*columns)).T.reshape(*lead, -1)
+
+    def _hold(
+        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray, step: float
+    ) -> tuple[np.ndarray | None, float, int]:
+        """State at the end of an interval (None: failed), the step length to go on with, and the attempts used."""
+        n = self._n
+        self._u[:], self._p[:] = u, p
+        start = self._turns[0].source
+        start[:n] = x
+        start[n:] = (duration, step, 0)
+        attempts = 0.0
+        while attempts < self._stepping.cap:
+            for turn in self._turns:
+                turn.call()
+                left, step, attempts = turn.target[n:]
+                if left <= 0:
+                    return turn.target[:n].copy(), step, int(attempts)
+                if failed(step):
+                    return None, step, int(attempts)
+        return None, step, int(attempts)

@@ -1,0 +1,127 @@
+"""Machine code from LLVM IR, kept in the user's cache folder so that only the first start pays for the compiler."""
+
+import ctypes
+import hashlib
+import os
+import platform
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cache
+from itertools import count
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import llvmlite.binding as llvm
+
+from .vector_math import LIBM
+
+_DIGEST = 32  # bytes of SHA-256 before the object file: LLVM would bring the process down over a damaged one
+_LOADED: dict[str, Any] = {}  # by key: libraries stay for the life of the process
+_ONE_AT_A_TIME = Lock()
+_NUMBERS = count()
+
+
+def cache_folder() -> Path:
+    """Where compiled plants are kept: $XDG_CACHE_HOME, or what the system has for this purpose."""
+    if given := os.environ.get("XDG_CACHE_HOME"):
+        base = Path(given)
+    elif sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+    else:
+        base = Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
+    return base / "jackbench"
+
+
+def functions(key: Sequence[str], write: Callable[[], str], names: Sequence[str]) -> list[int]:
+    """Addresses of the named functions of the IR that `write` returns; `key` tells it from every other IR."""
+    digest = hashlib.sha256("\0".join([*key, *_machine_key()]).encode()).hexdigest()
+    with _ONE_AT_A_TIME:
+        if digest not in _LOADED:
+            code = _stored(digest) or _store(digest, _compile(write()))
+            _LOADED[digest] = _link(code, names)
+    return [_LOADED[digest][name] for name in names]
+
+
+def vector_width() -> int:
+    """Lanes of a block: two registers of AVX-512, or what suits narrower ones."""
+    return 8 if _features().get("avx512f") else 4
+
+
+def fused() -> bool:
+    """Whether the processor multiplies and adds in one rounding."""
+    return platform.machine().lower() in ("arm64", "aarch64") or bool(_features().get("fma"))
+
+
+@cache
+def _features() -> dict[str, bool]:
+    return dict(llvm.get_host_cpu_features())
+
+
+@cache
+def _machine_key() -> list[str]:
+    version = ".".join(map(str, llvm.llvm_version_info))
+    sources = [path.read_text() for path in sorted(Path(__file__).parent.glob("*.py"))]
+    return [version, llvm.get_process_triple(), llvm.get_host_cpu_name(), str(sorted(_features().items())), *sources]
+
+
+@cache
+def _target() -> llvm.TargetMachine:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(
+        cpu=llvm.get_host_cpu_name(),
+        features=llvm.get_host_cpu_features().flatten(),
+        opt=2,
+        reloc="pic",
+        codemodel="small",
+    )
+
+
+def _compile(ir: str) -> bytes:
+    return _target().emit_object(llvm.parse_assembly(ir))
+
+
+@cache
+def _jit() -> llvm.LLJIT:
+    return llvm.create_lljit_compiler(_target(), use_jit_link=platform.machine().lower() in ("arm64", "aarch64"))
+
+
+def _link(code: bytes, names: Sequence[str]) -> Any:
+    builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
+    for symbol, address in _c_library().items():
+        builder.import_symbol(symbol, address)
+    for exported in names:
+        builder.export_symbol(exported)
+    return builder.link(_jit(), f"plant{next(_NUMBERS)}")
+
+
+@cache
+def _c_library() -> dict[str, int]:
+    """Addresses of the mathematical functions of C."""
+    library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
+    found = {}
+    for name in ("pow", "sin", "cos", *LIBM):
+        with suppress(AttributeError):
+            found[name] = ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
+    return found
+
+
+def _stored(digest: str) -> bytes | None:
+    with suppress(OSError):
+        content = (cache_folder() / f"{digest}.o").read_bytes()
+        if hashlib.sha256(content[_DIGEST:]).digest() == content[:_DIGEST]:
+            return content[_DIGEST:]
+    return None
+
+
+def _store(digest: str, code: bytes) -> bytes:
+    """Keep the code, unless the folder cannot be written to."""
+    with suppress(OSError):
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=cache_folder(), delete=False) as file:
+            file.write(hashlib.sha256(code).digest() + code)
+        os.replace(file.name, cache_folder() / f"{digest}.o")
+    return code

@@ -1,0 +1,90 @@
+"""The public solvers that this engine is measured against, on the same plant with inputs held over intervals.
+
+Each takes (plant, x0 [n], t [k + 1], u [k, m], tolerance) and returns states [k + 1, n]. Each is started anew in every
+interval, as a loop that writes a command every period demands.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy.integrate import ode, solve_ivp
+
+from ..plant import Plant
+
+Peer = Callable[[Plant, np.ndarray, np.ndarray, np.ndarray, float], np.ndarray]
+
+
+def radau(plant: Plant, x0: np.ndarray, t: np.ndarray, u: np.ndarray, tolerance: float) -> np.ndarray:
+    """scipy's Radau IIA of order 5 with CasADi's rates and exact Jacobian."""
+    rates, slopes = _rates(plant)
+    states = [x0]
+    for j in range(len(t) - 1):
+        held = u[j]
+        found = solve_ivp(
+            lambda _t, x, held=held: rates(x, held),
+            (t[j], t[j + 1]),
+            states[-1],
+            "Radau",
+            jac=lambda _t, x, held=held: slopes(x, held),
+            rtol=tolerance,
+            atol=tolerance * plant.scale,
+        )
+        states.append(found.y[:, -1])
+    return np.array(states)
+
+
+def lsoda(plant: Plant, x0: np.ndarray, t: np.ndarray, u: np.ndarray, tolerance: float) -> np.ndarray:
+    """scipy's LSODA with CasADi's rates and exact Jacobian, called without a copy."""
+    rates, slopes = _rates(plant)
+    held = [u[0]]
+    solver = ode(lambda _t, x: rates(x, held[0]), lambda _t, x: slopes(x, held[0]))
+    solver.set_integrator("lsoda", rtol=tolerance, atol=tolerance * plant.scale, with_jacobian=True, nsteps=10_000)
+    states = [x0]
+    for j in range(len(t) - 1):
+        held[0] = u[j]
+        solver.set_initial_value(states[-1], t[j])
+        states.append(np.array(solver.integrate(t[j + 1])))
+    return np.array(states)
+
+
+def cvodes(plant: Plant, x0: np.ndarray, t: np.ndarray, u: np.ndarray, tolerance: float) -> np.ndarray:
+    """SUNDIALS' CVODES through CasADi, in scaled states as its absolute tolerance is one number; equal intervals."""
+    z, held = ca.SX.sym("z", plant.n), ca.SX.sym("u", len(plant.inputs))
+    rates = plant.f(z * plant.scale, held, plant.p) / plant.scale
+    options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 100_000}
+    solver = ca.integrator("cvodes", "cvodes", {"x": z, "p": held, "ode": rates}, 0.0, float(t[1] - t[0]), options)
+    states = [x0 / plant.scale]
+    for j in range(len(t) - 1):
+        states.append(np.array(solver(x0=states[-1], p=u[j])["xf"]).ravel())
+    return np.array(states) * plant.scale
+
+
+PEERS: dict[str, Peer] = {"scipy Radau": radau, "scipy LSODA compiled": lsoda, "CasADi CVODES": cvodes}
+
+
+def _rates(plant: Plant) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    """Rates [n] and their Jacobian [n, n] as functions of state and input, through buffers."""
+    x, u = ca.SX.sym("x", plant.n), ca.SX.sym("u", len(plant.inputs))
+    expression = plant.f(x, u, ca.DM(plant.p))
+    rates = ca.Function("rates", [x, u], [expression])
+    slopes = ca.Function("slopes", [x, u], [ca.densify(ca.jacobian(expression, x))])
+    return _buffered(rates, (plant.n,)), _buffered(slopes, (plant.n, plant.n))
+
+
+def _buffered(function: ca.Function, shape: tuple[int, ...]) -> Callable[..., np.ndarray]:
+    x, u = np.zeros(function.numel_in(0)), np.zeros(function.numel_in(1))
+    flat = np.zeros(function.numel_out(0))
+    buffer: Any
+    buffer, call = function.buffer()
+    buffer.set_arg(0, x.data)
+    buffer.set_arg(1, u.data)
+    buffer.set_res(0, flat.data)
+
+    def evaluate(state: np.ndarray, held: np.ndarray, _kept: Any = buffer) -> np.ndarray:
+        x[:], u[:] = state, held
+        call()
+        return flat.reshape(shape, order="F").copy()
+
+    return evaluate
