@@ -18,7 +18,7 @@ from .errors import InputError
 from .report import page_looks
 from .rig import load_rig, rig_table, rig_text
 from .runs import open_run, resolved_config, versions
-from .studies import compare, finished, new_rig, residual, speed
+from .studies import compare, excite, finished, frequency, new_rig, record, residual, speed
 from .studies.outcome import Outcome, Progress, Stage
 
 Study = Callable[[Stage, Progress], Outcome]
@@ -64,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     found.add_argument("campaign", help="folder with a campaign.toml")
     found.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
     _computes(found, _residual)
+    _recording_commands(commands)
     compared = commands.add_parser(
         "compare", help="hold finished runs against each other", description="Overlay finished runs, with a table."
     )
@@ -81,6 +82,45 @@ def _parser() -> argparse.ArgumentParser:
     shown.add_argument("rig", help="a bundled rig or a rig file")
     _prints(shown, _show)
     return parser
+
+
+def _recording_commands(commands: Any) -> None:
+    """Commands about measured frequency responses, and about what a rig is made to do for a recording."""
+    measured = commands.add_parser(
+        "frequency",
+        help="measured frequency response of a pair of signals, beside the model's",
+        description="Frequency response of a pair of signals: of a campaign's held-out records, or of a sheet.",
+    )
+    measured.add_argument("source", help="folder with a campaign.toml, or a sheet: frequency, gain, phase")
+    measured.add_argument("--input", default="command", help="signal (default: command)")
+    measured.add_argument("--output", required=True, help="signal, such as spool")
+    measured.add_argument("--record", action="append", default=[], help="a record by name, instead of those held out")
+    measured.add_argument("--period", type=float, help="length of one period [s], where it is not found by itself")
+    measured.add_argument("--amplitude", type=float, help="of a sheet, in the unit of its input: 1, mA, mm")
+    _computes(measured, _frequency)
+    logged = commands.add_parser("record", help="record a rig in simulation", description="Leave a campaign folder.")
+    logged.add_argument("rig", help="a bundled rig or a rig file, with [[effects]] or without")
+    logged.add_argument(
+        "--play", type=Path, nargs="+", default=[], metavar="FILE", help="excitations; the last is held out"
+    )
+    logged.add_argument("--seed", type=int, default=0, help="of the sensor noise (default: 0)")
+    _computes(logged, _record, rig=False)
+    designed = commands.add_parser(
+        "excite", help="design an excitation that a rig can play", description="Write an excitation for a rig to play."
+    )
+    designed.add_argument("rig", help="a bundled rig or a rig file: its control period and its limits")
+    designed.add_argument("kind", choices=excite.KINDS)
+    designed.add_argument("--signal", choices=("command", "reference"), default="command")
+    designed.add_argument("--amplitude", type=float, required=True, help="peak: command [1] or reference [mm]")
+    designed.add_argument("--seconds", type=float, required=True, help="length of one period")
+    designed.add_argument("--repeat", type=int, default=1, help="periods (default: 1)")
+    designed.add_argument("--band", type=float, nargs=2, metavar="HZ", help="of a chirp or multisine")
+    designed.add_argument("--lines", type=int, help="of a multisine, about (default: every harmonic)")
+    designed.add_argument("--spectrum", choices=("flat", "1/f"), default="flat", help="of a multisine")
+    designed.add_argument("--sweep", choices=("log", "linear"), default="log", help="of a chirp")
+    designed.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .csv file")
+    designed.add_argument("--force", action="store_true", help="replace an existing file")
+    designed.set_defaults(call=_excite)
 
 
 def _prints(command: argparse.ArgumentParser, call: Callable[[argparse.Namespace, list[str]], None]) -> None:
@@ -112,6 +152,27 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
     name = f"residual-{campaign.path.resolve().name}"
     study = partial(residual.run_residual, campaign, rig, free_run=options.free_run)
     _finish(options, words, name, identity, study)
+
+
+def _frequency(options: argparse.Namespace, words: list[str]) -> None:
+    pair = (options.input, options.output)
+    task = frequency.load(options.source, pair, options.rig, options.record, options.period, options.amplitude)
+    identity = {"command": "frequency", "rig": rig_table(task.rig), **frequency.identity(task)}
+    name = "-".join(["frequency", task.source, *pair])
+    _finish(options, words, name, identity, partial(frequency.run_frequency, task))
+
+
+def _record(options: argparse.Namespace, words: list[str]) -> None:
+    plan = record.plan(options.rig, options.play, options.seed)
+    identity = {"command": "record", "rig": rig_table(plan.rig), **record.identity(plan)}
+    _finish(options, words, f"record-{plan.rig.name}", identity, partial(record.run_record, plan))
+
+
+def _excite(options: argparse.Namespace, _words: list[str]) -> None:
+    band = tuple(options.band) if options.band else None
+    shape = (options.repeat, band, options.lines, options.spectrum, options.sweep)
+    design = excite.Design(options.kind, options.signal, options.amplitude, options.seconds, *shape)
+    print(excite.excite(design, load_rig(options.rig), options.out, options.force))
 
 
 def _compare(options: argparse.Namespace, words: list[str]) -> None:

@@ -32,15 +32,6 @@ class SteppedSine:
     cavitated: np.ndarray
 
 
-@dataclass(frozen=True)
-class _Point:
-    response: dict[str, complex]
-    cycles: int
-    settled: bool
-    saturated: bool
-    cavitated: bool
-
-
 def first_harmonic(samples: np.ndarray) -> np.ndarray:
     """Complex first harmonic of one cycle of equally spaced samples [k + 1, ...], both ends given, drift removed.
 
@@ -67,64 +58,74 @@ def stepped_sine(
     amplitude: float,
     outputs: Sequence[str],
     limits: Mapping[str, float] | None = None,
+    p: np.ndarray | None = None,
 ) -> SteppedSine:
     """Response of `outputs` to the plant's first input, `offset` [m] + amplitude sin, from state `start` [n].
 
     `limits` gives the output levels at which a point counts as saturated, e.g. {"current": 0.02}. Each point starts
-    from `start` and runs until it has settled or 60 cycles are over (`settled` tells). Raises InputError if a run
-    fails.
+    from `start` and runs until it has settled or 60 cycles are over (`settled` tells); all frequencies run at once.
+    Raises InputError if a run fails.
     """
-    points = [_point(engine, start, offset, float(f), amplitude, outputs, limits or {}) for f in frequencies]
-    return SteppedSine(
-        f=np.asarray(frequencies, dtype=float),
+    f = np.asarray(frequencies, dtype=float)
+    found = SteppedSine(
+        f=f,
         amplitude=amplitude,
-        response={name: np.array([point.response[name] for point in points]) for name in outputs},
-        cycles=np.array([point.cycles for point in points]),
-        settled=np.array([point.settled for point in points]),
-        saturated=np.array([point.saturated for point in points]),
-        cavitated=np.array([point.cavitated for point in points]),
+        response={name: np.zeros(len(f), complex) for name in outputs},
+        cycles=np.zeros(len(f), int),
+        settled=np.zeros(len(f), bool),
+        saturated=np.zeros(len(f), bool),
+        cavitated=np.zeros(len(f), bool),
     )
+    points = _points_per_cycle(f)
+    for k in np.unique(points):
+        _run_lanes(engine, start, offset, found, np.flatnonzero(points == k), int(k), limits or {}, p)
+    return found
 
 
-def _point(
+def _points_per_cycle(f: np.ndarray) -> np.ndarray:
+    """Held intervals per cycle: 64, doubled until none is longer than 0.25 ms."""
+    doublings = np.ceil(np.log2(np.maximum(1 / (f * _LONGEST_HOLD * POINTS_PER_CYCLE), 1)))
+    return POINTS_PER_CYCLE * 2 ** doublings.astype(int)
+
+
+def _run_lanes(
     engine: Engine,
     start: np.ndarray,
     offset: np.ndarray,
-    f: float,
-    amplitude: float,
-    outputs: Sequence[str],
+    found: SteppedSine,
+    lanes: np.ndarray,
+    k: int,
     limits: Mapping[str, float],
-) -> _Point:
-    plant = engine.plant
-    k = max(POINTS_PER_CYCLE, int(np.ceil(1 / f / _LONGEST_HOLD)))
-    t = np.arange(k + 1) / (f * k)
+    p: np.ndarray | None,
+) -> None:
+    """Cycle after cycle for the points `lanes` of `found`, which it fills in; settled ones drop out."""
+    plant, names = engine.plant, list(found.response)
+    t = np.arange(k + 1) / (found.f[lanes, None] * k)
     u = np.tile(offset, (k + 1, 1))
-    u[:, 0] += amplitude * np.sin(2 * np.pi * f * t)
-    columns = [plant.output(name) for name in outputs]
-    forced = held_harmonic(amplitude, k)
-    before, x, settled, cycle = None, start, False, 0
-    seen = np.zeros((k + 1, len(plant.outputs)))
-    while not settled and cycle < _CYCLES[1]:
-        run = engine.run(x, t, u)
-        if not run.ok:
+    u[:, 0] += found.amplitude * np.sin(2 * np.pi * np.arange(k + 1) / k)
+    columns = [plant.output(name) for name in names]
+    forced = held_harmonic(found.amplitude, k)
+    x, before = np.tile(start, (len(lanes), 1)), np.full((len(lanes), len(names)), np.nan, complex)
+    for cycle in range(1, _CYCLES[1] + 1):
+        batch = engine.run_batch(x, t, u, p)
+        if not batch.ok.all():
+            f = found.f[lanes[~batch.ok]][0]
             raise InputError(
-                f"{plant.name}: the simulation failed at {f:g} Hz, amplitude {amplitude:g}; try a smaller one"
+                f"{plant.name}: the simulation failed at {f:g} Hz, amplitude {found.amplitude:g}; try a smaller one"
             )
-        x, cycle = run.x[-1], cycle + 1
-        seen = engine.outputs(run.x, u)
-        now = first_harmonic(seen[:, columns]) / forced
-        settled = (
-            before is not None and cycle >= _CYCLES[0] and bool(np.all(np.abs(now - before) < AGREE * np.abs(now)))
-        )
-        before = now
-    assert before is not None
-    return _Point(
-        response=dict(zip(outputs, before, strict=True)),
-        cycles=cycle,
-        settled=settled,
-        saturated=any(np.abs(seen[:, plant.output(name)]).max() >= 0.999 * level for name, level in limits.items()),
-        cavitated=bool(seen[:, plant.output("lowest_pressure")].min() < 0),
-    )
+        seen = engine.outputs(batch.x, u, p)
+        now = first_harmonic(np.moveaxis(seen[:, :, columns], 0, 1)) / forced
+        settled = np.all(np.abs(now - before) < AGREE * np.abs(now), axis=1) & (cycle >= _CYCLES[0])
+        for name, values in zip(names, now.T, strict=True):
+            found.response[name][lanes] = values
+        found.cycles[lanes], found.settled[lanes] = cycle, settled
+        peaks = {name: np.abs(seen[:, :, plant.output(name)]).max(axis=1) for name in limits}
+        found.saturated[lanes] = np.any([peaks[n] >= 0.999 * limits[n] for n in limits], axis=0) if limits else False
+        found.cavitated[lanes] = seen[:, :, plant.output("lowest_pressure")].min(axis=1) < 0
+        if settled.all():
+            return
+        going = ~settled
+        lanes, t, x, before = lanes[going], t[going], batch.x[going, -1], now[going]
 
 
 def decibels(response: np.ndarray) -> np.ndarray:
@@ -155,18 +156,19 @@ def scan(
     amplitude: float,
     output: str,
     limits: Mapping[str, float] | None = None,
+    p: np.ndarray | None = None,
 ) -> SteppedSine:
     """`stepped_sine` over `frequencies`, then three more points, twice, around the -3 dB and the -90 degree crossings.
 
     Gain is referred to the first frequency. A gain that runs flat near -3 dB can not be read off a coarse grid.
     """
-    found = stepped_sine(engine, start, offset, frequencies, amplitude, [output], limits)
+    found = stepped_sine(engine, start, offset, frequencies, amplitude, [output], limits, p)
     for _ in range(2):
         response = found.response[output]
         corners = (decibels(response / np.abs(response[0])) + 3, degrees(response) + 90)
         more = np.unique(np.concatenate([_around_crossing(found.f, corner) for corner in corners]))
         if len(more):
-            found = _merge(found, stepped_sine(engine, start, offset, more, amplitude, [output], limits))
+            found = _merge(found, stepped_sine(engine, start, offset, more, amplitude, [output], limits, p))
     return found
 
 

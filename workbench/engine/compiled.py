@@ -47,11 +47,11 @@ class CompiledPlant:
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
     ) -> Batch:
-        """From x0 [lanes, n] over times t [k + 1], holding row j of u over [t_j, t_(j+1)].
+        """From x0 [lanes, n] over times t [lanes, k + 1], holding row j of u over [t_j, t_(j+1)].
 
-        u [lanes, k or more, m] and p [lanes, np] may leave out the lanes. Every `every`-th state is kept. A lane that
-        fails is marked and does not touch the others. Raises ValueError for shapes that do not fit and for times that
-        do not increase.
+        t, u [lanes, k or more, m] and p [lanes, np] may leave out the lanes. Every `every`-th state is kept. A lane
+        that fails is marked and does not touch the others. Raises ValueError for shapes that do not fit and for times
+        that do not increase.
         """
         return self._run(x0, t, u, p, every, self._stepping.first_step)
 
@@ -103,13 +103,13 @@ class CompiledPlant:
     ) -> Batch:
         x0, t, u, p = (np.ascontiguousarray(a, dtype=float) for a in (x0, t, u, self._p if p is None else p))
         lanes, durations = len(x0), np.diff(t)
-        rows = len(durations)
+        rows = durations.shape[-1]
         self._check(x0, durations, u, p)
         x = np.empty((lanes, rows // every + 1, self._n))
         x[:, 0] = x0
         attempts, failed = np.zeros(lanes, dtype=np.int64), np.full(lanes, -1)
         arrays = (x0, durations, u, p, x, attempts, failed)
-        strides = (u[0].size if u.ndim == 3 else 0, p.shape[1] if p.ndim == 2 else 0)
+        strides = (rows if t.ndim == 2 else 0, u[0].size if u.ndim == 3 else 0, p.shape[1] if p.ndim == 2 else 0)
         limits = (first_step, self._stepping.tolerance, self._stepping.cap)
         job = RunJob(*(a.ctypes.data for a in arrays), 0, lanes, rows, every, x.shape[1], *strides, *limits)
         if rows:
@@ -119,8 +119,9 @@ class CompiledPlant:
         return Batch(x, attempts, failed)
 
     def _check(self, x0: np.ndarray, durations: np.ndarray, u: np.ndarray, p: np.ndarray) -> None:
-        lanes, rows, k = len(x0), len(durations), len(self._p)
+        lanes, rows, k = len(x0), durations.shape[-1], len(self._p)
         fits = x0.shape == (lanes, self._n) and u.ndim in (2, 3) and u.shape[-1] == self._m and u.shape[-2] >= rows
+        fits = fits and durations.shape[:-1] in ((), (lanes,))
         if not (fits and u.shape[:-2] in ((), (lanes,)) and p.shape in ((k,), (lanes, k))):
             raise ValueError(f"shapes do not fit: x0 {x0.shape}, {rows} intervals, u {u.shape}, p {p.shape}")
         if not np.all((durations > 0) & np.isfinite(durations)):
@@ -137,7 +138,7 @@ class _Bench:
         self._attempts, self.failed = np.zeros(1, dtype=np.int64), np.full(1, -1)
         run = (self._x, self.duration, self._u, self._p, self.states, self._attempts, self.failed)
         limits = (stepping.first_step, stepping.tolerance, stepping.cap)
-        self.run_job = RunJob(*(a.ctypes.data for a in run), 0, 1, 1, 1, 2, 0, 0, *limits)
+        self.run_job = RunJob(*(a.ctypes.data for a in run), 0, 1, 1, 1, 2, 0, 0, 0, *limits)
         observe = (self._x, self._u, self._p, self.y)
         self.output_job = OutputJob(*(a.ctypes.data for a in observe), 0, 1, 1, 0, 0, 0, 0)
         self.run_address, self.output_address = map(ctypes.addressof, (self.run_job, self.output_job))

@@ -25,7 +25,7 @@ class RunJob(ctypes.Structure):
 
     FIELDS = _fields(
         "x0 duration u p x attempts failed",
-        "next lanes rows every records u_lane p_lane",
+        "next lanes rows every records t_lane u_lane p_lane",
         "first_step tolerance cap",
     )
     _fields_ = FIELDS
@@ -80,7 +80,7 @@ class Frame:
         """First element of each part, and the end; the state x is followed by time left, step and attempts."""
         sizes = {"x": self.n, "left": 1, "step": 1, "attempts": 1, "u": self.inputs, "p": self.parameters}
         sizes |= {"tolerance": 1, "prepared": self.prepared, "limit": 1}
-        sizes |= {"lane": 1, "row": 1, "input": 1, "target": 1, "wait": 1, "end": 0}
+        sizes |= {"lane": 1, "row": 1, "clock": 1, "input": 1, "target": 1, "wait": 1, "end": 0}
         ends = accumulate(sizes.values())
         return {name: (end - size) * self.width for (name, size), end in zip(sizes.items(), ends, strict=True)}
 
@@ -264,6 +264,7 @@ class _Service:
         first = b.at(b.get("x"), b.integer("mul", self.taken, b.integer("mul", b.get("records"), n)))
         self._set(b.at(first, n), "target", "ptr")
         self._set(b.get("every"), "wait", "i64")
+        self._set(b.at(b.get("duration"), b.integer("mul", self.taken, b.get("t_lane"))), "clock", "ptr")
         self._set(b.at(b.get("u"), b.integer("mul", self.taken, b.get("u_lane"))), "input", "ptr")
         self._set(b.get("first_step"), "step")
         self._set("0.0", "attempts")
@@ -281,7 +282,9 @@ class _Service:
         b.write("interval:")
         row = b.do(f"phi i64 [{self.after}, %onward], [0, %begin], [0, %parameters]")
         self._set(row, "row", "i64")
-        self._set(b.load(b.get("duration"), row), "left")
+        clock = self._get("clock", "ptr")
+        self._set(b.load(clock, 0), "left")
+        self._set(b.at(clock, 1), "clock", "ptr")
         source = self._get("input", "ptr")
         for i in range(m):
             self._set(b.load(source, i), "u", element=i)

@@ -63,7 +63,7 @@ class Engine:
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
     ) -> Batch:
-        """From x0 [lanes, n] over times t [k + 1] shared by all; u [k or more, m] or [lanes, k or more, m].
+        """From x0 [lanes, n] over times t [k + 1] or [lanes, k + 1]; u [k or more, m] or [lanes, k or more, m].
 
         Keeps every `every`-th state. A lane that fails is marked and does not touch the others. Raises ValueError for
         times that do not increase.

@@ -53,10 +53,11 @@ class InterpretedPlant:
         lanes, durations = len(x0), np.diff(t)
         u = np.broadcast_to(u, (lanes, *np.shape(u)[-2:]))
         p = np.broadcast_to(self._own if p is None else p, (lanes, len(self._own)))
-        x = np.full((lanes, len(durations) // every + 1, self._n), np.nan)
+        durations = np.broadcast_to(durations, (lanes, durations.shape[-1]))
+        x = np.full((lanes, durations.shape[-1] // every + 1, self._n), np.nan)
         attempts, broken = np.zeros(lanes, dtype=np.int64), np.full(lanes, -1)
         for lane in range(lanes):
-            attempts[lane], broken[lane] = self._run_lane(x0[lane], durations, u[lane], p[lane], every, x[lane])
+            attempts[lane], broken[lane] = self._run_lane(x0[lane], durations[lane], u[lane], p[lane], every, x[lane])
         return Batch(x, attempts, broken)
 
     def _run_lane(

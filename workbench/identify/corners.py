@@ -71,16 +71,16 @@ class FigureErrors:
     def _corner_errors(self, rig: Rig, response: Response) -> tuple[float, float]:
         """Errors of both corners, read off two points around each, or around both where they are close."""
         engine = self._engines[response.stage]
-        plant = replace(engine.plant, p=np.array([rig[name] for name in engine.plant.parameters]))
-        engine.plant = plant
-        rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
+        plant = engine.plant
+        p = np.array([rig[name] for name in plant.parameters])
+        rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction(p))
         low, high = sorted((response.f3db, response.f90))
         pairs = [(f / _PROBE, f * _PROBE) for f in (response.f3db, response.f90)]
         if high / low < _CLOSE:
             pairs = [(low / _PROBE, high * _PROBE)] * 2
         f = np.unique([response.reference, *pairs[0], *pairs[1]])
         amplitude = response.amplitude * plant.inputs[0].scale
-        flow = stepped_sine(engine, rest.x, rest.u, f, amplitude, ["flow"]).response["flow"]
+        flow = stepped_sine(engine, rest.x, rest.u, f, amplitude, ["flow"], p=p).response["flow"]
         gain, phase = decibels(flow / np.abs(flow[0])), np.degrees(np.angle(flow))
         phase = np.where(phase > 90, phase - 360, phase)  # unwrapped by hand: the first frequency is far away
         return (

@@ -65,16 +65,16 @@ class Plant:
         """Index of an output."""
         return self.outputs.index(name)
 
-    def parameter_values(self, **values: float) -> np.ndarray:
-        """The parameter vector with some SI values replaced."""
-        p = self.p.copy()
+    def parameter_values(self, p: np.ndarray | None = None, **values: float) -> np.ndarray:
+        """The parameter vector, the plant's own or `p`, with some SI values replaced."""
+        p = (self.p if p is None else p).copy()
         for name, value in values.items():
             p[self.parameters.index(name)] = value
         return p
 
-    def without_dry_friction(self) -> np.ndarray:
+    def without_dry_friction(self, p: np.ndarray | None = None) -> np.ndarray:
         """Parameters for a linearisation: tanh friction would pass for heavy damping at rest."""
-        return self.parameter_values(**dict.fromkeys(self.dry_friction, 0.0))
+        return self.parameter_values(p, **dict.fromkeys(self.dry_friction, 0.0))
 
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs for rows of states [k, n] and inputs [k, m]: an array [k, outputs]."""

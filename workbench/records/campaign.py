@@ -12,6 +12,7 @@ from ..toml import check_keys, read_toml
 from .columns import ColumnMap, check_signal
 from .read import read_record, record_name
 from .record import Record
+from .sheet import FrequencySheet, listed_sheets
 
 FILE = "campaign.toml"
 ROLES = ("static", "train", "heldout")
@@ -26,6 +27,7 @@ class Campaign:
     static: tuple[Record, ...]
     train: tuple[Record, ...]
     heldout: tuple[Record, ...]
+    sheets: tuple[FrequencySheet, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -60,13 +62,13 @@ def load_campaign(folder: str | Path) -> Campaign:
     file = Path(folder)
     file = file / FILE if file.is_dir() else file
     table = read_toml(file)
-    check_keys(table, ("rig", "records", "signals"), str(file))
+    check_keys(table, ("rig", "records", "signals", "sheets"), str(file))
     rig = _rig(file, table)
     mapping = _mapping(file, table)
     entries = _entries(file, table)
     records = {role: tuple(_record(file.parent, entry, mapping) for entry in entries[role]) for role in ROLES}
     _check_mapped(file, mapping, [record for group in records.values() for record in group])
-    return Campaign(file.parent, rig, **records)
+    return Campaign(file.parent, rig, **records, sheets=listed_sheets(file, table.get("sheets", [])))
 
 
 def _record(folder: Path, entry: _Entry, mapping: Mapping[str, ColumnMap]) -> Record:

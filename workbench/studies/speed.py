@@ -53,7 +53,7 @@ def run_speed(rig: Rig, stage: Stage, progress: Progress) -> Outcome:
     progress("environments")
     envs = stage("envs", _environments)
     speed = {"peers": peers, "batch": batch, "envs": envs, "floor": _floor_row(least)}
-    return Outcome({"speed": speed}, _page(rig, engine, speed), _picture(batch))
+    return Outcome(speed, _page(rig, engine, speed), _picture(batch))
 
 
 def _drives(rig: Rig, engine: Engine, rest: Equilibrium) -> list[Drive]:
