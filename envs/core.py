@@ -149,7 +149,8 @@ class Core:
 
     def _measure(self) -> None:
         """Look at the lanes as they are now: what is wanted, what is true, what is measured; the guard watches."""
-        wanted = self._reference.take(self._now, out=self._sight.reference, mode="clip")
+        wanted = self._reference.take(self._now, mode="clip")
+        np.copyto(self._sight.reference, wanted)
         if self._moves:
             for index, values in zip(self._end_inputs, self._end, strict=True):
                 self.u[:, index] = values[self._now]

@@ -1,9 +1,11 @@
 """The guard of workbench.guard over N lanes at once: the same decisions, lane by lane."""
 
 from enum import IntEnum
+from math import isfinite
 
 import numpy as np
 
+from workbench.guard import stride
 from workbench.loop import SIMULATION_FAILED
 from workbench.rig import Rig
 
@@ -42,21 +44,25 @@ class LaneGuard:
     """Limits N commands to +-1 and to the rig's rate; trips a lane, with `trip` [N] saying why, when it leaves limits.
 
     A trip latches until the lane's reset: its command goes to 0 at the allowed rate. `command` [N] is what the drives
-    hold, `change` [N] what the last `limit` added to it; both are replaced, never changed in place.
+    hold, `change` [N] what the last `limit` added to it; both are replaced, never changed in place. `before` [N] is
+    the measured position of one period ago.
     """
 
     def __init__(self, rig: Rig, names: tuple[str, ...], lanes: int) -> None:
         period = rig.period.value
-        position = names.index("position")
-        watched = [(position, rig["xmid"], rig.limit("stroke")), (position, np.nan, rig.limit("speed") * period)]
+        self.position = position = names.index("position")
+        watched = [(position, rig["xmid"], rig.limit("stroke")), (position, np.nan, stride(rig))]
         if "force" in names:
             watched.append((names.index("force"), 0.0, rig.limit("force")))
         columns, zeros, limits = zip(*watched, strict=True)
-        self._columns, self._limits = np.array(columns), np.array(limits)
+        self._columns, self._limits = np.array(columns), np.tile(np.array(limits), (lanes, 1))
         self._zero = np.tile(np.array(zeros), (lanes, 1))
-        self._before = self._zero[:, 1]  # the second column is the position of one period ago
+        self.before = self._zero[:, 1]  # the second column is the position of one period ago
         self._most = np.array(rig.limit("command_rate") * period)
         self._least = -self._most
+        self._change = rig.limit("command_rate") * period
+        self._bounds = (rig["xmid"], rig.limit("stroke"), stride(rig))
+        self._load, self._force = (names.index("force") if "force" in names else None), rig.limit("force")
         self.command, self.change = np.zeros(lanes), np.zeros(lanes)
         self.trip = np.zeros(lanes, dtype=np.int8)
         self.any_tripped = False
@@ -65,7 +71,7 @@ class LaneGuard:
         """Forget the past of some lanes, whose drives hold `command` [1]."""
         self.command = self.command.copy()
         self.command[rows] = command
-        self._before[rows] = np.nan  # compares as "not too fast", like no position at all
+        self.before[rows] = np.nan  # compares as "not too fast", like no position at all
         self.trip[rows] = Trip.NONE
         self.any_tripped = bool(np.count_nonzero(self.trip))
 
@@ -75,7 +81,7 @@ class LaneGuard:
         beyond = np.abs(seen - self._zero) > self._limits
         if np.count_nonzero(beyond) or not _all_finite(measured):
             self._judge(beyond, np.logical_and.reduce(np.isfinite(measured), axis=1))
-        np.copyto(self._before, seen[:, 0])
+        np.copyto(self.before, seen[:, 0])
 
     def limit(self, demanded: np.ndarray) -> np.ndarray:
         """The commands [N] that the drives get for the demanded ones: limited in size and rate, safe after a trip."""
@@ -90,6 +96,22 @@ class LaneGuard:
         np.fmin(change, self._most, change)
         self.change, self.command = change, self.command + change
         return self.command
+
+    def change_of(self, demanded: float, command: float) -> float:
+        """What `limit` adds to the command of a lane that has not tripped, for a finite demand."""
+        most = self._change
+        return min(max(min(max(demanded, -1.0), 1.0) - command, -most), most)
+
+    def passes(self, measured: list[float], before: float) -> bool:
+        """Whether `watch` finds nothing wrong with the signals [names] of a lane, for certain."""
+        middle, stroke, speed = self._bounds
+        position = measured[self.position]
+        return (
+            isfinite(sum(measured))
+            and abs(position - middle) <= stroke
+            and abs(position - before) <= speed
+            and (self._load is None or abs(measured[self._load]) <= self._force)
+        )
 
     def end(self, lanes: np.ndarray, why: Trip) -> None:
         """Trip the lanes of a mask [N] that have not tripped before."""

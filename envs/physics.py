@@ -20,7 +20,7 @@ class Physics:
         """New states [N, n] after holding u for `duration` [s], and which lanes failed, bool [N] (theirs are NaN)."""
         if len(x) > 1:
             return self._engine.advance_batch(x, u, duration, p)
-        after = self._engine.advance(x[0], u[0], duration, p[0])
+        after = self.advance_one(x[0], u[0], p[0], duration)
         failed = after is None
         return np.full_like(x, np.nan) if after is None else after[None], np.array([failed])
 
@@ -28,4 +28,12 @@ class Physics:
         """Outputs [N, outputs]."""
         if len(x) > 1:
             return self._engine.outputs(x[:, None], u[:, None], p[:, None])[:, 0]
-        return self._engine.observe(x[0], u[0], p[0])[None]
+        return self.observe_one(x[0], u[0], p[0])[None]
+
+    def advance_one(self, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float) -> np.ndarray | None:
+        """New state [n] of one lane, from x [n], u [m] and p [k]; None if it failed."""
+        return self._engine.advance(x, u, duration, p)
+
+    def observe_one(self, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Outputs [outputs] of one lane."""
+        return self._engine.observe(x, u, p)

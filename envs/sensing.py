@@ -20,9 +20,12 @@ class LaneSensors:
         self._coarse = quantum > 0
         self._quantum = np.where(self._coarse, quantum, 1.0)
 
-    def read(self, outputs: np.ndarray, noise: np.ndarray, now: np.ndarray) -> np.ndarray:
-        """Readings [N, names] of the outputs [N, outputs] with the rows `now` [N] of the noise [k, names], SI."""
-        seen = outputs.take(self._columns, 1)
+    def read(self, outputs: np.ndarray, noise: np.ndarray, now: np.ndarray | int) -> np.ndarray:
+        """Readings [N, names] of the outputs [N, outputs] with the rows `now` [N] of the noise [k, names], SI.
+
+        One lane may come without its axis, and with its row as a number.
+        """
+        seen = outputs.take(self._columns, -1)
         if self._ideal:
             return seen
         seen += noise[now]

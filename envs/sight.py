@@ -50,28 +50,44 @@ class Sight:
         shown = [name for name in names if not ideal or name == task.loop == "force"]
         self.channels = loop + inside + tuple(signal_channel(name, task.rig) for name in shown)
         self._columns = np.array([names.index(name) for name in shown], int)
-        self._gain = 1 / np.array([[c.full_scale] for c in self.channels])
-        self._shift = np.array([[c.zero] for c in self.channels]) * self._gain
+        # one for each lane, as what is contiguous is scaled in one go
+        self._gain = np.tile(1 / np.array([c.full_scale for c in self.channels]), (lanes, 1))
+        self._shift = np.array([c.zero for c in self.channels]) * self._gain
         self._shifted = bool(self._shift.any())
-        rows = np.zeros((len(self.channels), lanes))
-        self._rows, self._scaled = rows, np.empty_like(rows)
-        self.reference, self.error, self.command = rows[:3]
-        self._states, self._signals = rows[3 : 3 + len(inside)], rows[3 + len(inside) :]
+        values = np.zeros((lanes, len(self.channels)))
+        self._values, self._scaled = values, np.empty_like(values)
+        self.reference, self.error, self.command = values.T[:3]
+        self._states, self._signals = values[:, 3 : 3 + len(inside)], values[:, 3 + len(inside) :]
+        self._one = (values[0], self._states[0], self._signals[0], self._gain[0], self._shift[0])
 
     def look(self, x: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """A new observation; it takes what it shows of the states [N, n] and the measured signals [N, names] (SI)."""
         scaled = self._scaled
-        if len(self._states):
-            np.copyto(self._states, x.T)
-        if len(self._signals):
-            np.copyto(self._signals, measured.take(self._columns, 1).T)
-        np.multiply(self._rows, self._gain, scaled)
+        if self._states.size:
+            np.copyto(self._states, x)
+        if self._signals.size:
+            np.copyto(self._signals, measured.take(self._columns, 1))
+        np.multiply(self._values, self._gain, scaled)
         if self._shifted:
             np.subtract(scaled, self._shift, scaled)
         np.fmin(scaled, _HIGH, scaled)  # fmin and fmax turn what is not a number into a bound
-        seen = np.empty(scaled.shape[::-1], np.float32)
-        np.fmax(scaled, _LOW, out=seen.T, casting="same_kind")
-        return seen
+        np.fmax(scaled, _LOW, scaled)
+        return scaled.astype(np.float32)
+
+    def look_one(self, loop: tuple[float, float, float], x: np.ndarray, measured: np.ndarray) -> np.ndarray:
+        """`look` for the first lane alone: its reference, error and command, state [n] and signals [names]."""
+        row, states, signals, gain, shift = self._one
+        row[0], row[1], row[2] = loop
+        if len(states):
+            states[:] = x
+        if len(signals):
+            measured.take(self._columns, out=signals, mode="clip")
+        scaled = row * gain
+        if self._shifted:
+            scaled -= shift
+        np.fmin(scaled, _HIGH, scaled)
+        np.fmax(scaled, _LOW, scaled)
+        return scaled.astype(np.float32)
 
 
 _LOW, _HIGH = np.array(-BOUND), np.array(BOUND)

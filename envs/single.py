@@ -7,8 +7,9 @@ import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 
-from .core import Core, Stepped
+from .core import Stepped
 from .lane_guard import Trip
+from .lone import Lone
 from .spaces import action_space, observation_space, refuse_options
 from .task import load_task
 
@@ -19,7 +20,7 @@ class _Jack(gymnasium.Env[np.ndarray, np.ndarray]):
     loop: ClassVar[str]
 
     def __init__(self, task: str | Path) -> None:
-        self.core = Core(load_task(task, self.loop), 1)
+        self.core = Lone(load_task(task, self.loop))
         self.action_space = action_space()
         self.observation_space = observation_space(self.core.channels)
         self._running = False
@@ -38,7 +39,11 @@ class _Jack(gymnasium.Env[np.ndarray, np.ndarray]):
         """One step; see Gymnasium. Raises ResetNeeded when no episode is going on."""
         if not self._running:
             raise ResetNeeded("no episode is going on; call reset() first")
-        stepped = self.core.step(np.asarray(action, float).reshape(1))
+        demanded = float(np.asarray(action).item())
+        plain = self.core.plain_step(demanded)
+        if plain is not None:
+            return plain.observation, plain.reward, False, False, {"error": plain.error, "command": plain.command}
+        stepped = self.core.step(np.array([demanded]))
         terminated, truncated = bool(stepped.terminated[0]), bool(stepped.truncated[0])
         self._running = not (terminated or truncated)
         return stepped.observation[0], float(stepped.reward[0]), terminated, truncated, self._info(stepped)

@@ -15,22 +15,30 @@ _SECONDS = 2.0
 
 
 def measure() -> list[dict[str, Any]]:
-    """Steps per second (lanes counted) of each way to run the position environment with small random actions."""
-    return [
-        {"name": "single", "steps_per_second": _single()},
-        {"name": "vector 256", "steps_per_second": _vector(gymnasium.make_vec(_ID, 256), 256)},
-        {"name": "AsyncVectorEnv of 2", "steps_per_second": _vector(AsyncVectorEnv([_maker()] * 2), 2)},
-    ]
+    """Steps per second (lanes counted) of each way to run the position environment.
+
+    Easy: an action is held over 100 steps. Hard: every step has another one, white noise, which makes the engine take
+    ten times as many attempts a period.
+    """
+    rows = []
+    for name, held in (("easy", 100), ("hard", 1)):
+        vector, pair = gymnasium.make_vec(_ID, 256), AsyncVectorEnv([_maker()] * 2)
+        rows += [
+            {"name": f"single, {name}", "steps_per_second": _single(held)},
+            {"name": f"vector 256, {name}", "steps_per_second": _vector(vector, 256, held)},
+            {"name": f"AsyncVectorEnv of 2, {name}", "steps_per_second": _vector(pair, 2, held)},
+        ]
+    return rows
 
 
 def _maker() -> Callable[[], gymnasium.Env]:
     return lambda: gymnasium.make(_ID)
 
 
-def _single() -> float:
+def _single(held: int) -> float:
     env = gymnasium.make(_ID)
     env.reset(seed=0)
-    actions = _actions(1)
+    actions = _actions(1, held)
     count, began = 0, perf_counter()
     while perf_counter() - began < _SECONDS:
         _, _, ended, cut, _ = env.step(actions[count % len(actions)][0])
@@ -42,9 +50,9 @@ def _single() -> float:
     return count / took
 
 
-def _vector(env: gymnasium.vector.VectorEnv, lanes: int) -> float:
+def _vector(env: gymnasium.vector.VectorEnv, lanes: int, held: int) -> float:
     env.reset(seed=0)
-    actions = _actions(lanes)
+    actions = _actions(lanes, held)
     count, began = 0, perf_counter()
     while perf_counter() - began < _SECONDS:
         env.step(actions[count % len(actions)])
@@ -54,5 +62,6 @@ def _vector(env: gymnasium.vector.VectorEnv, lanes: int) -> float:
     return count * lanes / took
 
 
-def _actions(lanes: int) -> np.ndarray:
-    return (0.02 * np.random.default_rng(0).standard_normal((100, lanes, 1))).astype(np.float32)
+def _actions(lanes: int, held: int) -> np.ndarray:
+    drawn = 0.02 * np.random.default_rng(0).standard_normal((1000 // held, lanes, 1))
+    return np.repeat(drawn, held, axis=0).astype(np.float32)

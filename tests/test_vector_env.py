@@ -10,8 +10,10 @@ import tomli_w
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import envs  # noqa: F401  (registers them)
+from envs.core import Core
 from envs.lane_guard import Trip
 from envs.single import JackForce, JackPosition
+from envs.task import load_task
 from envs.vector import JackForceVector, JackPositionVector
 from workbench.errors import InputError
 
@@ -62,6 +64,36 @@ def test_lanes_are_the_single_environment_bit_for_bit(tmp_path, task, lanes):
             np.testing.assert_array_equal(got[4][key], wanted[4][key])
         ends += int((got[2] | got[3]).sum())
     assert ends >= 6 * lanes
+
+
+@pytest.mark.parametrize("task", KINDS)
+@pytest.mark.parametrize("periods", [1, 3])
+def test_plain_steps_are_the_steps_of_a_core_or_change_nothing(tmp_path, task, periods):
+    kind, loop = KINDS[task][0], KINDS[task][0].loop
+    path = short(tmp_path, task, control_periods=periods, episode={"value": 90, "unit": "ms"})
+    lone, core = kind(path).core, Core(load_task(path, loop), 1)
+    for each in (lone, core):
+        each.reset([np.random.default_rng(3)])
+    plain = 0
+    for k, demanded in enumerate(0.2 * actions_of(1, 150)[:, 0, 0].astype(float)):
+        demanded = np.nan if k == 20 else float(demanded)  # a trip
+        before = [a.copy() for a in (lone.x, lone.u, lone._now, lone._guard.command, lone._guard.before)]
+        quick, want = lone.plain_step(demanded), core.step(np.array([demanded]))
+        if quick is None:
+            after = (lone.x, lone.u, lone._now, lone._guard.command, lone._guard.before)
+            for ours, theirs in zip(before, after, strict=True):
+                np.testing.assert_array_equal(ours, theirs)
+            lone.step(np.array([demanded]))
+        else:
+            plain += 1
+            assert not want.terminated[0]
+            assert not want.truncated[0]
+            assert (quick.reward, quick.error, quick.command) == (want.reward[0], want.error[0], want.command[0])
+            assert quick.observation.dtype == want.observation.dtype
+            np.testing.assert_array_equal(quick.observation, want.observation[0])
+        np.testing.assert_array_equal(lone.x, core.x)
+        np.testing.assert_array_equal(lone.u, core.u)
+    assert 50 < plain < 149
 
 
 def test_made_by_gymnasium_over_lanes(tmp_path):

@@ -6,6 +6,16 @@ from collections.abc import Mapping
 from .rig import Rig
 
 
+def stride(rig: Rig) -> float:
+    """How far [m] the measured position may move in one period: at the speed limit, with room for the sensor's noise.
+
+    The room is six standard deviations of the difference of two readings, and one step of the resolution.
+    """
+    sensor = rig.sensors.get("position")
+    room = 6 * math.sqrt(2) * sensor.noise + sensor.resolution if sensor else 0.0
+    return rig.limit("speed") * rig.period.value + room
+
+
 class Guard:
     """Limits the command to +-1 and to the rig's rate, and trips to command 0 when the rig leaves its limits.
 
@@ -17,6 +27,7 @@ class Guard:
 
     def __init__(self, rig: Rig) -> None:
         self._stroke, self._speed, self._force = rig.limit("stroke"), rig.limit("speed"), rig.limit("force")
+        self._stride = stride(rig)
         self._middle, self._period = rig["xmid"], rig.period.value
         self._step = rig.limit("command_rate") * self._period
         self.reset(self.safe)
@@ -52,7 +63,7 @@ class Guard:
         position = measurement["position"]
         if abs(position - self._middle) > self._stroke:
             return f"position beyond +-{self._stroke * 1e3:g} mm of mid stroke"
-        if self._position is not None and abs(position - self._position) > self._speed * self._period:
+        if self._position is not None and abs(position - self._position) > self._stride:
             return f"speed above {self._speed:g} m/s"
         if abs(measurement.get("force", 0.0)) > self._force:
             return f"force above {self._force / 1e3:g} kN"

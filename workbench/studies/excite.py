@@ -5,7 +5,7 @@ file is added to what the loop commands.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
@@ -207,18 +207,7 @@ def _is_taken(drive: Drive, played: Excitation) -> bool:
 def _closed(drive: Drive, played: Excitation, seed: int | None) -> ClosedLoop:
     start = equilibrium(drive.engine.plant, position=float(played.reference[0]) - drive.rig["xmid"])
     controller = _Adding(drive.loop.make(played.period), played.command)
-    rig = drive.rig if seed is None else _allowing_for_noise(drive.rig)
-    return ClosedLoop(drive.engine, rig, controller, start, seed)
-
-
-def _allowing_for_noise(rig: Rig) -> Rig:
-    """The rig with room in its speed limit for what noise adds to the difference of two positions (6 sigma)."""
-    sensor = rig.sensors.get("position")
-    if sensor is None:
-        return rig
-    speed = rig.limits["speed"]
-    room = (6 * np.sqrt(2) * sensor.noise + sensor.resolution) / rig.period.value
-    return replace(rig, limits={**rig.limits, "speed": replace(speed, value=speed.value + float(room))})
+    return ClosedLoop(drive.engine, drive.rig, controller, start, seed)
 
 
 class _Adding:
