@@ -126,7 +126,9 @@ def load_rig(name: str | Path, beside: Path | None = None) -> Rig:
         return _parse(Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name))
     path = (beside / name) if beside else Path(name)
     if path.suffix != ".toml":
-        raise InputError(f'no bundled rig "{name}"; {nearest(str(name), bundled())} A rig file ends in .toml')
+        hint = nearest(str(name), bundled())
+        end = "" if hint.endswith("?") else "."
+        raise InputError(f'no bundled rig "{name}"; {hint}{end} A rig file ends in .toml')
     return _parse(path, str(path))
 
 
