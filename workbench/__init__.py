@@ -8,7 +8,9 @@ records             recordings and campaign folders
 controller, guard   what a controller is, and the guard that every loop passes
 loop, margins       closed loops: simulated, and linear with their margins
 response, metrics   frequency response by stepped sine; step metrics
-identify            noise floor, prediction in windows
+excitation          steps, ramps, triangles, chirps, multisines as files that a rig can play
+identify            noise floor, prediction in windows, measured frequency response, fit of a datasheet
+datasheet, catalogue    a rig from datasheet numbers; what there is to choose from
 report, runs        HTML pages, run folders
 config, studies, cli    experiment files, what the commands compute, the command line
 """
