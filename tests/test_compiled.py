@@ -284,7 +284,7 @@ def test_rows_can_be_left_out(jack: Plant, compiled: CompiledPlant) -> None:
 def test_threads_share_a_batch_without_a_trace(jack: Plant, compiled: CompiledPlant, monkeypatch) -> None:
     t, (x0, u, p) = PERIOD * np.arange(101), lanes_of(jack, 40, 100)
     many = compiled.run_batch(x0, t, u, p)
-    monkeypatch.setattr("workbench.engine.compiled._cores", lambda: 1)
+    monkeypatch.setattr("workbench.engine.compiled.cores", lambda: 1)
     assert compiled.run_batch(x0, t, u, p).x.tobytes() == many.x.tobytes()
 
 

@@ -9,7 +9,6 @@ import pytest
 import tomli_w
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-import envs  # noqa: F401  (registers them)
 from envs.core import Core
 from envs.lane_guard import Trip
 from envs.single import JackForce, JackPosition

@@ -1,7 +1,6 @@
 """A plant as machine code: one trajectory, or batches of them over vector lanes and threads."""
 
 import ctypes
-import os
 from collections.abc import Callable
 from functools import cached_property
 from threading import Thread
@@ -10,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from . import object_cache
+from .backend import cores
 from .codegen import module
 from .driver import Batch, OutputJob, RunJob, Stepping
 
@@ -157,14 +157,10 @@ def _spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
 def _share(call: Callable[[int], None], job: RunJob | OutputJob, lanes: int, rows: int) -> None:
     """Run a job on as many threads as it is worth; each takes the next lane that nobody has."""
     address = ctypes.addressof(job)
-    threads = min(_cores(), lanes, 1 + lanes * rows // _WORTH_A_THREAD)
+    threads = min(cores(), lanes, 1 + lanes * rows // _WORTH_A_THREAD)
     others = [Thread(target=call, args=(address,)) for _ in range(threads - 1)]
     for thread in others:
         thread.start()
     call(address)
     for thread in others:
         thread.join()
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

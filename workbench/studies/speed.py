@@ -1,17 +1,16 @@
 """The proof of speed: public solvers, this engine's back ends, batches and environments, side by side in one run."""
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..controller import recipe
 from ..engine import Engine
-from ..engine.floor import Floor, floor
+from ..engine.backend import cores
 from ..engine.peers import PEERS
 from ..loop import ClosedLoop
 from ..plant import Plant, build
@@ -20,6 +19,9 @@ from ..report.figures import Curve, Figure, Panel
 from ..rig import Rig
 from ..views import Equilibrium, equilibrium
 from .outcome import Outcome, Progress, Stage
+
+if TYPE_CHECKING:
+    from ..engine.floor import Floor
 
 ENVIRONMENTS = "envs.speed:measure"  # reached by name: the workbench does not import environments
 ERROR = 1e-4  # of each state's magnitude: "equal accuracy"
@@ -44,7 +46,7 @@ def run_speed(rig: Rig, stage: Stage, progress: Progress) -> Outcome:
     rest = equilibrium(plant)
     engine = Engine(plant)
     peers, batch = [], []
-    least = floor(plant) if engine.back_end == "compiled" else None
+    least = _floor(plant) if engine.back_end == "compiled" else None
     for drive in _drives(rig, engine, rest):
         progress(f"{drive.name}: solvers")
         peers += stage(f"peers-{drive.name}", lambda drive=drive: _peers(plant, rest, drive))
@@ -114,7 +116,7 @@ def _solvers(plant: Plant) -> dict[str, Callable[..., np.ndarray]]:
     return {"jackbench": ours("auto"), "jackbench interpreted": ours("interpreted"), **public}
 
 
-def _batches(engine: Engine, rest: Equilibrium, drive: Drive, least: Floor | None) -> list[dict[str, Any]]:
+def _batches(engine: Engine, rest: Equilibrium, drive: Drive, least: "Floor | None") -> list[dict[str, Any]]:
     """Plants with different masses, driven alike; the share of the floor counts every core that worked."""
     rows = []
     plant = engine.plant
@@ -127,8 +129,8 @@ def _batches(engine: Engine, rest: Equilibrium, drive: Drive, least: Floor | Non
             began = perf_counter()
             attempts = int(engine.run_batch(x0, drive.t, drive.u, p, every=len(drive.t) - 1).attempts.sum())
             times.append(perf_counter() - began)
-        took, cores = min(times), min(_cores(), count)
-        share = None if least is None else least.attempt_s * attempts / (took * cores)
+        took, busy = min(times), min(cores(), count)
+        share = None if least is None else least.attempt_s * attempts / (took * busy)
         rows.append(
             {
                 "plants": count,
@@ -136,7 +138,7 @@ def _batches(engine: Engine, rest: Equilibrium, drive: Drive, least: Floor | Non
                 "simulated_seconds_per_second": float(count * drive.t[-1] / took),
                 "share_of_floor": share,
                 "lane_steps_per_second": count * (len(drive.t) - 1) / took,
-                "ns_per_attempt_and_core": took * cores / attempts * 1e9,
+                "ns_per_attempt_and_core": took * busy / attempts * 1e9,
             }
         )
     return rows
@@ -153,11 +155,13 @@ def _timed(call: Callable[[], object]) -> float:
     return perf_counter() - began
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+def _floor(plant: Plant) -> "Floor":
+    from ..engine.floor import floor  # needs the compiler, which the other commands can do without
+
+    return floor(plant)
 
 
-def _floor_row(least: Floor | None) -> dict[str, Any] | None:
+def _floor_row(least: "Floor | None") -> dict[str, Any] | None:
     if least is None:
         return None
     return {
