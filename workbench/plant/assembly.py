@@ -25,7 +25,8 @@ class Plant:
     """A finished plant: x' = f(x, u, p), y = h(x, u, p), all SI.
 
     `f` and `h` are CasADi functions of columns x [n], u [m], p [k]; `p` holds this rig's values in the order of
-    `parameters`. `dry_friction` are the Coulomb-friction numbers that a linearisation sets to zero.
+    `parameters`. `dry_friction` are the Coulomb-friction numbers that a linearisation sets to zero. `delay` is the
+    parameter by which the command is late, where an effect declares one: whoever feeds the plant holds it back.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Plant:
     f: ca.Function
     h: ca.Function
     dry_friction: tuple[str, ...]
+    delay: str | None = None
 
     @property
     def n(self) -> int:
@@ -96,7 +98,9 @@ class Assembly:
         self._rates: dict[str, ca.SX] = {}
         self._inputs: dict[str, tuple[Variable, ca.SX]] = {}
         self._outputs: dict[str, ca.SX] = {}
+        self._effect_inputs: dict[str, tuple[Variable, ca.SX]] = {}
         self._dry: list[str] = []
+        self._delay: str | None = None
         self._effects = effects
         for effect, values in effects:
             self._add_effect(effect, values)
@@ -138,7 +142,8 @@ class Assembly:
         for effect, _ in self._effects:
             law = effect.laws.get(name)
             if law is not None:
-                value = law(value, Scope(effect, self._p, self._x, self._rates, context))
+                u = {key: symbol for key, (_, symbol) in self._effect_inputs.items()}
+                value = law(value, Scope(effect, self._p, self._x, u, self._rates, context))
         return value
 
     def _add_effect(self, effect: Effect, values: Mapping[str, float]) -> None:
@@ -149,12 +154,18 @@ class Assembly:
             if number.dry:
                 self._dry.append(key)
         for state in effect.states:
-            self.state(effect.key(state.name), state.unit, state.scale)
+            self.state(effect.key(state.name), state.unit, state.scale, state.start)
+        for given in effect.inputs:
+            key = effect.key(given.name)
+            self._effect_inputs[key] = (Variable(key, given.unit, given.scale), ca.SX.sym(key))
+        if effect.delay:
+            self._delay = effect.key(effect.delay)
 
     def finish(self) -> Plant:
         """The plant, with every state given a rate."""
+        inputs = self._inputs | self._effect_inputs
         x = ca.vertcat(*self._x.values())
-        u = ca.vertcat(*(symbol for _, symbol in self._inputs.values()))
+        u = ca.vertcat(*(symbol for _, symbol in inputs.values()))
         p = ca.vertcat(*self._p.values())
         missing = [name for name in self._x if name not in self._rates]
         if missing:
@@ -165,11 +176,12 @@ class Assembly:
         return Plant(
             name=self.name,
             states=tuple(self._variables.values()),
-            inputs=tuple(variable for variable, _ in self._inputs.values()),
+            inputs=tuple(variable for variable, _ in inputs.values()),
             outputs=tuple(self._outputs),
             parameters=tuple(self._p),
             p=np.array([self._values[name] for name in self._p]),
             f=ca.Function("f", [x, u, p], [ca.cse(rates)], names, ["rates"]),
             h=ca.Function("h", [x, u, p], [ca.cse(outputs)], names, ["y"]),
             dry_friction=tuple(self._dry),
+            delay=self._delay,
         )

@@ -1,12 +1,14 @@
 """The only place where a plant is assembled from its parts."""
 
+from collections.abc import Sequence
+
 import casadi as ca
 
 from ..errors import InputError
 from ..rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
-from .effects import resolve
+from .effects import Effect, resolve
 from .load import specimen_force
 from .main_stage import ValveFlows, second_order, three_stage
 from .pilot import Lands, pilot_stage
@@ -15,9 +17,12 @@ _PORT = 35e5  # Pa: load ports of a valve on its test bench
 _BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
 
 
-def build(rig: Rig) -> Plant:
-    """The whole rig: command, specimen and disturbance in; every signal of the rig out."""
-    b = _assembly(rig, rig.name)
+def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
+    """The whole rig: command, specimen and disturbance in; every signal of the rig out.
+
+    `also` are effects beyond those that the rig declares, at their typical numbers.
+    """
+    b = _assembly(rig, rig.name, also)
     command = b.input("command", "1", 1.0)
     cylinder = jacks.chambers(b, rig.jack)
     x = b.state("x", "m", rig["S"] / 2)
@@ -70,11 +75,12 @@ def build_valve_bench(rig: Rig) -> Plant:
     return b.finish()
 
 
-def _assembly(rig: Rig, name: str) -> Assembly:
+def _assembly(rig: Rig, name: str, also: Sequence[Effect] = ()) -> Assembly:
     try:
         effects = resolve(rig.effects)
     except InputError as error:
         raise InputError(f"rig {rig.name}: {error}") from None
+    effects += tuple((effect, {number.name: number.typical for number in effect.numbers}) for effect in also)
     return Assembly(name, {key: number.value for key, number in rig.numbers.items()}, effects)
 
 

@@ -6,11 +6,21 @@ from ...errors import InputError, nearest
 from ...rig import EffectUse
 from ...units import to_si
 from . import friction
-from .effect import Effect, EffectNumber, EffectState, Scope
+from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
 
 LIBRARY: tuple[Effect, ...] = friction.EFFECTS
 
-__all__ = ["LIBRARY", "Effect", "EffectNumber", "EffectState", "Scope", "find", "resolve"]
+__all__ = [
+    "EQUATIONS",
+    "LIBRARY",
+    "Effect",
+    "EffectInput",
+    "EffectNumber",
+    "EffectState",
+    "Scope",
+    "find",
+    "resolve",
+]
 
 
 def find(name: str, formula: str) -> Effect:
