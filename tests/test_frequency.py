@@ -13,7 +13,7 @@ from workbench.errors import InputError
 from workbench.excitation import chirp, harmonics, multisine
 from workbench.identify.frequency import excited, measured_response, same_estimate
 from workbench.identify.noise import Floor
-from workbench.identify.windows import predict_free
+from workbench.identify.predict import predict_free
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
 from workbench.records.sheet import listed_sheets, read_sheet
@@ -174,7 +174,7 @@ def test_a_true_model_lies_in_the_band_of_an_independent_recording():
     (record,) = load_campaign(SHARED / "campaigns/p05").heldout
     sigma = {name: sensor.noise for name, sensor in rig.sensors.items()}
     plain = Floor(sigma, dict.fromkeys(sigma, 1.0), dict.fromkeys(sigma, "rig file"))
-    free = predict_free(Engine(build(rig)), record, plain)
+    free = predict_free(build(rig), record, plain)
     model = Record("model", record.t, {**record.signals, **free.signals})
     for output in ("spool", "pa", "acceleration"):
         found = measured_response(record, "command", output)

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.engine import Engine
 from workbench.identify.noise import Floor
-from workbench.identify.windows import predict_free, predict_windows
+from workbench.identify.predict import predict_free, predict_windows
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
 from workbench.rig import load_rig
@@ -44,14 +44,14 @@ def floor() -> Floor:
 
 def test_a_true_model_is_at_the_noise_floor(festo):
     _, engine = festo
-    found = predict_windows(engine, made_record(engine, 1), floor())
+    found = predict_windows(engine.plant, made_record(engine, 1), floor())
     assert found.failed == ()
     assert chi2([found], floor()) == pytest.approx(1, abs=0.06)
 
 
 def test_a_wrong_model_is_not(festo):
     rig, engine = festo
-    wrong = Engine(build(rig.with_values(K3=1.1 * rig["K3"])))
+    wrong = build(rig.with_values(K3=1.1 * rig["K3"]))
     value = chi2([predict_windows(wrong, made_record(engine, 1), floor())], floor())
     assert value is not None
     assert value > 1.5
@@ -65,13 +65,13 @@ def test_what_is_not_to_be_compared_does_not_count(festo):
     hidden = np.ones(len(record.t), bool)
     hidden[300:400] = False
     record = Record("spoilt", record.t, {**record.signals, "pa": spoilt}, {"pa": hidden})
-    assert chi2([predict_windows(engine, record, floor())], floor()) == pytest.approx(1, abs=0.06)
+    assert chi2([predict_windows(engine.plant, record, floor())], floor()) == pytest.approx(1, abs=0.06)
 
 
 def test_a_free_run_drifts_where_windows_do_not(festo):
     rig, engine = festo
     record = made_record(engine, 3)
-    wrong = Engine(build(rig.with_values(K3=1.02 * rig["K3"])))
+    wrong = build(rig.with_values(K3=1.02 * rig["K3"]))
     free = predict_free(wrong, record, floor()).error("position")
     windows = predict_windows(wrong, record, floor()).error("position")
     assert np.sqrt(np.mean(free**2)) > np.sqrt(np.mean(windows**2))
@@ -83,7 +83,7 @@ def test_a_dropped_sample_changes_nothing(festo):
     keep = np.ones(len(record.t), bool)
     keep[251] = False  # its command was that of its neighbours
     thinned = Record("thin", record.t[keep], {n: v[keep] for n, v in record.signals.items()})
-    assert chi2([predict_windows(engine, thinned, floor())], floor()) == pytest.approx(1, abs=0.06)
+    assert chi2([predict_windows(engine.plant, thinned, floor())], floor()) == pytest.approx(1, abs=0.06)
 
 
 def test_the_study_reports_every_signal_with_its_floor(festo):

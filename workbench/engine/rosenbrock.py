@@ -52,14 +52,25 @@ def fixed_step(plant: Plant) -> ca.Function:
     return ca.Function("fixed", [x, u, p, h], [ca.cse(step(plant, x, u, p, h).state)])
 
 
-def adaptive_attempt(plant: Plant) -> ca.Function:
-    """(s, u, p, tolerance) -> s, with s = [x, time left, step, attempts]: one accepted or rejected step.
+@dataclass(frozen=True)
+class Attempt:
+    """One attempt of an adaptive step: whether it is fine, the state it leads to, and the clock after it.
 
-    With no time left nothing changes. A step that is not finite is rejected like one whose error is too large; the
-    caller sees a failure as a step below 1e-12 s or as too many attempts.
+    A clock is [time left, step, attempts].
     """
-    x, u, p, h = _symbols(plant)
-    left, attempts, tolerance = ca.SX.sym("left"), ca.SX.sym("attempts"), ca.SX.sym("tolerance")
+
+    fine: ca.SX
+    state: ca.SX
+    clock: ca.SX
+
+
+def attempt(plant: Plant, x: ca.SX, u: ca.SX, p: ca.SX, clock: ca.SX, tolerance: ca.SX) -> Attempt:
+    """Try one step. With no time left nothing changes.
+
+    A step that is not finite is rejected like one whose error is too large; the caller sees a failure as a step below
+    1e-12 s or as too many attempts.
+    """
+    left, h, attempts = ca.vertsplit(clock)
     trial = ca.fmin(h, left)
     active = left > 0
     length = ca.if_else(active, trial, 1e-6)
@@ -72,14 +83,17 @@ def adaptive_attempt(plant: Plant) -> ca.Function:
     # a step that was cut to reach the end says nothing about the next one being too long
     grown = ca.if_else(ca.logic_and(fine, trial < h), ca.fmax(h, trial * factor), trial * factor)
     remaining = ca.if_else(trial >= left, 0, left - trial)
-    after = ca.vertcat(
-        ca.if_else(fine, result.state, x),
-        ca.if_else(fine, remaining, left),
-        ca.if_else(active, grown, h),
-        attempts + active,
-    )
-    before = ca.vertcat(x, left, h, attempts)
-    return ca.Function("attempt", [before, u, p, tolerance], [ca.cse(after)])
+    after = ca.vertcat(ca.if_else(fine, remaining, left), ca.if_else(active, grown, h), attempts + active)
+    return Attempt(fine, result.state, after)
+
+
+def adaptive_attempt(plant: Plant) -> ca.Function:
+    """(s, u, p, tolerance) -> s, with s = [x, time left, step, attempts]: one accepted or rejected step."""
+    x, u, p, _ = _symbols(plant)
+    clock, tolerance = ca.SX.sym("clock", 3), ca.SX.sym("tolerance")
+    tried = attempt(plant, x, u, p, clock, tolerance)
+    after = ca.vertcat(ca.if_else(tried.fine, tried.state, x), tried.clock)
+    return ca.Function("attempt", [ca.vertcat(x, clock), u, p, tolerance], [ca.cse(after)])
 
 
 def failed(step_length: float) -> bool:

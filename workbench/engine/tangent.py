@@ -1,48 +1,37 @@
-"""Fixed steps with their exact forward tangents, as graphs of the same form as an adaptive attempt.
+"""Adaptive steps with their exact forward tangents, as graphs of the same form as a plain attempt.
 
-An adaptive run is not a smooth function of its parameters; one of fixed steps is. Its tangent along a direction
-(dx0, dp) of the initial state and the parameters is carried along as further states, so that the lanes of a batch are
-directions and the same back ends run it.
+The tangent along a direction (dx0, du, dp) of initial state, inputs and parameters is carried along as further states,
+so that the lanes of a batch are directions and the same back ends run it. It is exact for the steps that are taken: how
+their lengths would change is left out, an effect of the size of the tolerance.
 """
+
+from collections.abc import Sequence
 
 import casadi as ca
 
 from ..plant import Plant
-from .rosenbrock import step
-
-_ROUND = 1e-9  # of a step: what is left of an interval below this is nothing
+from .rosenbrock import attempt
 
 
-def fixed_attempt(plant: Plant) -> ca.Function:
-    """(s, u, [p, dp], longest) -> s with s = [x, dx, time left, step, attempts]: one step of an interval.
-
-    The interval is divided into the fewest equal steps that are not longer than `longest` [s].
-    """
-    n, k = plant.n, len(plant.parameters)
-    x, dx, u = ca.SX.sym("x", n), ca.SX.sym("dx", n), ca.SX.sym("u", len(plant.inputs))
-    p, dp, longest = ca.SX.sym("p", k), ca.SX.sym("dp", k), ca.SX.sym("longest")
-    left, before, attempts = ca.SX.sym("left"), ca.SX.sym("step"), ca.SX.sym("attempts")
-    active = left > 0
-    count = ca.fmax(ca.ceil(left / longest - _ROUND), 1)
-    length = ca.if_else(active, left / count, longest)
-    after = step(plant, x, u, p, length).state
-    moved = ca.jtimes(after, ca.vertcat(x, p), ca.vertcat(dx, dp))
-    result = ca.vertcat(
-        ca.if_else(active, after, x),
-        ca.if_else(active, moved, dx),
-        ca.if_else(active, ca.if_else(count > 1, left - length, 0), left),  # an idle lane stays as it is
-        ca.if_else(active, length, before),
-        attempts + active,
-    )
-    state = ca.vertcat(x, dx, left, before, attempts)
-    return ca.Function("attempt", [state, u, ca.vertcat(p, dp), longest], [ca.cse(result)])
+def tangent_attempt(plant: Plant) -> ca.Function:
+    """(s, [u, du], [p, dp], tolerance) -> s, s = [x, dx, time left, step, attempts]: an accepted or rejected step."""
+    (x, dx), (u, du), (p, dp) = _pairs(plant)
+    clock, tolerance = ca.SX.sym("clock", 3), ca.SX.sym("tolerance")
+    tried = attempt(plant, x, u, p, clock, tolerance)
+    moved = ca.jtimes(tried.state, ca.vertcat(x, u, p), ca.vertcat(dx, du, dp))
+    after = ca.vertcat(ca.if_else(tried.fine, tried.state, x), ca.if_else(tried.fine, moved, dx), tried.clock)
+    state = ca.vertcat(x, dx, clock)
+    return ca.Function("attempt", [state, ca.vertcat(u, du), ca.vertcat(p, dp), tolerance], [ca.cse(after)])
 
 
-def tangent_outputs(plant: Plant) -> ca.Function:
-    """([x, dx], u, [p, dp]) -> [y, dy]: the outputs and their change along the direction."""
-    n, k = plant.n, len(plant.parameters)
-    x, dx, u = ca.SX.sym("x", n), ca.SX.sym("dx", n), ca.SX.sym("u", len(plant.inputs))
-    p, dp = ca.SX.sym("p", k), ca.SX.sym("dp", k)
-    y = plant.h(x, u, p)
-    dy = ca.jtimes(y, ca.vertcat(x, p), ca.vertcat(dx, dp))
-    return ca.Function("h", [ca.vertcat(x, dx), u, ca.vertcat(p, dp)], [ca.cse(ca.vertcat(y, dy))])
+def tangent_outputs(plant: Plant, names: Sequence[str]) -> ca.Function:
+    """([x, dx], [u, du], [p, dp]) -> dy: the change of the outputs `names` along the direction."""
+    (x, dx), (u, du), (p, dp) = _pairs(plant)
+    y = plant.h(x, u, p)[[plant.output(name) for name in names]]
+    dy = ca.jtimes(y, ca.vertcat(x, u, p), ca.vertcat(dx, du, dp))
+    return ca.Function("h", [ca.vertcat(x, dx), ca.vertcat(u, du), ca.vertcat(p, dp)], [ca.cse(dy)])
+
+
+def _pairs(plant: Plant) -> list[tuple[ca.SX, ca.SX]]:
+    sizes = {"x": plant.n, "u": len(plant.inputs), "p": len(plant.parameters)}
+    return [(ca.SX.sym(name, size), ca.SX.sym(f"d{name}", size)) for name, size in sizes.items()]

@@ -1,40 +1,82 @@
-"""Prediction in short windows: the recorded command drives the model, whose initial state is refitted in each window.
+"""Records cut into windows whose initial states are free, and what a plant leaves unexplained in them.
 
-A jack integrates, so a run through a whole record drifts away from any rig; errors are therefore those of windows of
-0.5 s (the last one takes the remainder), each from the initial state that fits it best.
+The recorded command is the only input. A jack integrates: a run through a whole record drifts away from any rig; errors
+are therefore those of windows of 0.5 s (the last one of a record takes the remainder), each from the initial state that
+fits it best.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import cached_property
+from itertools import groupby, pairwise
 
 import numpy as np
 
-from ..engine import Engine
 from ..errors import InputError
 from ..plant import Plant
 from ..records import Record
 from ..signals import MEASURED
-from ..views import equilibrium
 from .noise import Floor
 
 WINDOW = 0.5  # s
-_ROUNDS = 6
-_ENOUGH = 0.01  # relative fall of the cost below which a window is done
-_NUDGE = 1e-3  # of a state's scale, for sensitivities to the initial state
+_EARLY = 5.5  # periods: over which a measured state's first value is averaged
 
 
-@dataclass(frozen=True)
-class Prediction:
-    """Predicted signals of a record, name -> [n] SI, over the same rows; `failed` are start times of failed windows."""
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Windows of one length: which of all windows [w], their times [w, rows + 1] (s), the measured values and their
+    weights, one over sigma or 0 where not compared [w, rows, signals]."""
 
-    record: Record
-    signals: dict[str, np.ndarray]
-    failed: tuple[float, ...]
+    which: np.ndarray
+    t: np.ndarray
+    seen: np.ndarray
+    weight: np.ndarray
 
-    def error(self, name: str) -> np.ndarray:
-        """Measured less predicted, NaN where it is not to be compared, [n] SI."""
-        error = self.record.signals[name] - self.signals[name]
-        return np.where(self.record.valid[name], error, np.nan)
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Windows of records, in order: `names` are the signals compared, `spans` (record, first row, end row) of each."""
+
+    records: tuple[Record, ...]
+    names: tuple[str, ...]
+    spans: tuple[tuple[int, int, int], ...]
+    groups: tuple[Group, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of windows."""
+        return len(self.spans)
+
+    @cached_property
+    def samples(self) -> int:
+        """Number of compared samples, over all signals."""
+        return sum(int(np.count_nonzero(group.weight)) for group in self.groups)
+
+    def commands(self, group: Group, delay: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """The command held in each row [w, rows] and its derivative to the delay [1/s], `delay` s late."""
+        late = {index: delayed(self.records[index], delay) for index in {self.spans[w][0] for w in group.which}}
+        rows = [(index, slice(first, end)) for index, first, end in (self.spans[w] for w in group.which)]
+        values, slopes = zip(*((late[index][0][span], late[index][1][span]) for index, span in rows), strict=True)
+        return np.array(values), np.array(slopes)
+
+    def by_record(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Values of the groups [w, rows, k] put together as those of the records [n, k]."""
+        whole = [np.full((len(record.t), parts[0].shape[-1]), np.nan) for record in self.records]
+        for group, values in zip(self.groups, parts, strict=True):
+            for w, value in zip(group.which, values, strict=True):
+                index, first, end = self.spans[w]
+                whole[index][first:end] = value
+        return whole
+
+    def some(self, keep: Sequence[int]) -> "Windows":
+        """The windows of these numbers."""
+        spans = tuple(self.spans[w] for w in keep)
+        return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
+
+    @cached_property
+    def _weights(self) -> dict[str, float]:
+        peak = np.max([group.weight.max(axis=(0, 1)) for group in self.groups], axis=0)
+        return dict(zip(self.names, peak.tolist(), strict=True))
 
 
 def compared(plant: Plant, record: Record, floor: Floor) -> list[str]:
@@ -42,126 +84,85 @@ def compared(plant: Plant, record: Record, floor: Floor) -> list[str]:
     names = [n for n in MEASURED if n in plant.outputs and n in record.signals and n in floor.sigma]
     if not names:
         raise InputError(f"record {record.name}: no signal that rig {plant.name} predicts; check names and rig")
+    if "command" not in record.signals:
+        raise InputError(f"record {record.name}: no command, the input of every prediction; map its column")
     return names
 
 
-def predict_windows(engine: Engine, record: Record, floor: Floor) -> Prediction:
-    """Predict every signal of a record in windows of 0.5 s with refitted initial states."""
-    names = compared(engine.plant, record, floor)
-    guess = resting_state(engine.plant, record)
-    parts = [_Window(engine, piece, names, floor) for piece in _cut(record)]
-    predicted, failed = [], []
-    for part in parts:
-        start = part.fit(part.first_guess(guess))
-        states, values = part.simulate(start)
-        if values is None:
-            failed.append(float(part.t[0]))
-            values = np.full((len(part.t), len(engine.plant.outputs)), np.nan)
-        else:
-            guess = states[-1]
-        predicted.append(values)
-    table = np.concatenate(predicted)
-    return Prediction(record, {n: table[:, engine.plant.output(n)] for n in names}, tuple(failed))
+def cut(plant: Plant, records: Sequence[Record], floor: Floor) -> Windows:
+    """Windows of 0.5 s of all records; what is left over at the end of a record belongs to its last one."""
+    shared = {name for record in records for name in compared(plant, record, floor)}
+    names = tuple(name for name in MEASURED if name in shared)
+    spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in pairwise(_edges(record)))
+    weights = {name: 1 / floor.sigma[name] for name in names}
+    return Windows(tuple(records), names, spans, _groups(tuple(records), names, spans, weights))
 
 
-def predict_free(engine: Engine, record: Record, floor: Floor) -> Prediction:
-    """One run through the whole record from the initial state that fits its first window."""
-    names = compared(engine.plant, record, floor)
-    first = _Window(engine, _cut(record)[0], names, floor)
-    start = first.fit(first.first_guess(resting_state(engine.plant, record)))
-    run = engine.run(start, record.t, _inputs(engine.plant, record))
-    values = engine.outputs(run.x, _inputs(engine.plant, record))
-    failed = () if run.failed_at is None else (run.failed_at,)
-    return Prediction(record, {n: values[:, engine.plant.output(n)] for n in names}, failed)
+def delayed(record: Record, delay: float) -> tuple[np.ndarray, np.ndarray]:
+    """The recorded command `delay` s later, as the mean over each interval [n], and its derivative to the delay [n].
+
+    A command that is held between samples arrives shifted; its mean over an interval interpolates between two samples.
+    """
+    command = record.signals["command"]
+    if delay == 0.0:
+        before = np.concatenate((command[:1], command[:-1]))
+        return command, (before - command) / _intervals(record)
+    edges = np.append(record.t, record.t[-1] + record.period)
+    area = np.concatenate(([0.0], np.cumsum(command * np.diff(edges))))
+    early = edges - delay
+    held = np.interp(early, edges, area) + command[0] * np.minimum(early - edges[0], 0.0)
+    rows = np.clip(np.searchsorted(edges, early, "right") - 1, 0, len(command) - 1)
+    return np.diff(held) / np.diff(edges), -np.diff(command[rows]) / np.diff(edges)
 
 
-def resting_state(plant: Plant, record: Record) -> np.ndarray:
-    """A plausible state [n] to begin with: at rest where the record begins."""
-    x = equilibrium(plant).x
-    if "position" in record.signals:
-        x[plant.state("x")] = record.signals["position"][0] - plant.p[plant.parameters.index("xmid")]
+def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> np.ndarray:
+    """The initial state [n] of a window: the end of the one before it, corrected by what is measured directly."""
+    x = before.copy()
+    index, first, end = windows.spans[w]
+    record = windows.records[index]
+    early = slice(first, min(end, first + int(_EARLY) + 1))
+    middle = plant.p[plant.parameters.index("xmid")]
+    direct = {"pa": ("P1", 0.0), "pb": ("P2", 0.0), "spool": ("z3", 0.0), "position": ("x", middle)}
+    for signal, (state, offset) in direct.items():
+        if signal in record.signals:
+            x[plant.state(state)] = np.mean(record.signals[signal][early]) - offset
     return x
 
 
-def _cut(record: Record) -> list[Record]:
-    """Windows of 0.5 s; what is left over at the end belongs to the last one."""
+def _edges(record: Record) -> list[int]:
     first, last = record.t[0], record.t[-1]
     count = max(1, int((last - first + record.period) / WINDOW + 1e-6))
-    edges = [None, *(first + WINDOW * np.arange(1, count)), None]
-    return [record.slice(a, b) for a, b in pairwise(edges)]
+    slack = 1e-3 * record.period  # 0.5 s must find the row that was logged as 0.49999999
+    inner = np.searchsorted(record.t, first + WINDOW * np.arange(1, count) - slack)
+    return [0, *inner.tolist(), len(record.t)]
 
 
-def _inputs(plant: Plant, record: Record) -> np.ndarray:
-    u = np.zeros((len(record.t), len(plant.inputs)))
-    u[:, plant.input("command")] = record.signals["command"]
-    return u
+def _groups(
+    records: tuple[Record, ...],
+    names: tuple[str, ...],
+    spans: tuple[tuple[int, int, int], ...],
+    weights: dict[str, float],
+) -> tuple[Group, ...]:
+    tables = [_table(record, names, weights) for record in records]
+    order = sorted(range(len(spans)), key=lambda w: spans[w][2] - spans[w][1])
+    groups = []
+    for _, members in groupby(order, key=lambda w: spans[w][2] - spans[w][1]):
+        which = list(members)
+        parts = [tuple(table[spans[w][1] : spans[w][2]] for table in tables[spans[w][0]]) for w in which]
+        seen, weight, start, length = (np.array(column) for column in zip(*parts, strict=True))
+        groups.append(Group(np.array(which), np.hstack((start, (start + length)[:, -1:])), seen, weight))
+    return tuple(groups)
 
 
-class _Window:
-    """One window: its measurements over sigma, and the fit of its initial state by damped Gauss-Newton."""
+def _table(
+    record: Record, names: tuple[str, ...], weights: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Measured values and weights [n, signals], start and length of each row's interval [n]."""
+    nothing = np.zeros(len(record.t))
+    seen = np.column_stack([record.signals.get(name, nothing) for name in names])
+    weight = np.column_stack([record.valid.get(name, nothing) * weights[name] for name in names])
+    return seen, weight, record.t, _intervals(record)
 
-    def __init__(self, engine: Engine, record: Record, names: list[str], floor: Floor) -> None:
-        plant = self.plant = engine.plant
-        self._engine, self._record, self.t = engine, record, record.t
-        self._u = _inputs(plant, record)
-        self._columns = [plant.output(name) for name in names]
-        self._sigma = np.array([floor.sigma[name] for name in names])
-        self._seen = np.column_stack([record.signals[name] for name in names])
-        self._valid = np.column_stack([record.valid[name] for name in names])
 
-    def first_guess(self, before: np.ndarray) -> np.ndarray:
-        """The last window's end, corrected by what is measured directly here."""
-        x = before.copy()
-        early = self._record.slice(None, self.t[0] + 5.5 * self._record.period).signals
-        middle = self.plant.p[self.plant.parameters.index("xmid")]
-        direct = {"pa": ("P1", 0.0), "pb": ("P2", 0.0), "spool": ("z3", 0.0), "position": ("x", middle)}
-        for signal, (state, offset) in direct.items():
-            if signal in early:
-                x[self.plant.state(state)] = np.mean(early[signal]) - offset
-        return x
-
-    def simulate(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """States at and one period after every row [k, n], and outputs [k, m]; outputs are None when it failed."""
-        run = self._engine.run(start, np.append(self.t, self.t[-1] + self._record.period), self._u)
-        return run.x, self._engine.outputs(run.x[:-1], self._u) if run.ok else None
-
-    def fit(self, guess: np.ndarray) -> np.ndarray:
-        """The initial state with the least squared error over sigma, held loosely (one scale) at the guess."""
-        scale = self.plant.scale
-        errors = self._errors(guess)
-        if errors is None:
-            return guess
-        best, cost, damping, slopes = guess, float(errors @ errors), 1e-3, None
-        for _ in range(_ROUNDS):
-            fresh = slopes is None
-            slopes = self._slopes(best, errors, scale) if slopes is None else slopes
-            matrix = slopes.T @ slopes + np.eye(len(scale))
-            gradient = slopes.T @ errors + (best - guess) / scale
-            trial = best - np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient) * scale
-            found = self._errors(trial)
-            total = np.inf if found is None else float(found @ found)
-            if found is None or total >= cost:
-                # old slopes are the first suspect, then the length of the step
-                slopes, damping = (slopes, damping * 30) if fresh else (None, damping)
-                continue
-            fall, best, errors, cost, damping = 1 - total / cost, trial, found, total, damping / 10
-            if fall < _ENOUGH:
-                break
-        return best
-
-    def _errors(self, start: np.ndarray) -> np.ndarray | None:
-        _, values = self.simulate(start)
-        if values is None:
-            return None
-        return np.where(self._valid, (values[:, self._columns] - self._seen) / self._sigma, 0.0).ravel()
-
-    def _slopes(self, start: np.ndarray, errors: np.ndarray, scale: np.ndarray) -> np.ndarray:
-        """Sensitivity of the errors to the scaled initial state, by differences."""
-        columns = np.zeros((len(errors), len(start)))
-        for i in range(len(start)):
-            moved = start.copy()
-            moved[i] += _NUDGE * scale[i]
-            shifted = self._errors(moved)
-            if shifted is not None:
-                columns[:, i] = (shifted - errors) / _NUDGE
-        return columns
+def _intervals(record: Record) -> np.ndarray:
+    return np.diff(np.append(record.t, record.t[-1] + record.period))

@@ -14,7 +14,7 @@ from ..engine import Engine
 from ..errors import InputError, nearest
 from ..identify.frequency import HELD, FrequencyResponse, measured_response, same_estimate
 from ..identify.noise import Floor, noise_floor
-from ..identify.windows import predict_free
+from ..identify.predict import predict_free
 from ..loop_response import closed_loop_sine
 from ..plant import Plant, build, build_pilot_bench, build_valve_bench
 from ..records import Campaign, Record, load_campaign
@@ -102,11 +102,11 @@ def run_frequency(task: Task, stage: Stage, progress: Progress) -> Outcome:
     """Measured and model responses of every record and sheet, with coherence and 95 % bands."""
     found = []
     if task.campaign is not None:
-        engine, floor = Engine(build(task.rig)), noise_floor(task.campaign)
+        plant, floor = build(task.rig), noise_floor(task.campaign)
         for record in task.records:
             progress(f"{record.name}: {task.pair[1]} over {task.pair[0]}")
             measured = measured_response(record, *task.pair, task.period)
-            compute = partial(_predicted, engine, record, floor, measured)
+            compute = partial(_predicted, plant, record, floor, measured)
             model = stage(f"model-{record.name.replace('/', '-')}", compute)["response"]
             found.append(_of_record(task.rig, record, measured, np.asarray(model)))
     for sheet in task.sheets:
@@ -118,13 +118,12 @@ def run_frequency(task: Task, stage: Stage, progress: Progress) -> Outcome:
     return Outcome(metrics, page(task.source, task.rig.name, found), figure(found[0]), tables)
 
 
-def _predicted(engine: Engine, record: Record, floor: Floor, measured: FrequencyResponse) -> dict[str, np.ndarray]:
+def _predicted(plant: Plant, record: Record, floor: Floor, measured: FrequencyResponse) -> dict[str, np.ndarray]:
     """The model's response [k] by the same estimator on what it predicts of the record; NaN where it fails."""
-    plant = engine.plant
     for name in (measured.input, measured.output):
         if name not in plant.outputs and name not in HELD:
             raise InputError(f"rig {plant.name} does not predict {name}; {nearest(name, plant.outputs)}")
-    free = predict_free(engine, record, floor)
+    free = predict_free(plant, record, floor)
     signals = {name: values for name, values in record.signals.items() if name in HELD} | free.signals
     if free.failed:
         return {"response": np.full(measured.f.size, complex(np.nan, np.nan))}

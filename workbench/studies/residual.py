@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..engine import Engine
 from ..identify.noise import Floor, noise_floor
+from ..identify.predict import Prediction, predict_free, predict_windows
 from ..identify.whiteness import Whiteness, whiteness
-from ..identify.windows import WINDOW, Prediction, predict_free, predict_windows
+from ..identify.windows import WINDOW
 from ..plant import build
 from ..records import Campaign, Record, load_campaign
 from ..report import Curve, Figure, Page, Panel, Section, Table
@@ -23,20 +23,20 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
     """Predict every held-out record and compare, signal by signal; `free_run` adds one run through each record."""
     progress("noise floor")
     floor = noise_floor(campaign)
-    engine = Engine(build(rig))
+    plant = build(rig)
     predictions = []
     for record in campaign.heldout:
         progress(f"{record.name}: windows of {WINDOW:g} s")
 
         def compute(record: Record = record) -> dict[str, Any]:
-            found = predict_windows(engine, record, floor)
+            found = predict_windows(plant, record, floor)
             return {"signals": found.signals, "failed": list(found.failed)}
 
         stored = stage(f"predict-{record.name.replace('/', '-')}", compute)
         predictions.append(Prediction(record, stored["signals"], tuple(stored["failed"])))
     rows = [row for prediction in predictions for row in _rows(prediction, floor)]
     if free_run:
-        free = [predict_free(engine, record, floor) for record in campaign.heldout]
+        free = [predict_free(plant, record, floor) for record in campaign.heldout]
         for row, other in zip(rows, (row for prediction in free for row in _rows(prediction, floor)), strict=True):
             row["free_run_rms"] = other["rms"]
     metrics = {"rows": rows, "chi2": chi2(predictions, floor)}

@@ -1,0 +1,134 @@
+"""A plant as a model of windows: errors over sigma, and their exact slopes to initial states, inputs and numbers."""
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from ..engine import Engine
+from ..engine.driver import Stepping
+from ..engine.engine import back_end_of
+from ..engine.tangent import tangent_attempt, tangent_outputs
+from ..plant import Plant
+from ..views import equilibrium
+from .windows import Group, Windows, first_guess
+
+_TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
+_SLOPES = 1e-3  # of the tangents
+_STEPPING = Stepping(_SLOPES, 2e-5, 20_000)
+_LANES = 256  # directions times windows that are computed together, so that they stay in the cache
+
+
+class Model:
+    """A plant and the signals it is compared in. Errors are predicted less measured, over sigma."""
+
+    def __init__(self, plant: Plant, names: Sequence[str]) -> None:
+        self.plant, self.names = plant, tuple(names)
+        self.engine = Engine(plant, _TOLERANCE)
+        self._columns = [plant.output(name) for name in names]
+
+    @cached_property
+    def _tangents(self):  # noqa: ANN202 - either back end
+        graphs = (tangent_attempt(self.plant), tangent_outputs(self.plant, self.names))
+        both = np.append(self.plant.p, 0 * self.plant.p)
+        return back_end_of(*graphs, both, _STEPPING, "auto")[0]
+
+    def starts(self, windows: Windows, p: np.ndarray) -> np.ndarray:
+        """Plausible initial states [windows, n]: what is measured, and for the rest where the window before ended."""
+        found, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
+        for w, (index, first, end) in enumerate(windows.spans):
+            if index != last:
+                before, last = self._at_rest(p), index
+            found[w] = first_guess(self.plant, windows, w, before)
+            t = windows.records[index].t[first:end]
+            u = self._constant(windows.records[index].signals["command"][first:end])
+            run = self.engine.run(found[w], t, u, p)
+            before = run.x[-1] if run.ok else found[w]
+        return found
+
+    def _at_rest(self, p: np.ndarray) -> np.ndarray:
+        return equilibrium(self.plant, p=p).x
+
+    def _constant(self, command: np.ndarray) -> np.ndarray:
+        u = np.zeros((*command.shape, len(self.plant.inputs)))
+        u[..., self.plant.input("command")] = command
+        return u
+
+    def _delay(self, p: np.ndarray) -> float:
+        return 0.0 if self.plant.delay is None else float(p[self.plant.parameters.index(self.plant.delay)])
+
+    def predict(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
+        """Outputs [w, rows, signals] of each group's windows from x0 [windows, n]; NaN from where one failed."""
+        found = []
+        for group in windows.groups:
+            u = self._constant(windows.commands(group, self._delay(p))[0])
+            batch = self.engine.run_batch(x0[group.which], group.t, u, p)
+            found.append(self.engine.outputs(batch.x[:, :-1], u, p)[..., self._columns])
+        return found
+
+    def errors(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
+        """Errors over sigma [w, rows, signals] of each group; 0 where not compared, infinite where a window failed."""
+        return [
+            np.where(group.weight > 0, np.nan_to_num((y - group.seen) * group.weight, nan=np.inf), 0.0)
+            for group, y in zip(windows.groups, self.predict(windows, x0, p), strict=True)
+        ]
+
+    def slopes(
+        self,
+        windows: Windows,
+        x0: np.ndarray,
+        p: np.ndarray,
+        along: np.ndarray,
+        inputs: Sequence[np.ndarray] | None = None,
+    ) -> list[np.ndarray]:
+        """Slopes of the errors, [w, rows * signals, n + directions] a group.
+
+        The first n are to the initial state over the states' scales; then to the numbers along `along` [k, parameters],
+        then to `inputs`, for each group [d, rows, m] of input changes.
+        """
+        n = self.plant.n
+        found = []
+        for g, group in enumerate(windows.groups):
+            du = np.zeros((0, group.t.shape[1] - 1, len(self.plant.inputs))) if inputs is None else inputs[g]
+            size = n + len(along) + len(du)
+            whole = np.empty((len(group.which), group.weight[0].size, size))
+            for part in _chunks(len(group.which), size):
+                dy = self._along(windows, group, part, x0[group.which[part]], p, along, du)
+                dy *= group.weight[part][:, None]
+                whole[part] = dy.reshape(*dy.shape[:2], -1).transpose(0, 2, 1)
+            found.append(whole)
+        return found
+
+    def _along(
+        self,
+        windows: Windows,
+        group: Group,
+        part: slice,
+        x0: np.ndarray,
+        p: np.ndarray,
+        along: np.ndarray,
+        du: np.ndarray,
+    ) -> np.ndarray:
+        """Change of the outputs [w, directions, rows, signals] of some windows."""
+        n, m, k = self.plant.n, len(self.plant.inputs), len(p)
+        command, late = (column[part] for column in windows.commands(group, self._delay(p)))
+        w, rows, size = len(x0), command.shape[1], n + len(along) + len(du)
+        x, u, q = np.zeros((w, size, 2 * n)), np.zeros((w, size, rows, 2 * m)), np.zeros((w, size, 2 * k))
+        x[..., :n], q[..., :k] = x0[:, None], p
+        u[..., self.plant.input("command")] = command[:, None]
+        x[:, np.arange(n), n + np.arange(n)] = self.plant.scale
+        q[:, n : n + len(along), k:] = along
+        if self.plant.delay is not None:
+            by = along[:, self.plant.parameters.index(self.plant.delay)]
+            u[:, n : n + len(along), :, m + self.plant.input("command")] = late[:, None] * by[:, None]
+        u[:, n + len(along) :, :, m:] = du
+        x, u, q = x.reshape(-1, 2 * n), u.reshape(-1, rows, 2 * m), q.reshape(-1, 2 * k)
+        t = np.repeat(group.t[part], size, axis=0)
+        batch = self._tangents.run_batch(x, t, u, q)
+        dy = self._tangents.outputs(batch.x[:, :-1], u, q[:, None])
+        return np.nan_to_num(dy).reshape(w, size, rows, -1)
+
+
+def _chunks(windows: int, directions: int) -> Iterator[slice]:
+    step = max(1, _LANES // directions)
+    return (slice(first, first + step) for first in range(0, windows, step))

@@ -1,0 +1,276 @@
+"""Least squares over windows: initial states and numbers together, the initial states eliminated window by window.
+
+The cost is the sum of squared errors over sigma, plus the squares of what is not measured: every initial state is held
+loosely (one scale) at its guess, every number loosely (one range) at its start. Numbers stay inside their ranges.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .determined import Free
+from .model import Model
+from .windows import Windows
+
+ROUNDS = 20
+_ENOUGH = 1e-5  # relative fall of the cost below which a fit is done, or
+_LEAST = 0.5  # the fall itself: far below what noise would tell apart
+_STATE_ROUNDS = 12
+_STATE_ENOUGH = 0.02  # a window whose cost falls less is done
+_FIRST_DAMPING = 1e-3
+_MOST_DAMPING = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal equations: per window [w, ...] of the initial state, of the numbers, and between them."""
+
+    xx: np.ndarray
+    xp: np.ndarray
+    xe: np.ndarray
+    pp: np.ndarray
+    pe: np.ndarray
+
+    def reduced(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Matrix and gradient of the numbers alone, and what eliminates each window's initial state."""
+        inverse = np.linalg.inv(self.xx)
+        carried = inverse @ self.xp
+        matrix = np.sum(self.pp - np.swapaxes(self.xp, 1, 2) @ carried, axis=0)
+        offset = np.einsum("wij,wj->wi", inverse, self.xe)
+        gradient = np.sum(self.pe - np.einsum("wxi,wx->wi", self.xp, offset), axis=0)
+        return matrix, gradient, carried, offset
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Fitted numbers: distances x [k] of `free`, all parameters p, initial states [w, n], squared errors [w].
+
+    `covariance` [k, k] is of the distances, with coloured noise and misfit counted; `information` that of white noise
+    alone, without any prior. `held` are the names that stand at an end of their range.
+    """
+
+    free: tuple[Free, ...]
+    x: np.ndarray
+    p: np.ndarray
+    x0: np.ndarray
+    squares: np.ndarray
+    samples: int
+    covariance: np.ndarray
+    information: np.ndarray
+    held: tuple[str, ...]
+
+    @property
+    def chi2(self) -> float:
+        """Squared errors over samples."""
+        return float(self.squares.sum()) / self.samples
+
+    @property
+    def ok(self) -> bool:
+        """Whether every window could be simulated."""
+        return bool(np.isfinite(self.squares).all())
+
+    def interval(self, index: int) -> tuple[float, float]:
+        """95 % interval of a number, SI, inside its range."""
+        free, half = self.free[index], 1.96 * float(np.sqrt(self.covariance[index, index]))
+        low, high = free.value(self.x[index] - half), free.value(self.x[index] + half)
+        return max(low, free.low), min(high, free.high)
+
+
+def numbers_at(model: Model, free: Sequence[Free], x: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """The parameters p with the free ones at distances x."""
+    p = p.copy()
+    for f, distance in zip(free, x, strict=True):
+        p[model.plant.parameters.index(f.name)] = np.clip(f.value(float(distance)), f.low, f.high)
+    return p
+
+
+def directions(model: Model, free: Sequence[Free], x: np.ndarray) -> np.ndarray:
+    """Changes of all parameters per distance of each free one [k, parameters]."""
+    along = np.zeros((len(free), len(model.plant.parameters)))
+    for row, f, distance in zip(along, free, x, strict=True):
+        row[model.plant.parameters.index(f.name)] = f.value(float(distance)) if f.scale is None else f.scale
+    return along
+
+
+def fit_states(
+    model: Model, windows: Windows, guess: np.ndarray, p: np.ndarray, rounds: int = _STATE_ROUNDS
+) -> tuple[np.ndarray, np.ndarray]:
+    """The initial states [w, n] that fit each window best, and the squared errors [w]; p stays."""
+    x0 = guess.copy()
+    cost, squares = _costs(model, windows, x0, p, guess)
+    damping = np.full(windows.count, _FIRST_DAMPING)
+    active = np.isfinite(cost)
+    normal = None
+    for _ in range(rounds):
+        keep = np.flatnonzero(active)
+        if not keep.size:
+            break
+        if normal is None:
+            normal = _normal(model, windows, x0, p, guess, np.zeros((0, len(p))), keep)
+        step = _state_step(normal, damping[keep])
+        trial = x0.copy()
+        trial[keep] -= step * model.plant.scale
+        part = windows.some(keep.tolist()) if keep.size < windows.count else windows
+        found, found_squares = _costs(model, part, trial[keep], p, guess[keep])
+        better = found < cost[keep]
+        fall = np.where(better, 1 - found / np.maximum(cost[keep], 1e-300), 1.0)
+        taken = keep[better]
+        x0[taken], cost[taken], squares[taken] = trial[taken], found[better], found_squares[better]
+        damping[keep] = np.where(better, damping[keep] / 10, damping[keep] * 30)
+        active[keep] = (fall > _STATE_ENOUGH) & (damping[keep] < _MOST_DAMPING)
+        normal = None
+    return x0, squares
+
+
+def fit_numbers(
+    model: Model,
+    windows: Windows,
+    free: Sequence[Free],
+    start: np.ndarray,
+    p: np.ndarray,
+    guess: np.ndarray,
+    kappa: np.ndarray,
+    rounds: int = ROUNDS,
+) -> Fit:
+    """Fit the free numbers from distances `start` [k] and initial states `guess` [w, n]; kappa [signals] of the noise.
+
+    A start that can not be simulated comes back as it is, with infinite squares.
+    """
+    free = tuple(free)
+    low, high, width = _ranges(free)
+    prior = start.copy()
+    x, x0 = np.clip(start, low, high), guess.copy()
+    now = numbers_at(model, free, x, p)
+    costs, squares = _costs(model, windows, x0, now, guess)
+    cost = costs.sum() + float(np.sum(((x - prior) / width) ** 2))
+    damping, normal, done = _FIRST_DAMPING, None, not np.isfinite(cost)
+    for _ in range(rounds):
+        if done or damping > _MOST_DAMPING:
+            break
+        if normal is None:
+            normal = _normal(model, windows, x0, now, guess, directions(model, free, x))
+        dx0, dx = _number_step(normal, x, (x - prior) / width**2, width, (low, high), damping)
+        trial, trial0 = np.clip(x + dx, low, high), x0 + dx0 * model.plant.scale
+        p_trial = numbers_at(model, free, trial, p)
+        costs, found = _costs(model, windows, trial0, p_trial, guess)
+        total = costs.sum() + float(np.sum(((trial - prior) / width) ** 2))
+        if not total < cost:
+            damping *= 30
+            continue
+        done = cost - total < max(_ENOUGH * cost, _LEAST) and damping <= _FIRST_DAMPING
+        x, x0, now, cost, squares, normal = trial, trial0, p_trial, total, found, None
+        damping = max(damping / 10, 1e-9)
+    return _finished(model, windows, free, (x, now, x0, squares), guess, kappa)
+
+
+def _finished(
+    model: Model,
+    windows: Windows,
+    free: tuple[Free, ...],
+    found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    guess: np.ndarray,
+    kappa: np.ndarray,
+) -> Fit:
+    """The fit with its covariance: that of white noise, stretched for coloured noise and for misfit."""
+    x, p, x0, squares = found
+    low, high, width = _ranges(free)
+    k = len(free)
+    if not np.isfinite(squares).all() or k == 0:
+        return Fit(free, x, p, x0, squares, windows.samples, np.full((k, k), np.inf), np.zeros((k, k)), ())
+    slopes = model.slopes(windows, x0, p, directions(model, free, x))
+    normal = _accumulate(model, windows, slopes, model.errors(windows, x0, p), x0, guess)
+    information, _, carried, _ = normal.reduced()
+    n, spread = model.plant.n, np.zeros((k, k))
+    weights = np.sqrt(kappa * max(1.0, float(squares.sum()) / windows.samples))
+    for group, whole in zip(windows.groups, slopes, strict=True):
+        alone = whole[..., n:] - whole[..., :n] @ carried[group.which]
+        stretched = alone * np.tile(weights, alone.shape[1] // len(weights))[:, None]
+        spread += np.einsum("wmi,wmj->ij", stretched, stretched)
+    inverse = np.linalg.inv(information + np.diag(width**-2))
+    covariance = inverse @ (spread + np.diag(width**-2)) @ inverse
+    edge = 1e-6 * width
+    held = tuple(
+        f.name for f, v, a, b in zip(free, x, low, high, strict=True) if v <= a + edge.min() or v >= b - edge.min()
+    )
+    return Fit(free, x, p, x0, squares, windows.samples, covariance, information, held)
+
+
+def _ranges(free: Sequence[Free]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    low, high = (np.array([f.distance(getattr(f, end)) for f in free]) for end in ("low", "high"))
+    return low, high, (high - low) / 2
+
+
+def _costs(
+    model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, guess: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cost of each window, with what holds its initial state, and its squared errors alone [w]."""
+    squares = np.empty(windows.count)
+    for group, errors in zip(windows.groups, model.errors(windows, x0, p), strict=True):
+        squares[group.which] = np.sum(errors**2, axis=(1, 2))
+    return squares + np.sum(((x0 - guess) / model.plant.scale) ** 2, axis=1), squares
+
+
+def _normal(
+    model: Model,
+    windows: Windows,
+    x0: np.ndarray,
+    p: np.ndarray,
+    guess: np.ndarray,
+    along: np.ndarray,
+    keep: np.ndarray | None = None,
+) -> Normal:
+    if keep is not None and keep.size < windows.count:
+        windows, x0, guess = windows.some(keep.tolist()), x0[keep], guess[keep]
+    return _accumulate(model, windows, model.slopes(windows, x0, p, along), model.errors(windows, x0, p), x0, guess)
+
+
+def _accumulate(
+    model: Model,
+    windows: Windows,
+    slopes: Sequence[np.ndarray],
+    errors: Sequence[np.ndarray],
+    x0: np.ndarray,
+    guess: np.ndarray,
+) -> Normal:
+    n, size = model.plant.n, slopes[0].shape[-1]
+    matrix, gradient = np.empty((windows.count, size, size)), np.empty((windows.count, size))
+    for group, whole, error in zip(windows.groups, slopes, errors, strict=True):
+        matrix[group.which] = np.swapaxes(whole, 1, 2) @ whole
+        gradient[group.which] = np.einsum("wmi,wm->wi", whole, error.reshape(len(error), -1))
+    held = (x0 - guess) / model.plant.scale
+    return Normal(
+        matrix[:, :n, :n] + np.eye(n), matrix[:, :n, n:], gradient[:, :n] + held, matrix[:, n:, n:], gradient[:, n:]
+    )
+
+
+def _state_step(normal: Normal, damping: np.ndarray) -> np.ndarray:
+    matrix = normal.xx.copy()
+    diagonal = np.einsum("wii->wi", matrix)
+    diagonal *= 1 + damping[:, None]
+    return np.linalg.solve(matrix, normal.xe[..., None])[..., 0]
+
+
+def _number_step(
+    normal: Normal,
+    x: np.ndarray,
+    pull: np.ndarray,
+    width: np.ndarray,
+    ends: tuple[np.ndarray, np.ndarray],
+    damping: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Changes of the initial states [w, n] (scaled) and of the numbers [k]; numbers at an end of a range stay there."""
+    xx = normal.xx + damping * np.einsum("wii,ij->wij", normal.xx, np.eye(normal.xx.shape[1]))
+    matrix, gradient, carried, offset = Normal(xx, normal.xp, normal.xe, normal.pp, normal.pe).reduced()
+    matrix, gradient = matrix + np.diag(width**-2), gradient + pull
+    matrix += damping * np.diag(np.diag(matrix))
+    low, high = ends
+    step, free = np.zeros(len(x)), np.ones(len(x), bool)
+    for _ in range(len(x)):
+        step[free] = np.linalg.solve(matrix[np.ix_(free, free)], -(gradient + matrix[:, ~free] @ step[~free])[free])
+        beyond = free & ((x + step < low) | (x + step > high))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(x + step, low, high)[beyond] - x[beyond]
+        free &= ~beyond
+    return -offset - carried @ step, step
