@@ -1,0 +1,88 @@
+"""The rig of a drawn campaign, played: a position loop that writes coarse commands, and a plant that may be late."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..engine import Engine
+from ..errors import InputError
+from ..excitation import Excitation
+from ..views import equilibrium
+
+QUANTUM = 1 / 32767  # of full command: a drive of 16 bits
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a rig did, sample by sample: true states and outputs by name, [n] SI, and the written command [n]."""
+
+    states: dict[str, np.ndarray]
+    outputs: dict[str, np.ndarray]
+    command: np.ndarray
+
+
+@dataclass(frozen=True)
+class Late:
+    """How late [s] the plant gets the command; `switched`: inside a period it goes over from one held value to the
+    next; otherwise it holds their weighted mean, which is what a shift of a sampled record by part of a period is."""
+
+    seconds: float = 0.0
+    switched: bool = False
+
+
+def start(engine: Engine, p: np.ndarray, kicked: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """State and inputs at rest at mid stroke; `kicked` are states that begin elsewhere."""
+    rest = equilibrium(engine.plant, p=p)
+    x = rest.x.copy()
+    for name, value in kicked.items():
+        x[engine.plant.state(name)] = value
+    return x, rest.u
+
+
+def play(
+    engine: Engine,
+    p: np.ndarray,
+    begin: tuple[np.ndarray, np.ndarray],
+    played: Excitation,
+    gain: float,
+    noise: np.ndarray,
+    late: Late,
+) -> Motion:
+    """Follow the reference by `gain` [1/m] times the error of a position read with `noise` [n] m.
+
+    The loop runs here and not in ClosedLoop because a late plant meets another command than the one that was written,
+    which is the one that is recorded. Raises InputError where the plant can not be simulated.
+    """
+    plant, period, steps = engine.plant, played.period, len(played.reference)
+    whole = int(late.seconds / period)
+    part = late.seconds / period - whole
+    place, middle = plant.state("x"), p[plant.parameters.index("xmid")]
+    x, held = begin[0], begin[1].copy()
+    states, met, written = np.empty((steps, plant.n)), np.empty(steps), np.full(whole + 1 + steps, held[0])
+    for k in range(steps):
+        states[k] = x
+        error = played.reference[k] - (x[place] + middle + noise[k])
+        demanded = min(1.0, max(-1.0, gain * error + played.command[k]))
+        written[whole + 1 + k] = round(demanded / QUANTUM) * QUANTUM
+        before, now = written[k], written[k + 1]
+        after: np.ndarray | None = x
+        if late.switched and part > 0:
+            held[0] = met[k] = before
+            after = engine.advance(x, held, part * period, p)
+            held[0] = now
+            after = None if after is None else engine.advance(after, held, (1 - part) * period, p)
+        else:
+            held[0] = met[k] = part * before + (1 - part) * now
+            after = engine.advance(x, held, period, p)
+        if after is None:
+            raise InputError(f"{played.name}: {plant.name} can not be simulated beyond {k * period:.3f} s")
+        x = after
+    u = np.tile(begin[1], (steps, 1))
+    u[:, 0] = met
+    outputs = engine.outputs(states, u, p)
+    return Motion(
+        {one.name: states[:, i] for i, one in enumerate(plant.states)},
+        {name: outputs[:, i] for i, name in enumerate(plant.outputs)},
+        written[whole + 1 :],
+    )
