@@ -47,7 +47,8 @@ def typical(plant, name):
 
 
 def stribeck_level(plant, v):
-    fc, fs, vs = (typical(plant, name) for name in ("Fc", "Fs", "vs"))
+    fc, vs = typical(plant, "Fc"), typical(plant, "vs")
+    fs = fc * typical(plant, "ratio") if "jack.friction.ratio" in plant.parameters else typical(plant, "Fs")
     return fc + (fs - fc) * np.exp(-((v / vs) ** 2))
 
 
@@ -77,21 +78,22 @@ def test_coulomb_and_stribeck_are_their_docstrings(plant, rubbing, v):
         assert force * v >= 0
 
 
-@given(v=st.floats(-1, 1), z=st.floats(-1e-4, 1e-4))
-def test_lugre_is_its_docstring(plant, rubbing, v, z):
+@given(v=st.floats(-1, 1), z=st.floats(-2, 2))
+def test_lugre_is_the_published_one_with_its_bristle_measured_in_d(plant, rubbing, v, z):
+    """z' = v - sigma0 |v| z/g, F = sigma0 z + sigma1 z' with sigma0 = Fc/d, sigma1 = Fc td/d, z in units of d."""
     lugre = rubbing["lugre"]
-    sigma0, sigma1 = typical(lugre, "sigma0"), typical(lugre, "sigma1")
-    rate = v - sigma0 * abs(v) * z / stribeck_level(lugre, v)
+    d, td, fc = (typical(lugre, name) for name in ("d", "td", "Fc"))
+    rate = v - fc / d * abs(v) * (z * d) / stribeck_level(lugre, v)
     force, rates = friction(plant, lugre, at_speed(plant, v), z)
-    assert rates[lugre.state("jack.friction.z")] == pytest.approx(rate, abs=1e-12)
-    assert force == pytest.approx(sigma0 * z + sigma1 * rate, abs=1e-6)
+    assert rates[lugre.state("jack.friction.z")] == pytest.approx(rate / d, rel=1e-9, abs=1e-9)
+    assert force == pytest.approx(fc / d * (z * d) + fc * td / d * rate, rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("v", [-0.5, -0.02, -3e-3, 3e-3, 0.01, 0.05, 1.0])
 def test_steady_sliding_is_the_stribeck_curve(plant, rubbing, v):
     """At constant speed the LuGre bristle rests where its force is the Stribeck level, against the motion."""
     lugre = rubbing["lugre"]
-    z = np.sign(v) * stribeck_level(lugre, v) / typical(lugre, "sigma0")
+    z = np.sign(v) * stribeck_level(lugre, v) / typical(lugre, "Fc")
     force, rates = friction(plant, lugre, at_speed(plant, v), z)
     assert rates[lugre.state("jack.friction.z")] == pytest.approx(0, abs=1e-12)
     assert force == pytest.approx(np.sign(v) * stribeck_level(rubbing["stribeck"], v), rel=1e-9)
@@ -141,7 +143,7 @@ def test_break_away_needs_more_than_sliding(rubbing):
     assert run.ok
     assert np.abs(v[t < 0.6]).max() < 1e-3
     away = 1600 * t[np.argmax(np.abs(v) > 0.01)]
-    assert typical(plant, "Fc") < away < 1.25 * typical(plant, "Fs")
+    assert typical(plant, "Fc") < away < 1.25 * typical(plant, "Fc") * typical(plant, "ratio")
 
 
 def test_a_linearisation_takes_dry_friction_for_damping(plant, with_effect):

@@ -113,6 +113,11 @@ class Assembly:
         """The value of a number, to scale a state by."""
         return self._values[name]
 
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects that act in this plant, in order."""
+        return tuple(effect for effect, _ in self._effects)
+
     def state(self, name: str, unit: str, scale: float, start: float = 0.0) -> ca.SX:
         """Declare a state; returns its symbol."""
         self._variables[name] = Variable(name, unit, scale, start)

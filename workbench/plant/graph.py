@@ -8,7 +8,7 @@ from ..errors import InputError
 from ..rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
-from .effects import Effect, resolve
+from .effects import LIBRARY, Effect, applies, resolve
 from .load import specimen_force
 from .main_stage import ValveFlows, second_order, three_stage
 from .pilot import Lands, pilot_stage
@@ -20,9 +20,11 @@ _BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
 def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     """The whole rig: command, specimen and disturbance in; every signal of the rig out.
 
-    `also` are effects beyond those that the rig declares, at their typical numbers.
+    `also` are effects beyond those that the rig declares, at their typical numbers. Raises InputError for an effect
+    that does not apply to this kind of rig.
     """
     b = _assembly(rig, rig.name, also)
+    _check_slots(rig, b.effects)
     command = b.input("command", "1", 1.0)
     cylinder = jacks.chambers(b, rig.jack)
     x = b.state("x", "m", rig["S"] / 2)
@@ -30,13 +32,14 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     supply = b.slot("supply", b["Ps"])
     valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
     b.slot("supply_flow", None, flow=_drawn(b, valve), supply=supply)
-    jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
+    travel, speed = b.slot("piston", (x, v))
+    jacks.continuity(b, cylinder, valve, travel, speed, b["Pr"])
     force = specimen_force(b, x, v)
-    acceleration = (jacks.rod_force(b, cylinder, x, v) - force) / b["M"]
+    acceleration = _acceleration(b, jacks.rod_force(b, cylinder, travel, speed), force, x, v)
     b.rate("x", v)
     b.rate("v", acceleration)
     _outputs(b, valve, cylinder, supply)
-    b.output(position=x + b["xmid"], velocity=v, acceleration=acceleration, force=force)
+    b.output(position=travel + b["xmid"], velocity=speed, acceleration=acceleration, force=force)
     return b.finish()
 
 
@@ -84,10 +87,25 @@ def _assembly(rig: Rig, name: str, also: Sequence[Effect] = ()) -> Assembly:
     return Assembly(name, {key: number.value for key, number in rig.numbers.items()}, effects)
 
 
+def _check_slots(rig: Rig, effects: Sequence[Effect]) -> None:
+    """An effect that would do nothing is a mistake."""
+    for effect in effects:
+        if not applies(effect, rig):
+            others = [e.formula for e in LIBRARY if e.name == effect.name and applies(e, rig)]
+            hint = f'formula "{others[0]}" does' if others else "take it out"
+            raise InputError(f"rig {rig.name}: {effect.title} does not apply to a {rig.valve} valve; {hint}")
+
+
 def _valve(b: Assembly, rig: Rig, command: ca.SX, lands: Lands, pilot_supply: ca.SX) -> ValveFlows:
     if rig.valve == "three-stage":
         return three_stage(b, command, lands, pilot_supply, b["Pr"], rig.corrector)
     return second_order(b, command, lands)
+
+
+def _acceleration(b: Assembly, rod: ca.SX, specimen: ca.SX, x: ca.SX, v: ca.SX) -> ca.SX:
+    """Acceleration [m/s^2] of the moving mass, between the rod and the load cell."""
+    body = b.slot("body_force", ca.SX(0), position=x, velocity=v)
+    return b.slot("acceleration", (rod - specimen - body) / b["M"], rod_force=rod, mass=b["M"])
 
 
 def _drawn(b: Assembly, valve: ValveFlows) -> ca.SX:

@@ -25,6 +25,11 @@ def main_openings(b: Assembly, z: ca.SX) -> tuple[ca.SX, ca.SX]:
     return b.slot("main_openings", plain, spool=z, lap=b["eps"], travel=b["z3max"])
 
 
+def main_flows(b: Assembly, openings: tuple[ca.SX, ca.SX], lands: Lands) -> tuple[ca.SX, ca.SX]:
+    """Flow into port A and out of port B [m^3/s] through the main lands of one valve."""
+    return b.slot("main_flows", land_flows(openings, b["K3"], (lands.a, lands.b), lands.supply, lands.drain))
+
+
 def three_stage(
     b: Assembly, command: ca.SX, lands: Lands, pilot_supply: ca.SX, drain: ca.SX, corrector: str
 ) -> ValveFlows:
@@ -51,9 +56,8 @@ def three_stage(
     b.rate("z3", v)
     b.rate("v3", force / b["M3"])
     b.dry_friction("Fs3")
-    into_a, out_of_b = land_flows(openings, b["K3"], ports, lands.supply, lands.drain)
     lowest = ca.fmin(pilot.lowest, ca.fmin(pg, pd))
-    return ValveFlows(into_a, out_of_b, lowest, {"current": current, "spool": z, **pilot.signals})
+    return ValveFlows(*main_flows(b, openings, lands), lowest, {"current": current, "spool": z, **pilot.signals})
 
 
 def second_order(b: Assembly, command: ca.SX, lands: Lands) -> ValveFlows:
@@ -65,8 +69,7 @@ def second_order(b: Assembly, command: ca.SX, lands: Lands) -> ValveFlows:
     demand = b["z3max"] * (b.slot("command", command) + b["z0"])
     b.rate("z3", v)
     b.rate("v3", w0 * w0 * (demand - z) - 2 * b["zeta"] * w0 * v)
-    into_a, out_of_b = land_flows(main_openings(b, z), b["K3"], (lands.a, lands.b), lands.supply, lands.drain)
-    return ValveFlows(into_a, out_of_b, lands.supply, {"spool": z})
+    return ValveFlows(*main_flows(b, main_openings(b, z), lands), lands.supply, {"spool": z})
 
 
 def _drive(b: Assembly, command: ca.SX, z: ca.SX, corrector: str) -> ca.SX:
@@ -83,7 +86,7 @@ def _drive(b: Assembly, command: ca.SX, z: ca.SX, corrector: str) -> ca.SX:
         excess = _saturate(demand, b["isat"]) - demand
         b.rate("c0", b["Kp"] * error / b["Ti"] + 400 * excess)
     demand = b.slot("corrector", demand, error=error, gain=b["Kp"], limit=b["isat"])
-    return b.slot("current", b["imax"] * _saturate(demand, b["isat"]), rated=b["imax"])
+    return b.slot("current", b["imax"] * _saturate(demand, b["isat"]), limit=b["imax"] * b["isat"])
 
 
 def _saturate(value: ca.SX, limit: ca.SX) -> ca.SX:

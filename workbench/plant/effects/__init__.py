@@ -3,24 +3,45 @@
 from collections.abc import Iterable, Mapping
 
 from ...errors import InputError, nearest
-from ...rig import EffectUse
+from ...rig import EffectUse, Rig
 from ...units import to_si
-from . import friction
+from . import air, compliance, drive, friction, lands, leakage, load, pilot, sensor, supply
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
+from .slots import SLOTS, Slot
 
-LIBRARY: tuple[Effect, ...] = friction.EFFECTS
+LIBRARY: tuple[Effect, ...] = (
+    *drive.EFFECTS,
+    *pilot.EFFECTS,
+    *friction.SPOOL,
+    *lands.EFFECTS,
+    *supply.EFFECTS,
+    *air.EFFECTS,
+    *leakage.EFFECTS,
+    *friction.JACK,
+    *load.EFFECTS,
+    *compliance.EFFECTS,
+    *sensor.EFFECTS,
+)
 
 __all__ = [
     "EQUATIONS",
     "LIBRARY",
+    "SLOTS",
     "Effect",
     "EffectInput",
     "EffectNumber",
     "EffectState",
     "Scope",
+    "Slot",
+    "applies",
     "find",
     "resolve",
 ]
+
+
+def applies(effect: Effect, rig: Rig) -> bool:
+    """Whether the plant of this rig has all the slots of the effect; a delay, which needs none, always applies."""
+    return rig.valve in effect.valves
 
 
 def find(name: str, formula: str) -> Effect:

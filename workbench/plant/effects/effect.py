@@ -6,6 +6,8 @@ from typing import Any
 
 import casadi as ca
 
+from ...errors import InputError, nearest
+from .slots import SLOTS
 
 EQUATIONS = ("drive", "pilot", "main", "flow", "force", "sensor")
 """Where a model can lack something: amplifier and spool loop, torque motor and pilot, main spool, chambers, motion."""
@@ -13,7 +15,7 @@ EQUATIONS = ("drive", "pilot", "main", "flow", "force", "sensor")
 
 @dataclass(frozen=True)
 class EffectNumber:
-    """A number of an effect: SI unit, a typical value and the range a fit may search.
+    """A number of an effect: SI unit, a typical value and the range a fit may search, all in SI.
 
     `shown` is the unit that people read; `dry` marks a Coulomb force that a linearisation sets to zero. `off` is the
     value at which the effect is gone; a number that only shapes the effect has none.
@@ -73,9 +75,25 @@ class Effect:
         """The name that a number or state of this effect has inside a plant."""
         return f"{self.name}.{name}"
 
+    @property
+    def title(self) -> str:
+        """Name and formula, as messages give them."""
+        return f"{self.name} {self.formula}".strip()
+
+    @property
+    def valves(self) -> frozenset[str]:
+        """The kinds of valve whose plant has all the slots of this effect."""
+        return frozenset.intersection(_ALL_VALVES, *(frozenset(SLOTS[slot].valves) for slot in self.laws))
+
+
+_ALL_VALVES = frozenset(valve for slot in SLOTS.values() for valve in slot.valves)
+
 
 class Scope:
-    """What a law may use: its numbers, its states, its inputs, and the quantities that the slot offers."""
+    """What a law may use: its numbers, its states, its inputs, and the quantities that the slot offers.
+
+    Every call raises InputError for a name that is not there.
+    """
 
     def __init__(
         self,
@@ -86,24 +104,34 @@ class Scope:
         rates: dict[str, ca.SX],
         context: Mapping[str, ca.SX],
     ) -> None:
-        self._effect, self._p, self._x, self._u, self._rates, self._context = effect, p, x, u, rates, context
+        self._effect, self._rates, self._context = effect, rates, context
+        self._p = {number.name: p[effect.key(number.name)] for number in effect.numbers}
+        self._x = {state.name: x[effect.key(state.name)] for state in effect.states}
+        self._u = {given.name: u[effect.key(given.name)] for given in effect.inputs}
 
     def p(self, name: str) -> ca.SX:
         """A number of this effect."""
-        return self._p[self._effect.key(name)]
+        return self._known(self._p, name, "number")
 
     def x(self, name: str) -> ca.SX:
         """A state of this effect."""
-        return self._x[self._effect.key(name)]
+        return self._known(self._x, name, "state")
 
     def u(self, name: str) -> ca.SX:
         """An input of this effect."""
-        return self._u[self._effect.key(name)]
+        return self._known(self._u, name, "input")
 
     def rate(self, name: str, expression: ca.SX) -> None:
         """The time derivative of a state of this effect."""
+        self._known(self._x, name, "state")
         self._rates[self._effect.key(name)] = expression
 
     def __getitem__(self, name: str) -> ca.SX:
         """A quantity that the slot offers, such as `velocity`."""
-        return self._context[name]
+        return self._known(self._context, name, "quantity in this slot")
+
+    def _known(self, of: Mapping[str, ca.SX], name: str, kind: str) -> ca.SX:
+        if name not in of:
+            hint = nearest(name, of) if of else "it has none"
+            raise InputError(f'{self._effect.title}: no {kind} "{name}"; {hint}')
+        return of[name]

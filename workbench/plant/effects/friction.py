@@ -1,74 +1,129 @@
-"""jack.friction: seals and bearings of the jack. Force [N] against the velocity [m/s], added to the viscous b v."""
+"""Dry friction: of the jack's seals and bearings (jack.friction) and of the main spool in its bore (main.stiction).
+
+Force [N] against the velocity v [m/s], beside the viscous force that the base plant has. One set of formulas serves
+both; they differ in the speed over which the Coulomb step is spread and in what is typical.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
 from .effect import Effect, EffectNumber, EffectState, Scope
 
-_CREEP = 2e-3  # m/s: the Coulomb step is spread over this speed
+_ARMSTRONG = "Armstrong-Helouvry et al., Automatica 30(7), 1994"
+_CANUDAS = "Canudas de Wit et al., IEEE Trans. Automatic Control 40(3), 1995, eqs. 1-4, sigma0 = Fc/d, sigma1 = Fc td/d"
 
-_SHOWS = "slow triangles with reversals, and starts from rest"
-_COULOMB = EffectNumber("Fc", "N", "N", 800.0, 0.0, 2e4, "Coulomb friction", dry=True, off=0.0)
-_STATIC = EffectNumber("Fs", "N", "N", 1200.0, 0.0, 4e4, "break-away friction", dry=True, off=0.0)
-_STRIBECK = EffectNumber("vs", "m/s", "m/s", 0.02, 1e-3, 0.5, "Stribeck speed")
+_Law = Callable[[Any, Scope], Any]
 
 
-def _coulomb(force: ca.SX, s: Scope) -> ca.SX:
-    """F = Fc tanh(v / v0), v0 = 2 mm/s."""
-    return force + s.p("Fc") * ca.tanh(s["velocity"] / _CREEP)
+@dataclass(frozen=True)
+class _Rubbing:
+    """What rubs: names, creep speed [m/s], typical and highest Coulomb force [N], Stribeck speed [m/s], bristle [m]."""
+
+    name: str
+    slot: str
+    equation: str
+    family: str
+    shows: str
+    creep: float
+    typical: float
+    highest: float
+    stribeck: tuple[float, float, float]
+    bristle: tuple[float, float, float]
 
 
-def _stribeck_level(s: Scope) -> ca.SX:
-    ratio = s["velocity"] / s.p("vs")
-    return s.p("Fc") + (s.p("Fs") - s.p("Fc")) * ca.exp(-ratio * ratio)
+_JACK = _Rubbing(
+    "jack.friction",
+    "friction",
+    "force",
+    "",
+    "slow triangles with reversals, and starts from rest",
+    creep=2e-3,
+    typical=800.0,
+    highest=2e4,
+    stribeck=(0.02, 1e-3, 0.5),
+    bristle=(4e-5, 1e-6, 1e-3),
+)
+_SPOOL = _Rubbing(
+    "main.stiction",
+    "main_friction",
+    "main",
+    "spool stick",
+    "slow triangles of the command, and small steps about a held opening, with current and spool recorded",
+    creep=2e-4,
+    typical=800.0,
+    highest=8e3,
+    stribeck=(5e-3, 2e-4, 0.2),
+    bristle=(2e-6, 1e-7, 1e-4),
+)
 
 
-def _stribeck(force: ca.SX, s: Scope) -> ca.SX:
-    """F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] tanh(v / v0)."""
-    return force + _stribeck_level(s) * ca.tanh(s["velocity"] / _CREEP)
+def _peak(velocity: ca.SX, s: Scope) -> ca.SX:
+    """exp(-(v/vs)^2): how much of the break-away force is left."""
+    ratio = velocity / s.p("vs")
+    return ca.exp(-ratio * ratio)
+
+
+def _coulomb(creep: float) -> _Law:
+    def law(force: ca.SX, s: Scope) -> ca.SX:
+        """F = Fc tanh(v/v0)."""
+        return force + s.p("Fc") * ca.tanh(s["velocity"] / creep)
+
+    return law
+
+
+def _stribeck(creep: float) -> _Law:
+    def law(force: ca.SX, s: Scope) -> ca.SX:
+        """F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] tanh(v/v0)."""
+        level = s.p("Fc") + (s.p("Fs") - s.p("Fc")) * _peak(s["velocity"], s)
+        return force + level * ca.tanh(s["velocity"] / creep)
+
+    return law
 
 
 def _lugre(force: ca.SX, s: Scope) -> ca.SX:
-    """z' = v - sigma0 |v| z / g(v), F = sigma0 z + sigma1 z'; g is the Stribeck level."""
+    """F = Fc (z + td z'), d z' = v - |v| z/g, g = 1 + (ratio - 1) exp(-(v/vs)^2).
+
+    The published LuGre model with its bristle measured in d, the deflection at which it carries Fc: it has no
+    quotient of forces, so that Fc may be 0.
+    """
     v, z = s["velocity"], s.x("z")
-    stiffness = s.p("sigma0")
-    rate = v - stiffness * ca.fabs(v) / _stribeck_level(s) * z
+    level = 1 + (s.p("ratio") - 1) * _peak(v, s)
+    rate = (v - ca.fabs(v) * z / level) / s.p("d")
     s.rate("z", rate)
-    return force + stiffness * z + s.p("sigma1") * rate
+    return force + s.p("Fc") * (z + s.p("td") * rate)
 
 
-EFFECTS = (
-    Effect(
-        "jack.friction",
-        "coulomb",
-        "force",
-        "Armstrong-Helouvry et al., Automatica 30(7), 1994",
-        _SHOWS,
-        {"friction": _coulomb},
-        (_COULOMB,),
-    ),
-    Effect(
-        "jack.friction",
-        "stribeck",
-        "force",
-        "Armstrong-Helouvry et al., Automatica 30(7), 1994",
-        _SHOWS,
-        {"friction": _stribeck},
-        (_COULOMB, _STATIC, _STRIBECK),
-    ),
-    Effect(
-        "jack.friction",
-        "lugre",
-        "force",
-        "Canudas de Wit et al., IEEE Trans. Automatic Control 40(3), 1995, eqs. 1-4",
-        _SHOWS,
-        {"friction": _lugre},
-        (
-            EffectNumber("Fc", "N", "N", 800.0, 1.0, 2e4, "Coulomb friction", off=1.0),
-            EffectNumber("Fs", "N", "N", 1200.0, 1.0, 4e4, "break-away friction", off=1.0),
-            _STRIBECK,
-            EffectNumber("sigma0", "N/m", "N/um", 2e7, 1e5, 1e9, "bristle stiffness", dry=True),
-            EffectNumber("sigma1", "N s/m", "N s/m", 2e4, 0.0, 1e6, "bristle damping", dry=True),
-        ),
-        (EffectState("z", "m", 1e-4),),
-    ),
-)
+def _formulas(of: _Rubbing) -> tuple[Effect, ...]:
+    coulomb = EffectNumber("Fc", "N", "N", of.typical, 0.0, of.highest, "Coulomb friction", dry=True, off=0.0)
+    static = EffectNumber(
+        "Fs", "N", "N", 1.5 * of.typical, 0.0, 2 * of.highest, "break-away friction", dry=True, off=0.0
+    )
+    stribeck = EffectNumber("vs", "m/s", "mm/s", *of.stribeck, "Stribeck speed")
+    bristle = (
+        EffectNumber("ratio", "1", "1", 1.5, 1.0, 4.0, "break-away over Coulomb friction"),
+        stribeck,
+        EffectNumber("d", "m", "um", *of.bristle, "deflection at which the bristles carry Fc"),
+        EffectNumber("td", "s", "ms", 1e-3, 0.0, 1e-2, "damping time of the bristles"),
+    )
+
+    def effect(
+        formula: str,
+        source: str,
+        law: _Law,
+        numbers: tuple[EffectNumber, ...],
+        states: tuple[EffectState, ...] = (),
+    ) -> Effect:
+        laws = {of.slot: law}
+        return Effect(of.name, formula, of.equation, source, of.shows, laws, numbers, states, family=of.family)
+
+    return (
+        effect("coulomb", _ARMSTRONG, _coulomb(of.creep), (coulomb,)),
+        effect("stribeck", _ARMSTRONG, _stribeck(of.creep), (coulomb, static, stribeck)),
+        effect("lugre", _CANUDAS, _lugre, (coulomb, *bristle), (EffectState("z", "1", 1.0),)),
+    )
+
+
+SPOOL, JACK = _formulas(_SPOOL), _formulas(_JACK)

@@ -1,0 +1,42 @@
+"""The slots: the places in the plant's equations where effects may change what passes through.
+
+Effects in the same slot act one after the other, in the order in which a rig declares them.
+"""
+
+from dataclasses import dataclass
+
+_BOTH = ("three-stage", "second-order")
+_THREE_STAGE = ("three-stage",)
+
+
+@dataclass(frozen=True)
+class Slot:
+    """What passes through a slot [SI], what its laws may read as s["name"], and the kinds of valve that have it."""
+
+    passes: str
+    offers: tuple[str, ...] = ()
+    valves: tuple[str, ...] = _BOTH
+
+
+SLOTS = {
+    "command": Slot("spool-position command [1] after the drive's input"),
+    "corrector": Slot("output of the spool loop over rated current [1]", ("error", "gain", "limit"), _THREE_STAGE),
+    "current": Slot("pilot current [A], as measured", ("limit",), _THREE_STAGE),
+    "motor_current": Slot("current [A] that makes torque in the motor", (), _THREE_STAGE),
+    "main_friction": Slot("dry friction [N] against the main spool's motion", ("spool", "velocity"), _THREE_STAGE),
+    "main_openings": Slot("openings (o(z), o(-z)) [m] of the main lands", ("spool", "lap", "travel")),
+    "main_flows": Slot("flows (into A, out of B) [m^3/s] of one valve"),
+    "supply": Slot("supply pressure [Pa] at the valve"),
+    "supply_flow": Slot("nothing: here the flow [m^3/s] drawn from the supply is known", ("flow", "supply")),
+    "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain")),
+    "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
+    "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop")),
+    "load": Slot("load-cell force [N], against positive motion", ("position", "velocity")),
+    "body_force": Slot(
+        "force [N] on the moving mass past the load cell, against its positive motion", ("position", "velocity")
+    ),
+    "acceleration": Slot("acceleration [m/s^2] of the moving mass", ("rod_force", "mass")),
+    "piston": Slot("position and velocity (x [m], v [m/s]) of the piston in its cylinder"),
+    "sensor_pa": Slot("pressure signal of chamber A [Pa]"),
+    "sensor_pb": Slot("pressure signal of chamber B [Pa]"),
+}
