@@ -73,7 +73,7 @@ def _bounded(rig: Rig, plant: Plant) -> tuple[np.ndarray, np.ndarray, np.ndarray
     """Places in the parameter vector of the rig's numbers that have bounds, and these [SI]."""
     found = [(name, n.low, n.high) for name, n in rig.numbers.items()]
     for use in rig.effects:
-        effect = find(use.name, use.formula)
+        effect = find(use.name, use.formula, rig.effect_files)
         si = {number.name: number.si for number in effect.numbers}
         found += [
             (effect.key(name), *(b if b is None else float(to_si(b, n.unit, si[name])) for b in (n.low, n.high)))

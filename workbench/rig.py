@@ -1,8 +1,9 @@
 """A rig: every number of plant, limits and sensors once, with its value, unit, source and bounds.
 
 A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load`, `limits`,
-`control`, `sensors.NAME` and `effects`. A number is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`;
-`bounds` (in the same unit) are how far a fit may move it. Everything is SI once read.
+`control`, `sensors.NAME` and `effects`; `effect_files` lists Python files beside it with a user's own effects. A number
+is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are how far a fit may
+move it. Everything is SI once read.
 """
 
 from collections.abc import Mapping
@@ -20,7 +21,7 @@ from .signals import SIGNALS
 from .toml import check_keys, read_toml
 from .units import from_si, to_si
 
-TITLES = ("name", "title", "source", "recordings")
+TITLES = ("name", "title", "source", "recordings", "effect_files")
 TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "effects")
 
 
@@ -61,7 +62,10 @@ class EffectUse:
 
 @dataclass(frozen=True)
 class Rig:
-    """All that is known of a rig. `numbers` are those of the plant; `limits` and `period` those of its controller."""
+    """All that is known of a rig. `numbers` are those of the plant; `limits` and `period` those of its controller.
+
+    `effect_files` are Python files with effects that the library lacks, by absolute path; see plant/effects.
+    """
 
     name: str
     title: str
@@ -75,6 +79,7 @@ class Rig:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     effects: tuple[EffectUse, ...] = ()
     recordings: str = ""
+    effect_files: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number."""
@@ -164,6 +169,7 @@ def _parse(path: Path, shown: str) -> Rig:
         sensors=read.sensors(),
         effects=read.effects(),
         recordings=str(table.get("recordings", "")),
+        effect_files=read.effect_files(path.parent),
     )
 
 
@@ -211,6 +217,13 @@ class _Reader:
         if not isinstance(uses, list):
             raise InputError(f"{self.shown}: effects must be a list of tables; write [[effects]]")
         return tuple(self.effect(use) for use in uses)
+
+    def effect_files(self, beside: Path) -> tuple[str, ...]:
+        """Paths of a user's effects; what is in them is checked where effects are known."""
+        files = self.table.get("effect_files", [])
+        if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
+            raise InputError(f'{self.shown}: effect_files must be a list of paths; write effect_files = ["mine.py"]')
+        return tuple(str((beside / name).resolve()) for name in files)
 
     def kind(self, section: str, key: str, known: Mapping[str, Any]) -> str:
         """A word out of a list."""
@@ -308,6 +321,7 @@ def rig_table(rig: Rig) -> dict[str, Any]:
     ]
     return {
         **{key: text for key, text in titles.items() if text},
+        **({"effect_files": list(rig.effect_files)} if rig.effect_files else {}),
         **filled,
         "limits": {name: _entry(number) for name, number in rig.limits.items()},
         "control": {"period": _entry(rig.period)},

@@ -7,7 +7,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ..errors import InputError
 from .effects.effect import Effect, Scope
+from .effects.slots import SLOTS
 
 
 @dataclass(frozen=True)
@@ -145,10 +147,9 @@ class Assembly:
     def slot(self, name: str, value: Any, **context: ca.SX) -> Any:
         """Pass a quantity through every effect in this slot; with none it comes back as it was."""
         for effect, _ in self._effects:
-            law = effect.laws.get(name)
-            if law is not None:
+            if name in effect.laws:
                 u = {key: symbol for key, (_, symbol) in self._effect_inputs.items()}
-                value = law(value, Scope(effect, self._p, self._x, u, self._rates, context))
+                value = _passed(effect, name, value, Scope(effect, self._p, self._x, u, self._rates, context))
         return value
 
     def _add_effect(self, effect: Effect, values: Mapping[str, float]) -> None:
@@ -174,7 +175,7 @@ class Assembly:
         p = ca.vertcat(*self._p.values())
         missing = [name for name in self._x if name not in self._rates]
         if missing:
-            raise ValueError(f"plant {self.name}: no rate for state {missing[0]}")
+            raise InputError(f"plant {self.name}: no rate for state {missing[0]}; its law must call s.rate")
         names = ["x", "u", "p"]
         rates = ca.vertcat(*(self._rates[name] for name in self._x))
         outputs = ca.vertcat(*self._outputs.values())
@@ -190,3 +191,24 @@ class Assembly:
             dry_friction=tuple(self._dry),
             delay=self._delay,
         )
+
+
+def _passed(effect: Effect, slot: str, value: Any, scope: Scope) -> Any:
+    """What a law makes of a slot's value; a law is anybody's code, so its mistakes are told with its name."""
+    where = f"{effect.title}: its law in slot {slot}"
+    try:
+        after = effect.laws[slot](value, scope)
+        form = [ca.SX(part).shape for part in _parts(after)]
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"{where} fails: {type(error).__name__}: {' '.join(str(error).split())}") from error
+    if form != [(1, 1)] * len(_parts(value)):
+        raise InputError(f"{where} must return what it is given: {SLOTS[slot].passes}")
+    return after
+
+
+def _parts(value: Any) -> tuple[Any, ...]:
+    if value is None:
+        return ()
+    return value if isinstance(value, tuple) else (value,)

@@ -8,7 +8,7 @@ from ..errors import InputError
 from ..rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
-from .effects import LIBRARY, Effect, applies, resolve
+from .effects import Effect, applies, known_effects, resolve
 from .load import specimen_force
 from .main_stage import ValveFlows, second_order, three_stage
 from .pilot import Lands, pilot_stage
@@ -80,7 +80,7 @@ def build_valve_bench(rig: Rig) -> Plant:
 
 def _assembly(rig: Rig, name: str, also: Sequence[Effect] = ()) -> Assembly:
     try:
-        effects = resolve(rig.effects)
+        effects = resolve(rig.effects, rig.effect_files)
     except InputError as error:
         raise InputError(f"rig {rig.name}: {error}") from None
     effects += tuple((effect, {number.name: number.typical for number in effect.numbers}) for effect in also)
@@ -91,7 +91,8 @@ def _check_slots(rig: Rig, effects: Sequence[Effect]) -> None:
     """An effect that would do nothing is a mistake."""
     for effect in effects:
         if not applies(effect, rig):
-            others = [e.formula for e in LIBRARY if e.name == effect.name and applies(e, rig)]
+            same = (e for e in known_effects(rig.effect_files) if e.name == effect.name)
+            others = [e.formula for e in same if applies(e, rig)]
             hint = f'formula "{others[0]}" does' if others else "take it out"
             raise InputError(f"rig {rig.name}: {effect.title} does not apply to a {rig.valve} valve; {hint}")
 

@@ -1,26 +1,24 @@
 """Dry friction: of the jack's seals and bearings (jack.friction) and of the main spool in its bore (main.stiction).
 
 Force [N] against the velocity v [m/s], beside the viscous force that the base plant has. One set of formulas serves
-both; they differ in the speed over which the Coulomb step is spread and in what is typical.
+both; they differ in the speed v0 over which the Coulomb step is spread and in what is typical.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import casadi as ca
 
-from .effect import Effect, EffectNumber, EffectState, Scope
+from .author import effect, number, state
+from .effect import Effect, Scope
 
 _ARMSTRONG = "Armstrong-Helouvry et al., Automatica 30(7), 1994"
 _CANUDAS = "Canudas de Wit et al., IEEE Trans. Automatic Control 40(3), 1995, eqs. 1-4, sigma0 = Fc/d, sigma1 = Fc td/d"
 
-_Law = Callable[[Any, Scope], Any]
-
 
 @dataclass(frozen=True)
 class _Rubbing:
-    """What rubs: names, creep speed [m/s], typical and highest Coulomb force [N], Stribeck speed [m/s], bristle [m]."""
+    """What rubs: names, creep speed v0 [m/s], Coulomb force [N]; typical, low, high Stribeck speed, bristle [m]."""
 
     name: str
     slot: str
@@ -66,64 +64,45 @@ def _peak(velocity: ca.SX, s: Scope) -> ca.SX:
     return ca.exp(-ratio * ratio)
 
 
-def _coulomb(creep: float) -> _Law:
-    def law(force: ca.SX, s: Scope) -> ca.SX:
-        """F = Fc tanh(v/v0)."""
-        return force + s.p("Fc") * ca.tanh(s["velocity"] / creep)
-
-    return law
-
-
-def _stribeck(creep: float) -> _Law:
-    def law(force: ca.SX, s: Scope) -> ca.SX:
-        """F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] tanh(v/v0)."""
-        level = s.p("Fc") + (s.p("Fs") - s.p("Fc")) * _peak(s["velocity"], s)
-        return force + level * ca.tanh(s["velocity"] / creep)
-
-    return law
-
-
-def _lugre(force: ca.SX, s: Scope) -> ca.SX:
-    """F = Fc (z + td z'), d z' = v - |v| z/g, g = 1 + (ratio - 1) exp(-(v/vs)^2).
-
-    The published LuGre model with its bristle measured in d, the deflection at which it carries Fc: it has no
-    quotient of forces, so that Fc may be 0.
-    """
-    v, z = s["velocity"], s.x("z")
-    level = 1 + (s.p("ratio") - 1) * _peak(v, s)
-    rate = (v - ca.fabs(v) * z / level) / s.p("d")
-    s.rate("z", rate)
-    return force + s.p("Fc") * (z + s.p("td") * rate)
-
-
 def _formulas(of: _Rubbing) -> tuple[Effect, ...]:
-    coulomb = EffectNumber("Fc", "N", "N", of.typical, 0.0, of.highest, "Coulomb friction", dry=True, off=0.0)
-    static = EffectNumber(
-        "Fs", "N", "N", 1.5 * of.typical, 0.0, 2 * of.highest, "break-away friction", dry=True, off=0.0
-    )
-    stribeck = EffectNumber("vs", "m/s", "mm/s", *of.stribeck, "Stribeck speed")
+    force = partial(number, si="N", low=0.0, off=0.0, dry=True)
+    fc = force("Fc", of.typical, high=of.highest, meaning="Coulomb friction")
+    fs = force("Fs", 1.5 * of.typical, high=2 * of.highest, meaning="break-away friction")
+    vs, d = (dict(zip(("typical", "low", "high"), r, strict=True)) for r in (of.stribeck, of.bristle))
+    speed = number("vs", si="m/s", shown="mm/s", meaning="Stribeck speed", **vs)
     bristle = (
-        EffectNumber("ratio", "1", "1", 1.5, 1.0, 4.0, "break-away over Coulomb friction"),
-        stribeck,
-        EffectNumber("d", "m", "um", *of.bristle, "deflection at which the bristles carry Fc"),
-        EffectNumber("td", "s", "ms", 1e-3, 0.0, 1e-2, "damping time of the bristles"),
+        number("ratio", 1.5, "1", low=1.0, high=4.0, meaning="break-away over Coulomb friction"),
+        speed,
+        number("d", si="m", shown="um", meaning="deflection at which the bristles carry Fc", **d),
+        number("td", 1e-3, "s", shown="ms", low=0.0, high=1e-2, meaning="damping time of the bristles"),
     )
+    here = partial(effect, of.name, equation=of.equation, family=of.family, slot=of.slot, shows=of.shows)
 
-    def effect(
-        formula: str,
-        source: str,
-        law: _Law,
-        numbers: tuple[EffectNumber, ...],
-        states: tuple[EffectState, ...] = (),
-    ) -> Effect:
-        laws = {of.slot: law}
-        return Effect(of.name, formula, of.equation, source, of.shows, laws, numbers, states, family=of.family)
+    @here("coulomb", source=_ARMSTRONG, numbers=(fc,))
+    def coulomb(friction: ca.SX, s: Scope) -> ca.SX:
+        """F = Fc tanh(v/v0), v0 = 2 mm/s for a jack, 0.2 mm/s for a spool."""
+        return friction + s.p("Fc") * ca.tanh(s["velocity"] / of.creep)
 
-    return (
-        effect("coulomb", _ARMSTRONG, _coulomb(of.creep), (coulomb,)),
-        effect("stribeck", _ARMSTRONG, _stribeck(of.creep), (coulomb, static, stribeck)),
-        effect("lugre", _CANUDAS, _lugre, (coulomb, *bristle), (EffectState("z", "1", 1.0),)),
-    )
+    @here("stribeck", source=_ARMSTRONG, numbers=(fc, fs, speed))
+    def stribeck(friction: ca.SX, s: Scope) -> ca.SX:
+        """F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] tanh(v/v0), v0 = 2 mm/s for a jack, 0.2 mm/s for a spool."""
+        level = s.p("Fc") + (s.p("Fs") - s.p("Fc")) * _peak(s["velocity"], s)
+        return friction + level * ca.tanh(s["velocity"] / of.creep)
+
+    @here("lugre", source=_CANUDAS, numbers=(fc, *bristle), states=(state("z", "1", 1.0),))
+    def lugre(friction: ca.SX, s: Scope) -> ca.SX:
+        """F = Fc (z + td z'), d z' = v - |v| z/g, g = 1 + (ratio - 1) exp(-(v/vs)^2).
+
+        The published LuGre model with its bristle measured in d, the deflection at which it carries Fc: it has no
+        quotient of forces, so that Fc may be 0.
+        """
+        v, z = s["velocity"], s.x("z")
+        rate = (v - ca.fabs(v) * z / (1 + (s.p("ratio") - 1) * _peak(v, s))) / s.p("d")
+        s.rate("z", rate)
+        return friction + s.p("Fc") * (z + s.p("td") * rate)
+
+    return coulomb, stribeck, lugre
 
 
-SPOOL, JACK = _formulas(_SPOOL), _formulas(_JACK)
+spool_coulomb, spool_stribeck, spool_lugre = _formulas(_SPOOL)
+jack_coulomb, jack_stribeck, jack_lugre = _formulas(_JACK)

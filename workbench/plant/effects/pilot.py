@@ -5,32 +5,77 @@ Every formula is driven by the current itself, never by its rate: a command held
 
 import casadi as ca
 
-from .effect import Effect, EffectNumber, EffectState, Scope
+from .author import effect, number, state
+from .effect import EffectState, Scope
 
 _FAST = 5e-5  # s: a play operator is dragged along this fast; a loop does not depend on it below some 500 Hz
 _PLAYS = 3
 
+_SHOWS = "slow triangles of the command with reversals, with current and spool recorded"
+_FAMILY = "spool stick"
+_R = number("r", 3e-4, "A", shown="mA", low=0.0, high=5e-3, off=0.0, meaning="half the width of the loop")
 
-def _play_of(current: ca.SX, s: Scope, state: str, half: ca.SX) -> ca.SX:
-    """The part of the current that a play of half-width `half` [A] holds back; `state` is dragged at its edges."""
-    gap = current - s.x(state)
+
+def _state(name: str) -> EffectState:
+    return state(name, "A", 0.02)
+
+
+def _held(current: ca.SX, s: Scope, dragged: str, half: ca.SX) -> ca.SX:
+    """The part of the current that a play of half-width `half` [A] holds back; its state is dragged at its edges."""
+    gap = current - s.x(dragged)
     held = ca.fmax(ca.fmin(gap, half), -half)
-    s.rate(state, (gap - held) / _FAST)
+    s.rate(dragged, (gap - held) / _FAST)
     return held
 
 
-def _play(current: ca.SX, s: Scope) -> ca.SX:
+@effect(
+    "pilot.hysteresis",
+    "play",
+    equation="pilot",
+    family=_FAMILY,
+    slot="motor_current",
+    source="Brokate, Sprekels, Hysteresis and Phase Transitions, Springer 1996, ch. 2: play operator",
+    shows=_SHOWS,
+    numbers=(_R,),
+    states=(_state("w"),),
+)
+def play(current: ca.SX, s: Scope) -> ca.SX:
     """acting = i - sat(i - w, r), T0 w' = (i - w) - sat(i - w, r), T0 = 50 us: backlash of half-width r."""
-    return current - _play_of(current, s, "w", s.p("r"))
+    return current - _held(current, s, "w", s.p("r"))
 
 
-def _prandtl_ishlinskii(current: ca.SX, s: Scope) -> ca.SX:
+@effect(
+    "pilot.hysteresis",
+    "prandtl-ishlinskii",
+    equation="pilot",
+    family=_FAMILY,
+    slot="motor_current",
+    source="Kuhnen, European Journal of Control 9(4), 2003: superposition of plays",
+    shows=_SHOWS,
+    numbers=(_R,),
+    states=tuple(_state(f"w{j}") for j in range(1, _PLAYS + 1)),
+)
+def prandtl_ishlinskii(current: ca.SX, s: Scope) -> ca.SX:
     """acting = i - sum over j = 1..3 of sat(i - wj, rj)/2, T0 wj' = (i - wj) - sat(i - wj, rj), rj = j r/3."""
-    held = [_play_of(current, s, f"w{j}", s.p("r") * j / _PLAYS) for j in range(1, _PLAYS + 1)]
+    held = [_held(current, s, f"w{j}", s.p("r") * j / _PLAYS) for j in range(1, _PLAYS + 1)]
     return current - ca.sum1(ca.vertcat(*held)) / 2
 
 
-def _bouc_wen(current: ca.SX, s: Scope) -> ca.SX:
+@effect(
+    "pilot.hysteresis",
+    "bouc-wen",
+    equation="pilot",
+    family=_FAMILY,
+    slot="motor_current",
+    source="Wen, Journal of the Engineering Mechanics Division ASCE 102(2), 1976",
+    shows=_SHOWS,
+    numbers=(
+        number("a", 0.3, "1", low=0.0, high=0.5, off=0.0, meaning="half the width of the loop over `width`"),
+        number("width", 1e-3, "A", shown="mA", low=1e-4, high=1e-2, meaning="current over which the loop turns"),
+    ),
+    states=(_state("w"), state("z", "1", 1.0)),
+)
+def bouc_wen(current: ca.SX, s: Scope) -> ca.SX:
     """acting = i - a width z, z' = (di - |di| z)/width, di = (i - w)/T0 = w': Bouc-Wen with n = 1, T0 = 50 us.
 
     Half the width of the loop is a width; where it turns, the slope is 1 - 2 a: above a = 0.5 it would turn back.
@@ -39,51 +84,3 @@ def _bouc_wen(current: ca.SX, s: Scope) -> ca.SX:
     s.rate("w", rate)
     s.rate("z", (rate - ca.fabs(rate) * s.x("z")) / s.p("width"))
     return current - s.p("a") * s.p("width") * s.x("z")
-
-
-_R = EffectNumber("r", "A", "mA", 3e-4, 0.0, 5e-3, "half the width of the loop", off=0.0)
-_SHOWS = "slow triangles of the command with reversals, with current and spool recorded"
-
-
-def _current_state(name: str) -> EffectState:
-    return EffectState(name, "A", 0.02)
-
-
-EFFECTS = (
-    Effect(
-        "pilot.hysteresis",
-        "play",
-        "pilot",
-        "Brokate, Sprekels, Hysteresis and Phase Transitions, Springer 1996, sec. 2.1: play operator",
-        _SHOWS,
-        {"motor_current": _play},
-        (_R,),
-        (_current_state("w"),),
-        family="spool stick",
-    ),
-    Effect(
-        "pilot.hysteresis",
-        "prandtl-ishlinskii",
-        "pilot",
-        "Kuhnen, European Journal of Control 9(4), 2003: superposition of plays",
-        _SHOWS,
-        {"motor_current": _prandtl_ishlinskii},
-        (_R,),
-        tuple(_current_state(f"w{j}") for j in range(1, _PLAYS + 1)),
-        family="spool stick",
-    ),
-    Effect(
-        "pilot.hysteresis",
-        "bouc-wen",
-        "pilot",
-        "Wen, Journal of the Engineering Mechanics Division ASCE 102(2), 1976, eq. 2",
-        _SHOWS,
-        {"motor_current": _bouc_wen},
-        (
-            EffectNumber("a", "1", "1", 0.3, 0.0, 0.5, "half the width of the loop over `width`", off=0.0),
-            EffectNumber("width", "A", "mA", 1e-3, 1e-4, 1e-2, "current over which the loop turns"),
-        ),
-        (_current_state("w"), EffectState("z", "1", 1.0)),
-        family="spool stick",
-    ),
-)

@@ -1,16 +1,24 @@
 """sensor.lag: the pressure transducers sit at the end of lines and answer late."""
 
+from functools import partial
+
 import casadi as ca
 
-from .effect import Effect, EffectNumber, EffectState, Scope
+from .author import effect, number, state
+from .effect import Scope
 from .lag import first_order, second_order
 
-_SHOWS = "fast multisine and steps on the command, with both pressures and acceleration or spool recorded"
+_DOEBELIN = "Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, ch. 6: transducer and tubing"
+_A, _B = state("a", "Pa", 1e7, 1e7), state("b", "Pa", 1e7, 1e7)
+_A_RATE, _B_RATE = state("a_rate", "Pa", 1e7), state("b_rate", "Pa", 1e7)
 
-
-def _lag_a(pressure: ca.SX, s: Scope) -> ca.SX:
-    """tau y' = pA - y."""
-    return first_order(pressure, s, "a")
+_lag = partial(
+    effect,
+    "sensor.lag",
+    equation="sensor",
+    slot="sensor_pa",
+    shows="fast multisine and steps on the command, with both pressures and acceleration or spool recorded",
+)
 
 
 def _lag_b(pressure: ca.SX, s: Scope) -> ca.SX:
@@ -18,9 +26,16 @@ def _lag_b(pressure: ca.SX, s: Scope) -> ca.SX:
     return first_order(pressure, s, "b")
 
 
-def _line_a(pressure: ca.SX, s: Scope) -> ca.SX:
-    """tau^2 y'' + 2 zeta tau y' + y = pA."""
-    return second_order(pressure, s, "a")
+@_lag(
+    "first order",
+    also={"sensor_pb": _lag_b},
+    source=f"{_DOEBELIN}, heavily damped",
+    numbers=(number("tau", 2e-3, "s", shown="ms", low=0.0, high=0.1, off=0.0, meaning="time constant"),),
+    states=(_A, _B),
+)
+def first_order_lag(pressure: ca.SX, s: Scope) -> ca.SX:
+    """tau y' = pA - y, and so for pB."""
+    return first_order(pressure, s, "a")
 
 
 def _line_b(pressure: ca.SX, s: Scope) -> ca.SX:
@@ -28,32 +43,16 @@ def _line_b(pressure: ca.SX, s: Scope) -> ca.SX:
     return second_order(pressure, s, "b")
 
 
-def _states(*names: str) -> tuple[EffectState, ...]:
-    return tuple(EffectState(name, "Pa", 1e7, 0.0 if name.endswith("rate") else 1e7) for name in names)
-
-
-EFFECTS = (
-    Effect(
-        "sensor.lag",
-        "first order",
-        "sensor",
-        "Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, sec. 6.6: transducer and tubing, heavily damped",
-        _SHOWS,
-        {"sensor_pa": _lag_a, "sensor_pb": _lag_b},
-        (EffectNumber("tau", "s", "ms", 2e-3, 0.0, 0.1, "time constant", off=0.0),),
-        _states("a", "b"),
+@_lag(
+    "line",
+    also={"sensor_pb": _line_b},
+    source=f"{_DOEBELIN}, slightly damped",
+    numbers=(
+        number("tau", 2e-3, "s", shown="ms", low=0.0, high=0.05, off=0.0, meaning="period of the resonance over 2 pi"),
+        number("zeta", 0.3, "1", low=0.05, high=1.5, meaning="its damping ratio"),
     ),
-    Effect(
-        "sensor.lag",
-        "line",
-        "sensor",
-        "Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, sec. 6.6: transducer and tubing, slightly damped",
-        _SHOWS,
-        {"sensor_pa": _line_a, "sensor_pb": _line_b},
-        (
-            EffectNumber("tau", "s", "ms", 2e-3, 0.0, 0.05, "1/(2 pi) of the period of the line's resonance", off=0.0),
-            EffectNumber("zeta", "1", "1", 0.3, 0.05, 1.5, "its damping ratio"),
-        ),
-        _states("a", "a_rate", "b", "b_rate"),
-    ),
+    states=(_A, _A_RATE, _B, _B_RATE),
 )
+def line(pressure: ca.SX, s: Scope) -> ca.SX:
+    """tau^2 y'' + 2 zeta tau y' + y = pA, and so for pB."""
+    return second_order(pressure, s, "a")

@@ -1,0 +1,118 @@
+"""All effects that a rig can name, those of the library and those of its own files, and the ones it declares."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+
+from ...errors import InputError, nearest
+from ...rig import EffectUse, Rig
+from ...units import to_si
+from . import air, compliance, drive, friction, lands, leakage, load, pilot, sensor, supply
+from .author import check, declared
+from .effect import Effect
+
+_MODULES = (drive, pilot, friction, lands, supply, air, leakage, load, compliance, sensor)
+LIBRARY: tuple[Effect, ...] = declared(value for module in _MODULES for value in vars(module).values())
+
+
+def applies(effect: Effect, rig: Rig) -> bool:
+    """Whether the plant of this rig has all the slots of the effect; a delay, which needs none, always applies."""
+    return rig.valve in effect.valves
+
+
+def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:
+    """Every effect of the library and of a rig's `effect_files`.
+
+    Raises InputError as `load_effects`, and for a formula that is there twice.
+    """
+    found = {(effect.name, effect.formula): effect for effect in LIBRARY}
+    for path in files:
+        for effect in load_effects(path):
+            if (effect.name, effect.formula) in found:
+                raise InputError(f"{path}: {effect.title} is there already; give it another formula")
+            found[effect.name, effect.formula] = effect
+    return tuple(found.values())
+
+
+def load_effects(path: str | Path) -> tuple[Effect, ...]:
+    """The effects that a Python file defines at its top level.
+
+    Raises InputError with file and line: no such file, an error of Python, no effect in it, an effect that can not be.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: no such effects file ({type(error).__name__}); give a path beside the rig") from None
+    names: dict[str, object] = {"__name__": Path(path).stem, "__file__": str(path)}
+    try:
+        exec(compile(text, str(path), "exec"), names)
+    except SyntaxError as error:
+        raise InputError(f"{path}: line {error.lineno}: {error.msg}") from None
+    except InputError as error:
+        raise InputError(f"{path}: line {_line(error.__traceback__, path)}: {error}") from None
+    except Exception as error:
+        row = _line(error.__traceback__, path)
+        raise InputError(f"{path}: line {row}: {type(error).__name__}: {error}") from error
+    found = declared(names.values())
+    if not found:
+        raise InputError(f"{path}: no effect in it; put @effect(...) above a function of (value, s)")
+    try:
+        for effect in found:
+            check(effect)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return found
+
+
+def _line(at: TracebackType | None, path: str | Path) -> int:
+    """The last line of the file that a traceback passes through."""
+    row = 0
+    while at is not None:
+        if at.tb_frame.f_code.co_filename == str(path):
+            row = at.tb_lineno
+        at = at.tb_next
+    return row
+
+
+def find(name: str, formula: str, files: Iterable[str | Path] = ()) -> Effect:
+    """An effect of the library or of a rig's files; an empty formula takes the name's first. Raises InputError."""
+    return _find(known_effects(files), name, formula)
+
+
+def _find(known: Iterable[Effect], name: str, formula: str) -> Effect:
+    known = tuple(known)
+    named = [effect for effect in known if effect.name == name]
+    if not named:
+        raise InputError(f'no effect "{name}"; {nearest(name, {effect.name for effect in known})}')
+    for effect in named:
+        if formula in ("", effect.formula):
+            return effect
+    raise InputError(f'{name}: no formula "{formula}"; {nearest(formula, [effect.formula for effect in named])}')
+
+
+def resolve(
+    uses: Iterable[EffectUse], files: Iterable[str | Path] = ()
+) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
+    """The effects a rig declares, with their numbers in SI; a number that it does not give is the typical one."""
+    uses, known = tuple(uses), known_effects(files)
+    names = [use.name for use in uses]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"effect {name} is declared twice; keep one formula of it")
+    return tuple(_resolve(use, known) for use in uses)
+
+
+def _resolve(use: EffectUse, known: tuple[Effect, ...]) -> tuple[Effect, Mapping[str, float]]:
+    effect = _find(known, use.name, use.formula)
+    specs = {number.name: number for number in effect.numbers}
+    values = {name: number.typical for name, number in specs.items()}
+    for name, given in use.numbers.items():
+        if name not in specs:
+            raise InputError(f'{use.name}: no number "{name}"; {nearest(name, specs)}')
+        spec = specs[name]
+        values[name] = float(to_si(given.value, given.unit, spec.si))
+        if not spec.low <= values[name] <= spec.high:
+            raise InputError(
+                f"{use.name}: {name} = {values[name]:g} {spec.si} is outside {spec.low:g} to {spec.high:g} {spec.si}"
+            )
+    return effect, values
