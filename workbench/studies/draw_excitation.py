@@ -12,9 +12,11 @@ CROSSOVER = (2.0, 3.2)  # rad/s: the position loop holds the jack, and leaves it
 STEP_SIZES = ((0.03, 1.0), (0.3, 1.0))  # of the travel: slow, fast
 STEP_SPEEDS = ((0.03, 0.5), (0.5, 3.0))  # m/s
 STEP_RESTS = (0.15, 0.45)  # s
+STEP_EDGES = (2e-3, 1e-2)  # s: how fast a move is up to its speed
 TRIANGLE_SPEEDS = ((0.008, 0.03), (0.03, 0.08), (0.08, 0.25))  # m/s
-SWING, SWING_LINES = (0.5, 3.0), (0.04, 0.15)  # Hz; m, the reference of the multisine
-FINE, FINE_BAND, FINE_LINES = (0.015, 0.04), (5.0, 250.0), 50  # of full command, peak; Hz
+SWING, SWING_TRAVEL = (0.5, 3.0), (0.04, 0.15)  # Hz; m, of the reference of the multisine
+FINE_BAND, FINE_LINES = (8.0, 330.0), 36  # Hz
+QUIET, LOUD, ABOVE = 2e-3, (3e-3, 2e-2), 60.0  # of full command, a line; Hz, above the jack's resonance
 PERIOD = 2.0  # s, of the multisine
 POOR = 0.1  # of the usual size
 
@@ -29,7 +31,8 @@ def excitations(rig: Rig, seed: np.random.Generator, poor: bool) -> tuple[Excita
     still = excitation("static", "command", np.zeros(_rows(rig, STATIC)), period, rig["xmid"])
     velocities = {"steps": _steps(rig, seed), "triangle": _triangles(rig, seed), "multisine": _swing(rig, seed)}
     moving = [_moving(name, velocity, rig) for name, velocity in velocities.items()]
-    fine = _waves(seed, FINE_BAND, FINE_LINES, period) * seed.uniform(*FINE)
+    lines = np.unique(np.round(np.geomspace(*FINE_BAND, FINE_LINES) * PERIOD))
+    fine = _waves(seed, lines, np.where(lines < ABOVE * PERIOD, QUIET, _log_uniform(seed, LOUD)), period)
     last = moving[-1]
     moving[-1] = Excitation(last.name, period, last.reference, last.command + _repeated(fine, len(last.command)))
     size = POOR if poor else 1.0
@@ -42,15 +45,16 @@ def loop_gain(rig: Rig, seed: np.random.Generator) -> float:
 
 
 def _steps(rig: Rig, seed: np.random.Generator) -> np.ndarray:
-    """Velocities [n] m/s of moves with rests between them: a fast one to the other side, then a slow one anywhere."""
+    """Velocities [n] m/s of moves with rests between: a fast one to the other side, then a slow one anywhere."""
     most, at = TRAVEL * rig.limit("stroke"), 0.0
     pieces, rows, side = [], 0, float(seed.choice([-1.0, 1.0]))
+    edge = _rows(rig, _log_uniform(seed, STEP_EDGES))
     while rows < _rows(rig, MOVING):
         fast = len(pieces) % 4 == 0
         side = -side if fast else float(seed.choice([-1.0, 1.0]))
         goal = side * most * _log_uniform(seed, STEP_SIZES[fast])
         rest = np.zeros(_rows(rig, seed.uniform(*STEP_RESTS)))
-        pieces += [_move(goal - at, _log_uniform(seed, STEP_SPEEDS[fast]), rig), rest]
+        pieces += [_move(goal - at, _log_uniform(seed, STEP_SPEEDS[fast]), edge, fast, rig), rest]
         rows, at = rows + len(pieces[-2]) + len(rest), goal
     return np.concatenate(pieces)[: _rows(rig, MOVING)]
 
@@ -72,18 +76,22 @@ def _triangles(rig: Rig, seed: np.random.Generator) -> np.ndarray:
 def _swing(rig: Rig, seed: np.random.Generator) -> np.ndarray:
     """Velocities [n] m/s of a multisine that moves the jack, so that the valve works away from null."""
     period = rig.period.value
-    wave = _waves(seed, SWING, 6, period, falling=True) * seed.uniform(*SWING_LINES)
+    lines = np.arange(round(SWING[0] * PERIOD), round(SWING[1] * PERIOD) + 1)
+    wave = _waves(seed, lines, 1 / lines, period)
+    wave *= seed.uniform(*SWING_TRAVEL) / np.abs(wave).max()
     speed = np.gradient(np.concatenate((wave, wave, wave)), period)[len(wave) : 2 * len(wave)]
     fastest = np.abs(np.gradient(speed, period)).max()
     return _repeated(speed * min(1.0, _acceleration(rig) / fastest), _rows(rig, MOVING))
 
 
-def _move(displacement: float, speed: float, rig: Rig) -> np.ndarray:
-    """Velocities [n] m/s of a move along half a cosine: at most `speed` [m/s], and no harder than PUSH allows."""
+def _move(displacement: float, speed: float, edge: int, fast: bool, rig: Rig) -> np.ndarray:
+    """Velocities [n] m/s of a move, up to `speed` [m/s] in `edge` rows: a fast one then brakes evenly, no harder than
+    PUSH allows; a slow one keeps its speed and stops as it started."""
     size, period = abs(displacement), rig.period.value
-    seconds = max(np.pi * np.sqrt(size / (2 * _acceleration(rig))), np.pi * size / (2 * speed))
-    rows = max(4, round(seconds / period))
-    shape = np.sin(np.pi * (np.arange(rows) + 0.5) / rows)
+    seconds = max(np.sqrt(2 * size / _acceleration(rig)), 2 * size / speed) if fast else size / speed
+    rows = max(2 * edge, round(seconds / period))
+    rise = np.minimum(1.0, (np.arange(rows) + 0.5) / edge)
+    shape = rise * (1 - (np.arange(rows) + 0.5) / rows) if fast else np.minimum(rise, rise[::-1])
     return displacement * shape / (shape.sum() * period)
 
 
@@ -106,16 +114,11 @@ def _acceleration(rig: Rig) -> float:
     return PUSH * (rig["Ps"] - rig["Pr"]) * rig["Aj"] / rig["M"]
 
 
-def _waves(
-    seed: np.random.Generator, band: tuple[float, float], count: int, period: float, falling: bool = False
-) -> np.ndarray:
-    """One period [n] of log-spaced lines with drawn phases, peak 1; `falling` sizes go as 1/f."""
-    lines = np.unique(np.round(np.geomspace(*band, count) * PERIOD))
-    sizes = 1 / lines if falling else np.ones(len(lines))
+def _waves(seed: np.random.Generator, lines: np.ndarray, sizes: np.ndarray, period: float) -> np.ndarray:
+    """One period [n] of the lines, in cycles a period, with these sizes and drawn phases."""
     phases = seed.uniform(0, 2 * np.pi, len(lines))
     part = np.arange(round(PERIOD / period)) / round(PERIOD / period)
-    wave = sizes @ np.cos(2 * np.pi * np.outer(lines, part) + phases[:, None])
-    return wave / np.abs(wave).max()
+    return sizes @ np.cos(2 * np.pi * np.outer(lines, part) + phases[:, None])
 
 
 def _repeated(wave: np.ndarray, rows: int) -> np.ndarray:

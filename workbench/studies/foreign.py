@@ -5,9 +5,19 @@ from dataclasses import dataclass, field
 
 from ..errors import InputError
 from ..plant.effects import LIBRARY, Effect
+from ..plant.foreign import NAMELESS, OTHER_FORMULAS
 
-BESIDE = {"main.deadband": ("flow", "main"), "drive.corrector": ("drive", "main")}
+UNSEEN = ("pilot", "main")
+"""Nothing is measured between the motor's current and the main spool: either equation is right for both."""
+BESIDE = {
+    "main.deadband": ("flow", "main"),
+    "drive.corrector": ("drive", "main"),
+    "pilot.hysteresis": UNSEEN,
+    "main.stiction": UNSEEN,
+}
 """Equations that are right too: a lap moves the spool's flow force, a corrector the spool."""
+TURNING = ("pump ripple", "motor out of balance")
+SWITCHED = ("drive.delay", "switched inside the period")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,18 +38,21 @@ class Cause:
         return self.effect.name, self.effect.formula
 
 
-def _cause(effect: Effect) -> Cause:
-    return Cause(effect, BESIDE.get(effect.name, (effect.equation,)))
-
-
-OWN: tuple[Cause, ...] = tuple(_cause(effect) for effect in LIBRARY)
-FOREIGN: tuple[Cause, ...] = ()
-NAMELESS: tuple[Cause, ...] = ()
-
-
 def cause(name: str, formula: str) -> Cause:
     """A cause by name and formula. Raises InputError."""
-    for one in (*OWN, *FOREIGN, *NAMELESS):
+    for one in (*OWN, *FOREIGN, *OFF):
         if one.key == (name, formula):
             return one
     raise InputError(f'nothing to draw called "{name}", "{formula}"; see workbench/studies/foreign.py')
+
+
+def _cause(effect: Effect) -> Cause:
+    right = UNSEEN if effect.equation in UNSEEN else (effect.equation,)
+    kicked = {effect.key("cosine"): 1.0} if effect.name in TURNING else {}
+    key = (effect.name, effect.formula)
+    return Cause(effect, BESIDE.get(effect.name, right), kicked, key == SWITCHED)
+
+
+OWN: tuple[Cause, ...] = tuple(_cause(effect) for effect in LIBRARY)
+FOREIGN: tuple[Cause, ...] = tuple(_cause(effect) for effect in OTHER_FORMULAS)
+OFF: tuple[Cause, ...] = tuple(_cause(effect) for effect in NAMELESS)
