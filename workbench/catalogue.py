@@ -13,7 +13,7 @@ import numpy as np
 
 from .errors import InputError, nearest
 from .plant import Plant, build
-from .plant.effects import LIBRARY
+from .plant.effects import LIBRARY, EffectNumber
 from .rig import Number, Rig, bundled, load_rig, number_specs
 from .rig_schema import CONTROL, LIMITS
 from .units import from_si
@@ -41,10 +41,10 @@ def listing(kind: str, folder: Path = Path("experiments")) -> list[dict[str, Any
 
 
 def listing_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """The rows in aligned columns; what a row lists below itself (its numbers) is for JSON."""
+    """The rows in aligned columns; what a row lists below itself (its numbers) and its source are for JSON."""
     if not rows:
         return "none"
-    keys = [key for key in rows[0] if not isinstance(rows[0][key], list)]
+    keys = [key for key in rows[0] if key != "source" and not isinstance(rows[0][key], list)]
     return _columns([[str(row[key]) for key in keys] for row in rows])
 
 
@@ -194,15 +194,21 @@ def _effects() -> list[dict[str, Any]]:
         {
             "name": effect.name,
             "formula": effect.formula,
-            "needs": ", ".join(f"{number.name} [{number.si}]" for number in effect.numbers),
+            "equation": effect.equation,
+            "family": effect.family,
+            "needs": ", ".join(number.name for number in effect.numbers),
+            "shows": effect.shows,
             "source": effect.source,
-            "numbers": [
-                {"name": n.name, "unit": n.si, "typical": n.typical, "low": n.low, "high": n.high, "meaning": n.meaning}
-                for n in effect.numbers
-            ],
+            "valves": sorted(effect.valves),
+            "numbers": [_effect_number(number) for number in effect.numbers],
         }
         for effect in LIBRARY
     ]
+
+
+def _effect_number(number: EffectNumber) -> dict[str, Any]:
+    values = {key: getattr(number, key) for key in ("typical", "low", "high", "off")}
+    return {"name": number.name, "unit": number.si, **values, "meaning": number.meaning}
 
 
 def _experiments(folder: Path) -> list[dict[str, Any]]:

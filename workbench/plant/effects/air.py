@@ -49,7 +49,7 @@ def polytropic(modulus: ca.SX, s: Scope) -> ca.SX:
 @_air(
     "fixed share",
     source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 1: effective bulk modulus",
-    numbers=(number("x", 3e-3, "1", shown="%", low=0.0, high=0.1, off=0.0, meaning="share of air in the volume"),),
+    numbers=(number("x", 1e-3, "1", shown="%", low=0.0, high=0.1, off=0.0, meaning="share of air in the volume"),),
 )
 def fixed_share(modulus: ca.SX, s: Scope) -> ca.SX:
     """1/K = 1/beta + x/(1.4 p): a share x of the volume is air at every pressure."""

@@ -52,7 +52,7 @@ def _moved(motion: tuple[ca.SX, ca.SX], s: Scope) -> tuple[ca.SX, ca.SX]:
     also={"piston": _moved},
     source="Den Hartog, Mechanical Vibrations, 4th ed. 1956, ch. 3: two degrees of freedom",
     numbers=(
-        number("c", 1e-8, "m/N", shown="um/kN", low=0.0, high=1e-6, off=0.0, meaning="compliance of the mount"),
+        number("c", 5e-9, "m/N", shown="um/kN", low=0.0, high=1e-6, off=0.0, meaning="compliance of the mount"),
         number("f", 100.0, "Hz", low=10.0, high=1000.0, meaning="frequency of the cylinder's body on it"),
         _ZETA,
     ),

@@ -72,7 +72,7 @@ def command_filter(command: ca.SX, s: Scope) -> ca.SX:
     source="Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: actuator saturation",
     shows=_LARGE,
     numbers=(
-        number("share", 0.15, "1", shown="%", low=0.02, high=1.0, off=1.0, meaning="limit over the declared one"),
+        number("share", 0.08, "1", shown="%", low=0.02, high=1.0, off=1.0, meaning="limit over the declared one"),
     ),
 )
 def hard(current: ca.SX, s: Scope) -> ca.SX:
@@ -89,7 +89,7 @@ def hard(current: ca.SX, s: Scope) -> ca.SX:
     source="Rapp, 2nd European Conference on Satellite Communications, 1991: amplifier that saturates smoothly, p = 1",
     shows=_LARGE,
     numbers=(
-        number("c", 25.0, "1", low=0.0, high=2500.0, off=0.0, meaning="(declared limit over the current tended to)^2"),
+        number("c", 100.0, "1", low=0.0, high=2500.0, off=0.0, meaning="(declared limit over the current tended to)^2"),
     ),
 )
 def soft(current: ca.SX, s: Scope) -> ca.SX:

@@ -28,8 +28,8 @@ def _number(name: str, typical: float, si: str, shown: str, high: float) -> Effe
     "laminar",
     source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: external leakage of a piston",
     numbers=(
-        _number("CA", 2e-11, "m^3/s/Pa", "l/min/bar", 1e-9),
-        _number("CB", 5e-12, "m^3/s/Pa", "l/min/bar", 1e-9),
+        _number("CA", 5e-12, "m^3/s/Pa", "l/min/bar", 1e-9),
+        _number("CB", 2e-12, "m^3/s/Pa", "l/min/bar", 1e-9),
     ),
 )
 def laminar(leaks: _Pair, s: Scope) -> _Pair:
@@ -42,8 +42,8 @@ def laminar(leaks: _Pair, s: Scope) -> _Pair:
     "orifice",
     source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3: turbulent orifice",
     numbers=(
-        _number("kA", 6e-8, "m^3/s/Pa^0.5", "l/min/bar^0.5", 3e-6),
-        _number("kB", 1.5e-8, "m^3/s/Pa^0.5", "l/min/bar^0.5", 3e-6),
+        _number("kA", 1.5e-8, "m^3/s/Pa^0.5", "l/min/bar^0.5", 3e-6),
+        _number("kB", 6e-9, "m^3/s/Pa^0.5", "l/min/bar^0.5", 3e-6),
     ),
 )
 def orifice(leaks: _Pair, s: Scope) -> _Pair:

@@ -13,7 +13,7 @@ _PLAYS = 3
 
 _SHOWS = "slow triangles of the command with reversals, with current and spool recorded"
 _FAMILY = "spool stick"
-_R = number("r", 3e-4, "A", shown="mA", low=0.0, high=5e-3, off=0.0, meaning="half the width of the loop")
+_R = number("r", 2e-4, "A", shown="mA", low=0.0, high=5e-3, off=0.0, meaning="half the width of the loop")
 
 
 def _state(name: str) -> EffectState:
@@ -56,9 +56,12 @@ def play(current: ca.SX, s: Scope) -> ca.SX:
     states=tuple(_state(f"w{j}") for j in range(1, _PLAYS + 1)),
 )
 def prandtl_ishlinskii(current: ca.SX, s: Scope) -> ca.SX:
-    """acting = i - sum over j = 1..3 of sat(i - wj, rj)/2, T0 wj' = (i - wj) - sat(i - wj, rj), rj = j r/3."""
-    held = [_held(current, s, f"w{j}", s.p("r") * j / _PLAYS) for j in range(1, _PLAYS + 1)]
-    return current - ca.sum1(ca.vertcat(*held)) / 2
+    """acting = i - sum over j = 1..3 of sat(i - wj, rj)/4, T0 wj' = (i - wj) - sat(i - wj, rj), rj = 2 j r/3.
+
+    After a turn the slope is 1/4, then 1/2, 3/4 and 1; half the width of a large loop is r.
+    """
+    held = [_held(current, s, f"w{j}", s.p("r") * j * 2 / 3) for j in range(1, _PLAYS + 1)]
+    return current - ca.sum1(ca.vertcat(*held)) / (_PLAYS + 1)
 
 
 @effect(
@@ -70,7 +73,7 @@ def prandtl_ishlinskii(current: ca.SX, s: Scope) -> ca.SX:
     source="Wen, Journal of the Engineering Mechanics Division ASCE 102(2), 1976",
     shows=_SHOWS,
     numbers=(
-        number("a", 0.3, "1", low=0.0, high=0.5, off=0.0, meaning="half the width of the loop over `width`"),
+        number("a", 0.2, "1", low=0.0, high=0.5, off=0.0, meaning="half the width of the loop over `width`"),
         number("width", 1e-3, "A", shown="mA", low=1e-4, high=1e-2, meaning="current over which the loop turns"),
     ),
     states=(_state("w"), state("z", "1", 1.0)),

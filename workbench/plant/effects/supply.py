@@ -80,7 +80,7 @@ def turbulent(_: None, s: Scope) -> None:
             off=0.0,
             meaning="inverse of the gas volume at Ps",
         ),
-        number("Qmax", 1e-3, "m^3/s", shown="l/min", low=1e-5, high=0.1, meaning="largest flow of the pump"),
+        number("Qmax", 3e-3, "m^3/s", shown="l/min", low=1e-5, high=0.1, meaning="largest flow of the pump"),
     ),
 )
 def accumulator(_: None, s: Scope) -> None:
