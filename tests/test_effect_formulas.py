@@ -1,0 +1,304 @@
+"""Every formula of the library against its docstring, evaluated a second time in numpy."""
+
+import numpy as np
+import pytest
+from effect_laws import BETA, EPS, TRAVEL, evaluated, lap
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.plant.effects import LIBRARY, find
+
+PS, PR = 210e5, 4e5
+LIMIT, T0, FAST = 0.02, 1e-5, 5e-5
+ATMOSPHERE = 1.013e5
+LAGS = {
+    ("drive.lag", "amplifier"),
+    ("drive.lag", "command filter"),
+    ("sensor.lag", "first order"),
+    ("sensor.lag", "line"),
+}
+
+
+def sat(value, limit):
+    return min(max(value, -limit), limit)
+
+
+def q(drop):
+    return drop / (drop**2 + 1e6) ** 0.25
+
+
+# Each entry: name, formula, slot, what it is given, context, and the docstring: (value, p, x, context) -> value, rates.
+
+
+def _hard(i, p, x, c):
+    return sat(i, p["share"] * c["limit"]), {}
+
+
+def _soft(i, p, x, c):
+    return i / np.sqrt(1 + p["c"] * (i / c["limit"]) ** 2), {}
+
+
+def _pi(u, p, x, c):
+    total = u + x["c0"]
+    return total, {"c0": p["ki"] * (c["gain"] * c["error"] + sat(total, c["limit"]) - total)}
+
+
+def _lead(u, p, x, c):
+    rate = (c["error"] - x["c1"]) / p["tf"]
+    return u + c["gain"] * p["Td"] * rate, {"c1": rate}
+
+
+def _pi_lead(u, p, x, c):
+    u, first = _lead(u, p, x, c)
+    total, second = _pi(u, p, x, c)
+    return total, first | second
+
+
+def _play(i, p, x, c):
+    held = sat(i - x["w"], p["r"])
+    return i - held, {"w": (i - x["w"] - held) / FAST}
+
+
+def _plays(i, p, x, c):
+    held = {f"w{j}": sat(i - x[f"w{j}"], 2 * j * p["r"] / 3) for j in (1, 2, 3)}
+    return i - sum(held.values()) / 4, {name: (i - x[name] - h) / FAST for name, h in held.items()}
+
+
+def _bouc_wen(i, p, x, c):
+    di = (i - x["w"]) / FAST
+    return i - p["a"] * p["width"] * x["z"], {"w": di, "z": (di - abs(di) * x["z"]) / p["width"]}
+
+
+def _coulomb(v0):
+    return lambda f, p, x, c: (f + p["Fc"] * np.tanh(c["velocity"] / v0), {})
+
+
+def _stribeck(v0):
+    def docstring(f, p, x, c):
+        level = p["Fc"] + (p["Fs"] - p["Fc"]) * np.exp(-((c["velocity"] / p["vs"]) ** 2))
+        return f + level * np.tanh(c["velocity"] / v0), {}
+
+    return docstring
+
+
+def _lugre(f, p, x, c):
+    v, z = c["velocity"], x["z"]
+    rate = (v - abs(v) * z / (1 + (p["ratio"] - 1) * np.exp(-((v / p["vs"]) ** 2)))) / p["d"]
+    return f + p["Fc"] * (z + p["td"] * rate), {"z": rate}
+
+
+def _shifted(_, p, x, c):
+    d, z = p["overlap"] * TRAVEL, c["spool"]
+    leak = EPS**2 / (EPS + d) - EPS * np.exp(-d / EPS)
+    return (lap(z - d) + leak, lap(-z - d) + leak), {}
+
+
+def _dead(_, p, x, c):
+    d, z = p["overlap"] * TRAVEL, c["spool"]
+    z -= 0.99 * sat(z, d)
+    return (lap(z), lap(-z)), {}
+
+
+def _smooth(_, p, x, c):
+    d, w, z = p["overlap"] * TRAVEL, p["width"] * TRAVEL, c["spool"]
+    z = w * (np.logaddexp(0, (z - d) / w) - np.logaddexp(0, (-z - d) / w))
+    return (lap(z), lap(-z)), {}
+
+
+def _pair_gain(pair, p, x, c):
+    return (pair[0] * (1 + p["a"]), pair[1] * (1 - p["a"])), {}
+
+
+def _curve(pair, p, x, c):
+    bends = (p["c_extend"], p["c_retract"])
+    return tuple(o * (1 + bend * (1 - o / TRAVEL)) for o, bend in zip(pair, bends, strict=True)), {}
+
+
+def _laminar(_, p, x, c):
+    return (), {"drop": (p["R"] * c["flow"] - x["drop"]) / p["tau"]}
+
+
+def _orifice(_, p, x, c):
+    return (), {"drop": (p["k"] * c["flow"] ** 2 - x["drop"]) / p["tau"]}
+
+
+def _accumulator(_, p, x, c):
+    gas, pump = c["supply"] / (c["supply"] + x["drop"]), p["Qmax"] * np.tanh(x["drop"] / 5e5)
+    return (), {"drop": p["g"] * 1.4 * c["supply"] * gas ** (1 / 1.4) * (c["flow"] - pump)}
+
+
+def _isothermal(beta, p, x, c):
+    pressure = max(c["pressure"], 2e4)
+    return beta / (1 + p["alpha"] * ATMOSPHERE / pressure * (beta / pressure - 1)), {}
+
+
+def _polytropic(beta, p, x, c):
+    pressure, alpha = max(c["pressure"], 2e4), p["alpha"]
+    r = (ATMOSPHERE / pressure) ** (1 / 1.4)
+    return (alpha * r + 1 - alpha) / (alpha * r / (1.4 * pressure) + (1 - alpha) / beta), {}
+
+
+def _fixed(beta, p, x, c):
+    return 1 / (1 / beta + p["x"] / (1.4 * max(c["pressure"], 2e4))), {}
+
+
+def _leak_laminar(pair, p, x, c):
+    return (pair[0] + p["CA"] * (c["pa"] - PR), pair[1] + p["CB"] * (c["pb"] - PR)), {}
+
+
+def _leak_orifice(pair, p, x, c):
+    return (pair[0] + p["kA"] * q(c["pa"] - PR), pair[1] + p["kB"] * q(c["pb"] - PR)), {}
+
+
+def _bias(f, p, x, c):
+    return f + p["F"], {}
+
+
+def _spring(f, p, x, c):
+    return f + p["k"] * (c["position"] - p["x0"]), {}
+
+
+def _hardening(f, p, x, c):
+    away = c["position"] - p["x0"]
+    return f + p["k"] * away + p["k3"] * away**3, {}
+
+
+def _hanging(a, p, x, c):
+    w0 = 2 * np.pi * p["f"]
+    pull = w0**2 * x["y"] + 2 * p["zeta"] * w0 * x["vy"]
+    carried = (a + p["mu"] * pull) / (1 - p["mu"])
+    return carried, {"y": x["vy"], "vy": -carried - pull}
+
+
+def _mount(a, p, x, c):
+    w0 = 2 * np.pi * p["f"]
+    back = -(w0**2) * (x["y"] + p["c"] * c["rod_force"]) - 2 * p["zeta"] * w0 * x["vy"]
+    return a, {"y": x["vy"], "vy": back}
+
+
+def some(low, high):
+    return st.floats(low, high)
+
+
+CURRENT, DEMAND, FLOW = some(-0.03, 0.03), some(-3, 3), some(0, 0.03)
+SPOOL, PRESSURE, FORCE = some(-1.1 * TRAVEL, 1.1 * TRAVEL), some(-2e6, 4e7), some(-1e5, 1e5)
+OPENINGS = st.tuples(some(0, TRAVEL), some(0, TRAVEL))
+FLOWS = st.tuples(some(-0.02, 0.02), some(-0.02, 0.02))
+LIMITED = {"limit": st.just(LIMIT)}
+LOOP = {"error": some(-2, 2), "gain": st.just(0.6), "limit": st.just(1.0)}
+RUBBING = {"velocity": some(-1, 1)}
+Z = {"spool": SPOOL, "lap": st.just(EPS), "travel": st.just(TRAVEL)}
+DRAWN = {"flow": FLOW, "supply": some(1e6, PS)}
+OIL = {"pressure": PRESSURE}
+CHAMBERS = {"pa": PRESSURE, "pb": PRESSURE, "drain": st.just(PR)}
+PLACE = {"position": some(-0.25, 0.25)}
+NONE = st.none()
+
+DOCSTRINGS = (
+    ("drive.saturation", "hard", "current", CURRENT, LIMITED, _hard),
+    ("drive.saturation", "soft", "current", CURRENT, LIMITED, _soft),
+    ("drive.corrector", "pi", "corrector", DEMAND, LOOP, _pi),
+    ("drive.corrector", "lead", "corrector", DEMAND, LOOP, _lead),
+    ("drive.corrector", "pi-lead", "corrector", DEMAND, LOOP, _pi_lead),
+    ("pilot.hysteresis", "play", "motor_current", CURRENT, {}, _play),
+    ("pilot.hysteresis", "prandtl-ishlinskii", "motor_current", CURRENT, {}, _plays),
+    ("pilot.hysteresis", "bouc-wen", "motor_current", CURRENT, {}, _bouc_wen),
+    ("main.stiction", "coulomb", "main_friction", FORCE, RUBBING, _coulomb(2e-4)),
+    ("main.stiction", "stribeck", "main_friction", FORCE, RUBBING, _stribeck(2e-4)),
+    ("main.stiction", "lugre", "main_friction", FORCE, RUBBING, _lugre),
+    ("main.deadband", "lap", "main_openings", OPENINGS, Z, _shifted),
+    ("main.deadband", "linear", "main_openings", OPENINGS, Z, _dead),
+    ("main.deadband", "smooth", "main_openings", OPENINGS, Z, _smooth),
+    ("main.asymmetry", "direction", "main_openings", OPENINGS, Z, _pair_gain),
+    ("main.asymmetry", "lands", "main_flows", FLOWS, {}, _pair_gain),
+    ("main.asymmetry", "curve", "main_openings", OPENINGS, Z, _curve),
+    ("supply.sag", "laminar", "supply_flow", NONE, DRAWN, _laminar),
+    ("supply.sag", "orifice", "supply_flow", NONE, DRAWN, _orifice),
+    ("supply.sag", "accumulator", "supply_flow", NONE, DRAWN, _accumulator),
+    ("oil.air", "isothermal", "modulus", st.just(BETA), OIL, _isothermal),
+    ("oil.air", "polytropic", "modulus", st.just(BETA), OIL, _polytropic),
+    ("oil.air", "fixed share", "modulus", st.just(BETA), OIL, _fixed),
+    ("jack.external_leakage", "laminar", "leakage", FLOWS, CHAMBERS, _leak_laminar),
+    ("jack.external_leakage", "orifice", "leakage", FLOWS, CHAMBERS, _leak_orifice),
+    ("jack.friction", "coulomb", "friction", FORCE, RUBBING, _coulomb(2e-3)),
+    ("jack.friction", "stribeck", "friction", FORCE, RUBBING, _stribeck(2e-3)),
+    ("jack.friction", "lugre", "friction", FORCE, RUBBING, _lugre),
+    ("load.bias", "weight", "body_force", FORCE, {}, _bias),
+    ("load.bias", "preload", "load", FORCE, {}, _bias),
+    ("load.spring", "linear", "load", FORCE, PLACE, _spring),
+    ("load.spring", "hardening", "load", FORCE, PLACE, _hardening),
+    ("load.compliance", "load", "acceleration", some(-50, 50), {}, _hanging),
+    ("load.compliance", "mount", "acceleration", some(-50, 50), {"rod_force": FORCE}, _mount),
+)
+
+
+@pytest.mark.parametrize("entry", DOCSTRINGS, ids=lambda e: f"{e[0]}-{e[1]}")
+@settings(max_examples=25)
+@given(data=st.data())
+def test_a_formula_is_its_docstring(entry, data):
+    name, formula, slot, given_value, context, docstring = entry
+    effect = find(name, formula)
+    value = data.draw(given_value)
+    p = {n.name: data.draw(st.floats(n.low, n.high)) for n in effect.numbers}
+    x = {s.name: data.draw(st.floats(-s.scale, s.scale)) for s in effect.states}
+    c = {key: data.draw(strategy) for key, strategy in context.items()}
+    result, rates = evaluated(effect, slot, value, p, x, **c)
+    expected, expected_rates = docstring(value, p, x, c)
+    assert np.isfinite(result).all()
+    assert result == pytest.approx(list(np.atleast_1d(expected)), rel=1e-9, abs=1e-15)
+    assert rates.keys() == expected_rates.keys()
+    assert rates == {key: pytest.approx(rate, rel=1e-7, abs=1e-9) for key, rate in expected_rates.items()}
+
+
+def test_every_formula_is_tested_against_its_docstring():
+    tested = {entry[:2] for entry in DOCSTRINGS} | LAGS | {("drive.delay", "shift")}
+    assert tested == {(effect.name, effect.formula) for effect in LIBRARY}
+    for effect in LIBRARY:
+        assert all(law.__doc__ for law in effect.laws.values())
+
+
+def response(effect, slot, tau, frequency, **p):
+    """Frequency response of a linear law, from its matrices."""
+    names = [s.name for s in effect.states if slot in ("current", "command") or s.name[0] == slot[-1]]
+    numbers = {"tau": tau, **p}
+
+    def column(value, **x):
+        out, rates = evaluated(effect, slot, value, numbers, x)
+        return np.array([*(rates[name] for name in names), *out])
+
+    b = column(1.0)
+    a = np.stack([column(0.0, **{name: 1.0}) for name in names], axis=1)
+    n = len(names)
+    s = 2j * np.pi * frequency
+    return a[n:, :n] @ np.linalg.solve(s * np.eye(n) - a[:n], b[:n]) + b[n:]
+
+
+@pytest.mark.parametrize(
+    ("name", "formula", "slot"),
+    [
+        ("drive.lag", "amplifier", "current"),
+        ("drive.lag", "command filter", "command"),
+        ("sensor.lag", "first order", "sensor_pa"),
+        ("sensor.lag", "first order", "sensor_pb"),
+        ("sensor.lag", "line", "sensor_pa"),
+        ("sensor.lag", "line", "sensor_pb"),
+    ],
+)
+@settings(max_examples=20)
+@given(tau=st.floats(0, 0.05), frequency=st.floats(0, 2000), zeta=st.floats(0.05, 1.5))
+def test_a_lag_is_a_pole_over_a_10_us_zero(name, formula, slot, tau, frequency, zeta):
+    """Its gain at rest is 1, at tau = 0 it is nothing, and below 300 Hz it is the plain lag that its docstring says."""
+    s = 2j * np.pi * frequency
+    if formula == "line":
+        got, plain = response(find(name, formula), slot, tau, frequency, zeta=zeta), (2 * zeta, 1)
+    else:
+        got, plain = response(find(name, formula), slot, tau, frequency), (1, 0)
+
+    def lag(time):
+        return 1 + plain[0] * time * s + plain[1] * (time * s) ** 2
+
+    assert got == pytest.approx(lag(T0) / lag(tau + T0), rel=1e-9)
+    assert response(find(name, formula), slot, tau, 0.0) == pytest.approx(1.0, rel=1e-12)
+    assert response(find(name, formula), slot, 0.0, frequency) == pytest.approx(1.0, rel=1e-9)
+    if frequency < 300 and tau > 1e-3 and formula != "line":
+        assert got == pytest.approx(1 / lag(tau), rel=0.03)

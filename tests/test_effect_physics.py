@@ -1,0 +1,115 @@
+"""What the formulas of the library must do as physics, whatever their numbers."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from effect_laws import BETA, EPS, TRAVEL, evaluated, lap
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.plant.effects import Scope, find
+
+FEW = settings(max_examples=30)
+
+
+@pytest.mark.parametrize("name", ["jack.friction", "main.stiction"])
+@pytest.mark.parametrize("formula", ["coulomb", "stribeck"])
+@FEW
+@given(v=st.floats(-1, 1))
+def test_friction_opposes_motion(name, formula, v):
+    effect = find(name, formula)
+    (slot,) = effect.laws
+    ((force,), _) = evaluated(effect, slot, 0.0, velocity=v)
+    assert force * v >= 0
+
+
+@FEW
+@given(alpha=st.floats(1e-4, 0.3), p=st.floats(1e3, 4e7), more=st.floats(1.01, 3))
+@pytest.mark.parametrize("formula", ["isothermal", "polytropic", "fixed share"])
+def test_air_softens_and_pressure_stiffens(formula, alpha, p, more):
+    effect = find("oil.air", formula)
+    (number,) = effect.numbers
+
+    def modulus(share, pressure):
+        return evaluated(effect, "modulus", BETA, {number.name: share}, pressure=pressure)[0][0]
+
+    assert 0 < modulus(alpha, p) < BETA
+    assert modulus(alpha * more, p) < modulus(alpha, p) <= modulus(alpha, p * more)
+    assert modulus(0.0, p) == pytest.approx(BETA, rel=1e-15)
+    assert modulus(alpha, -1e7) == modulus(alpha, 0.0) > 0
+
+
+@pytest.mark.parametrize("formula", ["play", "prandtl-ishlinskii", "bouc-wen"])
+def test_hysteresis_makes_a_loop_as_wide_as_it_says(formula):
+    """A slow triangle of 10 mA: the two branches are twice the half-width apart, at any speed, and enclose an area."""
+    effect = find("pilot.hysteresis", formula)
+    widths = []
+    for period in (0.5, 2.0):
+        steps = int(period / 1e-5)
+        t = np.linspace(0, 2 * period, 2 * steps + 1)
+        i = 0.01 * (1 - 4 * np.abs((t / period - 0.25) % 1 - 0.5))
+        acting, dt = driven(effect, i, t[1]), slice(steps, None)
+        assert abs(np.trapezoid(acting[dt], i[dt])) > 0
+        zero = np.flatnonzero(np.diff(np.sign(i[dt])) != 0)
+        widths.append(np.ptp(acting[dt][zero]))
+    typical = {n.name: n.typical for n in effect.numbers}
+    half = typical["r"] if "r" in typical else typical["a"] * typical["width"]
+    assert widths == pytest.approx([2 * half] * 2, rel=0.02)
+
+
+def driven(effect, i, step):
+    """The acting current of a law under a current, its states by explicit steps [s]."""
+    names = [s.name for s in effect.states]
+    current, x, rates = ca.SX.sym("i"), ca.SX.sym("x", len(names)), {}
+    p = {effect.key(n.name): ca.SX(n.typical) for n in effect.numbers}
+    scope = Scope(effect, p, {effect.key(n): x[k] for k, n in enumerate(names)}, {}, rates, {})
+    value = effect.laws["motor_current"](current, scope)
+    after = x + step * ca.vertcat(*(rates[effect.key(n)] for n in names))
+    walk = ca.Function("walk", [x, current], [after, value]).mapaccum(len(i))
+    return np.array(walk(np.zeros(len(names)), i[None])[1]).ravel()
+
+
+@pytest.mark.parametrize("formula", ["lap", "linear", "smooth"])
+@FEW
+@given(overlap=st.floats(0, 0.3), z=st.floats(-TRAVEL, TRAVEL))
+def test_a_dead_band_takes_flow_away_but_never_all_of_the_leak(formula, overlap, z):
+    effect = find("main.deadband", formula)
+
+    def openings(at):
+        p, context = {"overlap": overlap}, {"spool": at, "lap": EPS, "travel": TRAVEL}
+        return np.array(evaluated(effect, "main_openings", (0.0, 0.0), p, **context)[0])
+
+    here, further, null = openings(z), openings(z + 1e-6), openings(0.0)
+    assert further[0] >= here[0] > 0
+    assert here[0] == pytest.approx(openings(-z)[1], rel=1e-12)
+    assert here[0] <= max(lap(z), EPS) * (1 + 1e-9)
+    assert 0.005 * EPS < null[0] <= EPS * (1 + 1e-9)
+    assert here[0] == pytest.approx(max(z - overlap * TRAVEL, 0), abs=2 * EPS + 0.011 * overlap * TRAVEL)
+
+
+def test_the_curve_leaves_the_flow_at_full_travel():
+    effect = find("main.asymmetry", "curve")
+    p = {"c_extend": 0.6, "c_retract": -0.6}
+    for part, gains in ((1.0, (1, 1)), (1e-6, (1.6, 0.4))):
+        opening = part * TRAVEL
+        got, _ = evaluated(effect, "main_openings", (opening, opening), p, travel=TRAVEL)
+        assert np.array(got) / opening == pytest.approx(gains, rel=1e-5)
+
+
+@FEW
+@given(a=st.floats(-50, 50), mu=st.floats(0, 0.9), y=st.floats(-1e-3, 1e-3), vy=st.floats(-1, 1))
+def test_a_hanging_load_takes_no_momentum_from_nowhere(a, mu, y, vy):
+    """Both masses together answer the force as one: (1 - mu) a1 + mu a2 = F/M."""
+    (on_rod,), rates = evaluated(find("load.compliance", "load"), "acceleration", a, {"mu": mu}, {"y": y, "vy": vy})
+    assert (1 - mu) * on_rod + mu * (on_rod + rates["vy"]) == pytest.approx(a, rel=1e-9, abs=1e-6)
+
+
+@FEW
+@given(force=st.floats(-1e5, 1e5), c=st.floats(0, 1e-6))
+def test_a_mount_gives_by_its_compliance(force, c):
+    """At rest where the spring carries the force: y = -c F."""
+    numbers, states = {"c": c}, {"y": -c * force}
+    _, rates = evaluated(find("load.compliance", "mount"), "acceleration", 0.0, numbers, states, rod_force=force)
+    assert rates == {"y": 0.0, "vy": pytest.approx(0.0, abs=1e-6)}
+    motion, _ = evaluated(find("load.compliance", "mount"), "piston", (0.1, 0.2), numbers, {"y": 0.01, "vy": 0.05})
+    assert motion == pytest.approx([0.09, 0.15])
