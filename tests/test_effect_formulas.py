@@ -115,16 +115,16 @@ def _curve(pair, p, x, c):
 
 
 def _laminar(_, p, x, c):
-    return (), {"drop": (p["R"] * c["flow"] - x["drop"]) / p["tau"]}
+    return (), {"drop": (p["sag"] * c["flow"] / c["rated"] - x["drop"]) / p["tau"]}
 
 
 def _orifice(_, p, x, c):
-    return (), {"drop": (p["k"] * c["flow"] ** 2 - x["drop"]) / p["tau"]}
+    return (), {"drop": (p["sag"] * (c["flow"] / c["rated"]) ** 2 - x["drop"]) / p["tau"]}
 
 
 def _accumulator(_, p, x, c):
-    gas, pump = c["supply"] / (c["supply"] + x["drop"]), p["Qmax"] * np.tanh(x["drop"] / 5e5)
-    return (), {"drop": p["g"] * 1.4 * c["supply"] * gas ** (1 / 1.4) * (c["flow"] - pump)}
+    gas, pump = c["supply"] / (c["supply"] + x["drop"]), p["pump"] * np.tanh(x["drop"] / 5e5)
+    return (), {"drop": p["rate"] * 1.4 * c["supply"] * gas ** (1 / 1.4) * (c["flow"] / c["rated"] - pump)}
 
 
 def _isothermal(beta, p, x, c):
@@ -188,7 +188,7 @@ LIMITED = {"limit": st.just(LIMIT)}
 LOOP = {"error": some(-2, 2), "gain": st.just(0.6), "limit": st.just(1.0)}
 RUBBING = {"velocity": some(-1, 1)}
 Z = {"spool": SPOOL, "lap": st.just(EPS), "travel": st.just(TRAVEL)}
-DRAWN = {"flow": FLOW, "supply": some(1e6, PS)}
+DRAWN = {"flow": FLOW, "rated": st.just(0.02), "supply": some(2e6, PS)}
 OIL = {"pressure": PRESSURE}
 CHAMBERS = {"pa": PRESSURE, "pb": PRESSURE, "drain": st.just(PR)}
 PLACE = {"position": some(-0.25, 0.25)}

@@ -31,7 +31,7 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     v = b.state("v", "m/s", rig.limit("speed"))
     supply = b.slot("supply", b["Ps"])
     valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
-    b.slot("supply_flow", None, flow=_drawn(b, valve), supply=supply)
+    _draw(b, valve, supply)
     travel, speed = b.slot("piston", (x, v))
     jacks.continuity(b, cylinder, valve, travel, speed, b["Pr"])
     force = specimen_force(b, x, v)
@@ -52,7 +52,7 @@ def build_force_port(rig: Rig) -> Plant:
     cylinder = jacks.chambers(b, rig.jack)
     supply = b.slot("supply", b["Ps"])
     valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
-    b.slot("supply_flow", None, flow=_drawn(b, valve), supply=supply)
+    _draw(b, valve, supply)
     jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
     _outputs(b, valve, cylinder, supply)
     b.output(force=jacks.rod_force(b, cylinder, x, v))
@@ -109,9 +109,11 @@ def _acceleration(b: Assembly, rod: ca.SX, specimen: ca.SX, x: ca.SX, v: ca.SX) 
     return b.slot("acceleration", (rod - specimen - body) / b["M"], rod_force=rod, mass=b["M"])
 
 
-def _drawn(b: Assembly, valve: ValveFlows) -> ca.SX:
-    """Flow drawn from the supply by the main lands [m^3/s]."""
-    return b["n"] * (ca.fmax(valve.into_a, 0) + ca.fmax(-valve.out_of_b, 0))
+def _draw(b: Assembly, valve: ValveFlows, supply: ca.SX) -> None:
+    """The flow [m^3/s] that the main lands draw from the supply; the rated one is at full travel, 35 bar a land."""
+    drawn = b["n"] * (ca.fmax(valve.into_a, 0) + ca.fmax(-valve.out_of_b, 0))
+    rated = b["n"] * b["K3"] * b["z3max"] * 35e5**0.5
+    b.slot("supply_flow", None, flow=drawn, rated=rated, supply=supply)
 
 
 def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: ca.SX) -> None:

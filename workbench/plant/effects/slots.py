@@ -27,7 +27,7 @@ SLOTS = {
     "main_openings": Slot("openings (o(z), o(-z)) [m] of the main lands", ("spool", "lap", "travel")),
     "main_flows": Slot("flows (into A, out of B) [m^3/s] of one valve"),
     "supply": Slot("supply pressure [Pa] at the valve"),
-    "supply_flow": Slot("nothing: here the flow [m^3/s] drawn from the supply is known", ("flow", "supply")),
+    "supply_flow": Slot("nothing: here the flow [m^3/s] drawn from the supply is known", ("flow", "rated", "supply")),
     "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
     "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop")),

@@ -1,0 +1,257 @@
+"""The library as a whole: what there is, where it applies, and what it does to a rig that is driven hard."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.engine import Engine
+from workbench.errors import InputError
+from workbench.plant import assembly, build, build_force_port, build_pilot_bench, build_valve_bench
+from workbench.plant.effects import EQUATIONS, LIBRARY, SLOTS, applies, find
+from workbench.rig import EffectUse, load_rig
+from workbench.units import to_si
+from workbench.views import equilibrium, linearise
+
+NAMES = {
+    "drive.delay": ("drive", "drive timing"),
+    "drive.lag": ("drive", "drive timing"),
+    "drive.saturation": ("drive", ""),
+    "drive.corrector": ("drive", ""),
+    "pilot.hysteresis": ("pilot", "spool stick"),
+    "main.stiction": ("main", "spool stick"),
+    "main.deadband": ("flow", ""),
+    "main.asymmetry": ("flow", ""),
+    "supply.sag": ("flow", ""),
+    "oil.air": ("flow", ""),
+    "jack.external_leakage": ("flow", ""),
+    "jack.friction": ("force", ""),
+    "load.bias": ("force", ""),
+    "load.spring": ("force", ""),
+    "load.compliance": ("force", ""),
+    "sensor.lag": ("sensor", ""),
+}
+"""The names that configs, code and reports use, each with its equation and family."""
+
+SEEN_IN = {
+    "drive": ("current", "spool"),
+    "pilot": ("current", "spool"),
+    "main": ("current", "spool"),
+    "flow": ("pa", "pb", "supply"),
+    "force": ("pa", "pb", "acceleration", "position", "force"),
+    "sensor": ("pa", "pb"),
+}
+SECOND_ORDER = {"drive": ("pa", "pb", "position"), "flow": ("pa", "pb", "position")}
+RIGS = ("jack-10t", "festo-tp511")
+HARD = (0.4, -0.4, 0.05, -0.02, 0.8, -0.8)  # command, for 25 ms each
+SMALL = {  # typical is what a 10 t jack shows: what a training cylinder would
+    "supply.sag": 10.0,
+    "jack.external_leakage": 0.1,
+    "jack.friction": 0.1,
+    "load.bias": 0.02,
+    "load.spring": 0.1,
+    "load.compliance": 50.0,
+}
+by_title = pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.title)
+
+
+class Hard:
+    """A rig under hard steps of the command, and what each effect does to it, each run once."""
+
+    def __init__(self, name):
+        self.rig = load_rig(name)
+        self.base = build(self.rig)
+        self.t = np.arange(len(HARD) * 25 + 1) * 1e-3
+        self.u = np.zeros((len(self.t), len(self.base.inputs)))
+        self.u[:, 0] = np.append(np.repeat(HARD, 25), 0.0)
+        self.x = Engine(self.base, back_end="interpreted").run(equilibrium(self.base).x, self.t, self.u).x
+        self.y = self.base.observe(self.x, self.u)
+        self._runs = {}
+
+    def run(self, effect):
+        """The plant, and lanes: all off, typical for this rig, and each number at its ends; parameters and batch."""
+        if effect.title not in self._runs:
+            plant = build(self.rig, also=(effect,))
+            off = {n.name: n.off for n in effect.numbers if n.off is not None}
+            typical = {n.name: n.typical for n in effect.numbers}
+            lanes = [typical | {n.name: end} for n in effect.numbers for end in (n.low, n.high)]
+            lanes = [off, strong(effect, self.rig), *lanes]
+            p = np.array([plant.parameter_values(**{effect.key(k): v for k, v in lane.items()}) for lane in lanes])
+            start = np.tile(self._start(plant, effect), (len(lanes), 1))
+            self._runs[effect.title] = (
+                plant,
+                p,
+                Engine(plant, back_end="interpreted").run_batch(start, self.t, self.u, p),
+            )
+        return self._runs[effect.title]
+
+    def _start(self, plant, effect):
+        """At rest; pressure transducers show their chamber's pressure."""
+        start = plant.start.copy()
+        for i, state in enumerate(self.base.states):
+            start[plant.state(state.name)] = self.x[0, i]
+        if effect.equation == "sensor":
+            for sensor, chamber in (("a", "P1"), ("b", "P2")):
+                start[plant.state(effect.key(sensor))] = self.x[0, self.base.state(chamber)]
+        return start
+
+
+@pytest.fixture(scope="session", params=RIGS)
+def hard(request):
+    return Hard(request.param)
+
+
+def strong(effect, rig):
+    """Numbers that are typical for this rig."""
+    factor = SMALL.get(effect.name, 1.0) if rig.jack == "differential" else 1.0
+    return {n.name: n.typical if n.off is None else n.off + factor * (n.typical - n.off) for n in effect.numbers}
+
+
+def test_all_names_are_there_with_their_equation_and_family():
+    assert {effect.name: (effect.equation, effect.family) for effect in LIBRARY} == NAMES
+    for name in NAMES:
+        formulas = [effect for effect in LIBRARY if effect.name == name]
+        assert len({(e.equation, e.family) for e in formulas}) == 1
+        assert find(name, "") is formulas[0]
+        needs = [len(e.numbers) + len(e.states) for e in formulas]
+        assert needs[0] == min(needs)
+
+
+@by_title
+def test_an_effect_can_be_taken_away_and_shown(effect):
+    assert effect.equation in EQUATIONS
+    assert effect.source
+    assert effect.shows
+    assert any(number.off is not None for number in effect.numbers)
+    for number in effect.numbers:
+        inside = [number.typical, *([] if number.off is None else [number.off])]
+        assert all(number.low <= value <= number.high for value in inside)
+        assert number.off is None or number.off != number.typical
+        assert to_si(1.0, number.shown, number.si) > 0
+        assert number.meaning
+
+
+@by_title
+def test_off_is_the_base_plant(hard, effect):
+    """With every strength off, the plant obeys the base equations to the last digits all along its way."""
+    base, u = hard.base, hard.u
+    skip_unless_applies(effect, hard.rig)
+    plant, p, batch = hard.run(effect)
+    x, rows = batch.x[0], [plant.state(s.name) for s in base.states]
+    own = x[:, rows]
+    rates, expected = np.array(plant.f(x.T, u.T, p[0]))[rows].T, np.array(base.f(own.T, u.T, base.p)).T
+    assert np.all(np.abs(rates - expected) <= 1e-9 * np.abs(expected).max(0))
+    seen, expected = plant.observe(x, u, p[0]), base.observe(own, u)
+    assert np.all(np.abs(seen - expected) <= 1e-9 * np.abs(expected).max(0))
+    assert np.all(np.abs(own - hard.x) <= 1e-3 * base.scale)
+
+
+@by_title
+def test_a_typical_strength_is_seen_in_the_signals_of_its_equation(hard, effect):
+    rig, names = hard.rig, hard.base.outputs
+    skip_unless_applies(effect, rig)
+    plant, p, batch = hard.run(effect)
+    if effect.delay:
+        return
+    change = np.sqrt(np.mean((plant.observe(batch.x[1], hard.u, p[1]) - hard.y) ** 2, axis=0))
+    noises = {name: change[names.index(name)] / sensor.noise for name, sensor in rig.sensors.items() if name in names}
+    seen = SEEN_IN | (SECOND_ORDER if rig.valve == "second-order" else {})
+    assert max(noises.get(name, 0.0) for name in seen[effect.equation]) > 2
+    if effect.equation == "sensor":
+        assert all(value < 0.05 for name, value in noises.items() if name not in ("pa", "pb"))
+
+
+@by_title
+def test_every_number_can_be_at_its_ends(hard, effect):
+    skip_unless_applies(effect, hard.rig)
+    plant, p, batch = hard.run(effect)
+    assert batch.ok.all()
+    outputs = [plant.observe(x, hard.u, p[i]) for i, x in enumerate(batch.x)]
+    assert all(np.isfinite(y).all() for y in outputs)
+    if effect.name == "supply.sag":
+        supply = plant.outputs.index("supply")
+        assert all((y[:, supply] <= hard.rig["Ps"] * (1 + 1e-4)).all() for y in outputs)
+
+
+def skip_unless_applies(effect, rig):
+    if not applies(effect, rig):
+        pytest.skip(f"no such slot on {rig.name}")
+
+
+def test_what_does_not_apply_is_refused(rig):
+    training = load_rig("festo-tp511")
+    assert all(applies(effect, rig) for effect in LIBRARY)
+    missing = {effect.title for effect in LIBRARY if not applies(effect, training)}
+    three_stage = ("drive.saturation", "drive.corrector", "pilot.hysteresis", "main.stiction")
+    assert missing == {"drive.lag amplifier", *(e.title for e in LIBRARY if e.name in three_stage)}
+    declared = replace(training, effects=(EffectUse("drive.lag", "", {}),))
+    message = 'drive.lag amplifier does not apply to a second-order valve; formula "command filter" does'
+    with pytest.raises(InputError, match=message):
+        build(declared)
+    with pytest.raises(InputError, match=r"main\.stiction coulomb does not apply to a second-order valve; take it out"):
+        build(training, also=(find("main.stiction", ""),))
+    assert build(replace(training, effects=(EffectUse("drive.lag", "command filter", {}),)))
+
+
+def test_the_delay_is_a_number_of_the_plant_without_a_law(rig, plant):
+    late = build(replace(rig, effects=(EffectUse("drive.delay", "", {}),)))
+    assert late.delay == "drive.delay.delay"
+    assert late.p[late.parameters.index("drive.delay.delay")] == 2e-3
+    assert late.states == plant.states
+    assert plant.delay is None
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_the_slots_of_a_plant_are_those_of_the_table(monkeypatch, name):
+    offered = {}
+    plain = assembly.Assembly.slot
+
+    def listening(self, slot, value, **context):
+        offered[slot] = tuple(context)
+        return plain(self, slot, value, **context)
+
+    monkeypatch.setattr(assembly.Assembly, "slot", listening)
+    rig = load_rig(name)
+    build(rig)
+    assert offered == {key: slot.offers for key, slot in SLOTS.items() if rig.valve in slot.valves}
+
+
+def test_benches_leave_out_what_they_do_not_have(rig):
+    """An effect of the load is no mistake on the bench of a valve; one of the pilot acts there too."""
+    loaded = replace(rig, effects=(EffectUse("load.bias", "", {}), EffectUse("main.deadband", "", {})))
+    bench, plain = build_valve_bench(loaded), build_valve_bench(rig)
+    u = np.array([0.01])
+    flows = [plant.observe(equilibrium(plant, command=0.01).x, u)[0, plant.output("flow")] for plant in (bench, plain)]
+    assert flows[0] < 0.3 * flows[1]
+    assert build_pilot_bench(loaded)
+    assert build_force_port(loaded)
+
+
+def test_a_declared_corrector_and_an_undeclared_one_are_the_same(rig, with_corrector):
+    declared = build(with_corrector(rig, "p-lead"))
+    found = build(rig, also=(find("drive.corrector", "lead"),))
+    values = {"drive.corrector.Td": 0.633e-3, "drive.corrector.tf": 0.548e-3}
+    p = found.parameter_values(**values)
+    x, u = equilibrium(declared).x + 0.01 * declared.scale, np.zeros(len(declared.inputs))
+    names = ["drive.corrector.c1" if s.name == "c1" else s.name for s in declared.states]
+    places = [found.state(name) for name in names]
+    own = np.empty(found.n)
+    own[places] = x
+    assert np.array(found.f(own, u, p)).ravel()[places] == pytest.approx(np.array(declared.f(x, u, declared.p)).ravel())
+
+
+def test_a_soft_mount_lowers_the_jack_s_mode_as_springs_in_series(rig, plant, rest):
+    """1/k = 1/k_oil + c, with a body so light that its own mode is far above."""
+    effect = find("load.compliance", "mount")
+    soft = build(rig, also=(effect,))
+    p = soft.parameter_values(**{effect.key("c"): 2e-8, effect.key("f"): 1000.0})
+    stiffness = 1e3 * mode(plant, plant.p) ** 2
+    expected = np.sqrt(1 / (1 / stiffness + 2e-8) / 1e3)
+    assert mode(soft, p) == pytest.approx(expected, rel=0.01)
+
+
+def mode(plant, p):
+    """Angular frequency of the jack's mode [rad/s]."""
+    poles = linearise(plant, equilibrium(plant, p=p), p=p).poles()
+    (pole,) = (pole for pole in poles if pole.imag > 0 and 10 < abs(pole) / (2 * np.pi) < 40)
+    return abs(pole)
