@@ -40,8 +40,8 @@ class Case:
     """A campaign to draw; whatever is not said here follows from the seed.
 
     effects: name and formula of each, see foreign.py. removed: names that the tracer's library is to be without.
-    misfit: the held-out chi2 that a refit of the base model should leave. few: no spool, acceleration and supply
-    sensors. poor: hardly any excitation.
+    misfit: the held-out chi2 that a refit of the base model should leave. sharp: how fast the command is, up to 1.
+    few: no spool, acceleration and supply sensors. poor: hardly any excitation.
     """
 
     seed: int
@@ -49,6 +49,7 @@ class Case:
     effects: tuple[tuple[str, str], ...] = ()
     removed: tuple[str, ...] = ()
     misfit: float = 6.0
+    sharp: float = 0.5
     noise: Noise = "white"
     supply: bool = True
     few: bool = False
@@ -119,7 +120,7 @@ def _scene(case: Case) -> Scene:
     kept = [name for name in logged if name in FEW or not case.few]
     excited = _random(case, "excitation")
     gain = loop_gain(rig, excited)
-    played = excitations(rig, excited, case.poor)
+    played = excitations(rig, excited, case.sharp, case.poor)
     scene = Scene(rig, _base(), true, {name: sigma[name] for name in kept}, gain, played)
     return _within_limits(scene)
 
@@ -153,7 +154,7 @@ def _strengths(case: Case, scene: Scene, causes: Sequence[Cause]) -> list[Streng
         def misfit(numbers: dict[str, float], one: Cause = one) -> float:
             return expected.chi2(scene.motions({one: numbers})[1:])
 
-        found.append(settle(misfit, one.effect, shape, case.misfit))
+        found.append(settle(misfit, one, shape, case.misfit))
     return found
 
 
@@ -182,6 +183,7 @@ def _truth(case: Case, scene: Scene, causes: Sequence[Cause], strengths: Sequenc
         "seed": case.seed,
         "noise": case.noise,
         "sigma": dict(scene.sigma),
+        "sharp": case.sharp,
         "supply": case.supply,
         "few": case.few,
         "poor": case.poor,

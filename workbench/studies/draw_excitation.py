@@ -12,27 +12,32 @@ CROSSOVER = (2.0, 3.2)  # rad/s: the position loop holds the jack, and leaves it
 STEP_SIZES = ((0.03, 1.0), (0.3, 1.0))  # of the travel: slow, fast
 STEP_SPEEDS = ((0.03, 0.5), (0.5, 3.0))  # m/s
 STEP_RESTS = (0.15, 0.45)  # s
-STEP_EDGES = (2e-3, 1e-2)  # s: how fast a move is up to its speed
+STEP_EDGE = 2e-3  # s: how fast a sharp move is up to its speed
 TRIANGLE_SPEEDS = ((0.008, 0.03), (0.03, 0.08), (0.08, 0.25))  # m/s
 SWING, SWING_TRAVEL = (0.5, 3.0), (0.04, 0.15)  # Hz; m, of the reference of the multisine
 FINE_BAND, FINE_LINES = (8.0, 330.0), 36  # Hz
-QUIET, LOUD, ABOVE = 2e-3, (3e-3, 2e-2), 60.0  # of full command, a line; Hz, above the jack's resonance
+QUIET, LOUD, ABOVE = 2e-3, 2e-2, 60.0  # of full command, a line; Hz, above the jack's resonance
 PERIOD = 2.0  # s, of the multisine
 POOR = 0.1  # of the usual size
 
 
-def excitations(rig: Rig, seed: np.random.Generator, poor: bool) -> tuple[Excitation, ...]:
+def excitations(rig: Rig, seed: np.random.Generator, sharp: float, poor: bool) -> tuple[Excitation, ...]:
     """static, steps, triangle and multisine, each from rest at mid stroke.
 
     The position loop follows the reference; the command adds what its speed takes at half the supply pressure, and for
-    the multisine a fine wave. `poor` ones are a tenth as large: they excite next to nothing.
+    the multisine a fine wave. The less `sharp` (up to 1), the slower are the edges of steps and the smaller is that
+    wave. `poor` ones are a tenth as large: they excite next to nothing.
     """
     period = rig.period.value
     still = excitation("static", "command", np.zeros(_rows(rig, STATIC)), period, rig["xmid"])
-    velocities = {"steps": _steps(rig, seed), "triangle": _triangles(rig, seed), "multisine": _swing(rig, seed)}
+    velocities = {
+        "steps": _steps(rig, seed, STEP_EDGE / sharp),
+        "triangle": _triangles(rig, seed),
+        "multisine": _swing(rig, seed),
+    }
     moving = [_moving(name, velocity, rig) for name, velocity in velocities.items()]
     lines = np.unique(np.round(np.geomspace(*FINE_BAND, FINE_LINES) * PERIOD))
-    fine = _waves(seed, lines, np.where(lines < ABOVE * PERIOD, QUIET, _log_uniform(seed, LOUD)), period)
+    fine = _waves(seed, lines, np.where(lines < ABOVE * PERIOD, QUIET, LOUD * sharp), period)
     last = moving[-1]
     moving[-1] = Excitation(last.name, period, last.reference, last.command + _repeated(fine, len(last.command)))
     size = POOR if poor else 1.0
@@ -44,17 +49,16 @@ def loop_gain(rig: Rig, seed: np.random.Generator) -> float:
     return float(seed.uniform(*CROSSOVER)) / _speed(rig)
 
 
-def _steps(rig: Rig, seed: np.random.Generator) -> np.ndarray:
+def _steps(rig: Rig, seed: np.random.Generator, edge: float) -> np.ndarray:
     """Velocities [n] m/s of moves with rests between: a fast one to the other side, then a slow one anywhere."""
     most, at = TRAVEL * rig.limit("stroke"), 0.0
     pieces, rows, side = [], 0, float(seed.choice([-1.0, 1.0]))
-    edge = _rows(rig, _log_uniform(seed, STEP_EDGES))
     while rows < _rows(rig, MOVING):
         fast = len(pieces) % 4 == 0
         side = -side if fast else float(seed.choice([-1.0, 1.0]))
         goal = side * most * _log_uniform(seed, STEP_SIZES[fast])
         rest = np.zeros(_rows(rig, seed.uniform(*STEP_RESTS)))
-        pieces += [_move(goal - at, _log_uniform(seed, STEP_SPEEDS[fast]), edge, fast, rig), rest]
+        pieces += [_move(goal - at, _log_uniform(seed, STEP_SPEEDS[fast]), _rows(rig, edge), fast, rig), rest]
         rows, at = rows + len(pieces[-2]) + len(rest), goal
     return np.concatenate(pieces)[: _rows(rig, MOVING)]
 

@@ -11,10 +11,11 @@ from ..plant import Plant
 from ..plant.effects import Effect
 from ..rig import Rig
 from .draw_play import Motion
+from .foreign import Cause
 
 WINDOW = 0.5  # s
 NUDGE = 1e-3  # of a scale or of a declared range, for sensitivities
-LEAST, MOST = 1e-4, 1e4  # of an effect's typical strength
+MOST = 1e4  # of an effect's typical strength
 ENOUGH, TRIALS = 0.15, 12  # of log(chi2 - 1)
 SHAPE = 2.0  # factor within which numbers are drawn that only shape an effect
 
@@ -49,17 +50,17 @@ def scaled(effect: Effect, shape: Mapping[str, float], strength: float) -> dict[
 
 
 def settle(
-    misfit: Callable[[dict[str, float]], float], effect: Effect, shape: Mapping[str, float], goal: float
+    misfit: Callable[[dict[str, float]], float], cause: Cause, shape: Mapping[str, float], goal: float
 ) -> Strength:
     """The strength at which `misfit` of the numbers is `goal`: false position on logarithms, in a bracket that halves.
 
     Where bounds or a failing simulation keep it below, the strongest that can be had.
     """
-    low, high, step = np.log(LEAST), np.log(MOST), 0.0
-    best = Strength(scaled(effect, shape, LEAST), LEAST, 1.0)
+    low, high, step = np.log(cause.least), np.log(MOST), 0.0
+    best = Strength(scaled(cause.effect, shape, cause.least), cause.least, 1.0)
     wanted = np.log(goal - 1)
     for _ in range(TRIALS):
-        numbers = scaled(effect, shape, float(np.exp(step)))
+        numbers = scaled(cause.effect, shape, float(np.exp(step)))
         try:
             chi2 = misfit(numbers)
         except InputError:

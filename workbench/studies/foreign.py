@@ -16,6 +16,8 @@ BESIDE = {
     "main.stiction": UNSEEN,
 }
 """Equations that are right too: a lap moves the spool's flow force, a corrector the spool."""
+SLOW = {"drive.lag": 0.1}
+"""A lag far below a period shows but in the current of the very moment at which the command is written."""
 TURNING = ("pump ripple", "motor out of balance")
 SWITCHED = ("drive.delay", "switched inside the period")
 
@@ -24,11 +26,13 @@ SWITCHED = ("drive.delay", "switched inside the period")
 class Cause:
     """An effect to draw with, and the equations in which a trace may rightly say that it sits.
 
-    `kicked` are states that do not begin at rest, by their name in the plant. `switched`: see draw_play.Late.
+    `least` is the smallest strength over the typical one that is still of its kind. `kicked` are states that do not
+    begin at rest, by their name in the plant. `switched`: see draw_play.Late.
     """
 
     effect: Effect
     equations: tuple[str, ...]
+    least: float = 1e-4
     kicked: Mapping[str, float] = field(default_factory=dict)
     switched: bool = False
 
@@ -50,7 +54,7 @@ def _cause(effect: Effect) -> Cause:
     right = UNSEEN if effect.equation in UNSEEN else (effect.equation,)
     kicked = {effect.key("cosine"): 1.0} if effect.name in TURNING else {}
     key = (effect.name, effect.formula)
-    return Cause(effect, BESIDE.get(effect.name, right), kicked, key == SWITCHED)
+    return Cause(effect, BESIDE.get(effect.name, right), SLOW.get(effect.name, 1e-4), kicked, key == SWITCHED)
 
 
 OWN: tuple[Cause, ...] = tuple(_cause(effect) for effect in LIBRARY)

@@ -19,6 +19,13 @@ def _two_poles(value: ca.SX, s: Scope) -> ca.SX:
     return second_order(value, s, "y")
 
 
+def _bare_pole(current: ca.SX, s: Scope) -> ca.SX:
+    """tau i' = demand - i, its floor of 1 us so low that nothing comes through at once."""
+    length = s.p("tau") + 1e-6
+    s.rate("i", (current - s.x("i")) / length)
+    return s.x("i") + 1e-6 / length * (current - s.x("i"))
+
+
 def _one_sided(current: ca.SX, s: Scope) -> ca.SX:
     """-limit (1 - down) <= i <= limit (1 - up)."""
     return ca.fmax(ca.fmin(current, (1 - s.p("up")) * s["limit"]), -(1 - s.p("down")) * s["limit"])
@@ -104,6 +111,14 @@ EFFECTS = (
             EffectNumber("zeta", "1", "1", 0.8, 0.5, 1.5, "damping"),
         ),
         _Y,
+    ),
+    formula(
+        "drive.lag",
+        "bare pole",
+        "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: torque motor driven through its coil",
+        {"current": _bare_pole},
+        (_TAU,),
+        (EffectState("i", "A", 0.02),),
     ),
     formula(
         "drive.saturation",
