@@ -217,14 +217,29 @@ def test_the_slots_of_a_plant_are_those_of_the_table(monkeypatch, name):
 
 
 def test_benches_leave_out_what_they_do_not_have(rig):
-    """An effect of the load is no mistake on the bench of a valve; one of the pilot acts there too."""
-    loaded = replace(rig, effects=(EffectUse("load.bias", "", {}), EffectUse("main.deadband", "", {})))
-    bench, plain = build_valve_bench(loaded), build_valve_bench(rig)
+    """Any effect may be declared where a part of the rig is built alone; it acts there if that part has its slots."""
+    first = [effect for effect in LIBRARY if find(effect.name, "") is effect]
+    whole = replace(rig, effects=tuple(EffectUse(effect.name, effect.formula, {}) for effect in first))
+    stateful = [effect.name for effect in first if effect.states]
+    acting = {
+        build: stateful,
+        build_force_port: [name for name in stateful if name != "load.compliance"],
+        build_valve_bench: ["drive.lag", "drive.corrector", "pilot.hysteresis"],
+        build_pilot_bench: ["pilot.hysteresis"],
+    }
+    for make, names in acting.items():
+        states = [state.name for state in make(whole).states if "." in state.name]
+        assert {name.rpartition(".")[0] for name in states} == set(names)
+
+
+def test_a_dead_band_shows_on_the_valve_s_bench(rig):
+    bench, plain = (
+        build_valve_bench(replace(rig, effects=(EffectUse("main.deadband", "", {}),))),
+        build_valve_bench(rig),
+    )
     u = np.array([0.01])
     flows = [plant.observe(equilibrium(plant, command=0.01).x, u)[0, plant.output("flow")] for plant in (bench, plain)]
     assert flows[0] < 0.3 * flows[1]
-    assert build_pilot_bench(loaded)
-    assert build_force_port(loaded)
 
 
 def test_a_declared_corrector_and_an_undeclared_one_are_the_same(rig, with_corrector):

@@ -208,5 +208,7 @@ def test_numbers_come_in_their_unit(with_effect):
 
 def test_one_effect_may_be_declared_once(rig):
     twice = (EffectUse("jack.friction", "coulomb", {}), EffectUse("jack.friction", "stribeck", {}))
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match="declared twice"):
         build(replace(rig, effects=twice))
+    with pytest.raises(InputError, match=r"jack\.friction would be there twice"):
+        build(replace(rig, effects=twice[:1]), also=(find("jack.friction", "stribeck"),))

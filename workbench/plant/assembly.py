@@ -104,6 +104,7 @@ class Assembly:
         self._dry: list[str] = []
         self._delay: str | None = None
         self._effects = effects
+        self._acting: set[str] = set()
         for effect, values in effects:
             self._add_effect(effect, values)
 
@@ -148,6 +149,7 @@ class Assembly:
         """Pass a quantity through every effect in this slot; with none it comes back as it was."""
         for effect, _ in self._effects:
             if name in effect.laws:
+                self._acting.add(effect.name)
                 u = {key: symbol for key, (_, symbol) in self._effect_inputs.items()}
                 value = _passed(effect, name, value, Scope(effect, self._p, self._x, u, self._rates, context))
         return value
@@ -167,8 +169,17 @@ class Assembly:
         if effect.delay:
             self._delay = effect.key(effect.delay)
 
+    def _drop_idle(self) -> None:
+        for effect, _ in self._effects:
+            if effect.name not in self._acting:
+                for state in effect.states:
+                    del self._x[effect.key(state.name)], self._variables[effect.key(state.name)]
+                for given in effect.inputs:
+                    del self._effect_inputs[effect.key(given.name)]
+
     def finish(self) -> Plant:
-        """The plant, with every state given a rate."""
+        """The plant, with every state given a rate; a bench leaves out effects of what it does not have."""
+        self._drop_idle()
         inputs = self._inputs | self._effect_inputs
         x = ca.vertcat(*self._x.values())
         u = ca.vertcat(*(symbol for _, symbol in inputs.values()))

@@ -84,6 +84,10 @@ def _assembly(rig: Rig, name: str, also: Sequence[Effect] = ()) -> Assembly:
     except InputError as error:
         raise InputError(f"rig {rig.name}: {error}") from None
     effects += tuple((effect, {number.name: number.typical for number in effect.numbers}) for effect in also)
+    names = [effect.name for effect, _ in effects]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise InputError(f"rig {rig.name}: {twice[0]} would be there twice; a plant has one formula of an effect")
     return Assembly(name, {key: number.value for key, number in rig.numbers.items()}, effects)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ...errors import InputError, nearest
+from ...units import to_si
 from .effect import EQUATIONS, Effect, EffectNumber, EffectState, Scope
 from .slots import SLOTS
 
@@ -79,6 +80,10 @@ def check(of: Effect) -> None:
         if names.count(name) > 1:
             raise InputError(f"{of.title}: {name} is there twice")
     for each in of.numbers:
+        try:
+            to_si(1.0, each.shown, each.si)
+        except InputError as error:
+            raise InputError(f"{of.title}: {each.name}: {error}") from None
         inside = [each.typical] if each.off is None else [each.typical, each.off]
         if not all(each.low <= value <= each.high for value in inside):
             raise InputError(f"{of.title}: {each.name}: typical and off must lie between low and high")

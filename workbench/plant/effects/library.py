@@ -39,21 +39,7 @@ def load_effects(path: str | Path) -> tuple[Effect, ...]:
 
     Raises InputError with file and line: no such file, an error of Python, no effect in it, an effect that can not be.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: no such effects file ({type(error).__name__}); give a path beside the rig") from None
-    names: dict[str, object] = {"__name__": Path(path).stem, "__file__": str(path)}
-    try:
-        exec(compile(text, str(path), "exec"), names)
-    except SyntaxError as error:
-        raise InputError(f"{path}: line {error.lineno}: {error.msg}") from None
-    except InputError as error:
-        raise InputError(f"{path}: line {_line(error.__traceback__, path)}: {error}") from None
-    except Exception as error:
-        row = _line(error.__traceback__, path)
-        raise InputError(f"{path}: line {row}: {type(error).__name__}: {error}") from error
-    found = declared(names.values())
+    found = declared(_executed(path).values())
     if not found:
         raise InputError(f"{path}: no effect in it; put @effect(...) above a function of (value, s)")
     try:
@@ -62,6 +48,27 @@ def load_effects(path: str | Path) -> tuple[Effect, ...]:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     return found
+
+
+def _executed(path: str | Path) -> dict[str, object]:
+    """The names that a Python file defines."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not text in UTF-8; effect_files are Python files") from None
+    except OSError:
+        raise InputError(f"{path}: no such file; effect_files are paths beside the rig file") from None
+    names: dict[str, object] = {"__name__": Path(path).stem, "__file__": str(path)}
+    try:
+        exec(compile(text, str(path), "exec"), names)
+    except SyntaxError as error:
+        raise InputError(f"{path}: line {error.lineno}: {error.msg}") from None
+    except InputError as error:
+        raise InputError(f"{path}: line {_line(error.__traceback__, path)}: {error}") from None
+    except Exception as error:
+        what = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise InputError(f"{path}: line {_line(error.__traceback__, path)}: {what}") from error
+    return names
 
 
 def _line(at: TracebackType | None, path: str | Path) -> int:
