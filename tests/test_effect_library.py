@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -171,6 +172,23 @@ def test_every_number_can_be_at_its_ends(hard, effect):
     if effect.name == "supply.sag":
         supply = plant.outputs.index("supply")
         assert all((y[:, supply] <= hard.rig["Ps"] * (1 + 1e-4)).all() for y in outputs)
+
+
+@by_title
+def test_slopes_exist_everywhere_and_lead_away_from_off(hard, effect):
+    """An implicit step needs df/dx, a fit df/dp; at off the first step of a fit must see the effect."""
+    skip_unless_applies(effect, hard.rig)
+    plant, p, batch = hard.run(effect)
+    x, u, v = ca.SX.sym("x", plant.n), ca.SX.sym("u", len(plant.inputs)), ca.SX.sym("p", len(plant.parameters))
+    both = ca.vertcat(plant.f(x, u, v), plant.h(x, u, v))
+    own = [plant.parameters.index(effect.key(n.name)) for n in effect.numbers]
+    slopes = ca.Function("slopes", [x, u, v], [ca.jacobian(both, x), ca.jacobian(both, v[own])])
+    for lane, states in enumerate(batch.x):
+        here = [np.array(part) for part in slopes.map(len(states))(states.T, hard.u.T, p[lane])]
+        assert all(np.isfinite(part).all() for part in here)
+        if lane == 0 and not effect.delay and effect.title != "drive.saturation hard":  # that one has an edge, no slope
+            steepest = np.abs(here[1].reshape(-1, len(own))).max(axis=0)  # columns repeat number by number, row by row
+            assert all(s > 0 for s, n in zip(steepest, effect.numbers, strict=True) if n.off is not None)
 
 
 def skip_unless_applies(effect, rig):
