@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.engine import Engine
+from workbench.engine.emit import first_unsupported
 from workbench.errors import InputError
 from workbench.plant import assembly, build, build_force_port, build_pilot_bench, build_valve_bench
 from workbench.plant.effects import EQUATIONS, LIBRARY, SLOTS, applies, find
@@ -183,6 +184,7 @@ def test_slopes_exist_everywhere_and_lead_away_from_off(hard, effect):
     both = ca.vertcat(plant.f(x, u, v), plant.h(x, u, v))
     own = [plant.parameters.index(effect.key(n.name)) for n in effect.numbers]
     slopes = ca.Function("slopes", [x, u, v], [ca.jacobian(both, x), ca.jacobian(both, v[own])])
+    assert first_unsupported(slopes) is None  # it runs as machine code
     for lane, states in enumerate(batch.x):
         here = [np.array(part) for part in slopes.map(len(states))(states.T, hard.u.T, p[lane])]
         assert all(np.isfinite(part).all() for part in here)
