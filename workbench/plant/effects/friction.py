@@ -10,7 +10,7 @@ from functools import partial
 import casadi as ca
 
 from .author import effect, number, state
-from .effect import Effect, Scope
+from .effect import Effect, EffectNumber, Scope
 
 _ARMSTRONG = "Armstrong-Helouvry et al., Automatica 30(7), 1994"
 _CANUDAS = "Canudas de Wit et al., IEEE Trans. Automatic Control 40(3), 1995, eqs. 1-4, sigma0 = Fc/d, sigma1 = Fc td/d"
@@ -64,32 +64,42 @@ def _peak(velocity: ca.SX, s: Scope) -> ca.SX:
     return ca.exp(-ratio * ratio)
 
 
-def _formulas(of: _Rubbing) -> tuple[Effect, ...]:
+def _numbers(of: _Rubbing) -> dict[str, EffectNumber]:
     force = partial(number, si="N", low=0.0, off=0.0, dry=True)
     fc = force("Fc", of.typical, high=of.highest, meaning="Coulomb friction")
     fs = force("Fs", 1.5 * of.typical, high=2 * of.highest, meaning="break-away friction")
     vs, d = (dict(zip(("typical", "low", "high"), r, strict=True)) for r in (of.stribeck, of.bristle))
-    speed = number("vs", si="m/s", shown="mm/s", meaning="Stribeck speed", **vs)
-    bristle = (
+    known = (
+        fc,
+        fs,
         number("ratio", 1.5, "1", low=1.0, high=4.0, meaning="break-away over Coulomb friction"),
-        speed,
+        number("vs", si="m/s", shown="mm/s", meaning="Stribeck speed", **vs),
         number("d", si="m", shown="um", meaning="deflection at which the bristles carry Fc", **d),
         number("td", 1e-3, "s", shown="ms", low=0.0, high=1e-2, meaning="damping time of the bristles"),
     )
+    return {each.name: each for each in known}
+
+
+def _formulas(of: _Rubbing) -> tuple[Effect, ...]:
+    known = _numbers(of)
+
+    def take(*names: str) -> tuple[EffectNumber, ...]:
+        return tuple(known[name] for name in names)
+
     here = partial(effect, of.name, equation=of.equation, family=of.family, slot=of.slot, shows=of.shows)
 
-    @here("coulomb", source=_ARMSTRONG, numbers=(fc,))
+    @here("coulomb", source=_ARMSTRONG, numbers=take("Fc"))
     def coulomb(friction: ca.SX, s: Scope) -> ca.SX:
         """F = Fc tanh(v/v0), v0 = 2 mm/s for a jack, 0.2 mm/s for a spool."""
         return friction + s.p("Fc") * ca.tanh(s["velocity"] / of.creep)
 
-    @here("stribeck", source=_ARMSTRONG, numbers=(fc, fs, speed))
+    @here("stribeck", source=_ARMSTRONG, numbers=take("Fc", "Fs", "vs"))
     def stribeck(friction: ca.SX, s: Scope) -> ca.SX:
         """F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] tanh(v/v0), v0 = 2 mm/s for a jack, 0.2 mm/s for a spool."""
         level = s.p("Fc") + (s.p("Fs") - s.p("Fc")) * _peak(s["velocity"], s)
         return friction + level * ca.tanh(s["velocity"] / of.creep)
 
-    @here("lugre", source=_CANUDAS, numbers=(fc, *bristle), states=(state("z", "1", 1.0),))
+    @here("lugre", source=_CANUDAS, numbers=take("Fc", "ratio", "vs", "d", "td"), states=(state("z", "1", 1.0),))
     def lugre(friction: ca.SX, s: Scope) -> ca.SX:
         """F = Fc (z + td z'), d z' = v - |v| z/g, g = 1 + (ratio - 1) exp(-(v/vs)^2).
 

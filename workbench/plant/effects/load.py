@@ -12,7 +12,7 @@ from .effect import Scope
 
 _BIAS = number("F", 5e3, "N", shown="kN", low=-1e5, high=1e5, off=0.0, meaning="constant force against positive motion")
 _K = number("k", 1e5, "N/m", shown="kN/m", low=0.0, high=1e7, off=0.0, meaning="stiffness")
-_K3 = number("k3", 1e7, "N/m^3", shown="kN/mm^3", low=0.0, high=1e10, off=0.0, meaning="cubic stiffness")
+_K3 = number("k3", 1e7, "N/m^3", shown="MN/m^3", low=0.0, high=1e10, off=0.0, meaning="cubic stiffness")
 _X0 = number("x0", 0.0, "m", shown="mm", low=-0.5, high=0.5, meaning="position from mid stroke at which it is slack")
 
 _bias = partial(
