@@ -91,13 +91,13 @@ class Scene:
 
 
 def draw(case: Case, folder: Path) -> dict[str, Any]:
-    """Write the campaign's folder, which must not exist yet, and return what it is short of. Raises InputError."""
+    """Write the campaign's folder and return what it is short of. Raises InputError."""
     scene, causes = _scene(case), [cause(*key) for key in case.effects]
     strengths = _strengths(case, scene, causes)
     loud = [_noises(case, scene, number) for number in range(len(scene.played))]
     mix = {one: found.numbers for one, found in zip(causes, strengths, strict=True)}
     motions = scene.motions(mix, [noises["position"] for noises in loud])
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / "campaign.toml").write_text(tomli_w.dumps({"rig": RIG, "records": ROLES}), encoding="utf-8")
     for number, (one, motion, noises) in enumerate(zip(scene.played, motions, loud, strict=True)):
         signals = {"t": one.t, "reference": one.reference, "command": motion.command}
