@@ -16,6 +16,7 @@ from .windows import Group, Windows, first_guess
 _TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
 _SLOPES = 1e-3  # of the tangents
 _STEPPING = Stepping(_SLOPES, 2e-5, 20_000)
+_MOST = 1e30  # a tangent beyond this, or NaN, says nothing
 _LANES = 256  # directions times windows that are computed together, so that they stay in the cache
 
 
@@ -99,6 +100,41 @@ class Model:
             found.append(whole)
         return found
 
+    def linear(
+        self, windows: Windows, x0: np.ndarray, p: np.ndarray, inputs: Sequence[int]
+    ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+        """For each group the errors e [w, rows, s] and the tangents of every row: a, b, c, d (see localise.Local)."""
+        errors = self.errors(windows, x0, p)
+        found = []
+        for group, e in zip(windows.groups, errors, strict=True):
+            u = self._constant(windows.commands(group, self._delay(p))[0])
+            x = self.engine.run_batch(x0[group.which], group.t, u, p).x[:, :-1]
+            parts = [self._rows(x[w], u[w], np.diff(group.t[w]), p, inputs) for w in range(len(x))]
+            ahead, seen = (np.array(part) for part in zip(*parts, strict=True))
+            seen = seen * group.weight[..., None]
+            n = self.plant.n
+            found.append((e, ahead[..., :n], ahead[..., n:], seen[..., :n], seen[..., n:]))
+        return found
+
+    def _rows(
+        self, x: np.ndarray, u: np.ndarray, duration: np.ndarray, p: np.ndarray, inputs: Sequence[int]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Change of the next state [rows, n, n + m] and of the outputs [rows, s, n + m] with state and inputs."""
+        n, m, k, rows = self.plant.n, len(self.plant.inputs), len(p), len(x)
+        size = n + len(inputs)
+        both, held, q = np.zeros((rows, size, 2 * n)), np.zeros((rows, size, 1, 2 * m)), np.zeros(2 * k)
+        both[..., :n], held[..., 0, :m], q[:k] = x[:, None], u[:, None], p
+        both[:, np.arange(n), n + np.arange(n)] = self.plant.scale
+        for column, index in enumerate(inputs):
+            held[:, n + column, 0, m + index] = self.plant.inputs[index].scale
+        both, held = both.reshape(-1, 2 * n), held.reshape(-1, 1, 2 * m)
+        t = np.zeros((rows, size, 2))
+        t[..., 1] = duration[:, None]
+        ahead = self._tangents.run_batch(both, t.reshape(-1, 2), held, q).x[:, 1, n:]
+        seen = self._tangents.outputs(both[:, None], held, q)
+        ahead = ahead.reshape(rows, size, n) / self.plant.scale
+        return np.nan_to_num(np.swapaxes(ahead, 1, 2)), np.swapaxes(seen.reshape(rows, size, -1), 1, 2)
+
     def _along(
         self,
         windows: Windows,
@@ -126,7 +162,7 @@ class Model:
         t = np.repeat(group.t[part], size, axis=0)
         batch = self._tangents.run_batch(x, t, u, q)
         dy = self._tangents.outputs(batch.x[:, :-1], u, q[:, None])
-        return np.nan_to_num(dy).reshape(w, size, rows, -1)
+        return np.where(np.abs(dy) < _MOST, dy, 0.0).reshape(w, size, rows, -1)
 
 
 def _chunks(windows: int, directions: int) -> Iterator[slice]:

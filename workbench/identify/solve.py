@@ -1,7 +1,8 @@
 """Least squares over windows: initial states and numbers together, the initial states eliminated window by window.
 
 The cost is the sum of squared errors over sigma, plus the squares of what is not measured: every initial state is held
-loosely (one scale) at its guess, every number loosely (one range) at its start. Numbers stay inside their ranges.
+at its guess within a tenth of its scale (fast states, which no sample sees, would wander off), every number loosely
+(one range) at its start. Numbers stay inside their ranges.
 """
 
 from collections.abc import Sequence
@@ -14,12 +15,17 @@ from .model import Model
 from .windows import Windows
 
 ROUNDS = 20
+_HELD = 0.1  # of a state's scale
 _ENOUGH = 1e-5  # relative fall of the cost below which a fit is done, or
 _LEAST = 0.5  # the fall itself: far below what noise would tell apart
 _STATE_ROUNDS = 12
 _STATE_ENOUGH = 0.02  # a window whose cost falls less is done
 _FIRST_DAMPING = 1e-3
+_REFRESHED, _REFRESH_ROUNDS = 2, 4  # how often guesses are made anew, and rounds of their states
+_CAUGHT = 0.9  # of its squared errors: below which a window is gone on from the new guess
 _MOST_DAMPING = 1e6
+_TRIES = 8  # dampings tried, each ten times the last, before a fit is given up
+_STEEPEST = 1e8  # sigma per scale: a window with such slopes is unstable, and moves nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,33 +141,71 @@ def fit_numbers(
 ) -> Fit:
     """Fit the free numbers from distances `start` [k] and initial states `guess` [w, n]; kappa [signals] of the noise.
 
-    A start that can not be simulated comes back as it is, with infinite squares.
+    Every number is held loosely at distance 0. A window may be caught where its first guess led it: once the numbers
+    are known, guesses are made anew, and those that lead further are gone on from. A start that can not be simulated
+    comes back as it is, with infinite squares.
     """
     free = tuple(free)
-    low, high, width = _ranges(free)
-    prior = start.copy()
-    x, x0 = np.clip(start, low, high), guess.copy()
-    now = numbers_at(model, free, x, p)
-    costs, squares = _costs(model, windows, x0, now, guess)
-    cost = costs.sum() + float(np.sum(((x - prior) / width) ** 2))
-    damping, normal, done = _FIRST_DAMPING, None, not np.isfinite(cost)
-    for _ in range(rounds):
-        if done or damping > _MOST_DAMPING:
+    descent = _Descent(model, windows, free, p)
+    found = descent.run(np.clip(start, *descent.ends), guess, guess, rounds)
+    for _ in range(_REFRESHED):
+        if not np.isfinite(found.squares).all():
             break
-        if normal is None:
-            normal = _normal(model, windows, x0, now, guess, directions(model, free, x))
-        dx0, dx = _number_step(normal, x, (x - prior) / width**2, width, (low, high), damping)
-        trial, trial0 = np.clip(x + dx, low, high), x0 + dx0 * model.plant.scale
-        p_trial = numbers_at(model, free, trial, p)
-        costs, found = _costs(model, windows, trial0, p_trial, guess)
-        total = costs.sum() + float(np.sum(((trial - prior) / width) ** 2))
-        if not total < cost:
-            damping *= 30
-            continue
-        done = cost - total < max(_ENOUGH * cost, _LEAST) and damping <= _FIRST_DAMPING
-        x, x0, now, cost, squares, normal = trial, trial0, p_trial, total, found, None
-        damping = max(damping / 10, 1e-9)
-    return _finished(model, windows, free, (x, now, x0, squares), guess, kappa)
+        anew = model.starts(windows, found.p)
+        x0, squares = fit_states(model, windows, anew, found.p, _REFRESH_ROUNDS)
+        better = squares < _CAUGHT * found.squares
+        if not better.any():
+            break
+        x0, guess = (np.where(better[:, None], new, old) for new, old in ((x0, found.x0), (anew, guess)))
+        found = descent.run(found.x, x0, guess, rounds)
+    return _finished(model, windows, free, (found.x, found.p, found.x0, found.squares), guess, kappa)
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Where a descent stands: distances, parameters, initial states, squared errors [w]."""
+
+    x: np.ndarray
+    p: np.ndarray
+    x0: np.ndarray
+    squares: np.ndarray
+
+
+class _Descent:
+    """Damped Gauss-Newton steps in numbers and initial states together (Levenberg, Marquardt)."""
+
+    def __init__(self, model: Model, windows: Windows, free: tuple[Free, ...], p: np.ndarray) -> None:
+        self._model, self._windows, self._free, self._p = model, windows, free, p
+        low, high, self._width = _ranges(free)
+        self.ends = (low, high)
+
+    def run(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray, rounds: int) -> _Place:
+        """Descend from x and x0 until the cost hardly falls."""
+        place, cost = self._at(x, x0, guess)
+        damping = _FIRST_DAMPING
+        for _ in range(rounds if np.isfinite(cost) else 0):
+            along = directions(self._model, self._free, place.x)
+            normal = _normal(self._model, self._windows, place.x0, place.p, guess, along)
+            ahead, total = place, cost
+            for damping in damping * 10.0 ** np.arange(_TRIES):
+                ahead, total = self._at(*self._step(normal, place, float(damping)), guess)
+                if total < cost:
+                    break
+            if not total < cost:
+                break
+            fall, place, cost, damping = cost - total, ahead, total, max(float(damping) / 10, 1e-9)
+            if fall < max(_ENOUGH * cost, _LEAST):
+                break
+        return place
+
+    def _at(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray) -> tuple[_Place, float]:
+        p = numbers_at(self._model, self._free, x, self._p)
+        costs, squares = _costs(self._model, self._windows, x0, p, guess)
+        return _Place(x, p, x0, squares), float(costs.sum() + np.sum((x / self._width) ** 2))
+
+    def _step(self, normal: Normal, place: _Place, damping: float) -> tuple[np.ndarray, np.ndarray]:
+        dx0, dx = _number_step(normal, place.x, place.x / self._width**2, self._width, self.ends, damping)
+        return np.clip(place.x + dx, *self.ends), place.x0 + dx0 * self._model.plant.scale
 
 
 def _finished(
@@ -208,7 +252,7 @@ def _costs(
     squares = np.empty(windows.count)
     for group, errors in zip(windows.groups, model.errors(windows, x0, p), strict=True):
         squares[group.which] = np.sum(errors**2, axis=(1, 2))
-    return squares + np.sum(((x0 - guess) / model.plant.scale) ** 2, axis=1), squares
+    return squares + np.sum(((x0 - guess) / (_HELD * model.plant.scale)) ** 2, axis=1), squares
 
 
 def _normal(
@@ -236,11 +280,16 @@ def _accumulate(
     n, size = model.plant.n, slopes[0].shape[-1]
     matrix, gradient = np.empty((windows.count, size, size)), np.empty((windows.count, size))
     for group, whole, error in zip(windows.groups, slopes, errors, strict=True):
+        whole[np.abs(whole).max(axis=(1, 2)) > _STEEPEST] = 0.0
         matrix[group.which] = np.swapaxes(whole, 1, 2) @ whole
         gradient[group.which] = np.einsum("wmi,wm->wi", whole, error.reshape(len(error), -1))
-    held = (x0 - guess) / model.plant.scale
+    held = (x0 - guess) / (_HELD**2 * model.plant.scale)
     return Normal(
-        matrix[:, :n, :n] + np.eye(n), matrix[:, :n, n:], gradient[:, :n] + held, matrix[:, n:, n:], gradient[:, n:]
+        matrix[:, :n, :n] + np.eye(n) / _HELD**2,
+        matrix[:, :n, n:],
+        gradient[:, :n] + held,
+        matrix[:, n:, n:],
+        gradient[:, n:],
     )
 
 

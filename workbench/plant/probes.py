@@ -41,13 +41,20 @@ def probes(rig: Rig) -> tuple[Effect, ...]:
     """The probes that this rig's plant has room for, one an equation; SI inputs, their scales clearly visible.
 
     drive: A on the measured current, or of a second-order valve on its command [1]. pilot: A on the current that makes
-    torque. main: N along the main spool's motion. flow: m^3/s into chambers A and B. force: N on the moving mass along
+    torque. main: N along the main spool's motion. flow: m^3/s into chambers A and B, and
+    Pa on the supply. force: N on the moving mass along
     positive motion, not in the load cell. sensor: Pa on the signals of pa and pb.
     """
     area, pressure = max(rig[name] for name in ("Aj", "AA", "AB") if name in rig.numbers), 0.05 * rig["Ps"]
     flow = 0.02 * rig["n"] * rig["K3"] * rig["z3max"] * rig["Ps"] ** 0.5
     known = [
-        _probe("flow", {"leakage": _fed}, EffectInput("into_a", "m^3/s", flow), EffectInput("into_b", "m^3/s", flow)),
+        _probe(
+            "flow",
+            {"leakage": _fed, "supply": _added("supply")},
+            EffectInput("into_a", "m^3/s", flow),
+            EffectInput("into_b", "m^3/s", flow),
+            EffectInput("supply", "Pa", pressure),
+        ),
         _probe("force", {"body_force": _pushed}, EffectInput("force", "N", pressure * area)),
         _probe(
             "sensor",

@@ -1,0 +1,65 @@
+"""The rule that names an effect, or does not: pure functions of squared errors on held-out records.
+
+V0 and V are the squared errors over sigma before and with an effect, N their samples, kappa the autocorrelation factor
+of the noise. The numbers are those of the study in experiments/README.md; none may be loosened to name more.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+MISFIT = 0.05  # chi2 above 1 by this, or by four standard deviations of its own, is a misfit
+SIGNIFICANT = 30.0  # kappa: gain in log-likelihood of a disturbance in the best equation
+CHANCE = 0.01  # that the best of all candidates gains as much from noise
+BIC = 10.0  # kappa
+NAMED = 0.8  # explained share of the misfit, or chi2 below
+CLOSED = 1.05
+TIED = 0.01  # of the explained share
+PARTIAL = 0.3  # explained share from which an effect may be one of two
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What one candidate does: `explained` share of the misfit, chi2 with it, numbers it has, and whether it counts."""
+
+    name: str
+    formula: str
+    explained: float
+    chi2: float
+    numbers: int
+    passes: bool
+
+
+def misfit(chi2: float, samples: int, kappa: float) -> bool:
+    """Whether chi2 on held-out data says that something is missing."""
+    return chi2 > 1 + max(MISFIT, 4 * float(np.sqrt(2 * kappa / samples)))
+
+
+def explained(before: float, after: float, samples: int) -> float:
+    """The share of the misfit that an effect takes away, (V0 - V)/(V0 - N), 0 where it only harms."""
+    if not np.isfinite(after) or before <= samples:
+        return 0.0
+    return max(0.0, (before - after) / (before - samples))
+
+
+def passes(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> bool:
+    """Whether an effect is no accident: BIC falls on train records, and the held-out gain is beyond chance."""
+    if not np.isfinite(after) or after >= before:
+        return False
+    chance = candidates * float(norm.cdf(-np.sqrt((before - after) / kappa)))
+    return bic_fall > BIC * kappa and chance < CHANCE
+
+
+def named(judgements: Sequence[Judgement]) -> list[Judgement]:
+    """The best formulas of the effects that explain the misfit, best first; several: they tie; none: unknown.
+
+    Of those within TIED of the best the one with the fewest numbers comes first.
+    """
+    able = [one for one in judgements if one.passes and (one.explained >= NAMED or one.chi2 < CLOSED)]
+    if not able:
+        return []
+    most = max(one.explained for one in able)
+    near = sorted((one for one in able if one.explained >= most - TIED), key=lambda one: (one.numbers, -one.explained))
+    return [one for place, one in enumerate(near) if one.name not in [other.name for other in near[:place]]]

@@ -1,0 +1,168 @@
+"""The fits of a trace: the rig alone, and with effects added, each judged on records that were never fitted."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import InputError
+from ..plant.effects import Effect
+from ..records import Campaign, Record
+from ..rig import Rig
+from .candidate import Candidate, carried, model_with, uncertain
+from .determined import Free
+from .model import Model
+from .noise import Floor, noise_floor
+from .score import starts_with
+from .solve import Fit, fit_numbers, fit_states, numbers_at
+from .windows import WINDOW, Windows, cut
+
+_SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
+_REFIT_ROUNDS = 12
+_WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
+_ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What a trace or a fit of one campaign works on: windows to fit and windows to judge by."""
+
+    campaign: Campaign
+    rig: Rig
+    floor: Floor
+    train: Windows
+    heldout: Windows
+
+    @cached_property
+    def kappas(self) -> np.ndarray:
+        """Autocorrelation factor of each compared signal of the train windows [signals]."""
+        return np.array([self.floor.kappa[name] for name in self.train.names])
+
+    @property
+    def kappa(self) -> float:
+        """Autocorrelation factor over all signals."""
+        return float(np.mean(self.kappas))
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """A model that was fitted, and judged: `known` are the effects added to the rig, with the numbers they started at.
+
+    `heldout` are squared errors [windows] of the held-out records, `x0` their initial states.
+    """
+
+    known: tuple[Candidate, ...]
+    model: Model
+    fit: Fit
+    x0: np.ndarray
+    heldout: np.ndarray
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects alone."""
+        return tuple(one.effect for one in self.known)
+
+    @property
+    def squares(self) -> float:
+        """All squared errors over sigma of the held-out records; infinite where a window failed."""
+        return float(self.heldout.sum())
+
+
+def case_of(campaign: Campaign, rig: Rig) -> Case:
+    """Windows and noise floor of a campaign. Raises InputError where it can not be fitted, saying what to add."""
+    if not campaign.train:
+        raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
+    floor = noise_floor(campaign)
+    plant = model_with(rig, (), ()).plant
+    _check_signals(campaign, plant.outputs)
+    train, heldout = cut(plant, campaign.train, floor), cut(plant, campaign.heldout, floor)
+    for role, windows in (("train", train), ("heldout", heldout)):
+        seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
+        if seconds < _SHORTEST * WINDOW - 1e-6:
+            raise InputError(
+                f"{campaign.path}: {role} records last {seconds:.2g} s in all; {_SHORTEST * WINDOW:g} s at least are needed"
+            )
+    return Case(campaign, rig, floor, train, heldout)
+
+
+def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: None) -> Stand:
+    """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best."""
+    free = uncertain(case.rig)
+    model = model_with(case.rig, (), case.train.names)
+    random = np.random.default_rng(0)
+    best: Fit | None = None
+    for start in range(starts):
+        x = np.zeros(len(free)) if start == 0 else random.uniform(-0.7, 0.7, len(free))
+        p = model.plant.p
+        guess = model.starts(case.train, p)
+        found = fit_numbers(model, case.train, free, x, p, guess, case.kappas)
+        say(f"start {start + 1}: chi2 {found.chi2:.4g} on the train records")
+        if found.ok and (best is None or found.squares.sum() < best.squares.sum()):
+            best = found
+    if best is None:
+        raise InputError(
+            f"{case.campaign.path}: {case.rig.name} can not be simulated along the train records; check that the rig fits them"
+        )
+    return judged(case, model, best, ())
+
+
+def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -> Stand:
+    """The stand with one more effect, fitted with all numbers; `again` tries a second start too."""
+    model = model_with(case.rig, (*stand.effects, candidate.effect), case.train.names)
+    found = _fitted(case, stand, model, candidate)
+    if again:
+        other = _fitted(case, stand, model, _elsewhere(candidate))
+        if not found.ok or other.squares.sum() < found.squares.sum():
+            found = other
+    return judged(case, model, found, (*stand.known, candidate))
+
+
+def judged(case: Case, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> Stand:
+    """A fit with its errors on the held-out records, initial states refitted."""
+    if not fit.ok:
+        x0 = np.zeros((case.heldout.count, model.plant.n))
+        return Stand(known, model, fit, x0, np.full(case.heldout.count, np.inf))
+    x0, squares = fit_states(model, case.heldout, model.starts(case.heldout, fit.p), fit.p)
+    return Stand(known, model, fit, x0, squares)
+
+
+def _fitted(case: Case, stand: Stand, model: Model, candidate: Candidate) -> Fit:
+    more = candidate.free()
+    free: Sequence[Free] = (*stand.fit.free, *more)
+    before, off = (
+        carried(stand.model.plant, stand.fit.p, model.plant),
+        {n.name: n.off for n in candidate.effect.numbers},
+    )
+    for share in _WEAKER:
+        place = np.array([_toward(one, off[one.name.rsplit(".", 1)[1]], share) for one in more])
+        p = numbers_at(model, more, place, before)
+        guess = starts_with(model, stand.model, case.train, stand.fit.x0, p)
+        squares = sum(float(np.sum(e**2)) for e in model.errors(case.train, guess, p))
+        if squares < stand.fit.squares.sum():
+            break
+    return fit_numbers(model, case.train, free, np.append(stand.fit.x, place), p, guess, case.kappas, _REFIT_ROUNDS)
+
+
+def _toward(free: Free, off: float | None, share: float) -> float:
+    """The distance of a number that is `share` of the way from off to its start; a number without off stays."""
+    return 0.0 if off is None else (1 - share) * free.distance(off)
+
+
+def _elsewhere(candidate: Candidate) -> Candidate:
+    """Another start: what shapes the effect far from where it was, or at typical strength where nothing does."""
+    start = dict(candidate.start)
+    for number in candidate.effect.numbers:
+        if number.off is None:
+            moved = start[number.name] * _ELSEWHERE
+            start[number.name] = float(np.clip(moved, number.low, number.high))
+        else:
+            start[number.name] = 0.5 * (start[number.name] + number.typical)
+    return Candidate(candidate.effect, start)
+
+
+def _check_signals(campaign: Campaign, outputs: Sequence[str]) -> None:
+    records: tuple[Record, ...] = (*campaign.train, *campaign.heldout)
+    for record in records:
+        if not any(name in outputs for name in record.signals):
+            raise InputError(f"record {record.name}: no signal that rig predicts; check names and rig")
