@@ -67,27 +67,22 @@ class Scene:
     """All that a case decides but its effects: the rig, its true numbers, its sensors' noise, what is played."""
 
     rig: Rig
-    base: Engine
     true: Mapping[str, float]
     sigma: Mapping[str, float]
     gain: float
     played: tuple[Excitation, ...]
 
     def motions(
-        self, mix: Mapping[Cause, Mapping[str, float]], heard: Sequence[np.ndarray] | None = None
+        self, mix: Mapping[Cause, Mapping[str, float]], played: Sequence[Excitation], heard: Sequence[np.ndarray] = ()
     ) -> list[Motion]:
-        """Every excitation played on the rig with these effects' numbers; `heard` [n] m is the noise of position."""
-        causes = list(mix)
-        engine = Engine(build(self.rig, also=[c.effect for c in causes]), TOLERANCE) if mix else self.base
+        """Excitations played on the rig with these effects' numbers; `heard` [n] m is the noise of position, if any."""
+        engine = _engine(tuple(one.key for one in mix))
         given = {one.effect.key(name): value for one, numbers in mix.items() for name, value in numbers.items()}
         p = engine.plant.parameter_values(None, **self.true, **given)
-        late = Late(given[engine.plant.delay], any(c.switched for c in causes)) if engine.plant.delay else Late()
-        begin = start(engine, p, {name: value for one in causes for name, value in one.kicked.items()})
-        silent = [np.zeros(len(one.reference)) for one in self.played]
-        return [
-            play(engine, p, begin, one, self.gain, noise, late)
-            for one, noise in zip(self.played, heard or silent, strict=True)
-        ]
+        late = Late(given[engine.plant.delay], any(one.switched for one in mix)) if engine.plant.delay else Late()
+        begin = start(engine, p, {name: value for one in mix for name, value in one.kicked.items()})
+        noises = heard or [np.zeros(len(one.reference)) for one in played]
+        return [play(engine, p, begin, one, self.gain, noise, late) for one, noise in zip(played, noises, strict=True)]
 
 
 def draw(case: Case, folder: Path) -> dict[str, Any]:
@@ -96,14 +91,16 @@ def draw(case: Case, folder: Path) -> dict[str, Any]:
     strengths = _strengths(case, scene, causes)
     loud = [_noises(case, scene, number) for number in range(len(scene.played))]
     mix = {one: found.numbers for one, found in zip(causes, strengths, strict=True)}
-    motions = scene.motions(mix, [noises["position"] for noises in loud])
+    motions = scene.motions(mix, scene.played, [noises["position"] for noises in loud])
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "campaign.toml").write_text(tomli_w.dumps({"rig": RIG, "records": ROLES}), encoding="utf-8")
+    torn = int(_random(case, "torn").integers(len(scene.played)))  # the record that loses rows, if any does
     for number, (one, motion, noises) in enumerate(zip(scene.played, motions, loud, strict=True)):
         signals = {"t": one.t, "reference": one.reference, "command": motion.command}
         for name in scene.sigma:
             signals[name] = quantised(motion.outputs[name] + noises[name], scene.rig, name, case.noise)
-        write(folder / f"{one.name}.csv.gz", signals, case.blemish, _random(case, "blemish", number))
+        blemish = [what for what in case.blemish if what != "drop" or number == torn]
+        write(folder / f"{one.name}.csv.gz", signals, blemish, _random(case, "blemish", number))
     return _truth(case, scene, causes, strengths)
 
 
@@ -121,14 +118,14 @@ def _scene(case: Case) -> Scene:
     excited = _random(case, "excitation")
     gain = loop_gain(rig, excited)
     played = excitations(rig, excited, case.sharp, case.poor)
-    scene = Scene(rig, _base(), true, {name: sigma[name] for name in kept}, gain, played)
+    scene = Scene(rig, true, {name: sigma[name] for name in kept}, gain, played)
     return _within_limits(scene)
 
 
 def _within_limits(scene: Scene) -> Scene:
     """The scene with excitations so small that the rig stays within its stroke and no chamber falls below 0 bar."""
     for _ in range(TRIES):
-        fits = [_fits(scene.rig, motion) for motion in scene.motions({})]
+        fits = [_fits(scene.rig, motion) for motion in scene.motions({}, scene.played)]
         if all(fits):
             return scene
         smaller = [one if fit else one.scaled(SMALLER) for one, fit in zip(scene.played, fits, strict=True)]
@@ -145,14 +142,15 @@ def _strengths(case: Case, scene: Scene, causes: Sequence[Cause]) -> list[Streng
     """Each effect alone as strong as the case asks."""
     if not causes:
         return []
-    p = scene.base.plant.parameter_values(None, **scene.true)
-    expected = Misfit(scene.base, p, scene.rig, scene.sigma, scene.motions({})[1:])
+    base, moving = _engine(()), scene.played[1:]
+    p = base.plant.parameter_values(None, **scene.true)
+    expected = Misfit(base, p, scene.rig, scene.sigma, scene.motions({}, moving))
     found = []
     for number, one in enumerate(causes):
         shape = shaped(one.effect, _random(case, "shape", number))
 
         def misfit(numbers: dict[str, float], one: Cause = one) -> float:
-            return expected.chi2(scene.motions({one: numbers})[1:])
+            return expected.chi2(scene.motions({one: numbers}, moving))
 
         found.append(settle(misfit, one, shape, case.misfit))
     return found
@@ -203,6 +201,6 @@ def _rig() -> Rig:
     return load_rig(RIG)
 
 
-@lru_cache(maxsize=1)
-def _base() -> Engine:
-    return Engine(build(_rig()), TOLERANCE)
+@lru_cache(maxsize=4)
+def _engine(causes: tuple[tuple[str, str], ...]) -> Engine:
+    return Engine(build(_rig(), also=[cause(*key).effect for key in causes]), TOLERANCE)

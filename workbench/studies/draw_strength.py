@@ -137,7 +137,8 @@ class Misfit:
         p[1 + n :] += NUDGE * self._shifts
         y = self._predicted(states, np.tile(command, (lanes, 1)), p).reshape(lanes, -1)
         slopes = (y[1:] - y[0]).T / NUDGE
-        free = np.linalg.qr(np.vstack((slopes[:, :n], np.eye(n))))[0][:-n]
+        free = slopes[:, :n]
+        free = np.linalg.solve(np.linalg.cholesky(free.T @ free + np.eye(n)), free.T).T
         return free, slopes[:, n:] - free @ (free.T @ slopes[:, n:])
 
 

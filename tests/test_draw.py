@@ -1,0 +1,212 @@
+"""Drawn campaigns: the same from the same seed, at their own noise floor, as far off as was asked, readable."""
+
+import numpy as np
+import pytest
+
+from workbench.engine import Engine
+from workbench.excitation import Excitation
+from workbench.identify.noise import noise_floor
+from workbench.identify.predict import predict_windows
+from workbench.plant import build
+from workbench.records import load_campaign
+from workbench.studies.draw import Case, draw
+from workbench.studies.draw_noise import BLEMISHES, noise
+from workbench.studies.draw_play import Late, play, start
+from workbench.studies.draw_strength import scaled, settle
+from workbench.studies.foreign import FOREIGN, OFF, OWN, cause
+
+PERIOD = 1e-3
+COULOMB = (("jack.friction", "coulomb"),)
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("drawn") / "clean"
+    return folder, draw(Case(seed=11, kind="clean"), folder)
+
+
+@pytest.fixture(scope="module")
+def rubbing(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("drawn") / "rubbing"
+    return folder, draw(Case(21, "single", COULOMB, misfit=6.0, supply=False, blemish=BLEMISHES), folder)
+
+
+def squares(rig, folder, truth, numbers, also=()):
+    """Mean square of the held-out errors over the drawn sigma, by signal, of the rig with its true numbers."""
+    campaign = load_campaign(folder)
+    model = build(rig.with_values(**truth["true"]), also)
+    model.p[:] = model.parameter_values(**numbers)
+    floor = noise_floor(campaign)
+    found = predict_windows(model, campaign.heldout[0], floor)
+    assert not found.failed
+    return {name: np.nanmean((found.error(name) / truth["sigma"][name]) ** 2) for name in found.signals}
+
+
+def test_a_seed_is_a_campaign(clean, tmp_path):
+    folder, truth = clean
+    assert draw(Case(seed=11, kind="clean"), tmp_path / "again") == truth
+    assert draw(Case(seed=12, kind="clean"), tmp_path / "other") != truth
+    for file in folder.iterdir():
+        assert (tmp_path / "again" / file.name).read_bytes() == file.read_bytes()
+        other = (tmp_path / "other" / file.name).read_bytes()
+        assert (other == file.read_bytes()) == (file.name == "campaign.toml")
+
+
+def test_a_folder_does_not_give_the_answer_away(rubbing):
+    names = {file.name for file in rubbing[0].iterdir()}
+    assert names == {"campaign.toml", "static.csv.gz", "steps.csv.gz", "triangle.csv.gz", "multisine.csv.gz"}
+    assert "friction" not in (rubbing[0] / "campaign.toml").read_text()
+
+
+def test_a_clean_campaign_is_at_its_noise_floor_with_its_true_numbers(clean, rig):
+    folder, truth = clean
+    found = squares(rig, folder, truth, {})
+    assert set(found) == {"current", "spool", "pa", "pb", "supply", "position", "acceleration"}
+    for name, value in found.items():
+        assert 0.95 < value < 1.1, name
+    for name, value in truth["true"].items():
+        assert rig.numbers[name].low <= value <= rig.numbers[name].high
+
+
+def test_the_noise_floor_is_the_drawn_one(clean):
+    folder, truth = clean
+    floor = noise_floor(load_campaign(folder))
+    for name, sigma in truth["sigma"].items():
+        assert floor.sigma[name] == pytest.approx(sigma, rel=0.08), name
+
+
+def test_a_drawn_effect_is_as_visible_as_was_asked(rubbing, rig):
+    """The proxy knows a refit of the base model; without one the misfit is larger, with the effect it is gone."""
+    folder, truth = rubbing
+    assert truth["expected"][0] == pytest.approx(6.0, rel=0.2)
+    without = squares(rig, folder, truth, {})
+    within = squares(rig, folder, truth, truth["numbers"], [cause(*COULOMB[0]).effect])
+    assert np.mean(list(without.values())) > 4.0
+    assert np.mean(list(within.values())) < 1.1
+
+
+def test_blemishes_are_read_and_noted(rubbing):
+    campaign = load_campaign(rubbing[0])
+    records = (*campaign.static, *campaign.train, *campaign.heldout)
+    assert sum("dropped" in " ".join(record.notes) for record in records) == 1
+    for record in records:
+        notes = " ".join(record.notes)
+        assert "not compared" in notes
+        assert "oil temperature" in notes
+        assert {"pa", "pb", "spool", "current", "position", "acceleration"} <= set(record.signals)
+        assert 50e5 < np.median(record.signals["pa"]) < 150e5
+    assert "supply" not in campaign.train[0].signals
+
+
+def test_few_sensors(tmp_path):
+    draw(Case(seed=31, kind="clean", few=True, poor=True), tmp_path / "few")
+    record = load_campaign(tmp_path / "few").train[0]
+    assert set(record.signals) == {"reference", "command", "current", "pa", "pb", "position"}
+    assert np.ptp(record.signals["position"]) < 0.06
+
+
+def test_coloured_noise_has_the_variance_of_white_noise():
+    random = np.random.default_rng(1)
+    values = noise(200_000, PERIOD, "coloured", random)
+    assert np.std(values) == pytest.approx(1.0, rel=0.02)
+    assert np.mean(values[1:] * values[:-1]) > 0.3
+    assert np.std(noise(200_000, PERIOD, "white", random)) == pytest.approx(1.0, rel=0.02)
+
+
+def edge(rows: int) -> Excitation:
+    return Excitation("edge", PERIOD, np.zeros(rows), np.where(np.arange(rows) < 5, 0.0, 0.01))
+
+
+@pytest.mark.parametrize(
+    ("periods", "switched", "seen"),
+    [(0.0, False, [1.0, 1.0]), (2.0, False, [0, 0, 1]), (2.0, True, [0, 0, 1]), (1.5, False, [0, 0.5, 1]),
+     (1.5, True, [0, 0, 1])],
+)  # fmt: skip
+def test_the_plant_meets_the_command_late(engine, rest, periods, switched, seen):
+    """The written command steps at row 5; the current of each row answers what the plant has got by then."""
+    begin = (rest.x, rest.u)
+    motion = play(engine, engine.plant.p, begin, edge(12), 0.0, np.zeros(12), Late(periods * PERIOD, switched))
+    step = motion.command[5] - motion.command[4]
+    assert motion.command[5] == pytest.approx(0.01, abs=2e-5)
+    gain = engine.plant.p[engine.plant.parameters.index("Kp")] * engine.plant.p[engine.plant.parameters.index("imax")]
+    for row, share in enumerate(seen, 5):
+        spool = motion.outputs["spool"][row] / engine.plant.p[engine.plant.parameters.index("z3max")]
+        met = motion.outputs["current"][row] / gain + spool - motion.command[4]
+        assert met == pytest.approx(share * step, abs=1e-9)
+
+
+def test_a_command_that_is_switched_inside_a_period_acts_from_there(engine, rest):
+    begin, still = (rest.x, rest.u), np.zeros(8)
+    late = play(engine, engine.plant.p, begin, edge(8), 0.0, still, Late(0.25 * PERIOD, True))
+    u = rest.u.copy()
+    u[0] = late.command[4]
+    x = engine.advance(late_state(late, engine, 5), u, 0.25 * PERIOD)
+    u[0] = late.command[5]
+    assert engine.advance(x, u, 0.75 * PERIOD) == pytest.approx(late_state(late, engine, 6), rel=1e-12)
+
+
+def late_state(motion, engine, row):
+    return np.array([motion.states[state.name][row] for state in engine.plant.states])
+
+
+@pytest.mark.parametrize("one", [*FOREIGN, *OFF], ids=lambda one: " ".join(one.key))
+def test_a_foreign_effect_vanishes_where_it_is_off(one, rig, plant):
+    """Whatever the base plant does, with the effect's own states where they begin."""
+    model = build(rig, also=[one.effect])
+    off = {number.name: number.typical if number.off is None else number.off for number in one.effect.numbers}
+    assert any(number.off is not None for number in one.effect.numbers)
+    p = model.parameter_values(**{one.effect.key(name): value for name, value in off.items()})
+    names = [state.name for state in model.states]
+    own = [names.index(state.name) for state in plant.states]
+    random = np.random.default_rng(3)
+    for _ in range(5):
+        x, u = model.start + 0.2 * random.standard_normal(model.n) * model.scale, np.zeros(len(model.inputs))
+        for k in set(range(model.n)) - set(own):
+            x[k] = model.start[k]
+        u[0] = random.uniform(-0.3, 0.3)
+        expected = np.array(plant.f(x[own], u[: len(plant.inputs)], plant.p)).ravel()
+        assert np.array(model.f(x, u, p)).ravel()[own] == pytest.approx(expected, rel=1e-9, abs=1e-6)
+        assert model.observe(x, u, p)[0] == pytest.approx(plant.observe(x[own], u[: len(plant.inputs)])[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("one", [*FOREIGN, *OFF], ids=lambda one: " ".join(one.key))
+def test_a_foreign_effect_simulates(one, rig, plant):
+    """At its typical strength, from rest, through a hard step; and something comes of it."""
+    engine = Engine(build(rig, also=[one.effect]), 1e-4, "interpreted")
+    base = Engine(plant, 1e-4, "interpreted")
+    rows, late = 40, Late(1.5 * PERIOD if one.effect.delay else 0.0, one.switched)
+    hard = Excitation("hard", PERIOD, np.zeros(rows), np.where(np.arange(rows) % 20 < 10, 0.3, -0.2))
+    motions = [
+        play(e, e.plant.p, start(e, e.plant.p, kicked), hard, 0.3, np.zeros(rows), lag)
+        for e, kicked, lag in ((engine, one.kicked, late), (base, {}, Late()))
+    ]
+    moved = [
+        np.abs(motions[0].outputs[name] - motions[1].outputs[name]).max() / np.ptp(motions[1].outputs[name])
+        for name in ("current", "spool", "pa", "acceleration")
+    ]
+    assert np.all(np.isfinite(moved))
+    assert max(moved) > 1e-4
+
+
+def test_every_named_effect_has_formulas_of_its_own_and_foreign_ones():
+    assert {one.effect.name for one in FOREIGN} == {one.effect.name for one in OWN}
+    assert not {one.key for one in FOREIGN} & {one.key for one in OWN}
+    assert not {one.effect.name for one in OFF} & {one.effect.name for one in OWN}
+    assert all(one.effect.equation in one.equations for one in (*OWN, *FOREIGN, *OFF))
+
+
+@pytest.mark.parametrize("goal", [2.0, 6.0, 20.0])
+def test_strength_is_found_where_misfit_goes_with_its_square(goal):
+    one = cause(*COULOMB[0])
+    typical = one.effect.numbers[0].typical
+    found = settle(lambda numbers: 1 + 40 * (numbers["Fc"] / typical) ** 2, one, {}, goal)
+    assert found.chi2 == pytest.approx(goal, rel=0.15)
+    assert found.numbers["Fc"] == pytest.approx(found.strength * typical)
+
+
+def test_a_strength_that_can_not_be_reached_is_the_nearest_that_can():
+    one = cause(*COULOMB[0])
+    highest = one.effect.numbers[0].high
+    found = settle(lambda numbers: 1 + numbers["Fc"] / highest, one, {}, 50.0)
+    assert found.numbers["Fc"] == highest
+    assert scaled(one.effect, {}, 0.0)["Fc"] == 0.0
