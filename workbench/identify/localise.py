@@ -12,6 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..plant import Plant, build
+from ..plant.effects import Effect
+from ..plant.probes import probes
+from ..rig import Rig
 from .model import Model
 from .windows import Windows
 
@@ -19,6 +23,7 @@ AMPLITUDES = (0.1, 1.0, 10.0, 100.0, 1000.0)  # over the one that moves the most
 TIMES = (1e-3, 2e-2)  # s: correlation time
 _LENGTH = 10e-3  # s
 _FOREVER = 1e9  # s: correlation time of a constant
+_OFFSET, _GAIN = 1e5, 1e-2  # Pa and part: of a pressure sensor that is off, clearly visible
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +97,7 @@ def _unit(parts: Sequence[Local], period: float) -> float:
 
 
 def likelihood(one: Local, sizes: np.ndarray, period: float, time: float) -> np.ndarray:
-    """Log-likelihood [h, w] of the errors for disturbances of amplitudes `sizes` [h] and correlation time `time` [s]."""
+    """Log-likelihood [h, w] of the errors with disturbances of amplitudes `sizes` [h]; correlation `time` in s."""
     kept = float(np.exp(-period / time))
     n, m, s = one.a.shape[-1], one.b.shape[-1], one.c.shape[2]
     h, w = len(sizes), one.e.shape[0]
@@ -102,8 +107,6 @@ def likelihood(one: Local, sizes: np.ndarray, period: float, time: float) -> np.
         spread[..., n + i, n + i] = (sizes**2)[:, None]
     drive = sizes**2 * (1 - kept**2)
     total = np.zeros((h, w))
-    step = np.zeros((h, w, n + m, n + m))
-    step[:, :, range(n, n + m), range(n, n + m)] = kept
     eye = np.eye(s)
     for k in range(one.e.shape[1]):
         seen = np.concatenate((one.c[:, k], one.d[:, k]), axis=-1)  # [w, s, n + m]
@@ -117,7 +120,7 @@ def likelihood(one: Local, sizes: np.ndarray, period: float, time: float) -> np.
         total -= np.log(np.einsum("hwss->hws", factor)).sum(axis=-1)
         x = x + (gain @ miss[..., None])[..., 0]
         spread = spread - gain @ np.swapaxes(cross, -1, -2)
-        step[:, :, :n, :n], step[:, :, :n, n:] = one.a[:, k], one.b[:, k]
+        step = _step(one, k, kept)
         x = (step @ x[..., None])[..., 0]
         spread = step @ spread @ np.swapaxes(step, -1, -2)
         for i in range(m):
@@ -126,6 +129,81 @@ def likelihood(one: Local, sizes: np.ndarray, period: float, time: float) -> np.
     return total
 
 
-def linear(model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, inputs: Sequence[int]) -> list[Local]:
-    """The windows linearised about their trajectories, for some inputs."""
-    return [Local(*parts) for parts in model.linear(windows, x0, p, inputs)]
+def smoothed(one: Local, size: np.ndarray, period: float, time: float) -> np.ndarray:
+    """The disturbance [w, rows, m], over the inputs' scales, that the errors tell of; amplitudes `size` [w].
+
+    Rauch, Tung, Striebel, AIAA Journal 3(8), 1965.
+    """
+    kept = float(np.exp(-period / time))
+    n, m = one.a.shape[-1], one.b.shape[-1]
+    w, rows = one.e.shape[:2]
+    x, spread = np.zeros((w, n + m)), np.zeros((w, n + m, n + m))
+    spread[:, range(n), range(n)] = 1.0
+    spread[:, range(n, n + m), range(n, n + m)] = (size**2)[:, None]
+    noise = np.zeros_like(spread)
+    noise[:, range(n, n + m), range(n, n + m)] = (size**2 * (1 - kept**2))[:, None]
+    ahead, after = [], []
+    for k in range(rows):
+        ahead.append((x, spread))
+        seen = np.concatenate((one.c[:, k], one.d[:, k]), axis=-1)
+        cross = spread @ np.swapaxes(seen, -1, -2)
+        gain = np.swapaxes(np.linalg.solve(seen @ cross + np.eye(seen.shape[1]), np.swapaxes(cross, -1, -2)), -1, -2)
+        x = x + (gain @ (one.e[:, k] - (seen @ x[..., None])[..., 0])[..., None])[..., 0]
+        spread = spread - gain @ np.swapaxes(cross, -1, -2)
+        after.append((x, spread))
+        step = _step(one, k, kept)
+        x, spread = (step @ x[..., None])[..., 0], step @ spread @ np.swapaxes(step, -1, -2) + noise
+        spread = 0.5 * (spread + np.swapaxes(spread, -1, -2))
+    found = np.empty((w, rows, m))
+    best = after[-1][0]
+    found[:, -1] = best[:, n:]
+    small = 1e-12 * np.eye(n + m)
+    for k in range(rows - 2, -1, -1):
+        back = after[k][1] @ np.swapaxes(_step(one, k, kept), -1, -2) @ np.linalg.inv(ahead[k + 1][1] + small)
+        best = after[k][0] + (back @ (best - ahead[k + 1][0])[..., None])[..., 0]
+        found[:, k] = best[:, n:]
+    return -found
+
+
+def _step(one: Local, k: int, kept: float) -> np.ndarray:
+    n, m = one.a.shape[-1], one.b.shape[-1]
+    step = np.zeros((one.e.shape[0], n + m, n + m))
+    step[:, :n, :n], step[:, :n, n:] = one.a[:, k], one.b[:, k]
+    step[:, range(n, n + m), range(n, n + m)] = kept
+    return step
+
+
+def cut_open(
+    rig: Rig, known: Sequence[Effect], windows: Windows, x0: np.ndarray, p: np.ndarray, base: Plant
+) -> dict[str, list[Local]]:
+    """The windows linearised with each equation's disturbance: x0 and p are those of the plant `base`."""
+    probed = probes(rig)
+    model = Model(build(rig, (*known, *probed)), windows.names)
+    first = len(base.inputs)
+    columns = list(range(first, len(model.plant.inputs)))
+    values = model.plant.parameter_values(**dict(zip(base.parameters, p.tolist(), strict=True)))
+    whole = [Local(*parts) for parts in model.linear(windows, x0, values, columns)]
+    names = [variable.name for variable in model.plant.inputs[first:]]
+    found = {}
+    for probe in probed:
+        own = [k for k, name in enumerate(names) if name.startswith(f"{probe.name}.")]
+        found[probe.equation] = [one.inputs(own) for one in whole]
+    outputs = model.predict(windows, x0, values)
+    found["sensor"] = [
+        _sensed(one, y, group.weight, windows.names)
+        for one, y, group in zip(whole, outputs, windows.groups, strict=True)
+    ]
+    return found
+
+
+def _sensed(one: Local, y: np.ndarray, weight: np.ndarray, names: Sequence[str]) -> Local:
+    """Offset, gain and lag of both pressure sensors, as constants: a free process would explain any pressure."""
+    columns = []
+    for k in (names.index(name) for name in ("pa", "pb") if name in names):
+        value = y[..., k]
+        for basis in (np.full_like(value, _OFFSET), value * _GAIN, np.gradient(value, axis=1)):
+            column = np.zeros_like(y)
+            column[..., k] = basis * weight[..., k]
+            columns.append(column)
+    d = np.stack(columns, axis=-1) if columns else np.zeros((*y.shape, 0))
+    return Local(one.e, one.a, np.zeros((*one.a.shape[:3], d.shape[-1])), one.c, d)

@@ -81,7 +81,7 @@ def case_of(campaign: Campaign, rig: Rig) -> Case:
         seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
         if seconds < _SHORTEST * WINDOW - 1e-6:
             raise InputError(
-                f"{campaign.path}: {role} records last {seconds:.2g} s in all; {_SHORTEST * WINDOW:g} s at least are needed"
+                f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
             )
     return Case(campaign, rig, floor, train, heldout)
 
@@ -102,7 +102,7 @@ def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: 
             best = found
     if best is None:
         raise InputError(
-            f"{case.campaign.path}: {case.rig.name} can not be simulated along the train records; check that the rig fits them"
+            f"{case.campaign.path}: {case.rig.name} can not follow the train records; check that they are of this rig"
         )
     return judged(case, model, best, ())
 

@@ -24,6 +24,7 @@ _FIRST_DAMPING = 1e-3
 _REFRESHED, _REFRESH_ROUNDS = 2, 4  # how often guesses are made anew, and rounds of their states
 _CAUGHT = 0.9  # of its squared errors: below which a window is gone on from the new guess
 _MOST_DAMPING = 1e6
+_LEAST_DAMPING = 1e-9
 _TRIES = 8  # dampings tried, each ten times the last, before a fit is given up
 _STEEPEST = 1e8  # sigma per scale: a window with such slopes is unstable, and moves nothing
 
@@ -187,13 +188,14 @@ class _Descent:
             along = directions(self._model, self._free, place.x)
             normal = _normal(self._model, self._windows, place.x0, place.p, guess, along)
             ahead, total = place, cost
-            for damping in damping * 10.0 ** np.arange(_TRIES):
-                ahead, total = self._at(*self._step(normal, place, float(damping)), guess)
+            for _ in range(_TRIES):
+                ahead, total = self._at(*self._step(normal, place, damping), guess)
                 if total < cost:
                     break
+                damping *= 10
             if not total < cost:
                 break
-            fall, place, cost, damping = cost - total, ahead, total, max(float(damping) / 10, 1e-9)
+            fall, place, cost, damping = cost - total, ahead, total, max(damping / 10, _LEAST_DAMPING)
             if fall < max(_ENOUGH * cost, _LEAST):
                 break
         return place

@@ -1,0 +1,264 @@
+"""Trace a residual to the effect that the model lacks: fit, gate, localise, shortlist, refit, decide, and again.
+
+Every step is a stage that a resumed trace reads back. The rule is in decide.py: a wrong name is worse than "unknown".
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from ..errors import InputError
+from ..plant.effects import Effect, applies
+from . import decide
+from .candidate import Candidate
+from .localise import Local, cut_open, localise
+from .refit import Case, Stand, fit_rig, refit
+from .score import Remainder, Score, cosines, score
+from .stored import packed, packed_candidate, unpacked, unpacked_candidate
+
+T = TypeVar("T")
+
+NAMES = 4  # effects on the shortlist
+_FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
+_RIVAL = 0.1  # of the best score: below this no rival is refitted once the misfit is explained
+_AGAIN = 0.95  # explained share below which a formula gets its second start
+_FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
+_PASSES = 3  # effects at most
+_WINDOWS = 8  # with the largest errors, in which the equation is sought
+
+
+class Stage(Protocol):
+    """Computes a named stage once; a resumed run gets the stored result."""
+
+    def __call__(self, name: str, compute: Callable[[], T]) -> T: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A refitted effect and what the rule says of it; `failed` says why there is no fit."""
+
+    candidate: Candidate
+    score: float
+    judgement: decide.Judgement
+    stand: Stand | None
+    failed: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Pass:
+    """One search for an effect: shortlist with scores (share of the misfit) and cosines, and what was refitted."""
+
+    before: Stand
+    scores: tuple[tuple[Candidate, float], ...]
+    compared: tuple[str, ...]
+    cosines: np.ndarray
+    tried: tuple[Tried, ...]
+    found: tuple[Tried, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
+
+    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; empty where chi2 is at the floor.
+    """
+
+    case: Case
+    base: Stand
+    final: Stand
+    verdict: str
+    effects: tuple[Tried, ...]
+    tied: tuple[str, ...]
+    equation: str | None
+    evidence: tuple[tuple[str, float], ...]
+    passes: tuple[Pass, ...]
+
+    @property
+    def chi2(self) -> tuple[float, float]:
+        """Before and after, on held-out records."""
+        return self.base.squares / self.case.heldout.samples, self.final.squares / self.case.heldout.samples
+
+
+def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None]) -> Trace:
+    """Trace the residual of a campaign to effects of `library` (those that the rig has room for)."""
+    return _Tracer(case, [one for one in library if applies(one, case.rig)], stage, say).run()
+
+
+class _Tracer:
+    def __init__(self, case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None]) -> None:
+        self._case, self._library, self._stage, self._say = case, library, stage, say
+        self._passes: list[Pass] = []
+
+    def run(self) -> Trace:
+        """The whole trace."""
+        base = self._stored("base", lambda: fit_rig(self._case))
+        if not np.isfinite(base.squares):
+            raise InputError(
+                f"{self._case.campaign.path}: {self._case.rig.name} can not follow the held-out records; check them"
+            )
+        if not self._misfit(base):
+            return self._result(base, base, "none", (), (), ())
+        evidence = self._evidence(base)
+        if evidence[0][1] < decide.SIGNIFICANT * self._case.kappa:
+            return self._result(base, base, "none", (), (), evidence)
+        effects, tied = self._search(base)
+        final = effects[-1].stand or base if effects else base
+        return self._result(base, final, self._verdict(final, effects, tied), effects, tied, evidence)
+
+    def _verdict(self, final: Stand, effects: tuple[Tried, ...], tied: tuple[str, ...]) -> str:
+        if not effects:
+            return "unknown"
+        if self._misfit(final):
+            return "incomplete"
+        return "tied" if tied and len(effects) == 1 else "named"
+
+    def _search(self, base: Stand) -> tuple[tuple[Tried, ...], tuple[str, ...]]:
+        """Effects one after the other, until nothing is missing or nothing passes."""
+        effects: tuple[Tried, ...] = ()
+        tied: tuple[str, ...] = ()
+        stand = base
+        while len(effects) < _PASSES and self._misfit(stand):
+            one = self._pass(stand, base)
+            if one.found:
+                tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
+                effects = (*effects, one.found[0])
+            else:
+                pair = self._pair(one, base) if not effects else ()
+                if not pair:
+                    break
+                effects = pair
+            stand = effects[-1].stand or stand
+        return effects, tied
+
+    def _pair(self, one: Pass, base: Stand) -> tuple[Tried, ...]:
+        """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
+        parts = [tried for tried in one.tried if tried.judgement.passes and tried.judgement.explained >= decide.PARTIAL]
+        if not parts or parts[0].stand is None:
+            return ()
+        second = self._pass(parts[0].stand, base)
+        return (parts[0], second.found[0]) if second.found else ()
+
+    def _pass(self, stand: Stand, base: Stand) -> Pass:
+        """Shortlist, refit and judge against the misfit of `base`, the rig alone."""
+        number = len(self._passes) + 1
+        names = [one.name for one in stand.effects]
+        ranked, compared, angles = self._scores(number, stand, [e for e in self._library if e.name not in names])
+        tried = self._refits(number, stand, base, ranked)
+        best = decide.named([one.judgement for one in tried])
+        found = tuple(
+            next(one for one in tried if (one.judgement.name, one.judgement.formula) == (j.name, j.formula))
+            for j in best
+        )
+        self._passes.append(Pass(stand, ranked, compared, angles, tried, found))
+        return self._passes[-1]
+
+    def _scores(
+        self, number: int, stand: Stand, library: Sequence[Effect]
+    ) -> tuple[tuple[tuple[Candidate, float], ...], tuple[str, ...], np.ndarray]:
+        """Every effect's share of the misfit, most first; names and cosines of the best formula of the best effects."""
+
+        def compute() -> dict[str, Any]:
+            rest = Remainder(stand.model, self._case.train, stand.fit)
+            scores: list[Score] = []
+            for effect in library:
+                scores.append(
+                    score(self._case.rig, stand.effects, effect, stand.model, self._case.train, stand.fit, rest)
+                )
+                self._say(f"pass {number}: score of {effect.name} {effect.formula}")
+            scores.sort(key=lambda one: -one.gain)
+            misfit = max(float(stand.fit.squares.sum()) - stand.fit.samples, 1.0)
+            first = [one for place, one in enumerate(scores) if one.gain > 0 and _first(scores, place)]
+            return {
+                "scores": [packed_candidate(one.candidate) | {"share": one.gain / misfit} for one in scores],
+                "names": [one.candidate.effect.name for one in first],
+                "cosines": cosines(first) if first else np.zeros((0, 0)),
+            }
+
+        stored = self._stage(f"scores-{number}", compute)
+        ranked = tuple((unpacked_candidate(one, library), float(one["share"])) for one in stored["scores"])
+        return ranked, tuple(stored["names"]), np.asarray(stored["cosines"])
+
+    def _refits(
+        self, number: int, stand: Stand, base: Stand, ranked: Sequence[tuple[Candidate, float]]
+    ) -> tuple[Tried, ...]:
+        """Refits of the shortlist, most explained first: the best formula of each name, then its others."""
+        able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > _FAINT]
+        names = list(dict.fromkeys(candidate.effect.name for candidate, _ in able))[:NAMES]
+        tried: list[Tried] = []
+        for name in names:
+            own = [pair for pair in able if pair[0].effect.name == name]
+            explained = max((one.judgement.explained for one in tried), default=0.0)
+            if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
+                continue
+            first = self._try(number, stand, base, *own[0])
+            tried.append(first)
+            if first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
+                tried += [self._try(number, stand, base, *pair) for pair in own[1:]]
+        return tuple(sorted(tried, key=lambda one: -one.judgement.explained))
+
+    def _try(self, number: int, stand: Stand, base: Stand, candidate: Candidate, share: float) -> Tried:
+        effect, n = candidate.effect, self._case.heldout.samples
+
+        def compute() -> Stand:
+            found = refit(self._case, stand, candidate)
+            if decide.explained(base.squares, found.squares, n) < _AGAIN and share > _RIVAL:
+                found = refit(self._case, stand, candidate, again=True)
+            return found
+
+        try:
+            found = self._stored(f"refit-{number}-{effect.name}-{effect.formula}", compute)
+        except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
+            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.numbers), False)
+            return Tried(candidate, share, nothing, None, str(error))
+        explained = decide.explained(base.squares, found.squares, n)
+        self._say(f"pass {number}: {effect.name} {effect.formula} explains {100 * explained:.1f} %")
+        added = len(effect.numbers) * np.log(self._case.train.samples)
+        fall = float(stand.fit.squares.sum() - found.fit.squares.sum()) - added
+        passes = decide.passes(stand.squares, found.squares, fall, self._case.kappa, len(self._library))
+        judgement = decide.Judgement(
+            effect.name, effect.formula, explained, found.squares / n, len(effect.numbers), passes
+        )
+        return Tried(candidate, share, judgement, found)
+
+    def _evidence(self, base: Stand) -> tuple[tuple[str, float], ...]:
+        def compute() -> list[list[Any]]:
+            self._say("in which equation")
+            local, _ = self.local(base)
+            return [[one.equation, one.gain] for one in localise(local, self._case.train.records[0].period)]
+
+        return tuple((str(name), float(gain)) for name, gain in self._stage("localise", compute))
+
+    def local(self, base: Stand) -> tuple[dict[str, list[Local]], list[int]]:
+        """The windows with the largest errors, cut open, and their numbers."""
+        keep = sorted(np.argsort(-base.fit.squares)[:_WINDOWS].tolist())
+        windows, x0 = self._case.train.some(keep), base.fit.x0[keep]
+        return cut_open(self._case.rig, base.effects, windows, x0, base.fit.p, base.model.plant), keep
+
+    def _misfit(self, stand: Stand) -> bool:
+        n = self._case.heldout.samples
+        return decide.misfit(stand.squares / n, n, self._case.kappa)
+
+    def _stored(self, name: str, compute: Callable[[], Stand]) -> Stand:
+        self._say(name)
+        return unpacked(self._stage(name, lambda: packed(compute())), self._case, self._library)
+
+    def _result(
+        self,
+        base: Stand,
+        final: Stand,
+        verdict: str,
+        effects: tuple[Tried, ...],
+        tied: tuple[str, ...],
+        evidence: tuple[tuple[str, float], ...],
+    ) -> Trace:
+        equation = effects[0].candidate.effect.equation if effects else evidence[0][0] if evidence else None
+        equation = None if verdict == "none" else equation
+        passes = tuple(self._passes)
+        return Trace(self._case, base, final, verdict, effects, tied, equation, evidence, passes)
+
+
+def _first(scores: Sequence[Score], place: int) -> bool:
+    name = scores[place].candidate.effect.name
+    return name not in [one.candidate.effect.name for one in scores[:place]]
