@@ -15,10 +15,11 @@ from . import catalogue, studies
 from .config import load_config
 from .datasheet import load_datasheet
 from .errors import InputError
+from .records import Campaign
 from .report import page_looks
 from .rig import load_rig, rig_table, rig_text
 from .runs import open_run, resolved_config, versions
-from .studies import compare, excite, finished, frequency, new_rig, record, residual, speed
+from .studies import compare, excite, finished, fit, frequency, new_rig, record, residual, speed, trace
 from .studies.outcome import Outcome, Progress, Stage
 
 Study = Callable[[Stage, Progress], Outcome]
@@ -64,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     found.add_argument("campaign", help="folder with a campaign.toml")
     found.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
     _computes(found, _residual)
+    _tracing_commands(commands)
     _recording_commands(commands)
     compared = commands.add_parser(
         "compare", help="hold finished runs against each other", description="Overlay finished runs, with a table."
@@ -82,6 +84,28 @@ def _parser() -> argparse.ArgumentParser:
     shown.add_argument("rig", help="a bundled rig or a rig file")
     _prints(shown, _show)
     return parser
+
+
+def _tracing_commands(commands: Any) -> None:
+    """Commands that fit a rig to recordings, and ask what it lacks."""
+    fitted = commands.add_parser(
+        "fit", help="fit a rig's numbers to recordings", description="Fit the numbers of a rig that have bounds."
+    )
+    fitted.add_argument("campaign", help="folder with a campaign.toml")
+    fitted.add_argument("--starts", type=int, default=fit.STARTS, help=f"places to start from (default: {fit.STARTS})")
+    _leaves_rig(fitted, _fit)
+    traced = commands.add_parser(
+        "trace", help="why do model and rig disagree", description="Trace the residual to what the model lacks."
+    )
+    traced.add_argument("campaign", help="folder with a campaign.toml")
+    traced.add_argument("--effects", type=Path, nargs="+", default=[], metavar="FILE.py", help="effects of your own")
+    traced.add_argument("--without", nargs="+", default=[], metavar="NAME", help="effects that are not to be tried")
+    _leaves_rig(traced, _trace)
+
+
+def _leaves_rig(command: argparse.ArgumentParser, call: Callable[[argparse.Namespace, list[str]], None]) -> None:
+    command.add_argument("--rig-out", type=Path, metavar="FILE", help="also write the rig as found, a .toml file")
+    _computes(command, call)
 
 
 def _recording_commands(commands: Any) -> None:
@@ -154,6 +178,39 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
     _finish(options, words, name, identity, study)
 
 
+def _fit(options: argparse.Namespace, words: list[str]) -> None:
+    campaign, rig = residual.load(options.campaign, options.rig)
+    identity = {"command": "fit", "campaign": residual.fingerprint(campaign), "rig": rig_table(rig)}
+    identity["starts"] = options.starts
+    _finish_with_rig(options, words, campaign, identity, partial(fit.run_fit, campaign, rig, options.starts))
+
+
+def _trace(options: argparse.Namespace, words: list[str]) -> None:
+    campaign, rig = residual.load(options.campaign, options.rig)
+    files = [str(file.resolve()) for file in options.effects]
+    library = trace.effects_for(rig, files, options.without)
+    identity = {"command": "trace", "campaign": residual.fingerprint(campaign), "rig": rig_table(rig)}
+    identity |= {"effects": trace.digest((*rig.effect_files, *files)), "without": sorted(options.without)}
+    study = partial(trace.run_trace, campaign, rig, library, files=files)
+    _finish_with_rig(options, words, campaign, identity, study)
+
+
+def _finish_with_rig(
+    options: argparse.Namespace, words: list[str], campaign: Campaign, identity: dict[str, Any], study: Study
+) -> None:
+    """Finish a study that leaves a rig.toml, which --rig-out is a copy of."""
+    out = options.rig_out
+    if out is not None:
+        if out.suffix != ".toml":
+            raise InputError(f"--rig-out {out}: name a .toml file")
+        _check_place(out, "--rig-out")
+        if out.exists() and not options.force:
+            raise InputError(f"--rig-out {out}: exists already; choose another or add --force to replace it")
+    outcome = _finish(options, words, f"{identity['command']}-{campaign.path.resolve().name}", identity, study)
+    if out is not None:
+        out.write_text(outcome.files["rig.toml"], encoding="utf-8")
+
+
 def _frequency(options: argparse.Namespace, words: list[str]) -> None:
     pair = (options.input, options.output)
     task = frequency.load(options.source, pair, options.rig, options.record, options.period, options.amplitude)
@@ -207,7 +264,9 @@ def _show(options: argparse.Namespace, _words: list[str]) -> None:
     print(json.dumps(table, indent=2) if options.json else catalogue.describe_text(table))
 
 
-def _finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> None:
+def _finish(
+    options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study
+) -> Outcome:
     """Compute in DIR.partial, then rename it."""
     out = options.out or Path("out") / name
     _check_picture(options.picture)
@@ -229,6 +288,7 @@ def _finish(options: argparse.Namespace, words: list[str], name: str, identity: 
         still_picture(outcome.picture, options.picture, page_looks(page))
     print(outcome.page.verdict)
     print(f"report: {out / 'report.html'}")
+    return outcome
 
 
 def _check_picture(path: Path | None) -> None:
@@ -236,8 +296,12 @@ def _check_picture(path: Path | None) -> None:
         return
     if path.suffix not in (".png", ".svg"):
         raise InputError(f"--picture {path}: name a .png or an .svg file")
+    _check_place(path, "--picture")
+
+
+def _check_place(path: Path, option: str) -> None:
     if not path.parent.is_dir():
-        raise InputError(f"--picture {path}: no folder {path.parent}; make it first")
+        raise InputError(f"{option} {path}: no folder {path.parent}; make it first")
 
 
 def _versions() -> str:

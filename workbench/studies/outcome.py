@@ -31,7 +31,7 @@ class Stage(Protocol):
     def __call__(self, name: str, compute: Callable[[], T]) -> T: ...
 
 
-def at_once(_name: str, compute: Callable[[], T]) -> T:
+def at_once(name: str, compute: Callable[[], T]) -> T:
     """A stage that stores nothing."""
     return compute()
 

@@ -1,0 +1,45 @@
+"""Fit a rig's uncertain numbers to a campaign, and say which of them the recordings can not see."""
+
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from ..errors import InputError
+from ..identify.refit import case_of, fit_rig
+from ..identify.stored import packed, unpacked
+from ..records import Campaign
+from ..rig import Rig, rig_text
+from .fit_page import fit_page
+from .fit_result import base_intervals, correlations, finite, fitted, fitted_rig
+from .outcome import Outcome, Progress, Stage
+
+STARTS = 3
+
+
+def one_blas_thread() -> threadpool_limits:
+    """BLAS on one thread inside this context.
+
+    The fits alternate between the engine, which has a thread a core, and matrices so small that more threads gain
+    nothing; but idle BLAS threads spin, and on two cores the engine then takes three to six times as long.
+    """
+    return threadpool_limits(limits=1, user_api="blas")
+
+
+def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: Progress) -> Outcome:
+    """Fit from several starts; parameters with intervals and correlations, errors on train and held-out records."""
+    if starts < 1:
+        raise InputError(f"--starts {starts}: must be 1 or more")
+    with one_blas_thread():
+        progress("noise floor")
+        case = case_of(campaign, rig)
+        stand = unpacked(stage("fit", lambda: packed(fit_rig(case, starts, progress))), case, ())
+    found = fitted(rig, stand.fit)
+    metrics: dict[str, Any] = {
+        "parameters": base_intervals(rig, stand.fit),
+        "chi2": {"train": stand.fit.chi2, "heldout": finite(stand.squares / case.heldout.samples)},
+        "unseen": [one.number.name for one in found if one.unseen],
+        "at_an_end": [one.number.name for one in found if one.held],
+        "correlations": {"names": [one.number.name for one in found], "matrix": correlations(stand.fit)},
+    }
+    page, picture = fit_page(case, stand, found, metrics)
+    return Outcome(metrics, page, picture, files={"rig.toml": rig_text(fitted_rig(case, stand))})

@@ -1,0 +1,69 @@
+"""Why do model and rig disagree? Traces a campaign's residual to the effects that the model lacks, and reports it."""
+
+import json
+from collections.abc import Sequence
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError, nearest
+from ..identify.refit import case_of
+from ..identify.trace import Trace, trace
+from ..plant.effects import Effect, known_effects
+from ..records import Campaign, load_campaign
+from ..rig import Rig, load_rig, rig_text
+from ..runs import metrics_json
+from .fit import one_blas_thread
+from .fit_result import fitted_rig
+from .outcome import Outcome, Progress, Stage, at_once
+from .trace_answer import more_json, trace_json
+from .trace_page import trace_page
+
+
+def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
+    """The library with a rig's and a user's own effects, less those that the rig declares and those in `without`."""
+    known = known_effects((*rig.effect_files, *files))
+    names = {effect.name for effect in known}
+    for name in without:
+        if name not in names:
+            raise InputError(f'--without {name}: no effect "{name}"; {nearest(name, names)}')
+    gone = {*without, *(use.name for use in rig.effects)}
+    return tuple(effect for effect in known if effect.name not in gone)
+
+
+def run_trace(
+    campaign: Campaign,
+    rig: Rig,
+    library: Sequence[Effect],
+    stage: Stage,
+    progress: Progress,
+    files: Sequence[str] = (),
+) -> Outcome:
+    """Trace a campaign to effects of `library`; `files` are where effects beside the library's come from."""
+    with one_blas_thread():
+        found = _traced(campaign, rig, library, stage, progress)
+        answer = trace_json(found)
+    metrics = answer | more_json(found)
+    page, picture = trace_page(found, answer)
+    texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(fitted_rig(found.case, found.final, files))}
+    return Outcome(metrics, page, picture, files=texts)
+
+
+def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
+    """The answer about a campaign folder without effects called `removed`: trace.json, and the fitted base numbers."""
+    campaign = load_campaign(folder)
+    rig = load_rig(campaign.rig)
+    with one_blas_thread():
+        found = _traced(campaign, rig, effects_for(rig, without=removed), at_once, lambda _: None)
+        whole = trace_json(found) | more_json(found)
+    return json.loads(metrics_json(whole))
+
+
+def digest(files: Sequence[str]) -> dict[str, str]:
+    """What says that effect files are the same ones."""
+    return {Path(file).name: sha256(Path(file).read_bytes()).hexdigest()[:16] for file in files}
+
+
+def _traced(campaign: Campaign, rig: Rig, library: Sequence[Effect], stage: Stage, progress: Progress) -> Trace:
+    progress("noise floor")
+    return trace(case_of(campaign, rig), library, stage, progress)
