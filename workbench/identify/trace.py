@@ -17,6 +17,7 @@ from .localise import Local, cut_open, localise
 from .refit import Case, Stand, fit_rig, refit
 from .score import Remainder, Score, cosines, score
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
+from .windows import Windows
 
 T = TypeVar("T")
 
@@ -84,6 +85,13 @@ class Trace:
 def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None]) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for)."""
     return _Tracer(case, [one for one in library if applies(one, case.rig)], stage, say).run()
+
+
+def opened(case: Case, stand: Stand) -> tuple[dict[str, list[Local]], Windows, np.ndarray]:
+    """The train windows with the largest errors, cut open equation by equation; these windows, their initial states."""
+    keep = sorted(np.argsort(-stand.fit.squares)[:_WINDOWS].tolist())
+    windows, x0 = case.train.some(keep), stand.fit.x0[keep]
+    return cut_open(case.rig, stand.effects, windows, x0, stand.fit.p, stand.model.plant), windows, x0
 
 
 class _Tracer:
@@ -225,16 +233,10 @@ class _Tracer:
     def _evidence(self, base: Stand) -> tuple[tuple[str, float], ...]:
         def compute() -> list[list[Any]]:
             self._say("in which equation")
-            local, _ = self.local(base)
+            local, _, _ = opened(self._case, base)
             return [[one.equation, one.gain] for one in localise(local, self._case.train.records[0].period)]
 
         return tuple((str(name), float(gain)) for name, gain in self._stage("localise", compute))
-
-    def local(self, base: Stand) -> tuple[dict[str, list[Local]], list[int]]:
-        """The windows with the largest errors, cut open, and their numbers."""
-        keep = sorted(np.argsort(-base.fit.squares)[:_WINDOWS].tolist())
-        windows, x0 = self._case.train.some(keep), base.fit.x0[keep]
-        return cut_open(self._case.rig, base.effects, windows, x0, base.fit.p, base.model.plant), keep
 
     def _misfit(self, stand: Stand) -> bool:
         n = self._case.heldout.samples
