@@ -32,9 +32,14 @@ class Judgement:
     passes: bool
 
 
+def gate(samples: int, kappa: float) -> float:
+    """chi2 on held-out data above which something is missing."""
+    return 1 + max(MISFIT, 4 * float(np.sqrt(2 * kappa / samples)))
+
+
 def misfit(chi2: float, samples: int, kappa: float) -> bool:
     """Whether chi2 on held-out data says that something is missing."""
-    return chi2 > 1 + max(MISFIT, 4 * float(np.sqrt(2 * kappa / samples)))
+    return chi2 > gate(samples, kappa)
 
 
 def explained(before: float, after: float, samples: int) -> float:

@@ -39,7 +39,7 @@ class Model:
         found, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
         for w, (index, first, end) in enumerate(windows.spans):
             if index != last:
-                before, last = self._at_rest(p), index
+                before, last = self._at_rest, index
             found[w] = first_guess(self.plant, windows, w, before)
             t = windows.records[index].t[first:end]
             u = self._constant(windows.records[index].signals["command"][first:end])
@@ -47,8 +47,10 @@ class Model:
             before = run.x[-1] if run.ok else found[w]
         return found
 
-    def _at_rest(self, p: np.ndarray) -> np.ndarray:
-        return equilibrium(self.plant, p=p).x
+    @cached_property
+    def _at_rest(self) -> np.ndarray:
+        """Where a record begins, as far as nothing is measured: slow to find, and hardly another with other numbers."""
+        return equilibrium(self.plant).x
 
     def _constant(self, command: np.ndarray) -> np.ndarray:
         u = np.zeros((*command.shape, len(self.plant.inputs)))

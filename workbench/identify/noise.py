@@ -14,6 +14,7 @@ from ..signals import MEASURED
 STATIC = "static record"
 ESTIMATED = "estimated from the records"
 QUANTISATION = "quantisation"
+REPEATS = "differences between repeats"
 
 PIECE = 2.0  # s, about; drift is what a parabola follows within it
 MAINS = (50.0, 60.0, 100.0, 120.0)  # Hz
@@ -23,6 +24,8 @@ RINGING_ROWS = 500  # fewer do not resolve a ringing
 RINGING_SHARE = 0.05  # of the variance; less moves sigma by less than 2.5 %
 RINGING_CHANCE = 60.0  # over the rows: what the best of many modes explains of mere noise, with some room
 BLOCK = 50  # rows
+REPEATED = 0.5  # s: pieces in which repeats are compared
+CALM = 4.0  # times the median variance of the pieces: beyond it a repeat came earlier or later, which is no noise
 FED_BACK = ("position", "force")  # their noise is in the command, by the loop, and would pass for an answer to it
 
 
@@ -54,19 +57,27 @@ def noise_floor(campaign: Campaign) -> Floor:
     command: in closed loop a jack rings at its hydraulic frequency on the last bits of the command, which is no noise,
     since a model predicts it (counted as noise it made pressures up to 65 % noisier). Mains hum stays in sigma.
 
-    Without a static record: from third differences in train and heldout, which see the white part only; kappa is 1.
+    Where a command was recorded more than once, what repeats differ by (see `_repeated`) counts if it is more: valves
+    that stand still at rest are noisy in motion, and no model is closer than one repeat to the next.
+
+    Without either: from third differences in train and heldout, which see the white part only; kappa is 1.
     sigma is never below the smallest step seen in any record / sqrt(12). Raises InputError for a signal that never
     changes: no floor can be given.
     """
     records = (*campaign.static, *campaign.train, *campaign.heldout)
     rest = [runs for record in campaign.static for runs in _at_rest(record)]
+    again = _repeated((*campaign.train, *campaign.heldout))
     sigma, kappa, source = {}, {}, {}
     for name in MEASURED:
         carriers = [record for record in records if name in record.signals]
         if not carriers:
             continue
         runs = [piece[name] for piece in rest if name in piece]
-        found = (*spread(runs), STATIC) if runs else (_white_part(name, carriers), 1.0, ESTIMATED)
+        found = (*spread(runs), STATIC) if runs else (0.0, 1.0, STATIC)
+        if name in again:
+            found = max(found, (*spread(again[name]), REPEATS))
+        elif not runs:
+            found = (_white_part(name, carriers), 1.0, ESTIMATED)
         least = _resolution(campaign, name, carriers) / np.sqrt(12.0)
         sigma[name], kappa[name], source[name] = found if found[0] > least else (least, 1.0, QUANTISATION)
     return Floor(sigma, kappa, source)
@@ -88,6 +99,43 @@ def spread(runs: Sequence[Run]) -> tuple[float, float]:
         if lag >= 6.0 * kappa:
             break
     return float(np.sqrt(variance)), max(1.0, kappa)
+
+
+def _repeated(records: Sequence[Record]) -> dict[str, list[Run]]:
+    """Differences between records of one command, over root 2, in pieces of 0.5 s less a parabola; calm pieces only."""
+    found: dict[str, list[Run]] = {}
+    for place, first in enumerate(records):
+        second = next((other for other in records[:place] if _same_command(first, other)), None)
+        for name in first.names if second is not None else ():
+            if second is not None and name in second.signals and name in MEASURED:
+                found.setdefault(name, []).extend(_differences(first, second, name))
+    return {name: _calm(runs) for name, runs in found.items() if runs}
+
+
+def _same_command(one: Record, other: Record) -> bool:
+    """Whether two records hold the same moving command and share a measured signal."""
+    a, b = (record.signals.get("command", np.zeros(0)) for record in (one, other))
+    rows = min(a.size, b.size)
+    shared = any(name in MEASURED and name in other.signals for name in one.signals)
+    return shared and rows > 0 and np.ptp(a) > 0 and np.array_equal(a[:rows], b[:rows])
+
+
+def _differences(one: Record, other: Record, name: str) -> list[Run]:
+    rows = min(one.t.size, other.t.size)
+    error = (one.signals[name][:rows] - other.signals[name][:rows]) / np.sqrt(2.0)
+    valid = one.valid[name][:rows] & other.valid[name][:rows]
+    pieces = np.array_split(np.arange(rows), max(1, round(rows * one.period / REPEATED)))
+    drifts = {size: _orthonormal(_drift(size)) for size in {piece.size for piece in pieces}}
+    return [
+        Run(_without(drifts[piece.size], error[piece]), valid[piece], one.period, drifts[piece.size].shape[1])
+        for piece in pieces
+        if valid[piece].all() and piece.size >= FEWEST_ROWS
+    ]
+
+
+def _calm(runs: list[Run]) -> list[Run]:
+    squares = np.array([np.mean(run.error**2) for run in runs])
+    return [run for run, square in zip(runs, squares, strict=True) if square <= CALM * np.median(squares)]
 
 
 def _covariances(runs: Sequence[Run]) -> np.ndarray:

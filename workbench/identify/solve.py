@@ -18,6 +18,7 @@ ROUNDS = 20
 _HELD = 0.1  # of a state's scale
 _ENOUGH = 1e-5  # relative fall of the cost below which a fit is done, or
 _LEAST = 0.5  # the fall itself: far below what noise would tell apart
+_FAR, _ENOUGH_FAR = 1.3, 1e-3  # chi2 above which a model is wrong anyway, and a smaller relative fall is enough
 _STATE_ROUNDS = 12
 _STATE_ENOUGH = 0.02  # a window whose cost falls less is done
 _FIRST_DAMPING = 1e-3
@@ -196,7 +197,8 @@ class _Descent:
             if not total < cost:
                 break
             fall, place, cost, damping = cost - total, ahead, total, max(damping / 10, _LEAST_DAMPING)
-            if fall < max(_ENOUGH * cost, _LEAST):
+            far = cost > _FAR * self._windows.samples
+            if fall < max((_ENOUGH_FAR if far else _ENOUGH) * cost, _LEAST):
                 break
         return place
 

@@ -24,7 +24,7 @@ T = TypeVar("T")
 NAMES = 4  # effects on the shortlist
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
 _RIVAL = 0.1  # of the best score: below this no rival is refitted once the misfit is explained
-_AGAIN = 0.95  # explained share below which a formula gets its second start
+_AGAIN = 0.95  # explained share below which the best score's effect gets its second start
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 _PASSES = 3  # effects at most
 _WINDOWS = 8  # with the largest errors, in which the equation is sought
@@ -200,18 +200,20 @@ class _Tracer:
             explained = max((one.judgement.explained for one in tried), default=0.0)
             if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
                 continue
-            first = self._try(number, stand, base, *own[0])
+            first = self._try(number, stand, base, *own[0], again=not tried)
             tried.append(first)
             if first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
                 tried += [self._try(number, stand, base, *pair) for pair in own[1:]]
         return tuple(sorted(tried, key=lambda one: -one.judgement.explained))
 
-    def _try(self, number: int, stand: Stand, base: Stand, candidate: Candidate, share: float) -> Tried:
+    def _try(
+        self, number: int, stand: Stand, base: Stand, candidate: Candidate, share: float, again: bool = False
+    ) -> Tried:
         effect, n = candidate.effect, self._case.heldout.samples
 
         def compute() -> Stand:
             found = refit(self._case, stand, candidate)
-            if decide.explained(base.squares, found.squares, n) < _AGAIN and share > _RIVAL:
+            if again and decide.explained(base.squares, found.squares, n) < _AGAIN:
                 found = refit(self._case, stand, candidate, again=True)
             return found
 
