@@ -26,6 +26,10 @@ _FOREVER = 1e9  # s: correlation time of a constant
 _OFFSET, _GAIN = 1e5, 1e-2  # Pa and part: of a pressure sensor that is off, clearly visible
 
 
+_CUTS = {"drive": ("current", {"spool": "z3"}), "force": ("acceleration", {"pa": "P1", "pb": "P2"})}
+_BROKEN = 1.2  # chi2 of a cut from which on its equation is broken
+
+
 @dataclass(frozen=True, eq=False)
 class Local:
     """The linear model of a group's windows over sigma, states and inputs over their scales, row by row.
@@ -207,3 +211,59 @@ def _sensed(one: Local, y: np.ndarray, weight: np.ndarray, names: Sequence[str])
             columns.append(column)
     d = np.stack(columns, axis=-1) if columns else np.zeros((*y.shape, 0))
     return Local(one.e, one.a, np.zeros((*one.a.shape[:3], d.shape[-1])), one.c, d)
+
+
+def cuts(model: Model, parts: Sequence[tuple[Windows, np.ndarray]], p: np.ndarray) -> dict[str, float]:
+    """chi2 of equations that hold between measured signals, sample by sample, with no simulation in between.
+
+    drive: the current that the spool loop makes of command and measured spool; force: the acceleration that measured
+    pressures make. What is measured stands in for the model's state, its noise is counted; an equation whose signals
+    are not all there is left out. `parts` are windows with their initial states.
+    """
+    found = {}
+    for equation, (seen, given) in _CUTS.items():
+        if all(signal in model.names for signal in (seen, *given)):
+            sums = np.sum([_cut(model, windows, x0, p, seen, given) for windows, x0 in parts], axis=0)
+            if sums[1] > 0:
+                found[equation] = float(sums[0] / sums[1])
+    return found
+
+
+def _cut(
+    model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, seen: str, given: Mapping[str, str]
+) -> tuple[float, int]:
+    """Squared errors over their variance, and how many they are."""
+    column, square, count = windows.names.index(seen), 0.0, 0
+    for group, (x, u) in zip(windows.groups, model.states(windows, x0, p), strict=True):
+        valid, variance = group.weight[..., column] > 0, np.ones(group.weight.shape[:2])
+        for signal, state in given.items():
+            k, i = windows.names.index(signal), model.plant.state(state)
+            valid = valid & (group.weight[..., k] > 0)
+            x[..., i] = np.where(valid, group.seen[..., k], x[..., i])
+        weight, here = group.weight[..., column], model.engine.outputs(x, u, p)[..., model.plant.output(seen)]
+        for signal, state in given.items():
+            k, i = windows.names.index(signal), model.plant.state(state)
+            moved, sigma = x.copy(), 1 / group.weight[..., k].max()
+            moved[..., i] += sigma
+            slope = model.engine.outputs(moved, u, p)[..., model.plant.output(seen)] - here
+            variance += (slope * weight) ** 2
+        error = (here - group.seen[..., column]) * weight
+        square += float(np.sum((error**2 / variance)[valid]))
+        count += int(valid.sum())
+    return square, count
+
+
+def equation_of(evidence: Sequence[tuple[str, float]], cut: Mapping[str, float]) -> str:
+    """The equation that lacks something: one that measured signals break by themselves, else that of most evidence.
+
+    Pressures that are read late break the equation of motion too, so force and sensor stand or fall together.
+    """
+    names = [name for name, _ in evidence]
+    if cut.get("drive", 1.0) > _BROKEN:
+        return "drive"
+    if "drive" in cut:
+        names.remove("drive")
+    if "force" in cut:
+        pair = [name for name in names if name in ("force", "sensor")]
+        names = pair if cut["force"] > _BROKEN else [name for name in names if name not in pair]
+    return names[0]

@@ -62,11 +62,14 @@ class Model:
 
     def predict(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
         """Outputs [w, rows, signals] of each group's windows from x0 [windows, n]; NaN from where one failed."""
+        return [self.engine.outputs(x, u, p)[..., self._columns] for x, u in self.states(windows, x0, p)]
+
+    def states(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """States [w, rows, n] and inputs [w, rows, m] of each group's windows."""
         found = []
         for group in windows.groups:
             u = self._constant(windows.commands(group, self._delay(p))[0])
-            batch = self.engine.run_batch(x0[group.which], group.t, u, p)
-            found.append(self.engine.outputs(batch.x[:, :-1], u, p)[..., self._columns])
+            found.append((self.engine.run_batch(x0[group.which], group.t, u, p).x[:, :-1], u))
         return found
 
     def errors(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
@@ -108,9 +111,7 @@ class Model:
         """For each group the errors e [w, rows, s] and the tangents of every row: a, b, c, d (see localise.Local)."""
         errors = self.errors(windows, x0, p)
         found = []
-        for group, e in zip(windows.groups, errors, strict=True):
-            u = self._constant(windows.commands(group, self._delay(p))[0])
-            x = self.engine.run_batch(x0[group.which], group.t, u, p).x[:, :-1]
+        for group, e, (x, u) in zip(windows.groups, errors, self.states(windows, x0, p), strict=True):
             parts = [self._rows(x[w], u[w], np.diff(group.t[w]), p, inputs) for w in range(len(x))]
             ahead, seen = (np.array(part) for part in zip(*parts, strict=True))
             seen = seen * group.weight[..., None]

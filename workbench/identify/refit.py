@@ -112,9 +112,10 @@ def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -
     model = model_with(case.rig, (*stand.effects, candidate.effect), case.train.names)
     found = _fitted(case, stand, model, candidate)
     if again:
-        other = _fitted(case, stand, model, _elsewhere(candidate))
+        moved = _elsewhere(candidate)
+        other = _fitted(case, stand, model, moved)
         if not found.ok or other.squares.sum() < found.squares.sum():
-            found = other
+            found, candidate = other, moved
     return judged(case, model, found, (*stand.known, candidate))
 
 

@@ -228,13 +228,14 @@ def _finished(
         return Fit(free, x, p, x0, squares, windows.samples, np.full((k, k), np.inf), np.zeros((k, k)), ())
     slopes = model.slopes(windows, x0, p, directions(model, free, x))
     normal = _accumulate(model, windows, slopes, model.errors(windows, x0, p), x0, guess)
-    information, _, carried, _ = normal.reduced()
-    n, spread = model.plant.n, np.zeros((k, k))
+    _, _, carried, _ = normal.reduced()
+    n, spread, information = model.plant.n, np.zeros((k, k)), np.zeros((k, k))
     weights = np.sqrt(kappa * max(1.0, float(squares.sum()) / windows.samples))
     for group, whole in zip(windows.groups, slopes, strict=True):
         alone = whole[..., n:] - whole[..., :n] @ carried[group.which]
         stretched = alone * np.tile(weights, alone.shape[1] // len(weights))[:, None]
-        spread += np.einsum("wmi,wmj->ij", stretched, stretched)
+        spread += np.tensordot(stretched, stretched, axes=([0, 1], [0, 1]))
+        information += np.tensordot(alone, alone, axes=([0, 1], [0, 1]))
     inverse = np.linalg.inv(information + np.diag(width**-2))
     covariance = inverse @ (spread + np.diag(width**-2)) @ inverse
     edge = 1e-6 * width

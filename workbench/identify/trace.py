@@ -3,8 +3,8 @@
 Every step is a stage that a resumed trace reads back. The rule is in decide.py: a wrong name is worse than "unknown".
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..plant.effects import Effect, applies
 from . import decide
 from .candidate import Candidate
-from .localise import Local, cut_open, localise
+from .localise import Local, cut_open, cuts, equation_of, localise
 from .refit import Case, Stand, fit_rig, refit
 from .score import Remainder, Score, cosines, score
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
@@ -59,11 +59,21 @@ class Pass:
     found: tuple[Tried, ...]
 
 
+@dataclass(frozen=True)
+class Located:
+    """Where a residual sits, with the evidence of each equation and the chi2 of those that signals test directly."""
+
+    equation: str
+    evidence: tuple[tuple[str, float], ...]
+    cuts: Mapping[str, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Trace:
     """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
 
-    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; empty where chi2 is at the floor.
+    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; `cuts`: chi2 of the equations that
+    measured signals test by themselves. Both are empty where chi2 is at the floor.
     """
 
     case: Case
@@ -74,6 +84,7 @@ class Trace:
     tied: tuple[str, ...]
     equation: str | None
     evidence: tuple[tuple[str, float], ...]
+    cuts: Mapping[str, float]
     passes: tuple[Pass, ...]
 
     @property
@@ -107,13 +118,13 @@ class _Tracer:
                 f"{self._case.campaign.path}: {self._case.rig.name} can not follow the held-out records; check them"
             )
         if not self._misfit(base):
-            return self._result(base, base, "none", (), (), ())
-        evidence = self._evidence(base)
-        if evidence[0][1] < decide.SIGNIFICANT * self._case.kappa:
-            return self._result(base, base, "none", (), (), evidence)
+            return self._result(base, base, "none", (), (), None)
+        place = self._located(base)
+        if place.evidence[0][1] < decide.SIGNIFICANT * self._case.kappa:
+            return self._result(base, base, "none", (), (), place)
         effects, tied = self._search(base)
         final = effects[-1].stand or base if effects else base
-        return self._result(base, final, self._verdict(final, effects, tied), effects, tied, evidence)
+        return self._result(base, final, self._verdict(final, effects, tied), effects, tied, place)
 
     def _verdict(self, final: Stand, effects: tuple[Tried, ...], tied: tuple[str, ...]) -> str:
         if not effects:
@@ -232,13 +243,14 @@ class _Tracer:
         )
         return Tried(candidate, share, judgement, found)
 
-    def _evidence(self, base: Stand) -> tuple[tuple[str, float], ...]:
-        def compute() -> list[list[Any]]:
+    def _located(self, base: Stand) -> Located:
+        def compute() -> dict[str, Any]:
             self._say("in which equation")
-            local, _, _ = opened(self._case, base)
-            return [[one.equation, one.gain] for one in localise(local, self._case.train.records[0].period)]
+            found = located(self._case, base)
+            return asdict(found) | {"evidence": [list(one) for one in found.evidence]}  # a stage keeps no tuples
 
-        return tuple((str(name), float(gain)) for name, gain in self._stage("localise", compute))
+        stored = self._stage("localise", compute)
+        return Located(stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["cuts"])
 
     def _misfit(self, stand: Stand) -> bool:
         n = self._case.heldout.samples
@@ -255,12 +267,40 @@ class _Tracer:
         verdict: str,
         effects: tuple[Tried, ...],
         tied: tuple[str, ...],
-        evidence: tuple[tuple[str, float], ...],
+        place: Located | None,
     ) -> Trace:
-        equation = effects[0].candidate.effect.equation if effects else evidence[0][0] if evidence else None
-        equation = None if verdict == "none" else equation
-        passes = tuple(self._passes)
-        return Trace(self._case, base, final, verdict, effects, tied, equation, evidence, passes)
+        equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
+        return Trace(
+            case=self._case,
+            base=base,
+            final=final,
+            verdict=verdict,
+            effects=effects,
+            tied=tied,
+            equation=None if verdict == "none" else equation,
+            evidence=place.evidence if place else (),
+            cuts=place.cuts if place else {},
+            passes=tuple(self._passes),
+        )
+
+
+def located(case: Case, stand: Stand) -> Located:
+    """The equation that lacks something, from the windows with the largest errors, fitted or held out."""
+    squares = np.append(stand.fit.squares, stand.heldout)
+    worst = np.sort(np.argsort(-squares)[:_WINDOWS])
+    split = case.train.count
+    parts: list[tuple[Windows, np.ndarray]] = []
+    for windows, x0, own in (
+        (case.train, stand.fit.x0, worst[worst < split]),
+        (case.heldout, stand.x0, worst[worst >= split] - split),
+    ):
+        if own.size:
+            parts.append((windows.some(own.tolist()), x0[own]))
+    found = [cut_open(case.rig, stand.effects, w, x0, stand.fit.p, stand.model.plant) for w, x0 in parts]
+    together = {equation: [one for each in found for one in each[equation]] for equation in found[0]}
+    evidence = tuple((one.equation, one.gain) for one in localise(together, case.train.records[0].period))
+    cut = cuts(stand.model, parts, stand.fit.p)
+    return Located(equation_of(evidence, cut), evidence, cut)
 
 
 def _first(scores: Sequence[Score], place: int) -> bool:
