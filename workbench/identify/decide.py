@@ -49,12 +49,21 @@ def explained(before: float, after: float, samples: int) -> float:
     return max(0.0, (before - after) / (before - samples))
 
 
+def bic_fall(before: float, after: float, numbers: int, samples: int) -> float:
+    """Fall of the squared errors on train records, less what so many more numbers cost (Schwarz's criterion)."""
+    return before - after - numbers * float(np.log(samples))
+
+
+def chance(before: float, after: float, kappa: float, candidates: int) -> float:
+    """At most how likely the best of all candidates gains as much from noise, on held-out records."""
+    return min(1.0, candidates * float(norm.cdf(-np.sqrt(max(before - after, 0.0) / kappa))))
+
+
 def passes(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> bool:
     """Whether an effect is no accident: BIC falls on train records, and the held-out gain is beyond chance."""
     if not np.isfinite(after) or after >= before:
         return False
-    chance = candidates * float(norm.cdf(-np.sqrt((before - after) / kappa)))
-    return bic_fall > BIC * kappa and chance < CHANCE
+    return bic_fall > BIC * kappa and chance(before, after, kappa, candidates) < CHANCE
 
 
 def named(judgements: Sequence[Judgement]) -> list[Judgement]:

@@ -235,8 +235,8 @@ class _Tracer:
             return Tried(candidate, share, nothing, None, str(error))
         explained = decide.explained(base.squares, found.squares, n)
         self._say(f"pass {number}: {effect.name} {effect.formula} explains {100 * explained:.1f} %")
-        added = len(effect.numbers) * np.log(self._case.train.samples)
-        fall = float(stand.fit.squares.sum() - found.fit.squares.sum()) - added
+        squares = float(stand.fit.squares.sum()), float(found.fit.squares.sum())
+        fall = decide.bic_fall(*squares, len(effect.numbers), self._case.train.samples)
         passes = decide.passes(stand.squares, found.squares, fall, self._case.kappa, len(self._library))
         judgement = decide.Judgement(
             effect.name, effect.formula, explained, found.squares / n, len(effect.numbers), passes
