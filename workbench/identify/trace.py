@@ -98,13 +98,6 @@ def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[st
     return _Tracer(case, [one for one in library if applies(one, case.rig)], stage, say).run()
 
 
-def opened(case: Case, stand: Stand) -> tuple[dict[str, list[Local]], Windows, np.ndarray]:
-    """The train windows with the largest errors, cut open equation by equation; these windows, their initial states."""
-    keep = sorted(np.argsort(-stand.fit.squares)[:_WINDOWS].tolist())
-    windows, x0 = case.train.some(keep), stand.fit.x0[keep]
-    return cut_open(case.rig, stand.effects, windows, x0, stand.fit.p, stand.model.plant), windows, x0
-
-
 class _Tracer:
     def __init__(self, case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None]) -> None:
         self._case, self._library, self._stage, self._say = case, library, stage, say
@@ -285,22 +278,28 @@ class _Tracer:
 
 
 def located(case: Case, stand: Stand) -> Located:
-    """The equation that lacks something, from the windows with the largest errors, fitted or held out."""
-    squares = np.append(stand.fit.squares, stand.heldout)
-    worst = np.sort(np.argsort(-squares)[:_WINDOWS])
-    split = case.train.count
-    parts: list[tuple[Windows, np.ndarray]] = []
-    for windows, x0, own in (
-        (case.train, stand.fit.x0, worst[worst < split]),
-        (case.heldout, stand.x0, worst[worst >= split] - split),
-    ):
-        if own.size:
-            parts.append((windows.some(own.tolist()), x0[own]))
-    found = [cut_open(case.rig, stand.effects, w, x0, stand.fit.p, stand.model.plant) for w, x0 in parts]
-    together = {equation: [one for each in found for one in each[equation]] for equation in found[0]}
-    evidence = tuple((one.equation, one.gain) for one in localise(together, case.train.records[0].period))
+    """The equation that lacks something, from the windows with the largest errors."""
+    parts = worst(case, stand)
+    evidence = tuple(
+        (one.equation, one.gain) for one in localise(opened(case, stand, parts), case.train.records[0].period)
+    )
     cut = cuts(stand.model, parts, stand.fit.p)
     return Located(equation_of(evidence, cut), evidence, cut)
+
+
+def worst(case: Case, stand: Stand) -> list[tuple[Windows, np.ndarray]]:
+    """The windows with the largest errors, fitted and held out, with their initial states."""
+    squares = np.append(stand.fit.squares, stand.heldout)
+    keep = np.sort(np.argsort(-squares)[:_WINDOWS])
+    split = case.train.count
+    both = ((case.train, stand.fit.x0, keep[keep < split]), (case.heldout, stand.x0, keep[keep >= split] - split))
+    return [(windows.some(own.tolist()), x0[own]) for windows, x0, own in both if own.size]
+
+
+def opened(case: Case, stand: Stand, parts: Sequence[tuple[Windows, np.ndarray]]) -> dict[str, list[Local]]:
+    """Windows cut open equation by equation, group after group."""
+    found = [cut_open(case.rig, stand.effects, w, x0, stand.fit.p, stand.model.plant) for w, x0 in parts]
+    return {equation: [one for each in found for one in each[equation]] for equation in found[0]}
 
 
 def _first(scores: Sequence[Score], place: int) -> bool:
