@@ -13,11 +13,10 @@ from ..errors import InputError
 from ..plant.effects import Effect, applies
 from . import decide
 from .candidate import Candidate
-from .localise import Local, cut_open, cuts, equation_of, localise
+from .locate import Located, located
 from .refit import Case, Stand, fit_rig, refit
 from .score import Remainder, Score, cosines, score
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
-from .windows import Windows
 
 T = TypeVar("T")
 
@@ -27,7 +26,6 @@ _RIVAL = 0.1  # of the best score: below this no rival is refitted once the misf
 _AGAIN = 0.95  # explained share below which the best score's effect gets its second start
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 _PASSES = 3  # effects at most
-_WINDOWS = 8  # with the largest errors, in which the equation is sought
 
 
 class Stage(Protocol):
@@ -57,15 +55,6 @@ class Pass:
     cosines: np.ndarray
     tried: tuple[Tried, ...]
     found: tuple[Tried, ...]
-
-
-@dataclass(frozen=True)
-class Located:
-    """Where a residual sits, with the evidence of each equation and the chi2 of those that signals test directly."""
-
-    equation: str
-    evidence: tuple[tuple[str, float], ...]
-    cuts: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,31 +264,6 @@ class _Tracer:
             cuts=place.cuts if place else {},
             passes=tuple(self._passes),
         )
-
-
-def located(case: Case, stand: Stand) -> Located:
-    """The equation that lacks something, from the windows with the largest errors."""
-    parts = worst(case, stand)
-    evidence = tuple(
-        (one.equation, one.gain) for one in localise(opened(case, stand, parts), case.train.records[0].period)
-    )
-    cut = cuts(stand.model, parts, stand.fit.p)
-    return Located(equation_of(evidence, cut), evidence, cut)
-
-
-def worst(case: Case, stand: Stand) -> list[tuple[Windows, np.ndarray]]:
-    """The windows with the largest errors, fitted and held out, with their initial states."""
-    squares = np.append(stand.fit.squares, stand.heldout)
-    keep = np.sort(np.argsort(-squares)[:_WINDOWS])
-    split = case.train.count
-    both = ((case.train, stand.fit.x0, keep[keep < split]), (case.heldout, stand.x0, keep[keep >= split] - split))
-    return [(windows.some(own.tolist()), x0[own]) for windows, x0, own in both if own.size]
-
-
-def opened(case: Case, stand: Stand, parts: Sequence[tuple[Windows, np.ndarray]]) -> dict[str, list[Local]]:
-    """Windows cut open equation by equation, group after group."""
-    found = [cut_open(case.rig, stand.effects, w, x0, stand.fit.p, stand.model.plant) for w, x0 in parts]
-    return {equation: [one for each in found for one in each[equation]] for equation in found[0]}
 
 
 def _first(scores: Sequence[Score], place: int) -> bool:
