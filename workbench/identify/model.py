@@ -34,17 +34,23 @@ class Model:
         both = np.append(self.plant.p, 0 * self.plant.p)
         return back_end_of(*graphs, both, _STEPPING, "auto")[0]
 
-    def starts(self, windows: Windows, p: np.ndarray) -> np.ndarray:
-        """Plausible initial states [windows, n]: what is measured, and for the rest where the window before ended."""
+    def starts(self, windows: Windows, p: np.ndarray, fitted: np.ndarray | None = None) -> np.ndarray:
+        """Plausible initial states [windows, n]: what is measured, and for the rest where the window before ended.
+
+        The window before starts where it was guessed to, or at its `fitted` state [windows, n].
+        """
         found, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
         for w, (index, first, end) in enumerate(windows.spans):
-            if index != last:
+            if index != last or windows.spans[w - 1][2] != first:
                 before, last = self._at_rest, index
             found[w] = first_guess(self.plant, windows, w, before)
-            t = windows.records[index].t[first:end]
+            t = windows.records[index].t[first : end + 1]
             u = self._constant(windows.records[index].signals["command"][first:end])
-            run = self.engine.run(found[w], t, u, p)
-            before = run.x[-1] if run.ok else found[w]
+            x = found[w] if fitted is None else fitted[w]
+            run = self.engine.run(
+                x, t if len(t) > len(u) else np.append(t, t[-1] + windows.records[index].period), u, p
+            )
+            before = run.x[-1] if run.ok else x
         return found
 
     @cached_property

@@ -8,7 +8,7 @@ from ..plant import Plant
 from ..records import Record
 from .model import Model
 from .noise import Floor
-from .solve import fit_states
+from .solve import fit_states, predicted_states
 from .windows import Windows, compared, cut, delayed
 
 
@@ -30,7 +30,7 @@ def predict_windows(plant: Plant, record: Record, floor: Floor) -> Prediction:
     """Predict every signal of a record in windows of 0.5 s with refitted initial states."""
     windows = cut(plant, [record], floor)
     model = Model(plant, windows.names)
-    x0, _ = fit_states(model, windows, model.starts(windows, plant.p), plant.p)
+    x0, _ = predicted_states(model, windows, plant.p)
     return predictions(model, windows, x0, plant.p)[0]
 
 

@@ -15,7 +15,7 @@ from .determined import Free
 from .model import Model
 from .noise import Floor, noise_floor
 from .score import starts_with
-from .solve import Fit, fit_numbers, fit_states, numbers_at
+from .solve import Fit, fit_numbers, numbers_at, predicted_states
 from .windows import WINDOW, Windows, cut
 
 _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
@@ -124,7 +124,7 @@ def judged(case: Case, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> 
     if not fit.ok:
         x0 = np.zeros((case.heldout.count, model.plant.n))
         return Stand(known, model, fit, x0, np.full(case.heldout.count, np.inf))
-    x0, squares = fit_states(model, case.heldout, model.starts(case.heldout, fit.p), fit.p)
+    x0, squares = predicted_states(model, case.heldout, fit.p)
     return Stand(known, model, fit, x0, squares)
 
 

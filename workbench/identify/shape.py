@@ -1,12 +1,14 @@
 """What an unknown effect looks like: the missing force, flow or drive over time, and the signal that it goes with."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 _FOLDS = 5
-_KNOTS = 12  # pieces of the curve through which a disturbance is explained by one signal
+_TAIL = (0.0, 0.005, 0.015, 0.04, 0.09)  # of the points: the pieces of a curve get shorter towards its ends
+_EDGES = (*_TAIL, *np.linspace(0.17, 0.83, 9).tolist(), *(1 - share for share in reversed(_TAIL)))
+_FEWEST = 5  # points in a piece
 _LINE = 20.0  # a spectral line stands out of the neighbouring spectrum by this factor in power
 _NEIGHBOURS = 15
 
@@ -37,7 +39,7 @@ def shape(name: str, unit: str, disturbance: np.ndarray, signals: Mapping[str, n
 
 
 def _explained(d: np.ndarray, signal: np.ndarray) -> float:
-    """Cross-validated R2 of the mean of d in pieces of equal counts along the signal."""
+    """Cross-validated R2 of the mean of d in pieces along the signal."""
     fold = (np.arange(d.size) * _FOLDS) // d.size
     left = np.empty(d.size)
     for k in range(_FOLDS):
@@ -49,9 +51,14 @@ def _explained(d: np.ndarray, signal: np.ndarray) -> float:
 
 
 def _curve(signal: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Means of signal and d over pieces of equal counts [k, 2], in increasing order of the signal."""
-    parts = np.array_split(np.argsort(signal, kind="stable"), _KNOTS)
-    return np.array([(signal[part].mean(), d[part].mean()) for part in parts])
+    """Means of signal and d over pieces [k, 2], in increasing order of the signal.
+
+    What saturates, opens or sticks shows at the ends of a signal, where few points are: pieces are shorter there.
+    """
+    edges = np.unique(np.round(np.array(_EDGES) * signal.size).astype(int))
+    edges = edges[(edges == 0) | (edges == signal.size) | ((edges >= _FEWEST) & (edges <= signal.size - _FEWEST))]
+    parts = np.split(np.argsort(signal, kind="stable"), edges[1:-1])
+    return np.array([(signal[part].mean(), d[part].mean()) for part in parts if part.size])
 
 
 def _line(disturbance: np.ndarray, period: float) -> float | None:
@@ -64,8 +71,3 @@ def _line(disturbance: np.ndarray, period: float) -> float | None:
     near = [k for k in range(top - 4 * _NEIGHBOURS, top + 4 * _NEIGHBOURS) if 0 < k < power.size and abs(k - top) > 12]
     level = float(np.median(power[near])) if near else np.inf
     return float(f[top]) if power[top] > _LINE * level else None
-
-
-def pairs(columns: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Signals that vary at all, by name."""
-    return {name: value for name, value in columns if float(np.ptp(value)) > 0}

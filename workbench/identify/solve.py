@@ -153,14 +153,38 @@ def fit_numbers(
     for _ in range(_REFRESHED):
         if not np.isfinite(found.squares).all():
             break
-        anew = model.starts(windows, found.p)
-        x0, squares = fit_states(model, windows, anew, found.p, _REFRESH_ROUNDS)
-        better = squares < _CAUGHT * found.squares
+        x0, anew, better = freed(model, windows, found.p, found.x0, found.squares)
         if not better.any():
             break
-        x0, guess = (np.where(better[:, None], new, old) for new, old in ((x0, found.x0), (anew, guess)))
+        guess = np.where(better[:, None], anew, guess)
         found = descent.run(found.x, x0, guess, rounds)
     return _finished(model, windows, free, (found.x, found.p, found.x0, found.squares), guess, kappa)
+
+
+def predicted_states(model: Model, windows: Windows, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Initial states [w, n] with the least errors for numbers that stay, and the squared errors [w]."""
+    x0, squares = fit_states(model, windows, model.starts(windows, p), p)
+    for _ in range(_REFRESHED):
+        moved, _, better = freed(model, windows, p, x0, squares)
+        if not better.any():
+            break
+        part = windows.some(np.flatnonzero(better).tolist())
+        x0 = moved
+        x0[better], squares[better] = fit_states(model, part, moved[better], p)
+    return x0, squares
+
+
+def freed(
+    model: Model, windows: Windows, p: np.ndarray, x0: np.ndarray, squares: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Initial states [w, n] of which those that a bad guess had caught are better, new guesses, and which are [w].
+
+    The new guess is where the window before ends, from its fitted state: that is how far its neighbour is known.
+    """
+    anew = model.starts(windows, p, x0)
+    found, now = fit_states(model, windows, anew, p, _REFRESH_ROUNDS)
+    better = now < _CAUGHT * squares
+    return np.where(better[:, None], found, x0), anew, better
 
 
 @dataclass(frozen=True, eq=False)

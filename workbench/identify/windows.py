@@ -2,7 +2,7 @@
 
 The recorded command is the only input. A jack integrates: a run through a whole record drifts away from any rig; errors
 are therefore those of windows of 0.5 s (the last one of a record takes the remainder), each from the initial state that
-fits it best.
+fits it best. A window ends where samples were dropped.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,8 @@ from ..signals import MEASURED
 from .noise import Floor
 
 WINDOW = 0.5  # s
+_GAP = 1.5  # periods between rows: a sample was dropped, and with it the command that the drive held
+_FEWEST = 50  # rows between two gaps, to be a window
 _EARLY = 5.5  # periods: over which a measured state's first value is averaged
 
 
@@ -90,10 +92,10 @@ def compared(plant: Plant, record: Record, floor: Floor) -> list[str]:
 
 
 def cut(plant: Plant, records: Sequence[Record], floor: Floor) -> Windows:
-    """Windows of 0.5 s of all records; what is left over at the end of a record belongs to its last one."""
+    """Windows of 0.5 s of all records; what is left over at the end, or before a gap, belongs to the one before."""
     shared = {name for record in records for name in compared(plant, record, floor)}
     names = tuple(name for name in MEASURED if name in shared)
-    spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in pairwise(_edges(record)))
+    spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in _spans(record))
     weights = {name: 1 / floor.sigma[name] for name in names}
     return Windows(tuple(records), names, spans, _groups(tuple(records), names, spans, weights))
 
@@ -129,12 +131,19 @@ def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> n
     return x
 
 
-def _edges(record: Record) -> list[int]:
-    first, last = record.t[0], record.t[-1]
+def _spans(record: Record) -> list[tuple[int, int]]:
+    """First and end rows of the windows; none reaches over a gap, in which the drive may have been told anything."""
+    gaps = np.flatnonzero(np.diff(record.t) > _GAP * record.period) + 1
+    pieces = pairwise([0, *gaps.tolist(), len(record.t)])
+    return [span for first, end in pieces if end - first >= _FEWEST for span in pairwise(_edges(record, first, end))]
+
+
+def _edges(record: Record, start: int, stop: int) -> list[int]:
+    first, last = record.t[start], record.t[stop - 1]
     count = max(1, int((last - first + record.period) / WINDOW + 1e-6))
     slack = 1e-3 * record.period  # 0.5 s must find the row that was logged as 0.49999999
     inner = np.searchsorted(record.t, first + WINDOW * np.arange(1, count) - slack)
-    return [0, *inner.tolist(), len(record.t)]
+    return [start, *inner.tolist(), stop]
 
 
 def _groups(
