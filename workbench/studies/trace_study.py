@@ -22,6 +22,7 @@ from ..errors import InputError
 from ..runs import metrics_json
 from .draw import Case, Kind, draw
 from .draw_noise import BLEMISHES, Noise
+from .fit import one_blas_thread
 from .foreign import FOREIGN, OFF, OWN, Cause, cause
 from .outcome import Outcome, Progress, Stage
 from .trace_study_page import page, picture
@@ -133,7 +134,7 @@ def run_trace_study(
 
 def _traced(item: Item, trace: Tracer, keep: Path | None) -> dict[str, Any]:
     """The work on one item: its truth, its row, and the seconds that drawing and tracing took."""
-    with tempfile.TemporaryDirectory() as scratch:
+    with tempfile.TemporaryDirectory() as scratch, one_blas_thread():
         began = perf_counter()
         truth = _known(item)
         try:

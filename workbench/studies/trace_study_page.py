@@ -41,13 +41,21 @@ def _verdict(rows: Sequence[Row], rates: Sequence[Score]) -> str:
     count = f"{len(rows)} campaigns"
     if not missed:
         return f"{count}: all {asked} rates that have a target meet it."
-    worst = "; ".join(f"{one.id} {one.value:.3g} ({one.sense} {one.target:.3g})" for one in missed)
+    worst = "; ".join(f"{one.label} {one.value:.3g} ({one.sense} {one.target:.3g})" for one in missed)
     return f"{count}: {asked - len(missed)} of {asked} rates that have a target meet it. Not met: {worst}."
 
 
 def _scores(rates: Sequence[Score]) -> Table:
     rows = [
-        [one.id, one.value, one.low, one.high, f"{one.sense} {one.target:.3g}" if one.sense else None, one.met, one.n]
+        [
+            one.label,
+            one.value,
+            one.low,
+            one.high,
+            f"{one.sense} {one.target:.3g}" if one.sense else None,
+            one.met,
+            one.n,
+        ]
         for one in rates
     ]
     return Table(

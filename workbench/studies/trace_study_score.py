@@ -40,6 +40,11 @@ class Score:
     unit: str = "1"
 
     @property
+    def label(self) -> str:
+        """As people read it."""
+        return self.id.replace("_", " ")
+
+    @property
     def met(self) -> bool | None:
         """Whether the value is where it should be; None where there is nothing to say."""
         if self.value is None or self.target is None:
@@ -87,22 +92,22 @@ def scores(rows: Sequence[Row]) -> list[Score]:
     covers = {kind: [one for row in rows for one in row.get("covers", {}).get(kind, [])] for kind in ("effect", "base")}
     rest = [row for row in rows if row["group"] in ("few sensors", "poor excitation")]
     return [
-        _rate("in the named or tied set", single, lambda r: r["truth"][0] in r["named"], 0.85),
-        _rate("among the first three", single, lambda r: r["truth"][0] in r["ranked"], 0.95),
-        _rate("family", single, lambda r: _family(r["truth"][0]) in map(_family, r["named"]), 0.90),
-        _rate("false alarms", clean, lambda r: r["verdict"] != "none", 1 / 60, most=True),
-        _rate("off-library named", off, lambda r: bool(r["named"]), 0.05, most=True),
-        _rate("off-library equation", off, lambda r: r["said_equation"] in r["equations"], 0.85),
-        _median("misfit that is left", shares, 0.05),
-        _rate("at the floor, or incomplete", right, lambda r: r["at_floor"] or r["verdict"] == "incomplete", 0.80),
-        _rate("intervals that cover", covers["effect"], bool, 0.90),
-        _rate("base intervals that cover", covers["base"], bool, None),
-        _rate("pair: both", pair, lambda r: r["result"] == "both", None),
-        _rate("pair: one, incomplete", pair, lambda r: r["result"] == "one, incomplete", None),
-        _rate("pair: wrong", pair, lambda r: r["result"] == "wrong", None),
-        _rate("faint: right", faint, lambda r: r["result"] == "right", None),
-        _rate("faint: wrong", faint, lambda r: r["result"] == "wrong", None),
-        _rate("few sensors or poor excitation: wrong", rest, lambda r: r["result"] == "wrong", None),
+        _rate("named_or_tied", single, lambda r: r["truth"][0] in r["named"], 0.85),
+        _rate("first_three", single, lambda r: r["truth"][0] in r["ranked"], 0.95),
+        _rate("right_family", single, lambda r: _family(r["truth"][0]) in map(_family, r["named"]), 0.90),
+        _rate("false_alarms", clean, lambda r: r["verdict"] != "none", 1 / 60, most=True),
+        _rate("off_library_named", off, lambda r: bool(r["named"]), 0.05, most=True),
+        _rate("off_library_equation", off, lambda r: r["said_equation"] in r["equations"], 0.85),
+        _median("misfit_left", shares, 0.05),
+        _rate("at_floor_or_incomplete", right, lambda r: r["at_floor"] or r["verdict"] == "incomplete", 0.80),
+        _rate("intervals_cover", covers["effect"], bool, 0.90),
+        _rate("base_intervals_cover", covers["base"], bool, None),
+        _rate("pair_both", pair, lambda r: r["result"] == "both", None),
+        _rate("pair_one_incomplete", pair, lambda r: r["result"] == "one, incomplete", None),
+        _rate("pair_wrong", pair, lambda r: r["result"] == "wrong", None),
+        _rate("faint_right", faint, lambda r: r["result"] == "right", None),
+        _rate("faint_wrong", faint, lambda r: r["result"] == "wrong", None),
+        _rate("hard_to_see_wrong", rest, lambda r: r["result"] == "wrong", None),
         _rate("errors", rows, lambda r: r["group"] == "error", 0.0, most=True),
     ]
 
