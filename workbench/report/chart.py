@@ -25,6 +25,9 @@ def chart(figure: Figure, look: Mapping[str, Look]) -> dict[str, Any]:
         for curve in panel.curves
         for trace in _traces(curve, axis, _unit(panel.y_label), look[curve.name])
     ]
+    names = [escape(name, quote=False) for name in figure.x_names]
+    for trace in data if names else ():
+        trace["x"] = [None if place is None else names[round(place) - 1] for place in trace["x"]]
     steps = {_long(axis): panel.y_step for axis, panel in zip(axes, figure.panels, strict=True) if panel.y_step}
     return {"data": data, "layout": _layout(figure, axes), "steps": steps}
 
@@ -155,7 +158,17 @@ def _x_axis(figure: Figure, lowest: str) -> dict[str, Any]:
     spike = {"showspikes": True, "spikemode": "across", "spikethickness": 1, "spikecolor": RULE, "spikedash": "solid"}
     name = escape(figure.x_label.split("[")[0].strip(), quote=False)
     title = f"{name} %{{x:.6~g}} {escape(_unit(figure.x_label), quote=False)}".strip()
-    return _axis(figure.x_label, figure.log_x) | spike | {"anchor": lowest, "unifiedhovertitle": {"text": title}}
+    named: dict[str, Any] = {}
+    if figure.x_names:
+        title, ends = "%{x}", [-0.5, len(figure.x_names) - 0.5]
+        named = {
+            "type": "category",
+            "categoryarray": [escape(name, quote=False) for name in figure.x_names],
+            "categoryorder": "array",
+            "range": ends,
+        }
+    axis = _axis(figure.x_label, figure.log_x) | spike | named
+    return axis | {"anchor": lowest, "unifiedhovertitle": {"text": title}}
 
 
 def _y_axis(panel: Panel) -> dict[str, Any]:

@@ -70,6 +70,7 @@ class Figure:
     """Panels stacked over one shared x axis.
 
     Labels end with their unit, "gain [dB]". height: of the whole figure in CSS pixels, else by the number of panels.
+    x_names: the values 1, 2 ... of x stand for these names, which the axis then shows.
     """
 
     title: str
@@ -78,6 +79,7 @@ class Figure:
     log_x: bool = False
     note: str = ""
     height: int | None = None
+    x_names: Sequence[str] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,6 +68,9 @@ def _draw_panel(ax: Axes, panel: Panel, figure: Figure, look: Mapping[str, Look]
         ax.set_ylim(*panel.y_range)
     if figure.log_x:
         _label_log(ax)
+    if figure.x_names:
+        ax.set_xticks(range(1, len(figure.x_names) + 1), figure.x_names, rotation=30 if len(figure.x_names) > 8 else 0)
+        ax.set_xlim(0.5, len(figure.x_names) + 0.5)
     low, high = ax.get_ylim()
     for mark in panel.marks:
         if np.isfinite(mark.value):

@@ -1,6 +1,6 @@
 """The report of a fit: each number in its declared range, what the records can not see, what moves together."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,14 @@ from ..report.figures import Mark
 from ..units import from_si
 from .fit_result import Fitted
 
+RIG_FILE, BEFORE, AFTER = "#8c959f", "#d55e00", "#0072b2"
 STRONG = 0.9  # a correlation above says that only a combination of two numbers is known
 _MOST = 12  # pairs listed
 
 
 def fit_page(case: Case, stand: Stand, found: Sequence[Fitted], metrics: dict[str, Any]) -> tuple[Page, Figure]:
     """The page, and the figure of the numbers in their ranges."""
-    picture = ranges_figure(found)
+    picture = ranges_figure({"fitted": found})
     name = case.campaign.path.resolve().name
     sections = [
         Section("Numbers", [picture, numbers_table(found)]),
@@ -44,18 +45,31 @@ def numbers_table(found: Sequence[Fitted]) -> Table:
     )
 
 
-def ranges_figure(found: Sequence[Fitted]) -> Figure:
-    """Where each number stands in its declared range, 0 to 1."""
-    places = np.arange(1, len(found) + 1, dtype=float)
-    share = np.array([[_share(one, v) for v in (one.number.value, one.value, one.low, one.high)] for one in found])
-    curves = [Curve("fitted", places, share[:, 1], "markers"), Curve("before", places, share[:, 0], "markers")]
-    return Figure("Numbers", "number", [Panel("place in range [1]", curves, marks=(Mark(0.0), Mark(1.0)))])
+def ranges_figure(fits: Mapping[str, Sequence[Fitted]]) -> Figure:
+    """Where each number stands in its declared range: in the rig file, and after each of some fits, by label.
+
+    The 95 % interval is that of the last fit.
+    """
+    *_, last = fits.values()
+    places = np.arange(1.0, len(last) + 1)
+    curves = [Curve("rig file", places, _shares(last, [one.number.value for one in last]), "markers", RIG_FILE)]
+    for (label, found), colour in zip(fits.items(), (BEFORE, AFTER)[-len(fits) :], strict=True):
+        curves.append(Curve(label, places, _shares(found, [one.value for one in found]), "markers", colour))
+    ends = np.column_stack([_shares(last, [getattr(one, end) for one in last]) for end in ("low", "high")])
+    across = np.column_stack((places, places, np.full(len(last), np.nan))).ravel()
+    up = np.column_stack((ends, np.full(len(last), np.nan))).ravel()
+    curves.append(Curve("95 % interval", across, up, color=AFTER))
+    marks = (Mark(0.0, "low end"), Mark(1.0, "high end"))
+    panel = Panel("place in the declared range [1]", curves, y_range=(-0.08, 1.08), marks=marks)
+    return Figure(
+        "The rig's numbers in their declared ranges", "number", [panel], x_names=[one.number.name for one in last]
+    )
 
 
-def _share(one: Fitted, value: float) -> float:
-    assert one.number.low is not None
-    assert one.number.high is not None
-    return (value - one.number.low) / (one.number.high - one.number.low)
+def _shares(found: Sequence[Fitted], values: Sequence[float]) -> np.ndarray:
+    """Values as parts of the declared ranges."""
+    ends = np.array([(one.number.low, one.number.high) for one in found], dtype=float)
+    return (np.array(values) - ends[:, 0]) / (ends[:, 1] - ends[:, 0])
 
 
 def _pairs(correlation: dict[str, Any]) -> Table:

@@ -107,15 +107,7 @@ def _page(campaign: Campaign, rig: Rig, floor: Floor, predictions: list[Predicti
         [[*r.values()] for r in rows],
         note=f"Held-out records, windows of {WINDOW:g} s with refitted initial states; input: the recorded command.",
     )
-    noise = Table(
-        "Noise floor",
-        ["signal", "unit", "sigma", "autocorrelation factor", "from"],
-        [
-            [n, SIGNALS[n].unit, float(from_si(s, SIGNALS[n].unit, SIGNALS[n].si)), floor.kappa[n], floor.source[n]]
-            for n, s in floor.sigma.items()
-        ],
-    )
-    sections = [Section("Error", [summary, noise])]
+    sections = [Section("Error", [summary, noise_table(floor)])]
     sections += [Section(p.record.name, [_figure(p, name) for name in p.signals]) for p in predictions]
     sections.append(Section("Is it noise?", _whiteness_figures(floor, predictions)))
     notes = [f"{r.name}: {note}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for note in r.notes]
@@ -125,6 +117,16 @@ def _page(campaign: Campaign, rig: Rig, floor: Floor, predictions: list[Predicti
     if rig.recordings:
         sections.append(Section("Recordings", [rig.recordings]))
     return Page(f"Residual of {campaign.path.resolve().name} on {rig.name}", _verdict(rig, metrics), sections)
+
+
+def noise_table(floor: Floor) -> Table:
+    """The noise floor of every signal, and where it is from."""
+    rows = []
+    for name, sigma in floor.sigma.items():
+        signal = SIGNALS[name]
+        shown = float(from_si(sigma, signal.unit, signal.si))
+        rows.append([name, signal.unit, shown, floor.kappa[name], floor.source[name]])
+    return Table("Noise floor", ["signal", "unit", "sigma", "autocorrelation factor", "from"], rows)
 
 
 def _whiteness_figures(floor: Floor, predictions: list[Prediction]) -> list[Figure]:

@@ -18,6 +18,8 @@ from .fit_result import fitted_rig
 from .outcome import Outcome, Progress, Stage, at_once
 from .trace_answer import more_json, trace_json
 from .trace_page import trace_page
+from .trace_seen import seen
+from .trace_shape import missing
 
 
 def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
@@ -43,8 +45,13 @@ def run_trace(
     with one_blas_thread():
         found = _traced(campaign, rig, library, stage, progress)
         answer = trace_json(found)
+        lacks = {"unknown": found.equation, "incomplete": None}  # what is left may sit in another equation
+        shape = None
+        if found.verdict in lacks:
+            shape = missing(found.case, found.final, lacks[found.verdict], stage, progress)
+        shown = seen(found.case, found.final, library, stage, progress) if found.verdict == "none" else None
+        page, picture = trace_page(found, answer, library, shape, shown)
     metrics = answer | more_json(found)
-    page, picture = trace_page(found, answer)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(fitted_rig(found.case, found.final, files))}
     return Outcome(metrics, page, picture, files=texts)
 

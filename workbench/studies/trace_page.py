@@ -1,22 +1,133 @@
-"""The report of a trace."""
+"""The report of a trace: what is wrong with the rig, how sure that is, what to record next."""
 
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
+from ..identify import decide
 from ..identify.trace import Trace
-from ..report import Curve, Figure, Page, Panel, Section, Table
+from ..plant.effects import Effect
+from ..report import Figure, Page, Section, Table
+from .fit_page import ranges_figure
+from .fit_result import fitted
+from .residual import noise_table
+from .trace_answer import compared
+from .trace_figures import Pair, error_figure, evidence_figure, signal_figure, telling
+from .trace_seen import hidden, seen_table
+from .trace_shape import Missing, shape_figure, shape_tables
+from .trace_tables import (
+    base_table,
+    candidates_table,
+    cosines_table,
+    error_table,
+    numbers_table,
+    records_table,
+    rule_table,
+    unseen_signals,
+    untested_table,
+)
+from .trace_words import EQUATION, listed, next_records, verdict
+
+Item = Figure | Table | str
 
 
-def trace_page(found: Trace, answer: dict[str, Any]) -> tuple[Page, Figure]:
-    """The page and its telling figure."""
-    names = list(answer["rms"])
-    rows = [[name, *answer["rms"][name].values()] for name in names]
-    table = Table("Held-out error", ["signal", "before", "after", "noise floor"], rows)
-    ratio = [[row[k] / row[3] for k in (1, 2)] for row in rows]
-    places = np.arange(1.0, len(names) + 1)
-    curves = [Curve(label, places, np.array(ratio)[:, k], "markers") for k, label in enumerate(("before", "after"))]
-    picture = Figure("Error over noise", "signal", [Panel("error / noise [1]", curves, log_y=True)])
-    name = found.case.campaign.path.resolve().name
-    page = Page(f"Trace of {name} on {found.case.rig.name}", found.verdict, [Section("Error", [picture, table])])
-    return page, picture
+def trace_page(
+    found: Trace,
+    answer: dict[str, Any],
+    library: Sequence[Effect],
+    shape: Missing | None,
+    shown: Sequence[dict[str, Any]] | None,
+) -> tuple[Page, Figure]:
+    """The page and its telling figure; `shape` of what is missing, `shown`: what the records would have shown."""
+    changed, floor, labels = bool(found.effects), found.case.floor, _labels(found)
+    pairs = list(zip(compared(found, found.base), compared(found, found.final), strict=True))
+    index, name, part = telling(pairs, floor, changed)
+    first = signal_figure(pairs[index], name, floor, labels, part)
+    picture = error_figure(answer["rms"], labels)
+    sections = [
+        Section("Held-out error", [picture, error_table(answer["rms"], changed), first]),
+        *(_what(found) if changed else _shape(shape)),
+        *(_shape(shape) if changed else _what(found)),
+        *_next(found),
+        *_where(found),
+        _own_numbers(found, labels),
+        *_could_show(library, shown),
+        Section("Noise floor", [noise_table(floor)]),
+        _untested(found, library),
+        *_signals(found, pairs, labels),
+    ]
+    title = f"{found.case.campaign.path.resolve().name} on {found.case.rig.name}: what the model lacks"
+    return Page(title, verdict(found, shape, None if shown is None else hidden(shown)), sections), picture
+
+
+def _labels(found: Trace) -> list[str]:
+    """What the curves of the fitted rig are called, and of the rig with what was added."""
+    if not found.effects:
+        return ["fitted rig"]
+    return ["fitted rig alone", f"with {listed([one.candidate.effect.name for one in found.effects])}"]
+
+
+def _what(found: Trace) -> list[Section]:
+    if not found.passes:
+        return []
+    items: list[Item] = [candidates_table(found), rule_table(found), numbers_table(found)]
+    items += [table for n, each in enumerate(found.passes, 1) if (table := cosines_table(each, n))]
+    return [Section("What explains it" if found.effects else "What was tried", items)]
+
+
+def _shape(shape: Missing | None) -> list[Section]:
+    if shape is None:
+        return []
+    items: list[Item] = list(shape_tables(shape))
+    if shape.sensors is None:
+        items.insert(0, shape_figure(shape))
+        if shape.partner is not None:
+            name, rho = shape.partner
+            items.append(f"Correlation of the missing {shape.name} with the missing {name}: {rho:.2f}.")
+    return [Section(f"What is missing in {EQUATION[shape.equation]}", items)]
+
+
+def _next(found: Trace) -> list[Section]:
+    rows = [list(pair) for pair in next_records(found)]
+    return [Section("What to record next", [Table("To be surer", ["about", "record"], rows)])] if rows else []
+
+
+def _where(found: Trace) -> list[Section]:
+    if not found.evidence:
+        return []
+    best, second = found.evidence[0], found.evidence[1]
+    ahead = best[1] - second[1]
+    clear = decide.SIGNIFICANT * found.case.kappa
+    said = (
+        f"A disturbance in {EQUATION[best[0]]} explains most; the next, in {EQUATION[second[0]]}, is "
+        f"{ahead:.0f} behind in log-likelihood ({clear:.0f} is clear)."
+    )
+    if found.effects and found.equation != best[0]:
+        said += f" The effect that was named acts in {EQUATION[found.equation or '']}: refits decide, not this."
+    return [Section("In which equation", [said, evidence_figure(found.evidence)])]
+
+
+def _own_numbers(found: Trace, labels: Sequence[str]) -> Section:
+    stands = (found.base, found.final)[-len(labels) :]
+    fits = {label: fitted(found.case.rig, stand.fit) for label, stand in zip(labels, stands, strict=True)}
+    return Section("The rig's own numbers", [ranges_figure(fits), base_table(found, len(labels) > 1)])
+
+
+def _could_show(library: Sequence[Effect], shown: Sequence[dict[str, Any]] | None) -> list[Section]:
+    return [] if shown is None else [Section("What could not be seen", [seen_table(shown, library)])]
+
+
+def _untested(found: Trace, library: Sequence[Effect]) -> Section:
+    tables = [untested_table(found, library), unseen_signals(found), records_table(found.case)]
+    campaign = found.case.campaign
+    notes = [f"{r.name}: {n}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for n in r.notes]
+    return Section("What was used, and what was not", [*(table for table in tables if table), *notes])
+
+
+def _signals(found: Trace, pairs: Sequence[Pair], labels: Sequence[str]) -> list[Section]:
+    return [
+        Section(
+            f"Every signal of {pair[0].record.name}",
+            [signal_figure(pair, name, found.case.floor, labels) for name in pair[0].signals],
+        )
+        for pair in pairs
+    ]
