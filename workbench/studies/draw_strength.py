@@ -10,7 +10,7 @@ from ..plant.effects import Effect
 from .foreign import Cause
 
 MOST = 1e4  # of an effect's typical strength
-ENOUGH, TRIALS = 0.15, 12  # of log(chi2 - 1)
+ENOUGH, CLOSE, TRIALS = 0.15, 0.03, 8  # of log(chi2 - 1); of log strength, between what is too weak and too strong
 SHAPE = 2.0  # factor within which numbers are drawn that only shape an effect
 
 
@@ -67,6 +67,8 @@ def settle(
         if abs(miss) < ENOUGH:
             break
         low, high = (step, high) if miss < 0 else (low, step)
+        if high - low < CLOSE:
+            break
         guess = step - np.clip(miss / 2, -3.0, 3.0)  # chi2 - 1 goes with the strength squared
         step = guess if low < guess < high else (low + high) / 2
     return min(found, key=lambda one: abs(off(one.chi2, goal)))
