@@ -14,7 +14,7 @@ from ..views import equilibrium
 from .windows import Group, Windows, first_guess
 
 _TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
-_SLOPES = 1e-3  # of the tangents
+_SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
 _STEPPING = Stepping(_SLOPES, 2e-5, 20_000)
 _MOST = 1e30  # a tangent beyond this, or NaN, says nothing
 _LANES = 256  # directions times windows that are computed together, so that they stay in the cache

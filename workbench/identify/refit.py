@@ -12,6 +12,7 @@ from ..records import Campaign, Record
 from ..rig import Rig
 from .candidate import Candidate, carried, model_with, uncertain
 from .determined import Free
+from .follow import not_followed
 from .model import Model
 from .noise import Floor, noise_floor
 from .score import starts_with
@@ -103,6 +104,11 @@ def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: 
     if best is None:
         raise InputError(
             f"{case.campaign.path}: {case.rig.name} can not follow the train records; check that they are of this rig"
+        )
+    if lost := not_followed(model, case.train, best.x0, best.p):
+        raise InputError(
+            f"{case.campaign.path}: {case.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant would be; "
+            "check units, signs, and that the records are of this rig"
         )
     return judged(case, model, best, ())
 

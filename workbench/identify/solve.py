@@ -16,7 +16,7 @@ from .windows import Windows
 
 ROUNDS = 20
 _HELD = 0.1  # of a state's scale
-_ENOUGH = 1e-5  # relative fall of the cost below which a fit is done, or
+_ENOUGH = 1e-4  # relative fall of the cost below which a fit is done, or
 _LEAST = 0.5  # the fall itself: far below what noise would tell apart
 _FAR, _ENOUGH_FAR = 1.3, 1e-3  # chi2 above which a model is wrong anyway, and a smaller relative fall is enough
 _STATE_ROUNDS = 12
@@ -26,6 +26,8 @@ _REFRESHED, _REFRESH_ROUNDS = 2, 4  # how often guesses are made anew, and round
 _CAUGHT = 0.9  # of its squared errors: below which a window is gone on from the new guess
 _MOST_DAMPING = 1e6
 _LEAST_DAMPING = 1e-9
+_LAST_ROUNDS = 5
+_FAR_OFF = 3.0  # times the median cost of a window: where its weight in a search is a quarter
 _TRIES = 8  # dampings tried, each ten times the last, before a fit is given up
 _STEEPEST = 1e8  # sigma per scale: a window with such slopes is unstable, and moves nothing
 
@@ -39,6 +41,11 @@ class Normal:
     xe: np.ndarray
     pp: np.ndarray
     pe: np.ndarray
+
+    def weighted(self, weights: np.ndarray) -> "Normal":
+        """With windows that count more or less [w]."""
+        parts = (self.xx, self.xp, self.xe, self.pp, self.pe)
+        return Normal(*(np.einsum("w,w...->w...", weights, part) for part in parts))
 
     def reduced(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Matrix and gradient of the numbers alone, and what eliminates each window's initial state."""
@@ -189,12 +196,13 @@ def freed(
 
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """Where a descent stands: distances, parameters, initial states, squared errors [w]."""
+    """Where a descent stands: distances, parameters, initial states; squared errors and costs of the windows [w]."""
 
     x: np.ndarray
     p: np.ndarray
     x0: np.ndarray
     squares: np.ndarray
+    costs: np.ndarray
 
 
 class _Descent:
@@ -206,34 +214,61 @@ class _Descent:
         self.ends = (low, high)
 
     def run(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray, rounds: int) -> _Place:
-        """Descend from x and x0 until the cost hardly falls."""
-        place, cost = self._at(x, x0, guess)
+        """Descend from x and x0 until the cost hardly falls: first past the windows that are far off, then with all."""
+        place = self._descend(self._at(x, x0, guess), guess, rounds, robust=True)
+        return self._descend(place, guess, _LAST_ROUNDS, robust=False)
+
+    def _descend(self, place: _Place, guess: np.ndarray, rounds: int, robust: bool) -> _Place:
         damping = _FIRST_DAMPING
-        for _ in range(rounds if np.isfinite(cost) else 0):
+        for _ in range(rounds if np.isfinite(place.costs).all() else 0):
+            weights = _trust(place.costs) if robust else np.ones(len(place.costs))
             along = directions(self._model, self._free, place.x)
-            normal = _normal(self._model, self._windows, place.x0, place.p, guess, along)
+            normal = _normal(self._model, self._windows, place.x0, place.p, guess, along).weighted(weights)
+            cost = self._total(place, weights)
             ahead, total = place, cost
             for _ in range(_TRIES):
-                ahead, total = self._at(*self._step(normal, place, damping), guess)
+                ahead = self._ahead(normal, place, damping, guess)
+                total = self._total(ahead, weights)
                 if total < cost:
                     break
                 damping *= 10
             if not total < cost:
                 break
-            fall, place, cost, damping = cost - total, ahead, total, max(damping / 10, _LEAST_DAMPING)
+            fall, place, damping = cost - total, ahead, max(damping / 10, _LEAST_DAMPING)
             far = cost > _FAR * self._windows.samples
             if fall < max((_ENOUGH_FAR if far else _ENOUGH) * cost, _LEAST):
                 break
         return place
 
-    def _at(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray) -> tuple[_Place, float]:
+    def _ahead(self, normal: Normal, place: _Place, damping: float, guess: np.ndarray) -> _Place:
+        """The place after a step; a window that its step of the initial state only harms keeps the old state."""
+        dx0, dx = _number_step(normal, place.x, place.x / self._width**2, self._width, self.ends, damping)
+        x = np.clip(place.x + dx, *self.ends)
+        moved = self._at(x, place.x0 + dx0 * self._model.plant.scale, guess)
+        if np.all(moved.costs < place.costs):
+            return moved
+        stayed = self._at(x, place.x0, guess)
+        better = moved.costs < stayed.costs
+        return _Place(
+            x,
+            moved.p,
+            np.where(better[:, None], moved.x0, stayed.x0),
+            np.where(better, moved.squares, stayed.squares),
+            np.where(better, moved.costs, stayed.costs),
+        )
+
+    def _at(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray) -> _Place:
         p = numbers_at(self._model, self._free, x, self._p)
         costs, squares = _costs(self._model, self._windows, x0, p, guess)
-        return _Place(x, p, x0, squares), float(costs.sum() + np.sum((x / self._width) ** 2))
+        return _Place(x, p, x0, squares, costs)
 
-    def _step(self, normal: Normal, place: _Place, damping: float) -> tuple[np.ndarray, np.ndarray]:
-        dx0, dx = _number_step(normal, place.x, place.x / self._width**2, self._width, self.ends, damping)
-        return np.clip(place.x + dx, *self.ends), place.x0 + dx0 * self._model.plant.scale
+    def _total(self, place: _Place, weights: np.ndarray) -> float:
+        return float(weights @ place.costs + np.sum((place.x / self._width) ** 2))
+
+
+def _trust(costs: np.ndarray) -> np.ndarray:
+    """Weights [w] of windows: near one, less where a window costs many times what the others do."""
+    return 1 / (1 + costs / (_FAR_OFF * np.median(costs)))
 
 
 def _finished(

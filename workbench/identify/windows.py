@@ -96,6 +96,11 @@ def cut(plant: Plant, records: Sequence[Record], floor: Floor) -> Windows:
     shared = {name for record in records for name in compared(plant, record, floor)}
     names = tuple(name for name in MEASURED if name in shared)
     spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in _spans(record))
+    if not spans:
+        listed = ", ".join(record.name for record in records)
+        raise InputError(
+            f"record {listed}: nowhere {_FEWEST} rows without a gap; log faster, or without losing samples"
+        )
     weights = {name: 1 / floor.sigma[name] for name in names}
     return Windows(tuple(records), names, spans, _groups(tuple(records), names, spans, weights))
 
