@@ -15,8 +15,10 @@ from .determined import Free
 from .follow import not_followed
 from .model import Model
 from .noise import Floor, noise_floor
+from .normal import numbers_at
 from .score import starts_with
-from .solve import Fit, fit_numbers, numbers_at, predicted_states
+from .solve import Fit, fit_numbers
+from .states import predicted_states
 from .windows import WINDOW, Windows, cut
 
 _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
@@ -107,8 +109,8 @@ def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: 
         )
     if lost := not_followed(model, case.train, best.x0, best.p):
         raise InputError(
-            f"{case.campaign.path}: {case.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant would be; "
-            "check units, signs, and that the records are of this rig"
+            f"{case.campaign.path}: {case.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant would "
+            "be; check units, signs, and that the records are of this rig"
         )
     return judged(case, model, best, ())
 
@@ -137,18 +139,17 @@ def judged(case: Case, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> 
 def _fitted(case: Case, stand: Stand, model: Model, candidate: Candidate) -> Fit:
     more = candidate.free()
     free: Sequence[Free] = (*stand.fit.free, *more)
-    before, off = (
-        carried(stand.model.plant, stand.fit.p, model.plant),
-        {n.name: n.off for n in candidate.effect.numbers},
-    )
-    for share in _WEAKER:
-        place = np.array([_toward(one, off[one.name.rsplit(".", 1)[1]], share) for one in more])
+    before = carried(stand.model.plant, stand.fit.p, model.plant)
+    offs = [number.off for number in candidate.effect.numbers]
+    places = [np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)]) for share in _WEAKER]
+    for place in places:
         p = numbers_at(model, more, place, before)
         guess = starts_with(model, stand.model, case.train, stand.fit.x0, p)
         squares = sum(float(np.sum(e**2)) for e in model.errors(case.train, guess, p))
-        if squares < stand.fit.squares.sum():
-            break
-    return fit_numbers(model, case.train, free, np.append(stand.fit.x, place), p, guess, case.kappas, _REFIT_ROUNDS)
+        if squares < stand.fit.squares.sum() or place is places[-1]:
+            start = np.append(stand.fit.x, place)
+            return fit_numbers(model, case.train, free, start, p, guess, case.kappas, _REFIT_ROUNDS)
+    raise AssertionError("one of the places is the last")
 
 
 def _toward(free: Free, off: float | None, share: float) -> float:
