@@ -8,7 +8,7 @@ from ..plant import Plant
 from ..records import Record
 from .model import Model
 from .noise import Floor
-from .solve import fit_states, predicted_states
+from .states import fit_states, predicted_states
 from .windows import Windows, compared, cut, delayed
 
 

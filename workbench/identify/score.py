@@ -14,12 +14,12 @@ from ..plant.effects import Effect
 from ..rig import Rig
 from .candidate import Candidate, at_strength, carried, model_with, strengths
 from .model import Model
-from .solve import Fit, directions
+from .normal import HELD, directions
+from .solve import Fit
 from .windows import Windows
 
 STRENGTHS = (0.03, 0.3, 2.0)  # of typical: an effect that is not linear in its strength shows at one of them
 _SMALLEST, _LARGEST = 0.2, 5.0  # how far beyond a tried strength the fit may be started
-_HELD = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Remainder:
         slopes = model.slopes(windows, fit.x0, fit.p, directions(model, fit.free, fit.x))
         self._states = [whole[..., :n] for whole in slopes]
         self._inverse = [
-            np.linalg.inv(np.swapaxes(x, 1, 2) @ x + np.eye(n) / _HELD**2) @ np.swapaxes(x, 1, 2) for x in self._states
+            np.linalg.inv(np.swapaxes(x, 1, 2) @ x + np.eye(n) / HELD**2) @ np.swapaxes(x, 1, 2) for x in self._states
         ]
         numbers = self._without_states([whole[..., n:] for whole in slopes])
         self._numbers = np.concatenate([part.reshape(-1, part.shape[-1]) for part in numbers])

@@ -1,0 +1,138 @@
+"""Normal equations of windows: initial states and numbers together, the initial states eliminated window by window.
+
+The cost is the sum of squared errors over sigma, plus the squares of what is not measured: every initial state is held
+at its guess within a tenth of its scale (fast states, which no sample sees, would wander off), every number loosely
+(one range) at its start. Numbers stay inside their ranges.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .determined import Free
+from .model import Model
+from .windows import Windows
+
+HELD = 0.1  # of a state's scale
+FIRST_DAMPING = 1e-3
+_STEEPEST = 1e8  # sigma per scale: a window with such slopes is unstable, and moves nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal equations: per window [w, ...] of the initial state, of the numbers, and between them."""
+
+    xx: np.ndarray
+    xp: np.ndarray
+    xe: np.ndarray
+    pp: np.ndarray
+    pe: np.ndarray
+
+    def weighted(self, weights: np.ndarray) -> "Normal":
+        """With windows that count more or less [w]."""
+        parts = (self.xx, self.xp, self.xe, self.pp, self.pe)
+        return Normal(*(np.einsum("w,w...->w...", weights, part) for part in parts))
+
+    def reduced(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Matrix and gradient of the numbers alone, and what eliminates each window's initial state."""
+        inverse = np.linalg.inv(self.xx)
+        carried = inverse @ self.xp
+        matrix = np.sum(self.pp - np.swapaxes(self.xp, 1, 2) @ carried, axis=0)
+        offset = np.einsum("wij,wj->wi", inverse, self.xe)
+        gradient = np.sum(self.pe - np.einsum("wxi,wx->wi", self.xp, offset), axis=0)
+        return matrix, gradient, carried, offset
+
+
+def numbers_at(model: Model, free: Sequence[Free], x: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """The parameters p with the free ones at distances x."""
+    p = p.copy()
+    for f, distance in zip(free, x, strict=True):
+        p[model.plant.parameters.index(f.name)] = np.clip(f.value(float(distance)), f.low, f.high)
+    return p
+
+
+def directions(model: Model, free: Sequence[Free], x: np.ndarray) -> np.ndarray:
+    """Changes of all parameters per distance of each free one [k, parameters]."""
+    along = np.zeros((len(free), len(model.plant.parameters)))
+    for row, f, distance in zip(along, free, x, strict=True):
+        row[model.plant.parameters.index(f.name)] = f.value(float(distance)) if f.scale is None else f.scale
+    return along
+
+
+def ranges(free: Sequence[Free]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    low, high = (np.array([f.distance(getattr(f, end)) for f in free]) for end in ("low", "high"))
+    return low, high, (high - low) / 2
+
+
+def costs(
+    model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, guess: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cost of each window, with what holds its initial state, and its squared errors alone [w]."""
+    squares = np.empty(windows.count)
+    for group, errors in zip(windows.groups, model.errors(windows, x0, p), strict=True):
+        squares[group.which] = np.sum(errors**2, axis=(1, 2))
+    return squares + np.sum(((x0 - guess) / (HELD * model.plant.scale)) ** 2, axis=1), squares
+
+
+def normal_equations(
+    model: Model,
+    windows: Windows,
+    x0: np.ndarray,
+    p: np.ndarray,
+    guess: np.ndarray,
+    along: np.ndarray,
+    keep: np.ndarray | None = None,
+) -> Normal:
+    if keep is not None and keep.size < windows.count:
+        windows, x0, guess = windows.some(keep.tolist()), x0[keep], guess[keep]
+    return accumulate(model, windows, model.slopes(windows, x0, p, along), model.errors(windows, x0, p), x0, guess)
+
+
+def accumulate(
+    model: Model,
+    windows: Windows,
+    slopes: Sequence[np.ndarray],
+    errors: Sequence[np.ndarray],
+    x0: np.ndarray,
+    guess: np.ndarray,
+) -> Normal:
+    n, size = model.plant.n, slopes[0].shape[-1]
+    matrix, gradient = np.empty((windows.count, size, size)), np.empty((windows.count, size))
+    for group, whole, error in zip(windows.groups, slopes, errors, strict=True):
+        whole[np.abs(whole).max(axis=(1, 2)) > _STEEPEST] = 0.0
+        matrix[group.which] = np.swapaxes(whole, 1, 2) @ whole
+        gradient[group.which] = np.einsum("wmi,wm->wi", whole, error.reshape(len(error), -1))
+    held = (x0 - guess) / (HELD**2 * model.plant.scale)
+    return Normal(
+        matrix[:, :n, :n] + np.eye(n) / HELD**2,
+        matrix[:, :n, n:],
+        gradient[:, :n] + held,
+        matrix[:, n:, n:],
+        gradient[:, n:],
+    )
+
+
+def number_step(
+    normal: Normal,
+    x: np.ndarray,
+    pull: np.ndarray,
+    width: np.ndarray,
+    ends: tuple[np.ndarray, np.ndarray],
+    damping: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Changes of the initial states [w, n] (scaled) and of the numbers [k]; numbers at an end of a range stay there."""
+    xx = normal.xx + damping * np.einsum("wii,ij->wij", normal.xx, np.eye(normal.xx.shape[1]))
+    matrix, gradient, carried, offset = Normal(xx, normal.xp, normal.xe, normal.pp, normal.pe).reduced()
+    matrix, gradient = matrix + np.diag(width**-2), gradient + pull
+    matrix += damping * np.diag(np.diag(matrix))
+    low, high = ends
+    step, free = np.zeros(len(x)), np.ones(len(x), bool)
+    for _ in range(len(x)):
+        step[free] = np.linalg.solve(matrix[np.ix_(free, free)], -(gradient + matrix[:, ~free] @ step[~free])[free])
+        beyond = free & ((x + step < low) | (x + step > high))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(x + step, low, high)[beyond] - x[beyond]
+        free &= ~beyond
+    return -offset - carried @ step, step
