@@ -65,9 +65,10 @@ def rule_table(found: Trace) -> Table:
     if found.evidence:
         least = decide.SIGNIFICANT * case.kappa
         rows.append(["it sits in an equation", "gain in log-likelihood", found.evidence[0][1], f"above {least:.3g}"])
+    asked = found.effects or tuple(one for one, _ in ranking(found)[:1])
     for each in found.passes:
         for one in each.tried:
-            if one in found.effects or (not found.effects and one is ranking(found)[0][0]):
+            if one in asked:
                 fall, chance = accident(found, each, one)
                 name, enough = one.candidate.effect.name, decide.BIC * case.kappa
                 rows.append([f"{name} is no accident", "fall of BIC, train", fall, f"above {enough:.3g}"])

@@ -1,0 +1,310 @@
+"""Traces: of a small cylinder whose friction we know, of a slice of a practice campaign, killed, and of bad input."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_campaigns import LIBRARY, SIGMA, campaign, made, rubbing, rubbing_campaign, written
+
+from workbench.errors import InputError
+from workbench.identify.refit import case_of, refit
+from workbench.identify.trace import Trace, trace
+from workbench.plant.effects import LIBRARY as WHOLE
+from workbench.plant.effects import find
+from workbench.records import Record, load_campaign
+from workbench.report import render
+from workbench.rig import load_rig, rig_text
+from workbench.runs import metrics_json, open_run
+from workbench.studies.fit import one_blas_thread
+from workbench.studies.outcome import Outcome, at_once
+from workbench.studies.residual import run_residual
+from workbench.studies.trace import effects_for, run_trace
+from workbench.studies.trace_answer import more_json, trace_json
+from workbench.studies.trace_tables import candidates_table
+
+ROOT = Path(__file__).parents[1]
+SHARED = ROOT.parent / "shared" / "campaigns"
+RIG = load_rig("festo-tp511")
+
+
+@cache
+def outcome() -> Outcome:
+    """The trace of the cylinder that rubs."""
+    return run_trace(rubbing_campaign(), RIG, LIBRARY, at_once, lambda _: None)
+
+
+# --- what is found
+
+
+def test_friction_is_found_with_its_number():
+    answer = json.loads(outcome().files["trace.json"])
+    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("named", ["jack.friction"], "force")
+    value, low, high = answer["ranking"][0]["parameters"]["Fc [N]"]
+    assert low < value < high
+    assert abs(60 - value) < high - low
+    assert answer["chi2"]["before"] > 5
+    assert answer["chi2"]["after"] < 1.05
+
+
+def test_the_answer_is_what_the_contract_says():
+    answer = json.loads(outcome().files["trace.json"])
+    assert list(answer) == ["verdict", "effects", "equation", "ranking", "chi2", "rms"]
+    assert list(answer["chi2"]) == ["before", "after"]
+    for one in answer["ranking"]:
+        assert list(one) == ["effect", "formula", "explained", "parameters"]
+        assert all(len(interval) == 3 for interval in one["parameters"].values())
+        assert 0 <= one["explained"] <= 1.05
+    assert set(answer["rms"]) == {"spool [mm]", "pa [bar]", "pb [bar]", "position [mm]"}
+    for row in answer["rms"].values():
+        assert list(row) == ["before", "after", "floor"]
+        assert 0 < row["after"] <= 1.1 * row["before"]
+    assert answer["rms"]["pa [bar]"]["floor"] == pytest.approx(SIGMA["pa"] / 1e5, rel=0.1)
+    metrics = json.loads(metrics_json(outcome().metrics))
+    assert {key: metrics[key] for key in answer} == answer
+    low, value, high = (metrics["base"]["M [kg]"][k] for k in (1, 0, 2))
+    assert low < value < high
+    assert metrics["evidence"]["force"] == max(metrics["evidence"].values())
+
+
+def test_residual_of_the_rig_as_found_is_the_chi2_after(tmp_path):
+    (tmp_path / "found.toml").write_text(outcome().files["rig.toml"])
+    rig = load_rig(tmp_path / "found.toml")
+    assert [use.name for use in rig.effects] == ["jack.friction"]
+    assert "fitted to made" in rig.numbers["M"].source
+    assert (rig.numbers["M"].low, rig.numbers["M"].high) == (RIG.numbers["M"].low, RIG.numbers["M"].high)
+    found = run_residual(rubbing_campaign(), rig, at_once, lambda _: None).metrics["chi2"]
+    assert found == pytest.approx(outcome().metrics["chi2"]["after"], rel=1e-4)
+    assert rig_text(load_rig(tmp_path / "found.toml")) == outcome().files["rig.toml"]
+
+
+def test_a_rig_that_declares_the_effect_lacks_nothing(tmp_path):
+    """With friction in the rig file nothing is traced, and friction is not tried again."""
+    rig = rubbing()
+    library = effects_for(rig, without=[name for name in {e.name for e in WHOLE} if name != "load.spring"])
+    assert {effect.name for effect in library} == {"load.spring"}
+    found = run_trace(rubbing_campaign(), rig, library, at_once, lambda _: None)
+    assert found.metrics["verdict"] == "none"
+    assert found.metrics["effects"] == []
+    assert found.metrics["equation"] is None
+    assert found.metrics["ranking"] == []
+    assert found.metrics["chi2"]["before"] == found.metrics["chi2"]["after"] < 1.05
+
+
+def test_without_the_effect_nothing_is_named():
+    """5 kN on this cylinder find no equilibrium to start from: that refit is named as one that failed."""
+    found = run_trace(rubbing_campaign(), RIG, LIBRARY[1:], at_once, lambda _: None)
+    assert (found.metrics["verdict"], found.metrics["effects"]) == ("unknown", [])
+    assert found.metrics["equation"] == "force"
+    assert list(found.metrics["failed"]) == ["load.bias weight"]
+    assert found.metrics["chi2"]["after"] == found.metrics["chi2"]["before"]
+    assert "no fit: " in render(found.page)
+
+
+@pytest.mark.parametrize("how", ["raises", "is infinite"])
+def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
+    def spoilt(case, stand, candidate, again=False):
+        if candidate.effect.formula != "coulomb":
+            if how == "raises":
+                raise np.linalg.LinAlgError("singular matrix")
+            return replace(stand, known=(candidate,), heldout=np.full(case.heldout.count, np.inf))
+        return refit(case, stand, candidate, again)
+
+    monkeypatch.setattr("workbench.identify.trace.refit", spoilt)
+    library = [find("jack.friction", formula) for formula in ("coulomb", "stribeck")]
+    with one_blas_thread():
+        found = trace(case_of(rubbing_campaign(), RIG), library, lambda _, compute: compute(), lambda _: None)
+    answer, more = trace_json(found), more_json(found)
+    assert [one["formula"] for one in answer["ranking"]] == ["coulomb"]
+    assert answer["effects"] == ["jack.friction"]
+    assert list(more["failed"]) == ["jack.friction stribeck"]
+    assert candidates_table(found).rows[-1][1] == "stribeck"
+
+
+def test_a_user_s_own_effect_is_found_and_its_file_is_kept(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "import casadi as ca\n"
+        "from workbench.plant.effects import effect, number\n"
+        '@effect("my.rub", "tanh", equation="force", slot="friction", source="ours", shows="reversals",\n'
+        '        numbers=(number("F", 50.0, "N", low=0.0, high=500.0, off=0.0, meaning="rub"),))\n'
+        "def rub(friction, s):\n"
+        '    return friction + s.p("F") * ca.tanh(s["velocity"] / 2e-3)\n'
+    )
+    library = [effect for effect in effects_for(RIG, [file]) if effect.name == "my.rub"]
+    found = run_trace(rubbing_campaign(), RIG, library, at_once, lambda _: None, [str(file)])
+    assert found.metrics["effects"] == ["my.rub"]
+    (tmp_path / "found.toml").write_text(found.files["rig.toml"])
+    rig = load_rig(tmp_path / "found.toml")
+    assert rig.effect_files == (str(file),)
+    chi2 = run_residual(rubbing_campaign(), rig, at_once, lambda _: None).metrics["chi2"]
+    assert chi2 == pytest.approx(found.metrics["chi2"]["after"], rel=1e-4)
+
+
+@pytest.mark.skipif(not (SHARED / "p02").is_dir(), reason="the practice campaigns are not beside the project")
+def test_a_slice_of_a_practice_campaign_is_traced():
+    """p02 comes from another simulator, with Stribeck friction; a few seconds of it are enough."""
+    whole = load_campaign(SHARED / "p02")
+    steps, triangle = whole.train
+    short = replace(
+        whole, train=(steps.slice(0.0, 1.0), triangle.slice(0.0, 1.0)), heldout=(whole.heldout[0].slice(0.0, 2.0),)
+    )
+    library = [find("main.deadband", "smooth"), find("jack.friction", "stribeck")]
+    found = run_trace(short, load_rig("jack-10t"), library, at_once, lambda _: None)
+    assert found.metrics["effects"] == ["jack.friction"]
+    assert found.metrics["chi2"]["after"] < 1.15 < found.metrics["chi2"]["before"]
+
+
+# --- verdicts as trace.json tells them
+
+
+def traced(**changes) -> Trace:
+    """The trace of the cylinder that rubs, with another end."""
+    return replace(_traced(), **changes)
+
+
+@cache
+def _traced() -> Trace:
+    with one_blas_thread():
+        return trace(case_of(rubbing_campaign(), RIG), LIBRARY[:1], at_once, lambda _: None)
+
+
+def test_tied_effects_are_listed_best_first():
+    answer = trace_json(traced(verdict="tied", tied=("load.bias", "load.spring")))
+    assert answer["effects"] == ["jack.friction", "load.bias", "load.spring"]
+
+
+def test_an_unfinished_effect_is_listed():
+    assert trace_json(traced(verdict="incomplete"))["effects"] == ["jack.friction"]
+
+
+def test_nothing_is_listed_where_nothing_is_named():
+    found = _traced()
+    answer = trace_json(replace(found, verdict="unknown", effects=(), final=found.base))
+    assert answer["effects"] == []
+    assert [one["effect"] for one in answer["ranking"]] == ["jack.friction"]
+    assert answer["chi2"]["before"] == answer["chi2"]["after"]
+
+
+# --- killed, and resumed
+
+
+def command(folder: Path, out: Path) -> list[str]:
+    keep = ("jack.friction", "sensor.lag")
+    without = sorted({effect.name for effect in WHOLE} - set(keep))
+    words = ["trace", str(folder), "--without", *without, "--out", str(out)]
+    return [sys.executable, "-m", "workbench.cli", *words]
+
+
+def test_a_killed_trace_goes_on_from_its_last_stage(tmp_path):
+    folder, out = written(rubbing_campaign(), tmp_path / "camp"), tmp_path / "out"
+    process = subprocess.Popen(command(folder, out), cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    stage = tmp_path / "out.partial" / "stages" / "scores-1.json"
+    waited = time.monotonic() + 120
+    while not stage.exists():
+        assert process.poll() is None, process.stderr and process.stderr.read()
+        assert time.monotonic() < waited
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not out.exists()
+    done = subprocess.run(command(folder, out), cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "score of" not in done.stderr  # that stage was there
+    assert json.loads((out / "trace.json").read_text())["effects"] == ["jack.friction"]
+    assert {"trace.json", "rig.toml", "metrics.json", "report.html", "config.toml"} <= {p.name for p in out.iterdir()}
+
+
+def test_a_resumed_trace_says_the_same_to_the_byte(tmp_path):
+    """Every stage is read back instead of computed."""
+    with open_run(tmp_path / "out", {"command": "trace"}) as run:
+        first = run_trace(rubbing_campaign(), RIG, LIBRARY[:1], run.stage, lambda _: None)
+        names = sorted(path.name for path in (run.dir / "stages").glob("[!@]*.json"))
+        run._asked.clear()
+        again = run_trace(rubbing_campaign(), RIG, LIBRARY[:1], run.stage, lambda _: None)
+        assert metrics_json(again.metrics) == metrics_json(first.metrics)
+        assert again.files == first.files
+        assert names == ["base.json", "localise.json", "refit-1-jack.friction-coulomb.json", "scores-1.json"]
+        run.finish({}, "", {}, first.page)
+
+
+# --- bad input
+
+
+def still(name: str, signals: dict[str, float], seconds: float = 2.0) -> Record:
+    t = np.arange(round(seconds / 2e-3)) * 2e-3
+    random = np.random.default_rng(0)
+    return Record(
+        name, t, {key: value + 1e-3 * abs(value) * random.standard_normal(t.size) for key, value in signals.items()}
+    )
+
+
+def bad(what: str):
+    """A campaign that can not be traced, and words that say why."""
+    good = rubbing_campaign()
+    mute = replace(good.train[0], signals={k: v for k, v in good.train[0].signals.items() if k != "command"})
+    return {
+        "no train": (replace(good, train=()), ["no train record", "[records] train"]),
+        "no command": (replace(good, train=(mute,)), ["no command"]),
+        "short": (replace(good, train=(good.train[0].slice(0, 0.8),)), ["last 0.8 s", "2 s"]),
+        "nothing shared": (replace(good, heldout=(still("b", {"command": 0.1, "current": 0.01}),)), ["b", "no signal"]),
+        "few rows": (replace(good, heldout=(sparse(good.heldout[0]),)), ["sines", "50"]),
+    }[what]
+
+
+def sparse(record: Record) -> Record:
+    """One row in 40."""
+    return Record(record.name, record.t[::40], {name: values[::40] for name, values in record.signals.items()})
+
+
+@pytest.mark.parametrize("what", ["no train", "no command", "short", "nothing shared", "few rows"])
+def test_a_campaign_that_can_not_be_traced_is_refused(what):
+    of, words = bad(what)
+    with pytest.raises(InputError) as said:
+        run_trace(of, RIG, LIBRARY, at_once, lambda _: None)
+    for word in words:
+        assert word in str(said.value)
+
+
+def test_a_rig_without_bounds_is_refused():
+    numbers = {name: replace(number, low=None, high=None) for name, number in RIG.numbers.items()}
+    with pytest.raises(InputError, match="no number has bounds"):
+        run_trace(rubbing_campaign(), replace(RIG, numbers=numbers), LIBRARY, at_once, lambda _: None)
+
+
+@pytest.mark.parametrize(("signal_", "factor"), [("command", -1.0), ("position", 1000.0), ("pa", 14.5)])
+def test_records_that_are_not_of_this_rig_are_refused(signal_, factor):
+    """A reversed command, millimetres taken for metres, bar for psi."""
+    good = rubbing_campaign()
+
+    def spoilt(record: Record) -> Record:
+        return replace(record, signals={**record.signals, signal_: factor * record.signals[signal_]})
+
+    of = replace(good, train=tuple(map(spoilt, good.train)), heldout=tuple(map(spoilt, good.heldout)))
+    with pytest.raises(InputError) as said:
+        run_trace(of, RIG, LIBRARY, at_once, lambda _: None)
+    assert "unit" in str(said.value)
+
+
+def test_an_unknown_name_to_leave_out_is_refused():
+    with pytest.raises(InputError, match=r'did you mean "jack.friction"'):
+        effects_for(RIG, without=["jack.frictoin"])
+
+
+def test_a_quiet_rig_of_ours_lacks_nothing():
+    of = campaign(RIG)
+    assert run_trace(of, RIG, LIBRARY[1:2], at_once, lambda _: None).metrics["verdict"] == "none"
+
+
+def test_made_records_move_but_reach_no_stop():
+    of = rubbing_campaign()
+    for record in (*of.train, *of.heldout):
+        assert 0.01 < np.ptp(record.signals["position"]) < 0.15
+    assert made(RIG, "a", np.zeros(50), 1).period == pytest.approx(2e-3)
