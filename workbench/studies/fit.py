@@ -5,10 +5,13 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from ..errors import InputError
+from ..identify.predict import predict_windows, predictions
 from ..identify.refit import case_of, fit_rig
 from ..identify.stored import packed, unpacked
+from ..plant import build
 from ..records import Campaign
 from ..rig import Rig, rig_text
+from .error_page import rms_of
 from .fit_page import fit_page
 from .fit_result import base_intervals, correlations, finite, fitted, fitted_rig
 from .outcome import Outcome, Progress, Stage
@@ -33,13 +36,17 @@ def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: P
         progress("noise floor")
         case = case_of(campaign, rig)
         stand = unpacked(stage("fit", lambda: packed(fit_rig(case, starts, progress))), case, ())
+        progress("errors of the rig file and of the fit")
+        declared = [predict_windows(build(rig), record, case.floor) for record in campaign.heldout]
+    after = predictions(stand.model, case.heldout, stand.x0, stand.fit.p)
     found = fitted(rig, stand.fit)
     metrics: dict[str, Any] = {
         "parameters": base_intervals(rig, stand.fit),
-        "chi2": {"train": stand.fit.chi2, "heldout": finite(stand.squares / case.heldout.samples)},
+        "chi2": {"train": stand.fit.chi2, "heldout": finite(stand.chi2)},
+        "rms": rms_of(case.floor, declared, after),
         "unseen": [one.number.name for one in found if one.unseen],
         "at_an_end": [one.number.name for one in found if one.held],
         "correlations": {"names": [one.number.name for one in found], "matrix": correlations(stand.fit)},
     }
-    page, picture = fit_page(case, stand, found, metrics)
+    page, picture = fit_page(case, found, metrics)
     return Outcome(metrics, page, picture, files={"rig.toml": rig_text(fitted_rig(case, stand))})

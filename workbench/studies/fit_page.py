@@ -5,26 +5,30 @@ from typing import Any
 
 import numpy as np
 
-from ..identify.refit import Case, Stand
+from ..identify import decide
+from ..identify.refit import Case
 from ..report import Curve, Figure, Page, Panel, Section, Table
 from ..report.figures import Mark
 from ..units import from_si
+from .error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
 from .fit_result import Fitted
+from .residual import noise_table
 
-RIG_FILE, BEFORE, AFTER = "#8c959f", "#d55e00", "#0072b2"
-STRONG = 0.9  # a correlation above says that only a combination of two numbers is known
-_MOST = 12  # pairs listed
+STRONG = 0.95  # a correlation above says that only a combination of two numbers is known
+_MOST = 10  # pairs listed
 
 
-def fit_page(case: Case, stand: Stand, found: Sequence[Fitted], metrics: dict[str, Any]) -> tuple[Page, Figure]:
+def fit_page(case: Case, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
     """The page, and the figure of the numbers in their ranges."""
-    picture = ranges_figure({"fitted": found})
-    name = case.campaign.path.resolve().name
+    picture, labels = ranges_figure({"fitted": found}), ["rig file", "fitted"]
     sections = [
         Section("Numbers", [picture, numbers_table(found)]),
-        Section("What moves together", [_pairs(metrics["correlations"])]),
+        Section("Held-out error", [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels)]),
+        Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
+        Section("Noise floor", [noise_table(case.floor)]),
     ]
-    return Page(f"Fit of {case.rig.name} to {name}", _verdict(metrics), sections), picture
+    name = case.campaign.path.resolve().name
+    return Page(f"{case.rig.name} fitted to {name}", _verdict(case, metrics), sections), picture
 
 
 def numbers_table(found: Sequence[Fitted]) -> Table:
@@ -38,7 +42,7 @@ def numbers_table(found: Sequence[Fitted]) -> Table:
         rows.append([number.name, number.unit, *shown, state])
     return Table(
         "Numbers of the rig",
-        ["number", "unit", "before", "fitted", "95 % low", "95 % high", "range low", "range high", ""],
+        ["number", "unit", "rig file", "fitted", "95 % low", "95 % high", "range low", "range high", ""],
         rows,
         note="At an end of its declared range: something that the model lacks may have pushed it there. Not seen: the "
         "interval is not shorter than 80 % of the range, so that the records do not tell.",
@@ -52,7 +56,7 @@ def ranges_figure(fits: Mapping[str, Sequence[Fitted]]) -> Figure:
     """
     *_, last = fits.values()
     places = np.arange(1.0, len(last) + 1)
-    curves = [Curve("rig file", places, _shares(last, [one.number.value for one in last]), "markers", RIG_FILE)]
+    curves = [Curve("rig file", places, _shares(last, [one.number.value for one in last]), "markers", GIVEN)]
     for (label, found), colour in zip(fits.items(), (BEFORE, AFTER)[-len(fits) :], strict=True):
         curves.append(Curve(label, places, _shares(found, [one.value for one in found]), "markers", colour))
     ends = np.column_stack([_shares(last, [getattr(one, end) for one in last]) for end in ("low", "high")])
@@ -72,13 +76,39 @@ def _shares(found: Sequence[Fitted], values: Sequence[float]) -> np.ndarray:
     return (np.array(values) - ends[:, 0]) / (ends[:, 1] - ends[:, 0])
 
 
-def _pairs(correlation: dict[str, Any]) -> Table:
-    names, matrix = correlation["names"], np.abs(correlation["matrix"])
-    pairs = sorted(((matrix[i, j], i, j) for i in range(len(names)) for j in range(i)), reverse=True)[:_MOST]
-    rows = [[names[j], names[i], float(correlation["matrix"][i, j])] for _, i, j in pairs]
-    return Table("Strongest correlations", ["number", "with", "correlation"], rows)
+def _strongest(correlation: Mapping[str, Any]) -> list[tuple[str, str, float]]:
+    """Pairs of numbers, most correlated first."""
+    names, matrix = correlation["names"], np.asarray(correlation["matrix"])
+    pairs = [(names[j], names[i], float(matrix[i, j])) for i in range(len(names)) for j in range(i)]
+    return sorted(pairs, key=lambda pair: -abs(pair[2]))
 
 
-def _verdict(metrics: dict[str, Any]) -> str:
-    chi2 = metrics["chi2"]
-    return f"chi2 {chi2['heldout']:.3g} on held-out records (1 is the noise floor), {chi2['train']:.3g} on train."
+def _pairs(correlation: Mapping[str, Any]) -> Table:
+    rows = [[one, other, round(value, 3)] for one, other, value in _strongest(correlation)[:_MOST]]
+    note = "Near 1 or -1 the records only know a combination of the two."
+    return Table("Strongest correlations", ["number", "with", "correlation"], rows, note=note)
+
+
+def _matrix(correlation: Mapping[str, Any]) -> Table:
+    names, matrix = correlation["names"], np.asarray(correlation["matrix"])
+    rows = [[name, *row] for name, row in zip(names, np.round(matrix, 2).tolist(), strict=True)]
+    return Table("All correlations", ["", *names], rows)
+
+
+def _verdict(case: Case, metrics: Mapping[str, Any]) -> str:
+    chi2 = metrics["chi2"]["heldout"]
+    said = f"{len(metrics['parameters'])} numbers of {case.rig.name} are fitted; "
+    if chi2 is None:
+        return f"{said}some held-out windows can not be simulated with them."
+    said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"
+    missing = decide.misfit(chi2, case.heldout.samples, case.kappa)
+    said += ": the model misses something, and jackbench trace asks what." if missing else ", as it should be."
+    if metrics["at_an_end"]:
+        said += f" At an end of its range: {', '.join(metrics['at_an_end'])}."
+        said += " Something that the model lacks may have pushed it there." if missing else ""
+    if metrics["unseen"]:
+        said += f" Not seen by these records: {', '.join(metrics['unseen'])}."
+    strong = [
+        f"{a} with {b} ({value:.2f})" for a, b, value in _strongest(metrics["correlations"]) if abs(value) > STRONG
+    ]
+    return said + (f" Known only together: {', '.join(strong[:3])}." if strong else "")

@@ -8,8 +8,7 @@ import numpy as np
 from ..identify.predict import Prediction, predictions
 from ..identify.refit import Stand
 from ..identify.trace import Trace, Tried
-from ..signals import SIGNALS
-from ..units import from_si
+from .error_page import rms_of
 from .fit_result import base_intervals, effect_intervals, finite
 
 
@@ -22,7 +21,7 @@ def trace_json(found: Trace) -> dict[str, Any]:
         "equation": found.equation,
         "ranking": [_ranked(found, one, share) for one, share in ranking(found)],
         "chi2": dict(zip(("before", "after"), map(finite, found.chi2), strict=True)),
-        "rms": _rms(found),
+        "rms": rms_of(found.case.floor, compared(found, found.base), compared(found, found.final)),
     }
 
 
@@ -47,7 +46,8 @@ def ranking(found: Trace) -> list[tuple[Tried, float]]:
 
     Those that were added come first, then the best.
     """
-    misfit = found.base.squares - found.case.heldout.samples
+    alone = found.passes[0].before if found.passes else found.base
+    misfit = alone.squares - alone.samples
     tried = [(one, each) for each in found.passes for one in each.tried if _fits(one)]
     shares = [(one, _share(each.before, one, misfit)) for one, each in tried]
     added = {id(one): place for place, one in enumerate(found.effects)}
@@ -82,20 +82,3 @@ def _ranked(found: Trace, one: Tried, share: float) -> dict[str, Any]:
     assert stand is not None
     numbers = effect_intervals(effect, stand.fit)
     return {"effect": effect.name, "formula": effect.formula, "explained": share, "parameters": numbers}
-
-
-def _rms(found: Trace) -> dict[str, dict[str, float | None]]:
-    """Held-out error of each measured signal before and after, and the noise floor, in the signal's unit."""
-    both = [compared(found, stand) for stand in (found.base, found.final)]
-    table = {}
-    for name in found.case.heldout.names:
-        signal, sigma = SIGNALS[name], found.case.floor.sigma[name]
-        values = [*(_root_mean_square(some, name) for some in both), sigma]
-        shown = [finite(from_si(v, signal.unit, signal.si)) for v in values]
-        table[signal.label] = dict(zip(("before", "after", "floor"), shown, strict=True))
-    return table
-
-
-def _root_mean_square(some: Sequence[Prediction], name: str) -> float:
-    errors = np.concatenate([one.error(name) for one in some if name in one.signals])
-    return float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else np.nan

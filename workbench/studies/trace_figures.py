@@ -1,45 +1,19 @@
 """The figures of a trace: errors over the noise, the evidence by equation, measured beside modelled."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..identify.noise import Floor
 from ..identify.predict import Prediction
 from ..report import Curve, Figure, Panel
-from ..report.figures import Mark
 from ..signals import SIGNALS
 from ..units import from_si
-from .fit_page import AFTER, BEFORE
+from .error_page import AFTER, BEFORE, GIVEN
 
 SLICE = 1.0  # s, of the telling figure
-_NOISE = "#8c959f"
-_FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis
 
 Pair = tuple[Prediction, Prediction]
-
-
-def error_figure(rms: Mapping[str, Mapping[str, Any]], labels: Sequence[str]) -> Figure:
-    """Held-out error of every signal over its noise; `labels` of the model, or of that before and that after."""
-    names = [label for label, row in rms.items() if row["before"] is not None]
-    before, after = (np.array([rms[n][key] / rms[n]["floor"] for n in names]) for key in ("before", "after"))
-    places = np.arange(1.0, len(names) + 1)
-    if len(labels) > 1:
-        gap = np.full(len(names), np.nan)
-        across, up = np.column_stack((places, places, gap)).ravel(), np.column_stack((before, after, gap)).ravel()
-        curves = [
-            Curve(labels[0], places, before, "markers", BEFORE),
-            Curve(labels[1], places, after, "markers", AFTER),
-            Curve("change", across, up, "dot", _NOISE),
-        ]
-    else:
-        curves = [Curve(labels[0], places, before, "markers", AFTER)]
-    log = bool(before.max() > _FEW_TIMES)
-    low, high = min(0.9, float(after.min())), max(1.5, float(before.max()))
-    ends = (0.9 * low, 1.15 * high) if log else (0.0, 1.15 * high)
-    panel = Panel("error / noise [1]", curves, log_y=log, y_range=ends, marks=(Mark(1.0, "noise floor"),))
-    return Figure("Held-out error over the noise", "signal", [panel], x_names=[name.split(" [")[0] for name in names])
 
 
 def evidence_figure(evidence: Sequence[tuple[str, float]]) -> Figure:
@@ -69,7 +43,7 @@ def signal_figure(pair: Pair, name: str, floor: Floor, labels: Sequence[str], pa
     band = (np.full(2, -noise), np.full(2, noise))
     above = [Curve("measured", t, shown(record.signals[name]))]
     above += [Curve(label, t, shown(one.signals[name]), color=colour) for label, one, colour in lines]
-    below = [Curve("noise, 2 sigma", t[[0, -1]], np.zeros(2), "dot", _NOISE, band=band)]
+    below = [Curve("noise, 2 sigma", t[[0, -1]], np.zeros(2), "dot", GIVEN, band=band)]
     below += [Curve(label, t, shown(one.error(name)), color=colour) for label, one, colour in lines]
     panels = [Panel(signal.label, above), Panel(f"measured - model [{signal.unit}]", below)]
     return Figure(f"{record.name}: {name}", "time [s]", panels)

@@ -7,18 +7,18 @@ from ..identify import decide
 from ..identify.trace import Trace
 from ..plant.effects import Effect
 from ..report import Figure, Page, Section, Table
+from .error_page import error_figure, error_table
 from .fit_page import ranges_figure
 from .fit_result import fitted
 from .residual import noise_table
 from .trace_answer import compared
-from .trace_figures import Pair, error_figure, evidence_figure, signal_figure, telling
+from .trace_figures import Pair, evidence_figure, signal_figure, telling
 from .trace_seen import hidden, seen_table
 from .trace_shape import Missing, shape_figure, shape_tables
 from .trace_tables import (
     base_table,
     candidates_table,
     cosines_table,
-    error_table,
     numbers_table,
     records_table,
     rule_table,
@@ -44,7 +44,7 @@ def trace_page(
     first = signal_figure(pairs[index], name, floor, labels, part)
     picture = error_figure(answer["rms"], labels)
     sections = [
-        Section("Held-out error", [picture, error_table(answer["rms"], changed), first]),
+        Section("Held-out error", [picture, error_table(answer["rms"], labels), first]),
         *(_what(found) if changed else _shape(shape)),
         *(_shape(shape) if changed else _what(found)),
         *_next(found),

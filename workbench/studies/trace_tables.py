@@ -1,7 +1,6 @@
 """The tables of a trace: errors, candidates, numbers, what looks alike, what was not tested."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -21,20 +20,6 @@ _NUMBERS = 6  # candidates whose numbers are listed
 _COMPARED = 6  # effects whose likeness is listed
 
 
-def error_table(rms: Mapping[str, Mapping[str, Any]], changed: bool) -> Table:
-    """Held-out error of every signal, in its unit."""
-    rows = []
-    for label, row in rms.items():
-        ratios = [None if row[key] is None else row[key] / row["floor"] for key in ("before", "after")]
-        cells = [row["before"], row["after"]] if changed else [row["after"]]
-        rows.append([label, *cells, row["floor"], *(ratios if changed else ratios[1:])])
-    columns = ["signal", "RMS before", "RMS after", "noise floor", "before / floor", "after / floor"]
-    if not changed:
-        columns = ["signal", "RMS error", "noise floor", "error / floor"]
-    note = "Held-out records, windows of 0.5 s with refitted initial states; input: the recorded command."
-    return Table("Error by signal", columns, rows, note=note)
-
-
 def candidates_table(found: Trace) -> Table:
     """Every refitted effect, with what the rule says of it."""
     each_of = {id(one): each for each in found.passes for one in each.tried}
@@ -42,7 +27,9 @@ def candidates_table(found: Trace) -> Table:
     for one, share in ranking(found):
         effect = one.candidate.effect
         says = reason(found, each_of[id(one)], one)
-        rows.append([effect.name, effect.formula, effect.equation, round(100 * share, 1), one.judgement.chi2, says])
+        rows.append(
+            [effect.name, effect.formula, effect.equation, round(100 * min(share, 1.0), 1), one.judgement.chi2, says]
+        )
     for each in found.passes:
         for one, why in failures(each.tried):
             effect = one.candidate.effect
@@ -73,7 +60,7 @@ def rule_table(found: Trace) -> Table:
                 name, enough = one.candidate.effect.name, decide.BIC * case.kappa
                 rows.append([f"{name} is no accident", "fall of BIC, train", fall, f"above {enough:.3g}"])
                 rows.append([f"{name} is no accident", "chance, held-out", chance, f"below {decide.CHANCE:g}"])
-                share = 100 * one.judgement.explained
+                share = 100 * min(one.judgement.explained, 1.0)
                 rows.append([f"{name} explains it", "explained [%]", share, f"{100 * decide.NAMED:.0f} or more"])
     if found.effects:
         rows.append(["nothing else is missing", "held-out chi2", found.chi2[1], f"at most {gate:.3g}"])

@@ -10,6 +10,8 @@ from ..plant.effects import Effect
 from .trace_answer import ranking
 from .trace_shape import Missing
 
+_FAR = 0.3  # explained share below which the next best is no rival
+
 EQUATION = {
     "drive": "the drive (amplifier and spool loop)",
     "pilot": "the torque motor and pilot stage",
@@ -141,7 +143,8 @@ def _named(found: Trace, _shape: Missing | None) -> str:
     beside = [(one, share) for one, share in ranking(found) if _other(found, one)]
     if beside:
         one, share = beside[0]
-        said += f" The next best, {one.candidate.effect.name}, explains {_percent(share)}."
+        far = f" No other effect comes near: the next, {one.candidate.effect.name}, explains {_percent(share)}."
+        said += far if share < _FAR else f" The next best, {one.candidate.effect.name}, explains {_percent(share)}."
     return f"{said} {_advice(found, 'To pin its numbers down, record')}"
 
 
@@ -228,4 +231,5 @@ def _advice(found: Trace, begin: str) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %"
+    """A share; what fits better than the noise has it is all, no more."""
+    return f"{100 * min(share, 1.0):.1f} %"
