@@ -142,6 +142,10 @@ def _fixed(beta, p, x, c):
     return 1 / (1 / beta + p["x"] / (1.4 * max(c["pressure"], 2e4))), {}
 
 
+def _power(beta, p, x, c):
+    return beta / (1 + p["x"] * (1e6 / max(c["pressure"], 2e4)) ** p["m"]), {}
+
+
 def _leak_laminar(pair, p, x, c):
     return (pair[0] + p["CA"] * (c["pa"] - PR), pair[1] + p["CB"] * (c["pb"] - PR)), {}
 
@@ -218,6 +222,7 @@ DOCSTRINGS = (
     ("oil.air", "isothermal", "modulus", st.just(BETA), OIL, _isothermal),
     ("oil.air", "polytropic", "modulus", st.just(BETA), OIL, _polytropic),
     ("oil.air", "fixed share", "modulus", st.just(BETA), OIL, _fixed),
+    ("oil.air", "power", "modulus", st.just(BETA), OIL, _power),
     ("jack.external_leakage", "laminar", "leakage", FLOWS, CHAMBERS, _leak_laminar),
     ("jack.external_leakage", "orifice", "leakage", FLOWS, CHAMBERS, _leak_orifice),
     ("jack.friction", "coulomb", "friction", FORCE, RUBBING, _coulomb(2e-3)),

@@ -25,10 +25,10 @@ def test_friction_opposes_motion(name, formula, v):
 
 @FEW
 @given(alpha=st.floats(1e-4, 0.3), p=st.floats(1e3, 4e7), more=st.floats(1.01, 3))
-@pytest.mark.parametrize("formula", ["isothermal", "polytropic", "fixed share"])
+@pytest.mark.parametrize("formula", ["isothermal", "polytropic", "fixed share", "power"])
 def test_air_softens_and_pressure_stiffens(formula, alpha, p, more):
     effect = find("oil.air", formula)
-    (number,) = effect.numbers
+    number = effect.numbers[0]
 
     def modulus(share, pressure):
         return evaluated(effect, "modulus", BETA, {number.name: share}, pressure=pressure)[0][0]

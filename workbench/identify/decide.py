@@ -18,6 +18,8 @@ NAMED = 0.8  # explained share of the misfit, or chi2 below
 CLOSED = 1.05
 TIED = 0.01  # of the explained share
 PARTIAL = 0.3  # explained share from which an effect may be one of two
+PAIR = 0.95  # explained share of two effects of which neither would be named alone: two can mimic a third
+ONE_OF_SEVERAL = 0.1  # explained share of what is left, where a rig is known to lack several effects
 
 
 @dataclass(frozen=True)
@@ -66,12 +68,12 @@ def passes(before: float, after: float, bic_fall: float, kappa: float, candidate
     return bic_fall > BIC * kappa and chance(before, after, kappa, candidates) < CHANCE
 
 
-def named(judgements: Sequence[Judgement]) -> list[Judgement]:
+def named(judgements: Sequence[Judgement], share: float = NAMED) -> list[Judgement]:
     """The best formulas of the effects that explain the misfit, best first; several: they tie; none: unknown.
 
-    Of those within TIED of the best the one with the fewest numbers comes first.
+    Of those within TIED of the best the one with the fewest numbers comes first. `share` is what must be explained.
     """
-    able = [one for one in judgements if one.passes and (one.explained >= NAMED or one.chi2 < CLOSED)]
+    able = [one for one in judgements if one.passes and (one.explained >= share or one.chi2 < CLOSED)]
     if not able:
         return []
     most = max(one.explained for one in able)

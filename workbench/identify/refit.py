@@ -1,7 +1,7 @@
 """The fits of a trace: the rig alone, and with effects added, each judged on records that were never fitted."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,8 @@ from .windows import WINDOW, Windows, cut
 
 _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
 _REFIT_ROUNDS = 12
+_REACHED = 1.05  # chi2 of a fit that has found what there is
+_MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
 _WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
 _ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
 
@@ -36,6 +38,17 @@ class Case:
     floor: Floor
     train: Windows
     heldout: Windows
+
+    def thinned(self) -> "Case":
+        """With every so many windows only, spread evenly, where there are more than a search needs; else itself."""
+        steps = [-(-windows.count // _MOST) for windows in (self.train, self.heldout)]
+        if steps == [1, 1]:
+            return self
+        train, heldout = (
+            windows.some(range(0, windows.count, step))
+            for windows, step in zip((self.train, self.heldout), steps, strict=True)
+        )
+        return replace(self, train=train, heldout=heldout)
 
     @cached_property
     def kappas(self) -> np.ndarray:
@@ -52,7 +65,7 @@ class Case:
 class Stand:
     """A model that was fitted, and judged: `known` are the effects added to the rig, with the numbers they started at.
 
-    `heldout` are squared errors [windows] of the held-out records, `x0` their initial states.
+    `heldout` are squared errors [windows] of the held-out records, of `samples` in all, `x0` their initial states.
     """
 
     known: tuple[Candidate, ...]
@@ -60,6 +73,7 @@ class Stand:
     fit: Fit
     x0: np.ndarray
     heldout: np.ndarray
+    samples: int
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -70,6 +84,11 @@ class Stand:
     def squares(self) -> float:
         """All squared errors over sigma of the held-out records; infinite where a window failed."""
         return float(self.heldout.sum())
+
+    @property
+    def chi2(self) -> float:
+        """Squared errors of the held-out records over their samples."""
+        return self.squares / self.samples
 
 
 def case_of(campaign: Campaign, rig: Rig) -> Case:
@@ -116,10 +135,10 @@ def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: 
 
 
 def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -> Stand:
-    """The stand with one more effect, fitted with all numbers; `again` tries a second start too."""
+    """The stand with one more effect, fitted with all numbers; `again`: a second start too, if the first misses."""
     model = model_with(case.rig, (*stand.effects, candidate.effect), case.train.names)
     found = _fitted(case, stand, model, candidate)
-    if again:
+    if again and not found.chi2 < _REACHED:
         moved = _elsewhere(candidate)
         other = _fitted(case, stand, model, moved)
         if not found.ok or other.squares.sum() < found.squares.sum():
@@ -127,13 +146,20 @@ def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -
     return judged(case, model, found, (*stand.known, candidate))
 
 
+def refined(case: Case, stand: Stand) -> Stand:
+    """The stand fitted to all windows of a case, from where it is."""
+    guess = stand.model.starts(case.train, stand.fit.p)
+    found = fit_numbers(stand.model, case.train, stand.fit.free, stand.fit.x, stand.fit.p, guess, case.kappas)
+    return judged(case, stand.model, found, stand.known)
+
+
 def judged(case: Case, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> Stand:
     """A fit with its errors on the held-out records, initial states refitted."""
     if not fit.ok:
         x0 = np.zeros((case.heldout.count, model.plant.n))
-        return Stand(known, model, fit, x0, np.full(case.heldout.count, np.inf))
+        return Stand(known, model, fit, x0, np.full(case.heldout.count, np.inf), case.heldout.samples)
     x0, squares = predicted_states(model, case.heldout, fit.p)
-    return Stand(known, model, fit, x0, squares)
+    return Stand(known, model, fit, x0, squares, case.heldout.samples)
 
 
 def _fitted(case: Case, stand: Stand, model: Model, candidate: Candidate) -> Fit:

@@ -20,6 +20,7 @@ def packed(stand: Stand) -> dict[str, Any]:
         "fit": fit | {"samples": stand.fit.samples, "held": list(stand.fit.held)},
         "x0": stand.x0,
         "heldout": stand.heldout,
+        "samples": stand.samples,
     }
 
 
@@ -30,7 +31,7 @@ def unpacked(stored: Mapping[str, Any], case: Case, library: Sequence[Effect]) -
     free = (*uncertain(case.rig), *(number for one in known for number in one.free()))
     arrays = {name: stored["fit"][name] for name in _ARRAYS}
     fit = Fit(free=free, samples=stored["fit"]["samples"], held=tuple(stored["fit"]["held"]), **arrays)
-    return Stand(known, model, fit, stored["x0"], stored["heldout"])
+    return Stand(known, model, fit, stored["x0"], stored["heldout"], stored["samples"])
 
 
 def packed_candidate(candidate: Candidate) -> dict[str, Any]:

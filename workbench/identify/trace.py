@@ -14,7 +14,7 @@ from ..plant.effects import Effect, applies
 from . import decide
 from .candidate import Candidate
 from .locate import Located, located
-from .refit import Case, Stand, fit_rig, refit
+from .refit import Case, Stand, fit_rig, refined, refit
 from .score import Remainder, Score, cosines, score
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
 
@@ -23,9 +23,8 @@ T = TypeVar("T")
 NAMES = 4  # effects on the shortlist
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
 _RIVAL = 0.1  # of the best score: below this no rival is refitted once the misfit is explained
-_AGAIN = 0.95  # explained share below which the best score's effect gets its second start
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
-_PASSES = 3  # effects at most
+_PASSES = 6  # effects at most
 
 
 class Stage(Protocol):
@@ -79,17 +78,26 @@ class Trace:
     @property
     def chi2(self) -> tuple[float, float]:
         """Before and after, on held-out records."""
-        return self.base.squares / self.case.heldout.samples, self.final.squares / self.case.heldout.samples
+        return self.base.chi2, self.final.chi2
 
 
-def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None]) -> Trace:
-    """Trace the residual of a campaign to effects of `library` (those that the rig has room for)."""
-    return _Tracer(case, [one for one in library if applies(one, case.rig)], stage, say).run()
+def trace(
+    case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None], several: bool = False
+) -> Trace:
+    """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
+
+    `several`: the rig is known to lack more than one; effects that explain only part of what is left are added too,
+    the best first, until none passes. The verdict is then "incomplete" unless the residual reaches the floor.
+    """
+    return _Tracer(case, [one for one in library if applies(one, case.rig)], stage, say, several).run()
 
 
 class _Tracer:
-    def __init__(self, case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None]) -> None:
-        self._case, self._library, self._stage, self._say = case, library, stage, say
+    def __init__(
+        self, case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None], several: bool
+    ) -> None:
+        self._whole, self._case = case, case.thinned()
+        self._library, self._stage, self._say, self._several = library, stage, say, several
         self._passes: list[Pass] = []
 
     def run(self) -> Trace:
@@ -105,7 +113,7 @@ class _Tracer:
         if place.evidence[0][1] < decide.SIGNIFICANT * self._case.kappa:
             return self._result(base, base, "none", (), (), place)
         effects, tied = self._search(base)
-        final = effects[-1].stand or base if effects else base
+        final = self._again("final", effects[-1].stand or base) if effects else base
         return self._result(base, final, self._verdict(final, effects, tied), effects, tied, place)
 
     def _verdict(self, final: Stand, effects: tuple[Tried, ...], tied: tuple[str, ...]) -> str:
@@ -121,33 +129,39 @@ class _Tracer:
         tied: tuple[str, ...] = ()
         stand = base
         while len(effects) < _PASSES and self._misfit(stand):
-            one = self._pass(stand, base)
+            one = self._pass(stand, stand)
             if one.found:
                 tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
                 effects = (*effects, one.found[0])
-            else:
-                pair = self._pair(one, base) if not effects else ()
-                if not pair:
-                    break
+            elif self._several and (part := self._part(one, decide.ONE_OF_SEVERAL)):
+                effects = (*effects, part)
+            elif not effects and (pair := self._pair(one, base)):
                 effects = pair
+            else:
+                break
             stand = effects[-1].stand or stand
         return effects, tied
 
+    def _part(self, one: Pass, share: float) -> Tried | None:
+        """The effect that explains most of what is left, if it passes and explains that share."""
+        able = [tried for tried in one.tried if tried.judgement.passes and tried.judgement.explained >= share]
+        return able[0] if able else None
+
     def _pair(self, one: Pass, base: Stand) -> tuple[Tried, ...]:
         """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
-        parts = [tried for tried in one.tried if tried.judgement.passes and tried.judgement.explained >= decide.PARTIAL]
-        if not parts or parts[0].stand is None:
+        first = self._part(one, decide.PARTIAL)
+        if first is None or first.stand is None:
             return ()
-        second = self._pass(parts[0].stand, base)
-        return (parts[0], second.found[0]) if second.found else ()
+        second = self._pass(first.stand, base, decide.PAIR)
+        return (first, second.found[0]) if second.found else ()
 
-    def _pass(self, stand: Stand, base: Stand) -> Pass:
-        """Shortlist, refit and judge against the misfit of `base`, the rig alone."""
+    def _pass(self, stand: Stand, before: Stand, share: float = decide.NAMED) -> Pass:
+        """Shortlist, refit and judge against the misfit `before`; an effect that explains `share` of it is found."""
         number = len(self._passes) + 1
         names = [one.name for one in stand.effects]
         ranked, compared, angles = self._scores(number, stand, [e for e in self._library if e.name not in names])
-        tried = self._refits(number, stand, base, ranked)
-        best = decide.named([one.judgement for one in tried])
+        tried = self._refits(number, stand, before, ranked)
+        best = decide.named([one.judgement for one in tried], share)
         found = tuple(
             next(one for one in tried if (one.judgement.name, one.judgement.formula) == (j.name, j.formula))
             for j in best
@@ -204,14 +218,10 @@ class _Tracer:
     ) -> Tried:
         effect, n = candidate.effect, self._case.heldout.samples
 
-        def compute() -> Stand:
-            found = refit(self._case, stand, candidate)
-            if again and decide.explained(base.squares, found.squares, n) < _AGAIN:
-                found = refit(self._case, stand, candidate, again=True)
-            return found
-
         try:
-            found = self._stored(f"refit-{number}-{effect.name}-{effect.formula}", compute)
+            found = self._stored(
+                f"refit-{number}-{effect.name}-{effect.formula}", lambda: refit(self._case, stand, candidate, again)
+            )
         except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
             nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.numbers), False)
             return Tried(candidate, share, nothing, None, str(error))
@@ -234,9 +244,15 @@ class _Tracer:
         stored = self._stage("localise", compute)
         return Located(stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["cuts"])
 
+    def _again(self, name: str, stand: Stand) -> Stand:
+        """A stand of thinned windows fitted to all of them; where none were left out it stays."""
+        if self._whole is self._case:
+            return stand
+        stored = self._stage(name, lambda: packed(refined(self._whole, stand)))
+        return unpacked(stored, self._whole, self._library)
+
     def _misfit(self, stand: Stand) -> bool:
-        n = self._case.heldout.samples
-        return decide.misfit(stand.squares / n, n, self._case.kappa)
+        return decide.misfit(stand.chi2, stand.samples, self._case.kappa)
 
     def _stored(self, name: str, compute: Callable[[], Stand]) -> Stand:
         self._say(name)
@@ -253,8 +269,8 @@ class _Tracer:
     ) -> Trace:
         equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
         return Trace(
-            case=self._case,
-            base=base,
+            case=self._whole,
+            base=self._again("base, all windows", base),
             final=final,
             verdict=verdict,
             effects=effects,
