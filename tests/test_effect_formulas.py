@@ -143,7 +143,7 @@ def _fixed(beta, p, x, c):
 
 
 def _power(beta, p, x, c):
-    return beta / (1 + p["x"] * (1e6 / max(c["pressure"], 2e4)) ** p["m"]), {}
+    return beta / (1 + p["x"] * (1e7 / max(c["pressure"], 2e4)) ** p["m"]), {}
 
 
 def _leak_laminar(pair, p, x, c):

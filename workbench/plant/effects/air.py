@@ -10,7 +10,7 @@ from .effect import Scope
 _ATMOSPHERE = 1.013e5  # Pa: where the share of air is stated
 _LOWEST = 2e4  # Pa: below this the gas is taken as it is here; the oil cavitates and the model is invalid
 _ADIABATIC = 1.4
-_REFERENCE = 1e6  # Pa: where compliances of oil and air are compared
+_REFERENCE = 1e7  # Pa: where compliances of oil and air are compared
 
 _ALPHA = number(
     "alpha", 0.03, "1", shown="%", low=0.0, high=0.3, off=0.0, meaning="share of air in the volume at 1 atm"
@@ -62,11 +62,11 @@ def fixed_share(modulus: ca.SX, s: Scope) -> ca.SX:
     source="between the others: m = 1 is a fixed share, m = 2 isothermal; Merritt, Wiley 1967, ch. 1",
     numbers=(
         number(
-            "x", 0.1, "1", low=0.0, high=10.0, off=0.0, meaning="compliance of the air over that of the oil, at 10 bar"
+            "x", 0.01, "1", low=0.0, high=2.0, off=0.0, meaning="compliance of the air over that of the oil, at 100 bar"
         ),
         number("m", 1.5, "1", low=0.3, high=4.0, meaning="power of its fall with pressure"),
     ),
 )
 def power(modulus: ca.SX, s: Scope) -> ca.SX:
-    """K = beta/[1 + x (p1/p)^m], p1 = 10 bar."""
+    """K = beta/[1 + x (p1/p)^m], p1 = 100 bar."""
     return modulus / (1 + s.p("x") * (_REFERENCE / _gas_pressure(s)) ** s.p("m"))
