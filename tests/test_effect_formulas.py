@@ -142,6 +142,14 @@ def _fixed(beta, p, x, c):
     return 1 / (1 / beta + p["x"] / (1.4 * max(c["pressure"], 2e4))), {}
 
 
+def _four_edges(pair, p, x, c):
+    into_a, out_of_b = pair
+    return (
+        into_a * (1 if into_a > 0 else 1 + p["a_return"]),
+        out_of_b * (1 + p["b_return"] if out_of_b > 0 else 1 + p["p_b"]),
+    ), {}
+
+
 def _power(beta, p, x, c):
     return beta / (1 + p["x"] * (1e7 / max(c["pressure"], 2e4)) ** p["m"]), {}
 
@@ -215,6 +223,7 @@ DOCSTRINGS = (
     ("main.deadband", "smooth", "main_openings", OPENINGS, Z, _smooth),
     ("main.asymmetry", "direction", "main_openings", OPENINGS, Z, _pair_gain),
     ("main.asymmetry", "lands", "main_flows", FLOWS, {}, _pair_gain),
+    ("main.asymmetry", "edges", "main_flows", FLOWS, {}, _four_edges),
     ("main.asymmetry", "curve", "main_openings", OPENINGS, Z, _curve),
     ("supply.sag", "laminar", "supply_flow", NONE, DRAWN, _laminar),
     ("supply.sag", "orifice", "supply_flow", NONE, DRAWN, _orifice),

@@ -131,7 +131,7 @@ class _Descent:
             for _ in range(_TRIES):
                 ahead = self._ahead(normal, place, damping, guess)
                 total = self._total(ahead, weights)
-                if total < cost:
+                if total < cost + _LEAST:  # no more than that to lose: no shorter step will gain much either
                     break
                 damping *= 10
             if not total < cost:

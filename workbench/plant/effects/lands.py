@@ -124,6 +124,33 @@ def unequal_lands(flows: _Pair, s: Scope) -> _Pair:
     return into_a * (1 + s.p("a")), out_of_b * (1 - s.p("a"))
 
 
+def _edge(name: str, typical: float, path: str) -> EffectNumber:
+    meaning = f"extra flow from {path}, over that from supply to A"
+    return number(name, typical, "1", shown="%", low=-0.6, high=0.6, off=0.0, meaning=meaning)
+
+
+@effect(
+    "main.asymmetry",
+    "edges",
+    equation="flow",
+    slot="main_flows",
+    source=_MERRITT,
+    shows=f"{_BOTH_WAYS}, and both pressures",
+    numbers=(
+        _edge("b_return", 0.05, "B to return"),
+        _edge("p_b", -0.1, "supply to B"),
+        _edge("a_return", 0.05, "A to return"),
+    ),
+)
+def four_edges(flows: _Pair, s: Scope) -> _Pair:
+    """QA (1 + a_return) where A empties, QB (1 + b_return) where B empties and QB (1 + p_b) where it fills."""
+    into_a, out_of_b = flows
+    return (
+        into_a * ca.if_else(into_a > 0, 1, 1 + s.p("a_return")),
+        out_of_b * ca.if_else(out_of_b > 0, 1 + s.p("b_return"), 1 + s.p("p_b")),
+    )
+
+
 def _bend(name: str, typical: float, way: str) -> EffectNumber:
     return number(name, typical, "1", shown="%", low=-0.6, high=0.6, off=0.0, meaning=f"extra gain near null, {way}")
 
