@@ -9,10 +9,11 @@ controller, guard   what a controller is, and the guard that every loop passes
 loop, margins       closed loops: simulated, and linear with their margins
 response, metrics   frequency response by stepped sine; step metrics
 excitation          steps, ramps, triangles, chirps, multisines as files that a rig can play
-identify            noise floor, prediction in windows, measured frequency response, fit of a datasheet
+identify            noise floor, prediction in windows, fits, what a rig lacks, measured frequency response
 datasheet, catalogue    a rig from datasheet numbers; what there is to choose from
 report, runs        HTML pages, run folders
-config, studies, cli    experiment files, what the commands compute, the command line
+config, studies     experiment files, what the commands compute
+command, tracing, cli   what commands share, fit and trace, the command line
 """
 
 from importlib import import_module

@@ -62,7 +62,8 @@ def error_table(rms: Rms, labels: Sequence[str]) -> Table:
         rows.append([label, before, after, floor, *over] if changed else [label, after, floor, over[1]])
     columns = ["signal", "RMS error", "noise floor", "error / floor"]
     if changed:
-        columns = ["signal", *(f"RMS, {label}" for label in labels), "noise floor", "over the floor", "and then"]
+        errors, over = ([text.format(label) for label in labels] for text in ("RMS, {}", "{} / floor"))
+        columns = ["signal", *errors, "noise floor", *over]
     note = "Held-out records, windows of 0.5 s with refitted initial states; input: the recorded command."
     return Table("Error by signal", columns, rows, note=note)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..errors import InputError, nearest
 from ..identify.refit import case_of
-from ..identify.trace import Trace, trace
+from ..identify.trace import trace
 from ..plant.effects import Effect, known_effects
 from ..records import Campaign, load_campaign
 from ..rig import Rig, load_rig, rig_text
@@ -40,10 +40,15 @@ def run_trace(
     stage: Stage,
     progress: Progress,
     files: Sequence[str] = (),
+    several: bool = False,
 ) -> Outcome:
-    """Trace a campaign to effects of `library`; `files` are where effects beside the library's come from."""
+    """Trace a campaign to effects of `library`; `files` are where effects beside the library's come from.
+
+    `several`: the rig is known to lack more than one effect, so that those which only explain a part are added too.
+    """
     with one_blas_thread():
-        found = _traced(campaign, rig, library, stage, progress)
+        progress("noise floor")
+        found = trace(case_of(campaign, rig), library, stage, progress, several)
         answer = trace_json(found)
         lacks = {"unknown": found.equation, "incomplete": None}  # what is left may sit in another equation
         shape = None
@@ -61,7 +66,7 @@ def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
     campaign = load_campaign(folder)
     rig = load_rig(campaign.rig)
     with one_blas_thread():
-        found = _traced(campaign, rig, effects_for(rig, without=removed), at_once, lambda _: None)
+        found = trace(case_of(campaign, rig), effects_for(rig, without=removed), at_once, lambda _: None)
         whole = trace_json(found) | more_json(found)
     return json.loads(metrics_json(whole))
 
@@ -69,8 +74,3 @@ def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
 def digest(files: Sequence[str]) -> dict[str, str]:
     """What says that effect files are the same ones."""
     return {Path(file).name: sha256(Path(file).read_bytes()).hexdigest()[:16] for file in files}
-
-
-def _traced(campaign: Campaign, rig: Rig, library: Sequence[Effect], stage: Stage, progress: Progress) -> Trace:
-    progress("noise floor")
-    return trace(case_of(campaign, rig), library, stage, progress)

@@ -46,21 +46,30 @@ def ranking(found: Trace) -> list[tuple[Tried, float]]:
 
     Those that were added come first, then the best.
     """
-    alone = found.passes[0].before if found.passes else found.base
-    misfit = alone.squares - alone.samples
-    tried = [(one, each) for each in found.passes for one in each.tried if _fits(one)]
-    shares = [(one, _share(each.before, one, misfit)) for one, each in tried]
+    if not found.passes:
+        return []
+    first = found.passes[0].before
+    shares = [
+        (one, max(0.0, (each.before.squares - one.stand.squares) / (first.squares - first.samples)))
+        for each in found.passes
+        for one in each.tried
+        if one.stand is not None and _fits(one.stand)
+    ]
     added = {id(one): place for place, one in enumerate(found.effects)}
     shares.sort(key=lambda pair: (added.get(id(pair[0]), len(added)), -pair[1]))
-    first: dict[tuple[str, str], tuple[Tried, float]] = {}
+    once: dict[tuple[str, str], tuple[Tried, float]] = {}
     for one, share in shares:
-        first.setdefault((one.candidate.effect.name, one.candidate.effect.formula), (one, share))
-    return list(first.values())
+        once.setdefault((one.candidate.effect.name, one.candidate.effect.formula), (one, share))
+    return list(once.values())
 
 
 def failures(tried: Sequence[Tried]) -> list[tuple[Tried, str]]:
     """The candidates that could not be fitted, and why."""
-    return [(one, one.failed or "some windows can not be simulated") for one in tried if not _fits(one)]
+    return [
+        (one, one.failed or "some windows can not be simulated")
+        for one in tried
+        if one.stand is None or not _fits(one.stand)
+    ]
 
 
 def compared(found: Trace, stand: Stand) -> list[Prediction]:
@@ -68,13 +77,8 @@ def compared(found: Trace, stand: Stand) -> list[Prediction]:
     return predictions(stand.model, found.case.heldout, stand.x0, stand.fit.p)
 
 
-def _fits(one: Tried) -> bool:
-    return one.stand is not None and one.stand.fit.ok and bool(np.isfinite(one.stand.squares))
-
-
-def _share(before: Stand, one: Tried, misfit: float) -> float:
-    assert one.stand is not None
-    return max(0.0, (before.squares - one.stand.squares) / misfit)
+def _fits(stand: Stand) -> bool:
+    return stand.fit.ok and bool(np.isfinite(stand.squares))
 
 
 def _ranked(found: Trace, one: Tried, share: float) -> dict[str, Any]:

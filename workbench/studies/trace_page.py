@@ -27,6 +27,7 @@ from .trace_tables import (
 )
 from .trace_words import EQUATION, listed, next_records, verdict
 
+_ALIKE = 0.5  # correlation from which two disturbances are alike
 Item = Figure | Table | str
 
 
@@ -82,13 +83,16 @@ def _shape(shape: Missing | None) -> list[Section]:
         items.insert(0, shape_figure(shape))
         if shape.partner is not None:
             name, rho = shape.partner
-            items.append(f"Correlation of the missing {shape.name} with the missing {name}: {rho:.2f}.")
+            way = "goes along with it" if rho > _ALIKE else "goes the other way" if rho < -_ALIKE else "is another"
+            items.append(f"The missing {name} {way} (correlation {rho:.2f}).")
     return [Section(f"What is missing in {EQUATION[shape.equation]}", items)]
 
 
 def _next(found: Trace) -> list[Section]:
-    rows = [list(pair) for pair in next_records(found)]
-    return [Section("What to record next", [Table("To be surer", ["about", "record"], rows)])] if rows else []
+    said = [f"{about}: {record}." for about, record in next_records(found)]
+    if found.verdict == "tied":
+        said.insert(0, "Recordings in which only one of them acts tell them apart:")
+    return [Section("What to record next", said)] if said else []
 
 
 def _where(found: Trace) -> list[Section]:

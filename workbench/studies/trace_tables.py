@@ -6,10 +6,11 @@ import numpy as np
 
 from ..identify import decide
 from ..identify.refit import Case
-from ..identify.trace import Pass, Trace
+from ..identify.trace import Pass, Trace, Tried
 from ..plant.effects import Effect, applies, known_effects
 from ..records import Record
 from ..report import Table
+from ..report.table import Cell
 from ..signals import MEASURED
 from ..units import from_si
 from .fit_result import effect_intervals, fitted
@@ -53,18 +54,24 @@ def rule_table(found: Trace) -> Table:
         least = decide.SIGNIFICANT * case.kappa
         rows.append(["it sits in an equation", "gain in log-likelihood", found.evidence[0][1], f"above {least:.3g}"])
     asked = found.effects or tuple(one for one, _ in ranking(found)[:1])
-    for each in found.passes:
-        for one in each.tried:
-            if one in asked:
-                fall, chance = accident(found, each, one)
-                name, enough = one.candidate.effect.name, decide.BIC * case.kappa
-                rows.append([f"{name} is no accident", "fall of BIC, train", fall, f"above {enough:.3g}"])
-                rows.append([f"{name} is no accident", "chance, held-out", chance, f"below {decide.CHANCE:g}"])
-                share = 100 * min(one.judgement.explained, 1.0)
-                rows.append([f"{name} explains it", "explained [%]", share, f"{100 * decide.NAMED:.0f} or more"])
+    rows += [row for each in found.passes for one in each.tried if one in asked for row in _asked(found, each, one)]
     if found.effects:
         rows.append(["nothing else is missing", "held-out chi2", found.chi2[1], f"at most {gate:.3g}"])
     return Table("What the rule asked", ["that", "test", "value", "asked"], rows)
+
+
+def _asked(found: Trace, each: Pass, one: Tried) -> list[list[Cell]]:
+    """The rule's questions about one effect."""
+    judged, name = one.judgement, one.candidate.effect.name
+    fall, chance = accident(found, each, one)
+    enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
+    if found.effects and judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
+        enough = "as one of several"
+    return [
+        [f"{name} is no accident", "fall of BIC, train", fall, f"above {decide.BIC * found.case.kappa:.3g}"],
+        [f"{name} is no accident", "chance, held-out", chance, f"below {decide.CHANCE:g}"],
+        [f"{name} explains it", "explained [%]", 100 * min(judged.explained, 1.0), enough],
+    ]
 
 
 def numbers_table(found: Trace) -> Table:

@@ -132,7 +132,7 @@ def accident(found: Trace, each: Pass, one: Tried) -> tuple[float, float]:
     stand, case = one.stand, found.case
     assert stand is not None
     squares = float(each.before.fit.squares.sum()), float(stand.fit.squares.sum())
-    fall = decide.bic_fall(*squares, len(one.candidate.effect.numbers), case.train.samples)
+    fall = decide.bic_fall(*squares, len(one.candidate.effect.numbers), stand.fit.samples)
     count = len(found.passes[0].scores)
     return fall, decide.chance(each.before.squares, stand.squares, case.kappa, count)
 
@@ -209,7 +209,8 @@ def _explains(found: Trace) -> str:
     """Which effects explain how much."""
     effects = [one.candidate.effect for one in found.effects]
     words = listed([EFFECT.get(effect.name, f"{effect.name} acts") for effect in effects])
-    share = found.effects[-1].judgement.explained
+    before, after = found.chi2
+    share = (before - after) / (before - 1)
     verb = "explains" if len(effects) == 1 else "explain together"
     return (
         f"{words[0].upper()}{words[1:]}: {listed([title(effect) for effect in effects])} {verb} "
