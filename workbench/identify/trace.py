@@ -268,10 +268,11 @@ class _Tracer:
         place: Located | None,
     ) -> Trace:
         equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
+        alone = self._again("base, all windows", base)
         return Trace(
             case=self._whole,
-            base=self._again("base, all windows", base),
-            final=final,
+            base=alone,
+            final=alone if final is base else final,
             verdict=verdict,
             effects=effects,
             tied=tied,
