@@ -133,7 +133,7 @@ class _Tracer:
             if one.found:
                 tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
                 effects = (*effects, one.found[0])
-            elif self._several and (part := self._part(one, decide.ONE_OF_SEVERAL)):
+            elif self._several and (part := self._one_of_several(one)):
                 effects = (*effects, part)
             elif not effects and (pair := self._pair(one, base)):
                 effects = pair
@@ -141,6 +141,22 @@ class _Tracer:
                 break
             stand = effects[-1].stand or stand
         return effects, tied
+
+    def _one_of_several(self, one: Pass) -> Tried | None:
+        """The effect that passes and explains most of all records, fitted and held out, if that is enough.
+
+        Held-out records may lack what shows an effect, as those of one speed lack what friction does at others.
+        """
+
+        def squares(stand: Stand) -> float:
+            return float(stand.fit.squares.sum()) + stand.squares
+
+        misfit = squares(one.before) - one.before.fit.samples - one.before.samples
+        able = [(squares(tried.stand), tried) for tried in one.tried if tried.judgement.passes and tried.stand]
+        if not able:
+            return None
+        least, best = min(able, key=lambda pair: pair[0])
+        return best if squares(one.before) - least >= decide.ONE_OF_SEVERAL * misfit else None
 
     def _part(self, one: Pass, share: float) -> Tried | None:
         """The effect that explains most of what is left, if it passes and explains that share."""
