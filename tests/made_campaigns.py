@@ -8,11 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from workbench.engine import Engine
+from workbench.identify.refit import case_of
+from workbench.identify.trace import Trace, trace
 from workbench.plant import build
 from workbench.plant.effects import find
 from workbench.records import Campaign, Record
 from workbench.records.write import write_csv
 from workbench.rig import EffectUse, Number, Rig, load_rig
+from workbench.studies.fit import one_blas_thread
+from workbench.studies.outcome import Outcome, at_once
+from workbench.studies.trace import run_trace
 from workbench.views import equilibrium
 
 SIGMA = {"pa": 2e4, "pb": 2e4, "position": 1e-4, "spool": 2e-6}
@@ -76,3 +81,30 @@ def _files(records: Sequence[Record], folder: Path) -> str:
 def rubbing_campaign() -> Campaign:
     """A campaign of the cylinder that rubs."""
     return campaign(rubbing())
+
+
+@cache
+def named() -> Outcome:
+    """What a trace makes of it with friction in the library."""
+    return run_trace(rubbing_campaign(), load_rig("festo-tp511"), LIBRARY, at_once, lambda _: None)
+
+
+@cache
+def unknown() -> Outcome:
+    """And without; 5 kN of load.bias find no equilibrium to start from, so that this refit fails."""
+    return run_trace(rubbing_campaign(), load_rig("festo-tp511"), LIBRARY[1:], at_once, lambda _: None)
+
+
+@cache
+def none() -> Outcome:
+    """And with friction in the rig file."""
+    spring = (find("load.spring", "linear"),)
+    return run_trace(rubbing_campaign(), rubbing(), spring, at_once, lambda _: None)
+
+
+@cache
+def found() -> Trace:
+    """The trace itself, with friction alone in the library."""
+    with one_blas_thread():
+        case = case_of(rubbing_campaign(), load_rig("festo-tp511"))
+        return trace(case, LIBRARY[:1], at_once, lambda _: None)

@@ -7,24 +7,34 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from made_campaigns import LIBRARY, SIGMA, campaign, made, rubbing, rubbing_campaign, written
+from made_campaigns import (
+    LIBRARY,
+    SIGMA,
+    campaign,
+    found,
+    made,
+    named,
+    none,
+    rubbing,
+    rubbing_campaign,
+    unknown,
+    written,
+)
 
 from workbench.errors import InputError
 from workbench.identify.refit import case_of, refit
-from workbench.identify.trace import Trace, trace
+from workbench.identify.trace import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
 from workbench.records import Record, load_campaign
-from workbench.report import render
 from workbench.rig import load_rig, rig_text
 from workbench.runs import metrics_json, open_run
 from workbench.studies.fit import one_blas_thread
-from workbench.studies.outcome import Outcome, at_once
+from workbench.studies.outcome import at_once
 from workbench.studies.residual import run_residual
 from workbench.studies.trace import effects_for, run_trace
 from workbench.studies.trace_answer import more_json, trace_json
@@ -35,17 +45,11 @@ SHARED = ROOT.parent / "shared" / "campaigns"
 RIG = load_rig("festo-tp511")
 
 
-@cache
-def outcome() -> Outcome:
-    """The trace of the cylinder that rubs."""
-    return run_trace(rubbing_campaign(), RIG, LIBRARY, at_once, lambda _: None)
-
-
 # --- what is found
 
 
 def test_friction_is_found_with_its_number():
-    answer = json.loads(outcome().files["trace.json"])
+    answer = json.loads(named().files["trace.json"])
     assert (answer["verdict"], answer["effects"], answer["equation"]) == ("named", ["jack.friction"], "force")
     value, low, high = answer["ranking"][0]["parameters"]["Fc [N]"]
     assert low < value < high
@@ -55,7 +59,7 @@ def test_friction_is_found_with_its_number():
 
 
 def test_the_answer_is_what_the_contract_says():
-    answer = json.loads(outcome().files["trace.json"])
+    answer = json.loads(named().files["trace.json"])
     assert list(answer) == ["verdict", "effects", "equation", "ranking", "chi2", "rms"]
     assert list(answer["chi2"]) == ["before", "after"]
     for one in answer["ranking"]:
@@ -67,7 +71,7 @@ def test_the_answer_is_what_the_contract_says():
         assert list(row) == ["before", "after", "floor"]
         assert 0 < row["after"] <= 1.1 * row["before"]
     assert answer["rms"]["pa [bar]"]["floor"] == pytest.approx(SIGMA["pa"] / 1e5, rel=0.1)
-    metrics = json.loads(metrics_json(outcome().metrics))
+    metrics = json.loads(metrics_json(named().metrics))
     assert {key: metrics[key] for key in answer} == answer
     low, value, high = (metrics["base"]["M [kg]"][k] for k in (1, 0, 2))
     assert low < value < high
@@ -75,37 +79,30 @@ def test_the_answer_is_what_the_contract_says():
 
 
 def test_residual_of_the_rig_as_found_is_the_chi2_after(tmp_path):
-    (tmp_path / "found.toml").write_text(outcome().files["rig.toml"])
+    (tmp_path / "found.toml").write_text(named().files["rig.toml"])
     rig = load_rig(tmp_path / "found.toml")
     assert [use.name for use in rig.effects] == ["jack.friction"]
     assert "fitted to made" in rig.numbers["M"].source
     assert (rig.numbers["M"].low, rig.numbers["M"].high) == (RIG.numbers["M"].low, RIG.numbers["M"].high)
-    found = run_residual(rubbing_campaign(), rig, at_once, lambda _: None).metrics["chi2"]
-    assert found == pytest.approx(outcome().metrics["chi2"]["after"], rel=1e-4)
-    assert rig_text(load_rig(tmp_path / "found.toml")) == outcome().files["rig.toml"]
+    chi2 = run_residual(rubbing_campaign(), rig, at_once, lambda _: None).metrics["chi2"]
+    assert chi2 == pytest.approx(named().metrics["chi2"]["after"], rel=1e-4)
+    assert rig_text(load_rig(tmp_path / "found.toml")) == named().files["rig.toml"]
 
 
-def test_a_rig_that_declares_the_effect_lacks_nothing(tmp_path):
+def test_a_rig_that_declares_the_effect_lacks_nothing():
     """With friction in the rig file nothing is traced, and friction is not tried again."""
-    rig = rubbing()
-    library = effects_for(rig, without=[name for name in {e.name for e in WHOLE} if name != "load.spring"])
-    assert {effect.name for effect in library} == {"load.spring"}
-    found = run_trace(rubbing_campaign(), rig, library, at_once, lambda _: None)
-    assert found.metrics["verdict"] == "none"
-    assert found.metrics["effects"] == []
-    assert found.metrics["equation"] is None
-    assert found.metrics["ranking"] == []
-    assert found.metrics["chi2"]["before"] == found.metrics["chi2"]["after"] < 1.05
+    assert "jack.friction" not in {effect.name for effect in effects_for(rubbing())}
+    answer = none().metrics
+    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("none", [], None)
+    assert answer["ranking"] == []
+    assert answer["chi2"]["before"] == answer["chi2"]["after"] < 1.05
 
 
 def test_without_the_effect_nothing_is_named():
-    """5 kN on this cylinder find no equilibrium to start from: that refit is named as one that failed."""
-    found = run_trace(rubbing_campaign(), RIG, LIBRARY[1:], at_once, lambda _: None)
-    assert (found.metrics["verdict"], found.metrics["effects"]) == ("unknown", [])
-    assert found.metrics["equation"] == "force"
-    assert list(found.metrics["failed"]) == ["load.bias weight"]
-    assert found.metrics["chi2"]["after"] == found.metrics["chi2"]["before"]
-    assert "no fit: " in render(found.page)
+    answer = unknown().metrics
+    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("unknown", [], "force")
+    assert list(answer["failed"]) == ["load.bias weight"]
+    assert answer["chi2"]["after"] == answer["chi2"]["before"]
 
 
 @pytest.mark.parametrize("how", ["raises", "is infinite"])
@@ -120,12 +117,12 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
     monkeypatch.setattr("workbench.identify.trace.refit", spoilt)
     library = [find("jack.friction", formula) for formula in ("coulomb", "stribeck")]
     with one_blas_thread():
-        found = trace(case_of(rubbing_campaign(), RIG), library, lambda _, compute: compute(), lambda _: None)
-    answer, more = trace_json(found), more_json(found)
+        left = trace(case_of(rubbing_campaign(), RIG), library, at_once, lambda _: None)
+    answer, more = trace_json(left), more_json(left)
     assert [one["formula"] for one in answer["ranking"]] == ["coulomb"]
     assert answer["effects"] == ["jack.friction"]
     assert list(more["failed"]) == ["jack.friction stribeck"]
-    assert candidates_table(found).rows[-1][1] == "stribeck"
+    assert candidates_table(left).rows[-1][1] == "stribeck"
 
 
 def test_a_user_s_own_effect_is_found_and_its_file_is_kept(tmp_path):
@@ -139,13 +136,13 @@ def test_a_user_s_own_effect_is_found_and_its_file_is_kept(tmp_path):
         '    return friction + s.p("F") * ca.tanh(s["velocity"] / 2e-3)\n'
     )
     library = [effect for effect in effects_for(RIG, [file]) if effect.name == "my.rub"]
-    found = run_trace(rubbing_campaign(), RIG, library, at_once, lambda _: None, [str(file)])
-    assert found.metrics["effects"] == ["my.rub"]
-    (tmp_path / "found.toml").write_text(found.files["rig.toml"])
+    outcome = run_trace(rubbing_campaign(), RIG, library, at_once, lambda _: None, [str(file)])
+    assert outcome.metrics["effects"] == ["my.rub"]
+    (tmp_path / "found.toml").write_text(outcome.files["rig.toml"])
     rig = load_rig(tmp_path / "found.toml")
     assert rig.effect_files == (str(file),)
     chi2 = run_residual(rubbing_campaign(), rig, at_once, lambda _: None).metrics["chi2"]
-    assert chi2 == pytest.approx(found.metrics["chi2"]["after"], rel=1e-4)
+    assert chi2 == pytest.approx(outcome.metrics["chi2"]["after"], rel=1e-4)
 
 
 @pytest.mark.skipif(not (SHARED / "p02").is_dir(), reason="the practice campaigns are not beside the project")
@@ -157,37 +154,25 @@ def test_a_slice_of_a_practice_campaign_is_traced():
         whole, train=(steps.slice(0.0, 1.0), triangle.slice(0.0, 1.0)), heldout=(whole.heldout[0].slice(0.0, 2.0),)
     )
     library = [find("main.deadband", "smooth"), find("jack.friction", "stribeck")]
-    found = run_trace(short, load_rig("jack-10t"), library, at_once, lambda _: None)
-    assert found.metrics["effects"] == ["jack.friction"]
-    assert found.metrics["chi2"]["after"] < 1.15 < found.metrics["chi2"]["before"]
+    answer = run_trace(short, load_rig("jack-10t"), library, at_once, lambda _: None).metrics
+    assert answer["effects"] == ["jack.friction"]
+    assert answer["chi2"]["after"] < 1.15 < answer["chi2"]["before"]
 
 
 # --- verdicts as trace.json tells them
 
 
-def traced(**changes) -> Trace:
-    """The trace of the cylinder that rubs, with another end."""
-    return replace(_traced(), **changes)
-
-
-@cache
-def _traced() -> Trace:
-    with one_blas_thread():
-        return trace(case_of(rubbing_campaign(), RIG), LIBRARY[:1], at_once, lambda _: None)
-
-
 def test_tied_effects_are_listed_best_first():
-    answer = trace_json(traced(verdict="tied", tied=("load.bias", "load.spring")))
+    answer = trace_json(replace(found(), verdict="tied", tied=("load.bias", "load.spring")))
     assert answer["effects"] == ["jack.friction", "load.bias", "load.spring"]
 
 
 def test_an_unfinished_effect_is_listed():
-    assert trace_json(traced(verdict="incomplete"))["effects"] == ["jack.friction"]
+    assert trace_json(replace(found(), verdict="incomplete"))["effects"] == ["jack.friction"]
 
 
 def test_nothing_is_listed_where_nothing_is_named():
-    found = _traced()
-    answer = trace_json(replace(found, verdict="unknown", effects=(), final=found.base))
+    answer = trace_json(replace(found(), verdict="unknown", effects=(), final=found().base))
     assert answer["effects"] == []
     assert [one["effect"] for one in answer["ranking"]] == ["jack.friction"]
     assert answer["chi2"]["before"] == answer["chi2"]["after"]

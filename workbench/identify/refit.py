@@ -113,20 +113,17 @@ def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: 
     free = uncertain(case.rig)
     model = model_with(case.rig, (), case.train.names)
     random = np.random.default_rng(0)
-    best: Fit | None = None
+    best, lost = None, ["any signal"]
     for start in range(starts):
         x = np.zeros(len(free)) if start == 0 else random.uniform(-0.7, 0.7, len(free))
         p = model.plant.p
         guess = model.starts(case.train, p)
         found = fit_numbers(model, case.train, free, x, p, guess, case.kappas)
-        say(f"start {start + 1}: chi2 {found.chi2:.4g} on the train records")
         if found.ok and (best is None or found.squares.sum() < best.squares.sum()):
-            best = found
-    if best is None:
-        raise InputError(
-            f"{case.campaign.path}: {case.rig.name} can not follow the train records; check that they are of this rig"
-        )
-    if lost := not_followed(model, case.train, best.x0, best.p):
+            best, lost = found, not_followed(model, case.train, found.x0, found.p)
+        if best is not None and not lost:  # bad input is told in one line: no word before it is clear that it is none
+            say(f"start {start + 1}: chi2 {found.chi2:.4g} on the train records")
+    if best is None or lost:
         raise InputError(
             f"{case.campaign.path}: {case.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant would "
             "be; check units, signs, and that the records are of this rig"

@@ -107,6 +107,7 @@ class _Tracer:
             raise InputError(
                 f"{self._case.campaign.path}: {self._case.rig.name} can not follow the held-out records; check them"
             )
+        self._say(f"rig alone: chi2 {base.chi2:.4g} on held-out records")
         if not self._misfit(base):
             return self._result(base, base, "none", (), (), None)
         place = self._located(base)
@@ -233,7 +234,7 @@ class _Tracer:
         self, number: int, stand: Stand, base: Stand, candidate: Candidate, share: float, again: bool = False
     ) -> Tried:
         effect, n = candidate.effect, self._case.heldout.samples
-
+        self._say(f"pass {number}: fit with {effect.title}")
         try:
             found = self._stored(
                 f"refit-{number}-{effect.name}-{effect.formula}", lambda: refit(self._case, stand, candidate, again)
@@ -271,7 +272,6 @@ class _Tracer:
         return decide.misfit(stand.chi2, stand.samples, self._case.kappa)
 
     def _stored(self, name: str, compute: Callable[[], Stand]) -> Stand:
-        self._say(name)
         return unpacked(self._stage(name, lambda: packed(compute())), self._case, self._library)
 
     def _result(

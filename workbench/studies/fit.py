@@ -33,7 +33,6 @@ def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: P
     if starts < 1:
         raise InputError(f"--starts {starts}: must be 1 or more")
     with one_blas_thread():
-        progress("noise floor")
         case = case_of(campaign, rig)
         stand = unpacked(stage("fit", lambda: packed(fit_rig(case, starts, progress))), case, ())
         progress("errors of the rig file and of the fit")

@@ -9,7 +9,7 @@ import numpy as np
 from ..identify.noise import Floor, noise_floor
 from ..identify.predict import Prediction, predict_free, predict_windows
 from ..identify.whiteness import Whiteness, whiteness
-from ..identify.windows import WINDOW
+from ..identify.windows import WINDOW, compared
 from ..plant import build
 from ..records import Campaign, Record, load_campaign
 from ..report import Curve, Figure, Page, Panel, Section, Table
@@ -21,9 +21,10 @@ from .outcome import Outcome, Progress, Stage
 
 def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress, free_run: bool = False) -> Outcome:
     """Predict every held-out record and compare, signal by signal; `free_run` adds one run through each record."""
-    progress("noise floor")
     floor = noise_floor(campaign)
     plant = build(rig)
+    for record in campaign.heldout:
+        compared(plant, record, floor)  # bad input is told in one line: before any other
     predictions = []
     for record in campaign.heldout:
         progress(f"{record.name}: windows of {WINDOW:g} s")

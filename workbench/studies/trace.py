@@ -47,7 +47,6 @@ def run_trace(
     `several`: the rig is known to lack more than one effect, so that those which only explain a part are added too.
     """
     with one_blas_thread():
-        progress("noise floor")
         found = trace(case_of(campaign, rig), library, stage, progress, several)
         answer = trace_json(found)
         lacks = {"unknown": found.equation, "incomplete": None}  # what is left may sit in another equation

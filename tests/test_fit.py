@@ -1,0 +1,170 @@
+"""A fit of a rig: numbers with intervals, what the records do not see, what stands at an end, and the rig file."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_campaigns import campaign, rubbing_campaign, written
+
+from workbench.plant.effects import LIBRARY
+from workbench.records import Campaign
+from workbench.report import render
+from workbench.rig import Rig, load_rig, save_rig
+from workbench.runs import metrics_json
+from workbench.studies.fit import run_fit
+from workbench.studies.fit_result import _inside
+from workbench.studies.outcome import Outcome, at_once
+from workbench.studies.residual import run_residual
+
+ROOT = Path(__file__).parents[1]
+RIG = load_rig("festo-tp511")
+TRUE = {"K3": 6.2e-5, "M": 7.0, "b": 120.0, "f0": 60.0}
+
+
+@cache
+def quiet() -> Campaign:
+    """Records of the cylinder with other numbers, and nothing else missing."""
+    return campaign(RIG.with_values(**TRUE))
+
+
+def narrowed() -> Rig:
+    """Two of its numbers that the records can not find: an end stop that is never reached, a gain out of range."""
+    numbers = dict(RIG.numbers)
+    numbers["ke"] = replace(numbers["ke"], low=5e6, high=2e7)
+    numbers["K3"] = replace(numbers["K3"], low=5e-5, high=6e-5)
+    return replace(RIG, numbers=numbers)
+
+
+@cache
+def fitted(rig: str = "whole") -> Outcome:
+    return run_fit(quiet(), RIG if rig == "whole" else narrowed(), 2, at_once, lambda _: None)
+
+
+def test_the_metrics_are_what_the_contract_says():
+    metrics = json.loads(metrics_json(fitted().metrics))
+    assert {"parameters", "chi2", "unseen"} <= metrics.keys()
+    assert list(metrics["chi2"]) == ["train", "heldout"]
+    bounded = [number for number in RIG.numbers.values() if number.low is not None]
+    assert list(metrics["parameters"]) == [f"{number.name} [{number.si}]" for number in bounded]
+    for value, low, high in metrics["parameters"].values():
+        assert low <= value <= high
+
+
+def test_the_numbers_are_found():
+    metrics = fitted().metrics
+    assert metrics["chi2"]["heldout"] == pytest.approx(1.0, abs=0.06)
+    true = RIG.with_values(**TRUE)
+    held = {name.split()[0]: interval for name, interval in metrics["parameters"].items()}
+    inside = [low <= true[name] <= high for name, (_, low, high) in held.items()]
+    assert np.mean(inside) >= 0.8
+    assert held["K3"][0] == pytest.approx(TRUE["K3"], rel=5e-3)
+    assert metrics["at_an_end"] in ([], ["Cl"])  # no leakage is an end of its range
+
+
+def test_what_is_not_seen_and_what_is_at_an_end_is_said():
+    outcome = fitted("narrowed")
+    assert outcome.metrics["unseen"] == ["ke"]
+    assert "K3" in outcome.metrics["at_an_end"]
+    assert outcome.metrics["chi2"]["heldout"] > 1.06
+    page = render(outcome.page)
+    for words in (
+        "the model misses something",
+        "At an end of its range: ",
+        "Not seen by these records: ke",
+        "not seen",
+    ):
+        assert words in page
+
+
+def test_correlations_are_those_of_the_numbers_in_order():
+    correlations = fitted().metrics["correlations"]
+    matrix = np.array(correlations["matrix"])
+    assert correlations["names"] == [name.split()[0] for name in fitted().metrics["parameters"]]
+    assert matrix == pytest.approx(matrix.T)
+    assert np.diag(matrix) == pytest.approx(1.0)
+    assert np.abs(matrix).max() < 1 + 1e-9
+
+
+def test_the_errors_fall_from_those_of_the_rig_file():
+    rms = fitted().metrics["rms"]
+    assert set(rms) == {"spool [mm]", "pa [bar]", "pb [bar]", "position [mm]"}
+    assert all(row["after"] < row["before"] for row in rms.values())
+    assert all(row["after"] == pytest.approx(row["floor"], rel=0.15) for row in rms.values())
+
+
+def test_the_rig_file_has_the_fitted_numbers(tmp_path):
+    (tmp_path / "fitted.toml").write_text(fitted().files["rig.toml"])
+    rig = load_rig(tmp_path / "fitted.toml")
+    assert rig.numbers["K3"].source.startswith("fitted to made")
+    assert (rig.numbers["K3"].low, rig.numbers["K3"].high) == pytest.approx((2e-5, 2e-4))
+    assert rig.numbers["z3max"] == RIG.numbers["z3max"]
+    chi2 = run_residual(quiet(), rig, at_once, lambda _: None).metrics["chi2"]
+    assert chi2 == pytest.approx(fitted().metrics["chi2"]["heldout"], rel=1e-4)
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.title)
+def test_a_number_at_an_end_of_its_range_survives_a_rig_file(effect):
+    """What is written in the unit that people read must not come back beyond the range."""
+    for number in effect.numbers:
+        for end in (number.low, number.high):
+            assert _inside(number, end) == pytest.approx(end, rel=1e-9, abs=1e-9 * (number.high - number.low))
+
+
+# --- the command
+
+
+def jackbench(*words: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "workbench.cli", *map(str, words)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_the_command_leaves_the_rig_where_it_is_told(tmp_path):
+    folder = written(quiet(), tmp_path / "camp")
+    out, rig = tmp_path / "out", tmp_path / "fitted.toml"
+    done = jackbench("fit", folder, "--starts", 1, "--out", out, "--rig-out", rig)
+    assert done.returncode == 0, done.stderr
+    assert "start 1" in done.stderr
+    assert rig.read_text() == (out / "rig.toml").read_text()
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert metrics["chi2"]["heldout"] == pytest.approx(1.0, abs=0.06)
+    refused = jackbench("fit", folder, "--out", tmp_path / "again", "--rig-out", rig)
+    assert_refused(refused, ["--rig-out", "--force"], tmp_path / "again")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["fit", "--starts", "0"], ["--starts 0"]),
+        (["fit", "--rig-out", "nowhere/rig.toml"], ["--rig-out", "no folder"]),
+        (["fit", "--rig", "bare.toml"], ["no number has bounds"]),
+        (["fit", "--rig", "other.toml", "--starts", "1"], ["constant", "units"]),
+        (["trace", "--without", "jack.frction"], ["--without", 'did you mean "jack.friction"']),
+        (["trace", "--effects", "mine.py"], ["mine.py", "no such file"]),
+    ],
+)
+def test_bad_words_are_refused_in_one_line(tmp_path, words, said):
+    folder, out = written(rubbing_campaign(), tmp_path / "camp"), tmp_path / "out"
+    numbers = {name: replace(number, low=None, high=None) for name, number in RIG.numbers.items()}
+    save_rig(replace(RIG, numbers=numbers), tmp_path / "bare.toml")
+    save_rig(RIG.with_values(z3max=2e-2), tmp_path / "other.toml")
+    words = [str(tmp_path / word) if word in ("bare.toml", "other.toml") else word for word in words]
+    assert_refused(jackbench(words[0], folder, *words[1:], "--out", out), said, out)
+
+
+def test_a_campaign_without_train_is_refused_in_one_line(tmp_path):
+    folder = written(replace(rubbing_campaign(), train=()), tmp_path / "camp")
+    assert_refused(jackbench("trace", folder, "--out", tmp_path / "out"), ["no train record"], tmp_path / "out")
+
+
+def assert_refused(done: subprocess.CompletedProcess[str], words: list[str], out: Path) -> None:
+    assert done.returncode == 2, done.stderr
+    assert len(done.stderr.splitlines()) == 1, done.stderr
+    for word in words:
+        assert word in done.stderr
+    assert not out.exists()
+    assert not out.with_name(f"{out.name}.partial").exists()
