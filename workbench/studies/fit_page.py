@@ -28,7 +28,7 @@ def fit_page(case: Case, found: Sequence[Fitted], metrics: Mapping[str, Any]) ->
         Section("Noise floor", [noise_table(case.floor)]),
     ]
     name = case.campaign.path.resolve().name
-    return Page(f"{case.rig.name} fitted to {name}", _verdict(case, metrics), sections), picture
+    return Page(f"{case.rig.name} fitted to {name}", _verdict(case, found, metrics), sections), picture
 
 
 def numbers_table(found: Sequence[Fitted]) -> Table:
@@ -95,7 +95,7 @@ def _matrix(correlation: Mapping[str, Any]) -> Table:
     return Table("All correlations", ["", *names], rows)
 
 
-def _verdict(case: Case, metrics: Mapping[str, Any]) -> str:
+def _verdict(case: Case, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
     chi2 = metrics["chi2"]["heldout"]
     said = f"{len(metrics['parameters'])} numbers of {case.rig.name} are fitted; "
     if chi2 is None:
@@ -103,8 +103,8 @@ def _verdict(case: Case, metrics: Mapping[str, Any]) -> str:
     said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"
     missing = decide.misfit(chi2, case.heldout.samples, case.kappa)
     said += ": the model misses something, and jackbench trace asks what." if missing else ", as it should be."
-    if metrics["at_an_end"]:
-        said += f" At an end of its range: {', '.join(metrics['at_an_end'])}."
+    if pushed := [one.number.name for one in found if one.pushed]:
+        said += f" At an end of its range: {', '.join(pushed)}."
         said += " Something that the model lacks may have pushed it there." if missing else ""
     if metrics["unseen"]:
         said += f" Not seen by these records: {', '.join(metrics['unseen'])}."

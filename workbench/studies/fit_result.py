@@ -27,11 +27,22 @@ class Fitted:
     held: bool
 
     @property
+    def pushed(self) -> bool:
+        """Whether it went to an end of its range at which it was not declared: evidence that something is missing."""
+        return self.held and abs(self.value - self.number.value) > 1e-6 * (self._high - self._low)
+
+    @property
     def unseen(self) -> bool:
         """Whether the records leave it anywhere in its declared range."""
-        assert self.number.low is not None
-        assert self.number.high is not None
-        return not self.high - self.low < UNSEEN * (self.number.high - self.number.low)
+        return not self.high - self.low < UNSEEN * (self._high - self._low)
+
+    @property
+    def _low(self) -> float:
+        return -np.inf if self.number.low is None else self.number.low
+
+    @property
+    def _high(self) -> float:
+        return np.inf if self.number.high is None else self.number.high
 
 
 def fitted(rig: Rig, fit: Fit) -> list[Fitted]:

@@ -7,6 +7,7 @@ import numpy as np
 from ..identify import decide
 from ..identify.trace import Pass, Trace, Tried
 from ..plant.effects import Effect
+from .fit_result import fitted
 from .trace_answer import ranking
 from .trace_shape import Missing
 
@@ -66,7 +67,7 @@ def verdict(found: Trace, shape: Missing | None, hidden: Sequence[str] | None) -
     """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
     text = said[found.verdict](found, shape) if found.verdict in said else _none(found, hidden or ())
-    ends = [name for name in found.final.fit.held if name in found.case.rig.numbers]
+    ends = [one.number.name for one in fitted(found.case.rig, found.final.fit) if one.pushed]
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
     return text

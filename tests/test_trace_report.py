@@ -1,0 +1,282 @@
+"""The report of a trace: what is wrong, how sure that is, what to record next, in words, tables and figures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_campaigns import LIBRARY, found, named, none, rubbing, unknown
+
+from workbench.identify.trace import Trace
+from workbench.plant.effects import EQUATIONS, find
+from workbench.plant.effects import LIBRARY as WHOLE
+from workbench.report import Curve, Figure, Page, Panel, Section, Table, page_looks, render
+from workbench.report.chart import chart
+from workbench.report.still import still_picture
+from workbench.signals import MEASURED
+from workbench.studies import trace_words as words
+from workbench.studies.error_page import error_figure, error_table
+from workbench.studies.trace_answer import compared, trace_json
+from workbench.studies.trace_figures import telling
+from workbench.studies.trace_page import trace_page
+from workbench.studies.trace_seen import hidden
+from workbench.studies.trace_shape import Missing, shape_tables
+from workbench.studies.trace_tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
+
+
+def sections(page: Page) -> dict[str, Section]:
+    return {section.title: section for section in page.sections}
+
+
+def tables(section: Section) -> dict[str, Table]:
+    return {item.title: item for item in section.items if isinstance(item, Table)}
+
+
+def figures(section: Section) -> dict[str, Figure]:
+    return {item.title: item for item in section.items if isinstance(item, Figure)}
+
+
+def altered(**changes) -> Trace:
+    return replace(found(), **changes)
+
+
+# --- the verdict
+
+
+def test_a_named_effect_is_told_in_plain_words():
+    said = named().page.verdict
+    assert said.startswith("The jack rubs: jack.friction (coulomb) explains 100.0 % of what")
+    assert "times the noise" in said
+    assert said.endswith("record slow triangles with reversals, and starts from rest.")
+
+
+def test_an_unknown_names_equation_signal_and_what_to_record():
+    said = unknown().page.verdict
+    assert said.startswith("Something is missing in the motion of the load that no known effect explains")
+    assert "The missing force on the load goes with " in said
+    assert "record slow triangles" in said
+
+
+def test_nothing_missing_is_said_without_a_doubt_where_there_is_none():
+    said = none().page.verdict
+    assert said.startswith("Nothing is missing that these recordings could show")
+    assert "1.00" in said or "0.99" in said
+
+
+def test_what_could_not_be_seen_is_said():
+    said = words.verdict(altered(verdict="none", effects=(), evidence=()), None, ["load.spring", "oil.air"])
+    assert said.endswith("They could not have shown a typical load.spring or oil.air.")
+
+
+def tied() -> Trace:
+    """Friction as it was found, and load.bias as if it had explained as much."""
+    (each,) = found().passes
+    bias = replace(each.found[0].candidate, effect=find("load.bias", "weight"))
+    both = (each.found[0], replace(each.found[0], candidate=bias))
+    return altered(verdict="tied", tied=("load.bias",), passes=(replace(each, found=both),))
+
+
+def test_effects_that_tie_are_told_with_what_splits_them():
+    said = words.verdict(tied(), None, None)
+    assert said.startswith("Either the jack rubs or a constant force pushes the jack: these records can not tell")
+    assert "slow triangles" in said
+    assert "standing still at null" in said
+    assert [name for name, _ in words.next_records(tied())] == ["jack.friction", "load.bias"]
+
+
+def test_an_unfinished_effect_says_that_more_is_missing_and_where():
+    said = words.verdict(altered(verdict="incomplete"), Missing("flow"), None)
+    assert "something else is missing too, most likely in the flows" in said
+
+
+def test_a_number_that_left_its_range_is_a_warning():
+    """Unless the rig file has it there, as it has the leakage Cl."""
+    assert "Careful" not in named().page.verdict
+    fit = replace(found().final.fit, held=("K3", "Cl", "jack.friction.Fc"))
+    said = words.verdict(altered(final=replace(found().final, fit=fit)), None, None)
+    assert said.endswith("Careful: K3 went to the end of what the rig file allows.")
+
+
+def test_a_disturbance_in_no_equation_asks_for_a_better_noise_floor():
+    said = words.verdict(altered(verdict="none", effects=()), None, None)
+    assert "Check the noise floor" in said
+
+
+def test_there_are_words_for_everything():
+    assert set(words.EFFECT) == {effect.name for effect in WHOLE}
+    assert set(words.EQUATION) == set(words.RECORD) == set(EQUATIONS)
+    assert set(words.SIGNAL) == set(MEASURED)
+
+
+def test_a_user_s_effect_needs_no_words_of_ours():
+    mine = replace(LIBRARY[0], name="my.rub", formula="")
+    one = replace(found().effects[0], candidate=replace(found().effects[0].candidate, effect=mine))
+    assert words.verdict(altered(effects=(one,)), None, None).startswith("My.rub acts: my.rub explains 100.0 %")
+
+
+# --- tables
+
+
+def test_candidates_are_ranked_with_what_the_rule_says():
+    rows = candidates_table(found()).rows
+    assert rows[0][:3] == ["jack.friction", "coulomb", "force"]
+    assert rows[0][3] == pytest.approx(100, abs=1)
+    assert rows[0][5] == "added"
+
+
+@pytest.mark.parametrize(
+    ("judged", "chi2", "said"),
+    [
+        ({"passes": True, "explained": 0.5}, None, "real, but explains less than 80 %"),
+        ({"passes": True, "explained": 0.9}, None, "another formula explains more"),
+        ({"passes": False}, 1.5, "the held-out error does not fall"),
+        ({"passes": False}, None, "the held-out gain may be chance"),
+    ],
+)
+def test_the_rule_says_why_not(judged, chi2, said):
+    (each,) = found().passes
+    one = each.found[0]
+    stand = one.stand if chi2 is None else replace(one.stand, heldout=chi2 * each.before.heldout)
+    other = replace(one, stand=stand, judgement=replace(one.judgement, chi2=2.0, **judged))
+    assert words.reason(found(), each, other) == said
+
+
+def test_the_rule_s_questions_are_answered():
+    rows = {(row[0], row[1]): row for row in rule_table(found()).rows}
+    misfit = rows["the fitted rig misses something", "held-out chi2"]
+    assert misfit[2] == pytest.approx(found().chi2[0])
+    assert rows["jack.friction is no accident", "chance, held-out"][2] < 0.01
+    assert rows["nothing else is missing", "held-out chi2"][2] < 1.05
+
+
+def test_base_numbers_are_shown_alone_and_with_the_effect():
+    table = base_table(found(), True)
+    assert table.columns[2:5] == ["rig file", "alone", "with effects"]
+    rows = {row[0]: row for row in table.rows}
+    assert rows["M"][4] == pytest.approx(5, rel=0.05)
+    assert rows["b"][3] != pytest.approx(rows["b"][4], rel=0.1)  # alone it stands in for the dry friction
+
+
+def test_what_was_not_tried_is_listed_with_the_reason():
+    table = untested_table(found(), [effect for effect in WHOLE if effect.name != "oil.air"])
+    assert table is not None
+    why = dict(table.rows)
+    assert why["oil.air"] == "taken out by --without"
+    assert why["pilot.hysteresis"] == "a second-order valve has no place for it"
+    assert "jack.friction" not in why
+    declared = untested_table(replace(found(), case=replace(found().case, rig=rubbing())), WHOLE)
+    assert declared is not None
+    assert dict(declared.rows)["jack.friction"] == "the rig file declares it"
+
+
+def test_signals_that_would_help_are_listed():
+    table = unseen_signals(found())
+    assert table is not None
+    assert {row[0] for row in table.rows} == {"supply", "acceleration", "force"}
+
+
+def test_sensors_that_are_off_are_told_by_offset_gain_and_lag():
+    (table,) = shape_tables(Missing("sensor", sensors=[["pa", 0.3, 1.0, 2.0], ["pb", 0.0, 0.0, 2.0]]))
+    assert table.columns == ["sensor", "offset [bar]", "gain [%]", "lag [ms]"]
+    assert len(table.rows) == 2
+
+
+def test_effects_hidden_at_typical_strength_are_told():
+    rows = [{"effect": name, "strength": value} for name, value in (("a", 0.1), ("b", 1.5), ("c", None))]
+    assert hidden(rows) == ["b", "c"]
+
+
+# --- figures and pages
+
+
+def test_the_error_figure_compares_every_signal_with_its_floor():
+    rms = trace_json(found())["rms"]
+    figure = error_figure(rms, ["alone", "with"])
+    assert list(figure.x_names) == ["spool", "pa", "pb", "position"]
+    before, after, change = figure.panels[0].curves
+    assert before.y[1] == pytest.approx(rms["pa [bar]"]["before"] / rms["pa [bar]"]["floor"])
+    assert (after.y < 1.1).all()
+    assert np.isnan(change.x[2::3]).all()
+    assert len(error_table(rms, ["alone", "with"]).columns) == 6
+    assert len(error_table(rms, ["fitted"]).columns) == 4
+
+
+def test_the_telling_second_is_where_the_error_falls_most():
+    pairs = list(zip(compared(found(), found().base), compared(found(), found().final), strict=True))
+    index, name, part = telling(pairs, found().case.floor, True)
+    before, after = pairs[index]
+    sigma = found().case.floor.sigma[name]
+    gained = [float(np.nansum((one.error(name)[part] / sigma) ** 2)) for one in (before, after)]
+    assert gained[0] > 5 * gained[1]
+    assert part.stop - part.start == round(1.0 / before.record.period)
+
+
+def test_a_named_page_has_what_a_person_asks_for():
+    page = named().page
+    titles = list(sections(page))
+    assert titles[:3] == ["Held-out error", "What explains it", "What to record next"]
+    assert "Every signal of sines" in titles
+    assert {"Effects that were fitted", "Their numbers"} <= set(tables(sections(page)["What explains it"]))
+    (said,) = sections(page)["What to record next"].items
+    assert said == "jack.friction: slow triangles with reversals, and starts from rest."
+    every = figures(sections(page)["Every signal of sines"])
+    assert list(every) == ["sines: spool", "sines: pa", "sines: pb", "sines: position"]
+    names = [curve.name for panel in every["sines: pa"].panels for curve in panel.curves]
+    assert names[:3] == ["measured", "fitted rig alone", "with jack.friction"]
+    assert "noise, 2 sigma" in names
+
+
+def test_an_unknown_page_shows_the_shape_first_and_the_refit_that_failed():
+    page = unknown().page
+    assert list(sections(page))[1] == "What is missing in the motion of the load"
+    shape = sections(page)["What is missing in the motion of the load"]
+    (figure,) = figures(shape).values()
+    assert figure.panels[0].y_label == "force on the load [N]"
+    estimate, mean = figure.panels[0].curves
+    assert len(estimate.x) <= 1000
+    assert (np.diff(mean.x) > 0).all()
+    assert "no fit: " in render(page)
+
+
+def test_the_missing_force_is_that_of_the_friction():
+    """60 N against the motion, so that it falls by about 120 N from one direction to the other."""
+    (table,) = tables(sections(unknown().page)["What is missing in the motion of the load"]).values()
+    best = str(table.rows[0][0])
+    assert best.split(" [")[0] in ("velocity", "spool", "command", "jack_force")
+    assert table.rows[0][1] > 0.5
+
+
+def test_a_page_of_nothing_says_what_would_have_shown():
+    shown = tables(sections(none().page)["What could not be seen"])["What these records would have shown"]
+    (row,) = shown.rows
+    assert row[:4] == ["load.spring", "linear", "k", "kN/m"]
+    assert 0 < row[4] < row[5]
+    assert row[6] is True
+
+
+@pytest.mark.parametrize("outcome", [named, unknown, none])
+def test_pages_are_whole_and_their_pictures_are_drawn(outcome, tmp_path):
+    page, picture = outcome().page, outcome().picture
+    html = render(page)
+    assert "NaN" not in html.split("</style>")[1].split("<script>/**")[0]
+    still_picture(picture, tmp_path / "picture.svg", page_looks(page))
+    assert (tmp_path / "picture.svg").stat().st_size > 5000
+    for section in page.sections:
+        for item in section.items:
+            if isinstance(item, Figure):
+                chart(item, page_looks(page))
+
+
+def test_a_tied_page_names_what_to_record_for_each():
+    page, _ = trace_page(tied(), trace_json(tied()), LIBRARY, None, None)
+    first, *_ = sections(page)["What to record next"].items
+    assert first == "Recordings in which only one of them acts tell them apart:"
+
+
+def test_an_axis_may_have_names_instead_of_numbers():
+    curve = Curve("a", np.array([1.0, np.nan, 3.0]), np.array([1.0, 2.0, 3.0]), "markers")
+    figure = Figure("named", "signal", [Panel("y [1]", [curve])], x_names=["pa", "p<b", "spool"])
+    page = Page("t", "v", [Section("s", [figure])])
+    drawn = chart(figure, page_looks(page))
+    assert drawn["data"][0]["x"] == ["pa", None, "spool"]
+    assert drawn["layout"]["xaxis"]["type"] == "category"
+    assert drawn["layout"]["xaxis"]["categoryarray"] == ["pa", "p&lt;b", "spool"]
