@@ -36,7 +36,7 @@ from workbench.runs import metrics_json, open_run
 from workbench.studies.fit import one_blas_thread
 from workbench.studies.outcome import at_once
 from workbench.studies.residual import run_residual
-from workbench.studies.trace import effects_for, run_trace
+from workbench.studies.trace import effects_for, run_trace, traced
 from workbench.studies.trace_answer import more_json, trace_json
 from workbench.studies.trace_tables import candidates_table
 
@@ -176,6 +176,26 @@ def test_nothing_is_listed_where_nothing_is_named():
     assert answer["effects"] == []
     assert [one["effect"] for one in answer["ranking"]] == ["jack.friction"]
     assert answer["chi2"]["before"] == answer["chi2"]["after"]
+
+
+def test_a_study_gets_the_answer_of_a_folder(tmp_path):
+    """Without what is removed; with the fitted numbers of the rig beside the keys of trace.json."""
+    folder = written(rubbing_campaign(), tmp_path / "camp")
+    removed = tuple({effect.name for effect in WHOLE} - {"jack.friction"})
+    answer = traced(folder, removed)
+    assert answer["effects"] == ["jack.friction"]
+    assert {one["effect"] for one in answer["ranking"]} == {"jack.friction"}
+    assert "M [kg]" in answer["base"]
+
+
+def test_every_sample_is_left_in_tables():
+    (columns,) = named().tables.values()
+    assert list(named().tables) == ["heldout-sines"]
+    labels = ("measured", "fitted rig alone", "with jack.friction")
+    assert {f"{label} pa [bar]" for label in labels} <= columns.keys()
+    assert {len(column) for column in columns.values()} == {rubbing_campaign().heldout[0].t.size}
+    (columns,) = none().tables.values()
+    assert "fitted rig pa [bar]" in columns
 
 
 # --- killed, and resumed

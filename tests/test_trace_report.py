@@ -201,7 +201,7 @@ def test_the_error_figure_compares_every_signal_with_its_floor():
 
 
 def test_the_telling_second_is_where_the_error_falls_most():
-    pairs = list(zip(compared(found(), found().base), compared(found(), found().final), strict=True))
+    pairs = list(zip(*compared(found()), strict=True))
     index, name, part = telling(pairs, found().case.floor, True)
     before, after = pairs[index]
     sigma = found().case.floor.sigma[name]
@@ -267,7 +267,7 @@ def test_pages_are_whole_and_their_pictures_are_drawn(outcome, tmp_path):
 
 
 def test_a_tied_page_names_what_to_record_for_each():
-    page, _ = trace_page(tied(), trace_json(tied()), LIBRARY, None, None)
+    page, _ = trace_page(tied(), trace_json(tied()), compared(tied()), LIBRARY, None, None)
     first, *_ = sections(page)["What to record next"].items
     assert first == "Recordings in which only one of them acts tell them apart:"
 

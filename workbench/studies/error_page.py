@@ -68,6 +68,21 @@ def error_table(rms: Rms, labels: Sequence[str]) -> Table:
     return Table("Error by signal", columns, rows, note=note)
 
 
+def record_tables(models: Mapping[str, Sequence[Prediction]]) -> dict[str, dict[str, np.ndarray]]:
+    """For every record what was measured and what each model, by label, predicts, in the units that people read."""
+    tables = {}
+    for together in zip(*models.values(), strict=True):
+        record = together[0].record
+        columns = {"t [s]": record.t, "command [1]": record.signals["command"]}
+        for name in together[0].signals:
+            signal = SIGNALS[name]
+            columns[f"measured {signal.label}"] = from_si(record.signals[name], signal.unit, signal.si)
+            for label, one in zip(models, together, strict=True):
+                columns[f"{label} {signal.label}"] = from_si(one.signals[name], signal.unit, signal.si)
+        tables[f"heldout-{record.name.replace('/', '-')}"] = columns
+    return tables
+
+
 def _root_mean_square(some: Sequence[Prediction], name: str) -> float:
     errors = np.concatenate([one.error(name) for one in some if name in one.signals])
     return float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else np.nan

@@ -11,7 +11,7 @@ from ..identify.stored import packed, unpacked
 from ..plant import build
 from ..records import Campaign
 from ..rig import Rig, rig_text
-from .error_page import rms_of
+from .error_page import record_tables, rms_of
 from .fit_page import fit_page
 from .fit_result import base_intervals, correlations, finite, fitted, fitted_rig
 from .outcome import Outcome, Progress, Stage
@@ -48,4 +48,5 @@ def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: P
         "correlations": {"names": [one.number.name for one in found], "matrix": correlations(stand.fit)},
     }
     page, picture = fit_page(case, found, metrics)
-    return Outcome(metrics, page, picture, files={"rig.toml": rig_text(fitted_rig(case, stand))})
+    tables = record_tables({"rig file": declared, "fitted": after})
+    return Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(fitted_rig(case, stand))})

@@ -13,10 +13,11 @@ from ..plant.effects import Effect, known_effects
 from ..records import Campaign, load_campaign
 from ..rig import Rig, load_rig, rig_text
 from ..runs import metrics_json
+from .error_page import record_tables
 from .fit import one_blas_thread
 from .fit_result import fitted_rig
 from .outcome import Outcome, Progress, Stage, at_once
-from .trace_answer import more_json, trace_json
+from .trace_answer import compared, labels, more_json, trace_json
 from .trace_page import trace_page
 from .trace_seen import seen
 from .trace_shape import missing
@@ -24,7 +25,7 @@ from .trace_shape import missing
 
 def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
     """The library with a rig's and a user's own effects, less those that the rig declares and those in `without`."""
-    known = known_effects((*rig.effect_files, *files))
+    known = known_effects(dict.fromkeys((*rig.effect_files, *map(str, files))))
     names = {effect.name for effect in known}
     for name in without:
         if name not in names:
@@ -48,16 +49,16 @@ def run_trace(
     """
     with one_blas_thread():
         found = trace(case_of(campaign, rig), library, stage, progress, several)
-        answer = trace_json(found)
+        answer, both = trace_json(found), compared(found)
         lacks = {"unknown": found.equation, "incomplete": None}  # what is left may sit in another equation
         shape = None
         if found.verdict in lacks:
             shape = missing(found.case, found.final, lacks[found.verdict], stage, progress)
         shown = seen(found.case, found.final, library, stage, progress) if found.verdict == "none" else None
-        page, picture = trace_page(found, answer, library, shape, shown)
+    page, picture = trace_page(found, answer, both, library, shape, shown)
     metrics = answer | more_json(found)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(fitted_rig(found.case, found.final, files))}
-    return Outcome(metrics, page, picture, files=texts)
+    return Outcome(metrics, page, picture, record_tables(dict(zip(labels(found), both, strict=False))), texts)
 
 
 def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:

@@ -11,6 +11,8 @@ from ..identify.trace import Trace, Tried
 from .error_page import rms_of
 from .fit_result import base_intervals, effect_intervals, finite
 
+Both = tuple[Sequence[Prediction], Sequence[Prediction]]
+
 
 def trace_json(found: Trace) -> dict[str, Any]:
     """The answer by the keys of trace.json."""
@@ -21,7 +23,7 @@ def trace_json(found: Trace) -> dict[str, Any]:
         "equation": found.equation,
         "ranking": [_ranked(found, one, share) for one, share in ranking(found)],
         "chi2": dict(zip(("before", "after"), map(finite, found.chi2), strict=True)),
-        "rms": rms_of(found.case.floor, compared(found, found.base), compared(found, found.final)),
+        "rms": rms_of(found.case.floor, *compared(found)),
     }
 
 
@@ -31,6 +33,7 @@ def more_json(found: Trace) -> dict[str, Any]:
     return {
         "base": base_intervals(found.case.rig, found.final.fit),
         "evidence": dict(found.evidence),
+        "cuts": dict(found.cuts),
         "at_an_end": list(found.final.fit.held),
         "failed": failed,
         "scores": [
@@ -72,9 +75,20 @@ def failures(tried: Sequence[Tried]) -> list[tuple[Tried, str]]:
     ]
 
 
-def compared(found: Trace, stand: Stand) -> list[Prediction]:
-    """What a model predicts of every held-out record."""
-    return predictions(stand.model, found.case.heldout, stand.x0, stand.fit.p)
+def compared(found: Trace) -> Both:
+    """What the rig alone, and the rig with what was added, predict of every held-out record."""
+    heldout = found.case.heldout
+    before = predictions(found.base.model, heldout, found.base.x0, found.base.fit.p)
+    if found.final is found.base:
+        return before, before
+    return before, predictions(found.final.model, heldout, found.final.x0, found.final.fit.p)
+
+
+def labels(found: Trace) -> list[str]:
+    """What the fitted rig is called, and the rig with what was added, where something was."""
+    if not found.effects:
+        return ["fitted rig"]
+    return ["fitted rig alone", f"with {' and '.join(one.candidate.effect.name for one in found.effects)}"]
 
 
 def _fits(stand: Stand) -> bool:

@@ -11,7 +11,7 @@ from .error_page import error_figure, error_table
 from .fit_page import ranges_figure
 from .fit_result import fitted
 from .residual import noise_table
-from .trace_answer import compared
+from .trace_answer import Both, labels
 from .trace_figures import Pair, evidence_figure, signal_figure, telling
 from .trace_seen import hidden, seen_table
 from .trace_shape import Missing, shape_figure, shape_tables
@@ -25,7 +25,7 @@ from .trace_tables import (
     unseen_signals,
     untested_table,
 )
-from .trace_words import EQUATION, listed, next_records, verdict
+from .trace_words import EQUATION, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 Item = Figure | Table | str
@@ -34,37 +34,34 @@ Item = Figure | Table | str
 def trace_page(
     found: Trace,
     answer: dict[str, Any],
+    both: Both,
     library: Sequence[Effect],
     shape: Missing | None,
     shown: Sequence[dict[str, Any]] | None,
 ) -> tuple[Page, Figure]:
-    """The page and its telling figure; `shape` of what is missing, `shown`: what the records would have shown."""
-    changed, floor, labels = bool(found.effects), found.case.floor, _labels(found)
-    pairs = list(zip(compared(found, found.base), compared(found, found.final), strict=True))
+    """The page and its telling figure, from the answer and the predictions `both` before and after.
+
+    `shape` is that of what is missing, `shown` what the records would have shown.
+    """
+    changed, floor, names = bool(found.effects), found.case.floor, labels(found)
+    pairs = list(zip(*both, strict=True))
     index, name, part = telling(pairs, floor, changed)
-    first = signal_figure(pairs[index], name, floor, labels, part)
-    picture = error_figure(answer["rms"], labels)
+    first = signal_figure(pairs[index], name, floor, names, part)
+    picture = error_figure(answer["rms"], names)
     sections = [
-        Section("Held-out error", [picture, error_table(answer["rms"], labels), first]),
+        Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
         *(_what(found) if changed else _shape(shape)),
         *(_shape(shape) if changed else _what(found)),
         *_next(found),
         *_where(found),
-        _own_numbers(found, labels),
+        _own_numbers(found, names),
         *_could_show(library, shown),
         Section("Noise floor", [noise_table(floor)]),
         _untested(found, library),
-        *_signals(found, pairs, labels),
+        *_signals(found, pairs, names),
     ]
     title = f"{found.case.campaign.path.resolve().name} on {found.case.rig.name}: what the model lacks"
     return Page(title, verdict(found, shape, None if shown is None else hidden(shown)), sections), picture
-
-
-def _labels(found: Trace) -> list[str]:
-    """What the curves of the fitted rig are called, and of the rig with what was added."""
-    if not found.effects:
-        return ["fitted rig"]
-    return ["fitted rig alone", f"with {listed([one.candidate.effect.name for one in found.effects])}"]
 
 
 def _what(found: Trace) -> list[Section]:
@@ -105,15 +102,20 @@ def _where(found: Trace) -> list[Section]:
         f"A disturbance in {EQUATION[best[0]]} explains most; the next, in {EQUATION[second[0]]}, is "
         f"{ahead:.0f} behind in log-likelihood ({clear:.0f} is clear)."
     )
+    if found.cuts:
+        direct = ", ".join(f"{name} {value:.3g}" for name, value in found.cuts.items())
+        said += f" Held against measured signals alone, without simulation, equations have chi2: {direct}."
     if found.effects and found.equation != best[0]:
         said += f" The effect that was named acts in {EQUATION[found.equation or '']}: refits decide, not this."
+    elif found.equation not in (None, best[0]):
+        said += f" Together they point at {EQUATION[found.equation or '']}."
     return [Section("In which equation", [said, evidence_figure(found.evidence)])]
 
 
-def _own_numbers(found: Trace, labels: Sequence[str]) -> Section:
-    stands = (found.base, found.final)[-len(labels) :]
-    fits = {label: fitted(found.case.rig, stand.fit) for label, stand in zip(labels, stands, strict=True)}
-    return Section("The rig's own numbers", [ranges_figure(fits), base_table(found, len(labels) > 1)])
+def _own_numbers(found: Trace, names: Sequence[str]) -> Section:
+    stands = (found.base, found.final)[-len(names) :]
+    fits = {name: fitted(found.case.rig, stand.fit) for name, stand in zip(names, stands, strict=True)}
+    return Section("The rig's own numbers", [ranges_figure(fits), base_table(found, len(names) > 1)])
 
 
 def _could_show(library: Sequence[Effect], shown: Sequence[dict[str, Any]] | None) -> list[Section]:
@@ -127,11 +129,11 @@ def _untested(found: Trace, library: Sequence[Effect]) -> Section:
     return Section("What was used, and what was not", [*(table for table in tables if table), *notes])
 
 
-def _signals(found: Trace, pairs: Sequence[Pair], labels: Sequence[str]) -> list[Section]:
+def _signals(found: Trace, pairs: Sequence[Pair], names: Sequence[str]) -> list[Section]:
     return [
         Section(
             f"Every signal of {pair[0].record.name}",
-            [signal_figure(pair, name, found.case.floor, labels) for name in pair[0].signals],
+            [signal_figure(pair, signal, found.case.floor, names) for signal in pair[0].signals],
         )
         for pair in pairs
     ]

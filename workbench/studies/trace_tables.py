@@ -137,7 +137,7 @@ def untested_table(found: Trace, library: Sequence[Effect]) -> Table | None:
     rig, named = found.case.rig, {effect.name for effect in library}
     declared = {use.name for use in rig.effects}
     rows = []
-    for name in dict.fromkeys(effect.name for effect in known_effects(rig.effect_files)):
+    for name in dict.fromkeys(effect.name for effect in (*known_effects(rig.effect_files), *library)):
         if name in declared:
             rows.append([name, "the rig file declares it"])
         elif name not in named:
