@@ -146,7 +146,7 @@ def _named(found: Trace, _shape: Missing | None) -> str:
         one, share = beside[0]
         far = f" No other effect comes near: the next, {one.candidate.effect.name}, explains {_percent(share)}."
         said += far if share < _FAR else f" The next best, {one.candidate.effect.name}, explains {_percent(share)}."
-    return f"{said} {_advice(found, 'To pin its numbers down, record')}"
+    return f"{said} {_advice(found, 'To pin the numbers down, record')}"
 
 
 def _incomplete(found: Trace, shape: Missing | None) -> str:
