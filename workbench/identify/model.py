@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,8 @@ class Model:
         self._columns = [plant.output(name) for name in names]
 
     @cached_property
-    def _tangents(self):  # noqa: ANN202 - either back end
+    def _tangents(self) -> Any:
+        """Either back end, for the tangents' graphs."""
         graphs = (tangent_attempt(self.plant), tangent_outputs(self.plant, self.names))
         both = np.append(self.plant.p, 0 * self.plant.p)
         return back_end_of(*graphs, both, _STEPPING, "auto")[0]
