@@ -1,8 +1,6 @@
 """A fit of a rig: numbers with intervals, what the records do not see, what stands at an end, and the rig file."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,6 +9,7 @@ import numpy as np
 import pytest
 from made_campaigns import campaign, rubbing_campaign, written
 
+from workbench.cli import main
 from workbench.plant.effects import LIBRARY
 from workbench.records import Campaign
 from workbench.report import render
@@ -21,7 +20,6 @@ from workbench.studies.fit_result import _inside
 from workbench.studies.outcome import Outcome, at_once
 from workbench.studies.residual import run_residual
 
-ROOT = Path(__file__).parents[1]
 RIG = load_rig("festo-tp511")
 TRUE = {"K3": 6.2e-5, "M": 7.0, "b": 120.0, "f0": 60.0}
 
@@ -118,22 +116,19 @@ def test_a_number_at_an_end_of_its_range_survives_a_rig_file(effect):
 # --- the command
 
 
-def jackbench(*words: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "workbench.cli", *map(str, words)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
-
-
-def test_the_command_leaves_the_rig_where_it_is_told(tmp_path):
+def test_the_command_leaves_the_rig_where_it_is_told(tmp_path, capsys):
     folder = written(quiet(), tmp_path / "camp")
     out, rig = tmp_path / "out", tmp_path / "fitted.toml"
-    done = jackbench("fit", folder, "--starts", 1, "--out", out, "--rig-out", rig)
-    assert done.returncode == 0, done.stderr
-    assert "start 1" in done.stderr
+    assert main(["fit", str(folder), "--starts", "1", "--out", str(out), "--rig-out", str(rig)]) == 0
+    assert "start 1" in capsys.readouterr().err
     assert rig.read_text() == (out / "rig.toml").read_text()
     metrics = json.loads((out / "metrics.json").read_text())
     assert metrics["chi2"]["heldout"] == pytest.approx(1.0, abs=0.06)
-    refused = jackbench("fit", folder, "--out", tmp_path / "again", "--rig-out", rig)
-    assert_refused(refused, ["--rig-out", "--force"], tmp_path / "again")
+    assert (out / "heldout-sines.parquet").exists()
+    again = tmp_path / "again"
+    assert_refused(
+        ["fit", str(folder), "--out", str(again), "--rig-out", str(rig)], ["--rig-out", "--force"], again, capsys
+    )
 
 
 @pytest.mark.parametrize(
@@ -147,24 +142,24 @@ def test_the_command_leaves_the_rig_where_it_is_told(tmp_path):
         (["trace", "--effects", "mine.py"], ["mine.py", "no such file"]),
     ],
 )
-def test_bad_words_are_refused_in_one_line(tmp_path, words, said):
+def test_bad_words_are_refused_in_one_line(tmp_path, capsys, words, said):
     folder, out = written(rubbing_campaign(), tmp_path / "camp"), tmp_path / "out"
     numbers = {name: replace(number, low=None, high=None) for name, number in RIG.numbers.items()}
     save_rig(replace(RIG, numbers=numbers), tmp_path / "bare.toml")
     save_rig(RIG.with_values(z3max=2e-2), tmp_path / "other.toml")
     words = [str(tmp_path / word) if word in ("bare.toml", "other.toml") else word for word in words]
-    assert_refused(jackbench(words[0], folder, *words[1:], "--out", out), said, out)
+    assert_refused([words[0], str(folder), *words[1:], "--out", str(out)], said, out, capsys)
 
 
-def test_a_campaign_without_train_is_refused_in_one_line(tmp_path):
-    folder = written(replace(rubbing_campaign(), train=()), tmp_path / "camp")
-    assert_refused(jackbench("trace", folder, "--out", tmp_path / "out"), ["no train record"], tmp_path / "out")
+def test_a_campaign_without_train_is_refused_in_one_line(tmp_path, capsys):
+    folder, out = written(replace(rubbing_campaign(), train=()), tmp_path / "camp"), tmp_path / "out"
+    assert_refused(["trace", str(folder), "--out", str(out)], ["no train record"], out, capsys)
 
 
-def assert_refused(done: subprocess.CompletedProcess[str], words: list[str], out: Path) -> None:
-    assert done.returncode == 2, done.stderr
-    assert len(done.stderr.splitlines()) == 1, done.stderr
-    for word in words:
-        assert word in done.stderr
+def assert_refused(arguments: list[str], said: list[str], out: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    for word in said:
+        assert word in line
     assert not out.exists()
     assert not out.with_name(f"{out.name}.partial").exists()
