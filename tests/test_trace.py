@@ -31,6 +31,7 @@ from workbench.identify.trace import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
 from workbench.records import Record, load_campaign
+from workbench.report import render
 from workbench.rig import load_rig, rig_text
 from workbench.runs import metrics_json, open_run
 from workbench.studies.fit import one_blas_thread
@@ -196,6 +197,33 @@ def test_every_sample_is_left_in_tables():
     assert {len(column) for column in columns.values()} == {rubbing_campaign().heldout[0].t.size}
     (columns,) = none().tables.values()
     assert "fitted rig pa [bar]" in columns
+
+
+def with_only(record: Record, *names: str) -> Record:
+    return Record(record.name, record.t, {name: record.signals[name] for name in ("command", *names)})
+
+
+def torn(record: Record) -> Record:
+    """Without a few samples, as a busy logger leaves it."""
+    keep = np.ones(record.t.size, bool)
+    keep[[130, 131, 400, 401, 402, 700]] = False
+    return Record(record.name, record.t[keep], {name: values[keep] for name, values in record.signals.items()})
+
+
+@pytest.mark.parametrize("how", ["held out with less", "fitted with less", "no static", "torn"])
+def test_records_need_not_be_whole_or_alike(how):
+    of = rubbing_campaign()
+    changed = {
+        "held out with less": {"heldout": tuple(with_only(one, "pa", "pb") for one in of.heldout)},
+        "fitted with less": {"train": tuple(with_only(one, "pa", "position") for one in of.train)},
+        "no static": {"static": ()},
+        "torn": {"train": tuple(map(torn, of.train)), "heldout": tuple(map(torn, of.heldout))},
+    }[how]
+    outcome = run_trace(replace(of, **changed), RIG, LIBRARY[:1], at_once, lambda _: None)
+    assert outcome.metrics["effects"] == ["jack.friction"]
+    carried = {name for one in changed.get("heldout", of.heldout) for name in one.signals} - {"command"}
+    assert {name.split()[0] for name in outcome.metrics["rms"]} == carried
+    assert "jack.friction" in render(outcome.page)
 
 
 # --- killed, and resumed

@@ -240,6 +240,8 @@ def _cut(
             k, i = windows.names.index(signal), model.plant.state(state)
             valid = valid & (group.weight[..., k] > 0)
             x[..., i] = np.where(valid, group.seen[..., k], x[..., i])
+        if not valid.any():
+            continue
         weight, here = group.weight[..., column], model.engine.outputs(x, u, p)[..., model.plant.output(seen)]
         for signal, state in given.items():
             k, i = windows.names.index(signal), model.plant.state(state)

@@ -98,7 +98,8 @@ def case_of(campaign: Campaign, rig: Rig) -> Case:
     floor = noise_floor(campaign)
     plant = model_with(rig, (), ()).plant
     _check_signals(campaign, plant.outputs)
-    train, heldout = cut(plant, campaign.train, floor), cut(plant, campaign.heldout, floor)
+    train = cut(plant, campaign.train, floor, beside=campaign.heldout)
+    heldout = cut(plant, campaign.heldout, floor, beside=campaign.train)
     for role, windows in (("train", train), ("heldout", heldout)):
         seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
         if seconds < _SHORTEST * WINDOW - 1e-6:

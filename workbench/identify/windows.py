@@ -91,9 +91,12 @@ def compared(plant: Plant, record: Record, floor: Floor) -> list[str]:
     return names
 
 
-def cut(plant: Plant, records: Sequence[Record], floor: Floor) -> Windows:
-    """Windows of 0.5 s of all records; what is left over at the end, or before a gap, belongs to the one before."""
-    shared = {name for record in records for name in compared(plant, record, floor)}
+def cut(plant: Plant, records: Sequence[Record], floor: Floor, beside: Sequence[Record] = ()) -> Windows:
+    """Windows of 0.5 s of all records; what is left over at the end, or before a gap, belongs to the one before.
+
+    What they carry is compared; names are also those of the records `beside`, which the same model has to predict.
+    """
+    shared = {name for record in (*records, *beside) for name in compared(plant, record, floor)}
     names = tuple(name for name in MEASURED if name in shared)
     spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in _spans(record))
     if not spans:

@@ -149,7 +149,7 @@ def untested_table(found: Trace, library: Sequence[Effect]) -> Table | None:
 
 def unseen_signals(found: Trace) -> Table | None:
     """Signals that the model predicts and no held-out record has."""
-    names = found.case.heldout.names
+    names = {name for record in found.case.heldout.records for name in record.signals}
     lacking = [name for name in MEASURED if name in found.base.model.plant.outputs and name not in names]
     rows = [[name, SIGNAL[name]] for name in lacking if name != "velocity"]
     return Table("Signals that were not recorded", ["signal", "what it would do"], rows) if rows else None
