@@ -1,11 +1,6 @@
-"""Traces: of a small cylinder whose friction we know, of a slice of a practice campaign, killed, and of bad input."""
+"""Traces: of a small cylinder whose friction we know, of a slice of a practice campaign, of torn records."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,9 +9,7 @@ import pytest
 from made_campaigns import (
     LIBRARY,
     SIGMA,
-    campaign,
     found,
-    made,
     named,
     none,
     rubbing,
@@ -25,7 +18,6 @@ from made_campaigns import (
     written,
 )
 
-from workbench.errors import InputError
 from workbench.identify.refit import case_of, refit
 from workbench.identify.trace import trace
 from workbench.plant.effects import LIBRARY as WHOLE
@@ -33,7 +25,7 @@ from workbench.plant.effects import find
 from workbench.records import Record, load_campaign
 from workbench.report import render
 from workbench.rig import load_rig, rig_text
-from workbench.runs import metrics_json, open_run
+from workbench.runs import metrics_json
 from workbench.studies.fit import one_blas_thread
 from workbench.studies.outcome import at_once
 from workbench.studies.residual import run_residual
@@ -224,120 +216,3 @@ def test_records_need_not_be_whole_or_alike(how):
     carried = {name for one in changed.get("heldout", of.heldout) for name in one.signals} - {"command"}
     assert {name.split()[0] for name in outcome.metrics["rms"]} == carried
     assert "jack.friction" in render(outcome.page)
-
-
-# --- killed, and resumed
-
-
-def command(folder: Path, out: Path) -> list[str]:
-    keep = ("jack.friction", "sensor.lag")
-    without = sorted({effect.name for effect in WHOLE} - set(keep))
-    words = ["trace", str(folder), "--without", *without, "--out", str(out)]
-    return [sys.executable, "-m", "workbench.cli", *words]
-
-
-def test_a_killed_trace_goes_on_from_its_last_stage(tmp_path):
-    folder, out = written(rubbing_campaign(), tmp_path / "camp"), tmp_path / "out"
-    process = subprocess.Popen(command(folder, out), cwd=ROOT, stderr=subprocess.PIPE, text=True)
-    stage = tmp_path / "out.partial" / "stages" / "scores-1.json"
-    waited = time.monotonic() + 120
-    while not stage.exists():
-        assert process.poll() is None, process.stderr and process.stderr.read()
-        assert time.monotonic() < waited
-        time.sleep(0.02)
-    os.kill(process.pid, signal.SIGKILL)
-    process.communicate()
-    assert not out.exists()
-    done = subprocess.run(command(folder, out), cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    assert "score of" not in done.stderr  # that stage was there
-    assert json.loads((out / "trace.json").read_text())["effects"] == ["jack.friction"]
-    assert {"trace.json", "rig.toml", "metrics.json", "report.html", "config.toml"} <= {p.name for p in out.iterdir()}
-
-
-def test_a_resumed_trace_says_the_same_to_the_byte(tmp_path):
-    """Every stage is read back instead of computed."""
-    with open_run(tmp_path / "out", {"command": "trace"}) as run:
-        first = run_trace(rubbing_campaign(), RIG, LIBRARY[:1], run.stage, lambda _: None)
-        names = sorted(path.name for path in (run.dir / "stages").glob("[!@]*.json"))
-        run._asked.clear()
-        again = run_trace(rubbing_campaign(), RIG, LIBRARY[:1], run.stage, lambda _: None)
-        assert metrics_json(again.metrics) == metrics_json(first.metrics)
-        assert again.files == first.files
-        assert names == ["base.json", "localise.json", "refit-1-jack.friction-coulomb.json", "scores-1.json"]
-        run.finish({}, "", {}, first.page)
-
-
-# --- bad input
-
-
-def still(name: str, signals: dict[str, float], seconds: float = 2.0) -> Record:
-    t = np.arange(round(seconds / 2e-3)) * 2e-3
-    random = np.random.default_rng(0)
-    return Record(
-        name, t, {key: value + 1e-3 * abs(value) * random.standard_normal(t.size) for key, value in signals.items()}
-    )
-
-
-def bad(what: str):
-    """A campaign that can not be traced, and words that say why."""
-    good = rubbing_campaign()
-    mute = replace(good.train[0], signals={k: v for k, v in good.train[0].signals.items() if k != "command"})
-    return {
-        "no train": (replace(good, train=()), ["no train record", "[records] train"]),
-        "no command": (replace(good, train=(mute,)), ["no command"]),
-        "short": (replace(good, train=(good.train[0].slice(0, 0.8),)), ["last 0.8 s", "2 s"]),
-        "nothing shared": (replace(good, heldout=(still("b", {"command": 0.1, "current": 0.01}),)), ["b", "no signal"]),
-        "few rows": (replace(good, heldout=(sparse(good.heldout[0]),)), ["sines", "50"]),
-    }[what]
-
-
-def sparse(record: Record) -> Record:
-    """One row in 40."""
-    return Record(record.name, record.t[::40], {name: values[::40] for name, values in record.signals.items()})
-
-
-@pytest.mark.parametrize("what", ["no train", "no command", "short", "nothing shared", "few rows"])
-def test_a_campaign_that_can_not_be_traced_is_refused(what):
-    of, words = bad(what)
-    with pytest.raises(InputError) as said:
-        run_trace(of, RIG, LIBRARY, at_once, lambda _: None)
-    for word in words:
-        assert word in str(said.value)
-
-
-def test_a_rig_without_bounds_is_refused():
-    numbers = {name: replace(number, low=None, high=None) for name, number in RIG.numbers.items()}
-    with pytest.raises(InputError, match="no number has bounds"):
-        run_trace(rubbing_campaign(), replace(RIG, numbers=numbers), LIBRARY, at_once, lambda _: None)
-
-
-@pytest.mark.parametrize(("signal_", "factor"), [("command", -1.0), ("position", 1000.0), ("pa", 14.5)])
-def test_records_that_are_not_of_this_rig_are_refused(signal_, factor):
-    """A reversed command, millimetres taken for metres, bar for psi."""
-    good = rubbing_campaign()
-
-    def spoilt(record: Record) -> Record:
-        return replace(record, signals={**record.signals, signal_: factor * record.signals[signal_]})
-
-    of = replace(good, train=tuple(map(spoilt, good.train)), heldout=tuple(map(spoilt, good.heldout)))
-    with pytest.raises(InputError) as said:
-        run_trace(of, RIG, LIBRARY, at_once, lambda _: None)
-    assert "unit" in str(said.value)
-
-
-def test_an_unknown_name_to_leave_out_is_refused():
-    with pytest.raises(InputError, match=r'did you mean "jack.friction"'):
-        effects_for(RIG, without=["jack.frictoin"])
-
-
-def test_a_quiet_rig_of_ours_lacks_nothing():
-    of = campaign(RIG)
-    assert run_trace(of, RIG, LIBRARY[1:2], at_once, lambda _: None).metrics["verdict"] == "none"
-
-
-def test_made_records_move_but_reach_no_stop():
-    of = rubbing_campaign()
-    for record in (*of.train, *of.heldout):
-        assert 0.01 < np.ptp(record.signals["position"]) < 0.15
-    assert made(RIG, "a", np.zeros(50), 1).period == pytest.approx(2e-3)
