@@ -8,8 +8,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..plant.effects import Effect
-from ..records import Campaign, Record
+from ..records import Campaign
 from ..rig import Rig
+from . import decide
 from .candidate import Candidate, carried, model_with, uncertain
 from .determined import Free
 from .follow import not_followed
@@ -23,7 +24,6 @@ from .windows import WINDOW, Windows, cut
 
 _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
 _REFIT_ROUNDS = 12
-_REACHED = 1.05  # chi2 of a fit that has found what there is
 _MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
 _WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
 _ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
@@ -97,7 +97,6 @@ def case_of(campaign: Campaign, rig: Rig) -> Case:
         raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
     floor = noise_floor(campaign)
     plant = model_with(rig, (), ()).plant
-    _check_signals(campaign, plant.outputs)
     train = cut(plant, campaign.train, floor, beside=campaign.heldout)
     heldout = cut(plant, campaign.heldout, floor, beside=campaign.train)
     for role, windows in (("train", train), ("heldout", heldout)):
@@ -136,7 +135,7 @@ def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -
     """The stand with one more effect, fitted with all numbers; `again`: a second start too, if the first misses."""
     model = model_with(case.rig, (*stand.effects, candidate.effect), case.train.names)
     found = _fitted(case, stand, model, candidate)
-    if again and not found.chi2 < _REACHED:
+    if again and not found.chi2 < decide.CLOSED:
         moved = _elsewhere(candidate)
         other = _fitted(case, stand, model, moved)
         if not found.ok or other.squares.sum() < found.squares.sum():
@@ -191,10 +190,3 @@ def _elsewhere(candidate: Candidate) -> Candidate:
         else:
             start[number.name] = 0.5 * (start[number.name] + number.typical)
     return Candidate(candidate.effect, start)
-
-
-def _check_signals(campaign: Campaign, outputs: Sequence[str]) -> None:
-    records: tuple[Record, ...] = (*campaign.train, *campaign.heldout)
-    for record in records:
-        if not any(name in outputs for name in record.signals):
-            raise InputError(f"record {record.name}: no signal that rig predicts; check names and rig")

@@ -5,7 +5,7 @@ Whoever writes one imports `effect`, `number` and `state` from here; SLOTS says 
 
 from .author import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
-from .library import LIBRARY, applies, find, known_effects, load_effects, resolve
+from .known import LIBRARY, applies, find, known_effects, load_effects, resolve
 from .slots import SLOTS, Slot
 
 __all__ = [

@@ -51,7 +51,11 @@ def load_effects(path: str | Path) -> tuple[Effect, ...]:
 
 
 def _executed(path: str | Path) -> dict[str, object]:
-    """The names that a Python file defines."""
+    """The names that a Python file defines. It is the user's own code, as a controller's is, and is run like it.
+
+    Executed rather than imported: no bytecode is left beside the rig, a name like that of a package hides nothing, and
+    a file that has changed is read anew.
+    """
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError:
