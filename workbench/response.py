@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import control
 import numpy as np
+from scipy.linalg import matrix_balance, schur
 
 from .engine import Engine
 from .errors import InputError
@@ -63,7 +64,8 @@ def stepped_sine(
     """Response of `outputs` to the plant's first input, `offset` [m] + amplitude sin, from state `start` [n].
 
     `limits` gives the output levels at which a point counts as saturated, e.g. {"current": 0.02}. Each point starts
-    from `start` and runs until it has settled or 60 cycles are over (`settled` tells); all frequencies run at once.
+    from `start` and runs until it has settled or 60 cycles are over (`settled` tells); all frequencies run at once. A
+    delay of the plant's command counts, exactly.
     Raises InputError if a run fails.
     """
     f = np.asarray(frequencies, dtype=float)
@@ -79,6 +81,8 @@ def stepped_sine(
     points = _points_per_cycle(f)
     for k in np.unique(points):
         _run_lanes(engine, start, offset, found, np.flatnonzero(points == k), int(k), limits or {}, p)
+    for values in found.response.values():  # all that repeats comes late as a whole
+        values *= np.exp(-2j * np.pi * f * engine.plant.lateness(p))
     return found
 
 
@@ -187,6 +191,25 @@ def _merge(first: SteppedSine, second: SteppedSine) -> SteppedSine:
     response = {name: np.concatenate([first.response[name], second.response[name]])[order] for name in first.response}
     flags = {name: joined(name) for name in ("cycles", "settled", "saturated", "cavitated")}
     return SteppedSine(joined("f"), first.amplitude, response, **flags)
+
+
+def sampled_response(system: control.StateSpace, z: np.ndarray) -> np.ndarray:
+    """Response of a discrete system at z [k] = exp(j w T), complex [outputs, inputs, k].
+
+    C (z - A)^-1 B + D by a complex Schur form of the balanced A: triangular, so that all z are solved for at once, and
+    unitary, so that equal poles, such as those of a delay, are no special case (Laub, IEEE Trans. Automatic Control
+    26(2), 1981, does it by a Hessenberg form).
+    """
+    a, b, c, d = (np.asarray(part) for part in (system.A, system.B, system.C, system.D))
+    if not len(a):
+        return np.repeat(d[..., None].astype(complex), len(z), axis=-1)
+    balanced, (scale, _) = matrix_balance(a, permute=False, separate=True)
+    upper, turn = schur(balanced, "complex")
+    entering, leaving = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
+    x = np.empty((len(a), b.shape[1], len(z)), complex)
+    for i in reversed(range(len(a))):
+        x[i] = (entering[i][:, None] + np.tensordot(upper[i, i + 1 :], x[i + 1 :], 1)) / (z - upper[i, i])
+    return np.tensordot(leaving, x, 1) + d[..., None]
 
 
 def linear_response(system: control.StateSpace | control.TransferFunction, f: np.ndarray) -> np.ndarray:

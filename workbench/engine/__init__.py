@@ -2,5 +2,6 @@
 
 from .driver import Batch
 from .engine import Engine, Trajectory
+from .late import Line, periods
 
-__all__ = ["Batch", "Engine", "Trajectory"]
+__all__ = ["Batch", "Engine", "Line", "Trajectory", "periods"]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -69,12 +70,24 @@ class Plant:
         """Index of an output."""
         return self.outputs.index(name)
 
+    @cached_property
+    def slopes(self) -> ca.Function:
+        """(x, u, p) -> df/dx [n, n], df/du [n, m], dh/dx [outputs, n], dh/du [outputs, m]."""
+        x, u, p = (ca.SX.sym(name, self.f.numel_in(i)) for i, name in enumerate("xup"))
+        rates, seen = self.f(x, u, p), self.h(x, u, p)
+        parts = [ca.jacobian(of, by) for of in (rates, seen) for by in (x, u)]
+        return ca.Function("slopes", [x, u, p], parts)
+
     def parameter_values(self, p: np.ndarray | None = None, **values: float) -> np.ndarray:
         """The parameter vector, the plant's own or `p`, with some SI values replaced."""
         p = (self.p if p is None else p).copy()
         for name, value in values.items():
             p[self.parameters.index(name)] = value
         return p
+
+    def lateness(self, p: np.ndarray | None = None) -> float:
+        """Time [s] by which the command is late; 0 where no effect says that it is."""
+        return 0.0 if self.delay is None else float((self.p if p is None else p)[self.parameters.index(self.delay)])
 
     def without_dry_friction(self, p: np.ndarray | None = None) -> np.ndarray:
         """Parameters for a linearisation: tanh friction would pass for heavy damping at rest."""
@@ -200,7 +213,7 @@ class Assembly:
             f=ca.Function("f", [x, u, p], [ca.cse(rates)], names, ["rates"]),
             h=ca.Function("h", [x, u, p], [ca.cse(outputs)], names, ["y"]),
             dry_friction=tuple(self._dry),
-            delay=self._delay,
+            delay=self._delay if "command" in inputs else None,
         )
 
 

@@ -7,7 +7,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import control
 import numpy as np
 
 from ..engine import Engine
@@ -19,11 +18,11 @@ from ..loop_response import closed_loop_sine
 from ..plant import Plant, build, build_pilot_bench, build_valve_bench
 from ..records import Campaign, Record, load_campaign
 from ..records.sheet import FrequencySheet, read_sheet
-from ..response import decibels, degrees, stepped_sine
+from ..response import decibels, degrees, sampled_response, stepped_sine
 from ..rig import Rig, load_rig
 from ..signals import SIGNALS
 from ..units import from_si, to_si
-from ..views import Equilibrium, equilibrium, linearise
+from ..views import Equilibrium, equilibrium, sampled
 from .excite import drive
 from .frequency_page import Found, columns, figure, page, rows
 from .outcome import Outcome, Progress, Stage
@@ -171,8 +170,7 @@ def _held(plant: Plant, about: Equilibrium, signal: str, p: np.ndarray, f: np.nd
     """Response [k] of a signal to the held command at the samples."""
     if signal == "command":
         return np.ones(f.size, dtype=complex)
-    sampled = control.c2d(linearise(plant, about, ("command",), (signal,), p), period, "zoh")
-    return np.asarray(sampled(np.exp(2j * np.pi * f * period))).ravel()
+    return sampled_response(sampled(plant, about, period, (signal,), p), np.exp(2j * np.pi * f * period))[0, 0]
 
 
 def _sine(rig: Rig, sheet: FrequencySheet) -> dict[str, np.ndarray]:

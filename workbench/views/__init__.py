@@ -3,6 +3,7 @@
 from .equilibrium import Equilibrium, equilibrium
 from .linear import linearise
 from .nonlinear import nonlinear_system
+from .sampled import sampled
 from .valve_blocks import ValveBlocks, null_pressure, valve_blocks
 
 __all__ = [
@@ -12,5 +13,6 @@ __all__ = [
     "linearise",
     "nonlinear_system",
     "null_pressure",
+    "sampled",
     "valve_blocks",
 ]

@@ -6,12 +6,21 @@ from typing import Any
 import control
 import numpy as np
 
+from ..errors import InputError
 from ..plant import Plant
 
 
 def nonlinear_system(plant: Plant, p: np.ndarray | None = None) -> control.NonlinearIOSystem:
-    """A control.NonlinearIOSystem with this plant's states, inputs and outputs, all SI; stiff: integrate with Radau."""
+    """A control.NonlinearIOSystem with this plant's states, inputs and outputs, all SI; stiff: integrate with Radau.
+
+    Raises InputError for a plant whose command is late: no ordinary differential equation is.
+    """
     values = plant.p if p is None else p
+    if plant.lateness(values) > 0:
+        raise InputError(
+            f"{plant.name}: a command that is late has no nonlinear system; take {plant.delay} out of the rig, or use "
+            "ClosedLoop, or linearise"
+        )
 
     def rates(_t: float, x: np.ndarray, u: np.ndarray, _params: Mapping[str, Any]) -> np.ndarray:
         return np.array(plant.f(x, u, values)).ravel()

@@ -1,0 +1,33 @@
+"""A drive whose commands arrive late: the one place where a delay becomes commands that a plant holds."""
+
+from collections import deque
+
+
+def periods(delay: float, period: float) -> tuple[int, float]:
+    """A delay [s] as whole periods [s] and the part of one that is left over, 0 <= part < 1.
+
+    A part within 1e-9 of a whole period is rounding.
+    """
+    whole = int(delay / period + 1e-9)
+    part = delay / period - whole
+    return whole, part if part > 1e-9 else 0.0
+
+
+class Line:
+    """The commands on their way to a plant that gets each of them `delay` s after it was sent, one every `period` s.
+
+    `command` is the one that has been sent for ever. Where the delay is no whole number of periods, the command that
+    the plant holds goes over to the next one inside the period (Franklin, Powell, Workman, Digital Control of Dynamic
+    Systems, 3rd ed. 1998, ch. 4: systems with delay).
+    """
+
+    def __init__(self, delay: float, period: float, command: float) -> None:
+        whole, self._part = periods(delay, period)
+        self._sent = deque([command] * (whole + 1), whole + 2)
+
+    def send(self, command: float) -> tuple[tuple[float, float], ...]:
+        """What the plant holds over the period that begins now: commands, and the share of the period of each."""
+        self._sent.append(command)
+        before = self._sent.popleft()
+        now = self._sent[0]
+        return ((before, self._part), (now, 1 - self._part)) if self._part else ((now, 1.0),)
