@@ -8,6 +8,7 @@ import numpy as np
 from workbench.plant import build
 from workbench.views import equilibrium
 
+from .drives import LateDrives
 from .lane_guard import LaneGuard, Trip
 from .physics import Physics
 from .sensing import LaneSensors
@@ -45,11 +46,13 @@ class Core:
         self._guard = LaneGuard(rig, self._sensors.names, lanes)
         self._sight = Sight(task, plant, self._sensors.names, lanes)
         self._author = Author(task, plant, self._sensors.noise)
-        self._period, self._place, self._stroke = rig.period.value, plant.state("x"), plant.parameters.index("S")
+        period = rig.period.value
+        self._late = LateDrives(self._physics, plant, period, lanes) if plant.delay else None
+        self._period, self._place, self._stroke = period, plant.state("x"), plant.parameters.index("S")
         self._controlled, self._seen = plant.output(task.loop), self._sensors.names.index(task.loop)
         self._origin = float(plant.observe(self._rest.x, self._rest.u)[0, self._controlled])
         self._end_inputs = (plant.input("specimen_position"), plant.input("specimen_velocity"))
-        reward, period = task.reward, rig.period.value
+        reward = task.reward
         prices = (reward.tracking, reward.effort, reward.change / period**2)
         self._countdown = tuple(reversed(range(task.control_periods)))
         self._prices = [np.array(price / task.control_periods) for price in prices]
@@ -117,14 +120,16 @@ class Core:
             self._noise[present] = episode.noise
             if self._moves:
                 self._end[:, present] = episode.end
+            if self._late:
+                self._late.reset(row, episode.p, float(self._rest.u[0]))
         self._half_stroke[rows] = self.p[rows, self._stroke] / 2
         self._now[rows] = self._first[rows]
         self._guard.reset(rows, float(self._rest.u[0]))
 
     def _advance(self, command: np.ndarray) -> None:
-        """Hold the commands [N] over one control period."""
+        """Send the commands [N] to the drives, and go on by one control period."""
         self.u[:, 0] = command
-        if self._some_wait or self._guard.any_tripped:
+        if self._late or self._some_wait or self._guard.any_tripped:
             self._advance_some(np.flatnonzero(~self._waiting & (self._guard.trip != Trip.SIMULATION)))
         else:
             x, failed = self._physics.advance(self.x, self.u, self.p, self._period)
@@ -138,9 +143,17 @@ class Core:
         if not len(rows):
             return
         x, failed = self.x.copy(), np.zeros(len(self.x), bool)
-        x[rows], failed[rows] = self._physics.advance(self.x[rows], self.u[rows], self.p[rows], self._period)
+        x[rows], failed[rows] = self._moved(rows)
         self._keep(x, failed)
         self.x = x
+
+    def _moved(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        x, u, p = self.x[rows], self.u[rows], self.p[rows]
+        if self._late is None:
+            return self._physics.advance(x, u, p, self._period)
+        moved = self._late.advance(rows, x, u, p)
+        self.u[rows, 0] = u[:, 0]
+        return moved
 
     def _keep(self, x: np.ndarray, failed: np.ndarray) -> None:
         """Lanes that could not be simulated stay at their last state, tripped."""

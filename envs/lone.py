@@ -27,9 +27,12 @@ class Lone(Core):
         self._costs = tuple(price.item() for price in self._prices)
 
     def plain_step(self, demanded: float) -> Plain | None:
-        """One step with a demanded command, or None, with nothing changed, if something ends in it: then ask `step`."""
+        """One step with a demanded command, or None, with nothing changed, if something ends in it: then ask `step`.
+
+        It is None, too, at every step of a rig whose commands come late.
+        """
         guard, periods = self._guard, len(self._countdown)
-        if self._some_wait or guard.any_tripped or self._left <= periods or not isfinite(demanded):
+        if self._late or self._some_wait or guard.any_tripped or self._left <= periods or not isfinite(demanded):
             return None
         tracking, effort, rate = self._costs
         x, u, p, half_stroke, reward = self.x[0], self._u, self.p[0], self._half_stroke.item(), 0.0

@@ -16,11 +16,14 @@ class Physics:
     def __init__(self, plant: Plant) -> None:
         self._engine = Engine(plant)
 
-    def advance(self, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float) -> tuple[np.ndarray, np.ndarray]:
-        """New states [N, n] after holding u for `duration` [s], and which lanes failed, bool [N] (theirs are NaN)."""
+    def advance(
+        self, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float | np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """New states [N, n] after holding u for `duration` [s] or [N], and which lanes failed, bool [N] (theirs are
+        NaN)."""
         if len(x) > 1:
             return self._engine.advance_batch(x, u, duration, p)
-        after = self.advance_one(x[0], u[0], p[0], duration)
+        after = self.advance_one(x[0], u[0], p[0], float(np.max(duration)))
         failed = after is None
         return np.full_like(x, np.nan) if after is None else after[None], np.array([failed])
 

@@ -104,7 +104,8 @@ class JackPosition(_Jack):
 
     ## Action
     Box(-1, 1, (1,), float32): the demanded spool command [1]. The guard limits it to +-1 and to the rig's rate
-    (200 1/s), and the drive holds it over each control period.
+    (200 1/s), and the drive holds it over each control period. It acts late on a rig that declares drive.delay; what is
+    on its way is not observed.
 
     ## Reward
     Mean over the control periods of -(tracking |error| + effort command^2 + change (rate of command)^2), with the true
@@ -184,7 +185,8 @@ class JackForce(_Jack):
 
     ## Action
     Box(-1, 1, (1,), float32): the demanded spool command [1]. The guard limits it to +-1 and to the rig's rate
-    (200 1/s), and the drive holds it over each control period.
+    (200 1/s), and the drive holds it over each control period. It acts late on a rig that declares drive.delay; what is
+    on its way is not observed.
 
     ## Reward
     Mean over the control periods of -(tracking |error| + effort command^2 + change (rate of command)^2), with the true

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .controller import Controller
-from .engine import Engine
+from .engine import Engine, Line
 from .errors import InputError
 from .guard import Guard
 from .records import Record
@@ -52,7 +52,8 @@ class ClosedLoop:
     """A controller, its guard and a plant, started from an operating point; each `run` goes on where the last ended.
 
     At each sample the signals are measured, the controller computes, the guard limits, the drive holds the command.
-    `seed` switches the sensors' noise and resolution on.
+    Where the plant's command is late, it is held back; the record has it as it was sent. `seed` switches the sensors'
+    noise and resolution on.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class ClosedLoop:
         self._engine, self._period, self._controller = engine, rig.period.value, controller
         self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
         self._x, self._held = start.x.copy(), start.u.copy()
+        self._line = Line(engine.plant.lateness(), self._period, float(start.u[0]))
         self._samples = 0
         for name in controller.measures:
             if name not in self._sensors.names:
@@ -77,36 +79,49 @@ class ClosedLoop:
         u = np.tile(self._held, (steps, 1))
         for name, values in (inputs or {}).items():
             u[:, plant.input(name)] = values
-        x, demanded = np.empty((steps, plant.n)), np.zeros(steps)
+        x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
         for k in range(steps):
             x[k] = self._x
             self._held[1:] = u[k, 1:]
-            u[k, 0], demanded[k] = self._sample(float(reference[k]))
-            after = self._engine.advance(self._x, self._held, self._period)
-            if after is None:
+            sent[k], demanded[k] = self._sample(float(reference[k]))
+            arriving = self._line.send(sent[k])
+            u[k, 0] = arriving[0][0]
+            if not self._hold(arriving):
                 self._guard.tripped = SIMULATION_FAILED
                 steps = k + 1
                 break
-            self._x = after
-        return self._result(x[:steps], u[:steps], reference[:steps], demanded[:steps])
+        return self._result(x[:steps], u[:steps], reference[:steps], sent[:steps], demanded[:steps])
 
     def _measure(self) -> dict[str, float]:
         return self._sensors.read(self._engine.observe(self._x, self._held))
 
     def _sample(self, reference: float) -> tuple[float, float]:
-        """One sampling instant: the command that the drive holds from now on, and what the controller wanted."""
+        """One sampling instant: the command that is sent to the drive now, and what the controller wanted."""
         measured = self._measure()
         self._guard.watch(measured)
         demanded = Guard.safe if self._guard.tripped else self._controller.compute(reference, measured)
-        self._held[0] = self._guard.limit(demanded)
+        sent = self._guard.limit(demanded)
         if self._guard.tripped is None:
-            self._controller.update(self._held[0])
-        return self._held[0], demanded
+            self._controller.update(sent)
+        return sent, demanded
 
-    def _result(self, x: np.ndarray, u: np.ndarray, reference: np.ndarray, demanded: np.ndarray) -> LoopRun:
+    def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
+        """Go on by one period with the commands that arrive in it; False, unmoved, where that can not be simulated."""
+        x = self._x
+        for self._held[0], share in arriving:
+            after = self._engine.advance(x, self._held, share * self._period)
+            if after is None:
+                return False
+            x = after
+        self._x = x
+        return True
+
+    def _result(
+        self, x: np.ndarray, u: np.ndarray, reference: np.ndarray, sent: np.ndarray, demanded: np.ndarray
+    ) -> LoopRun:
         plant = self._engine.plant
         outputs = self._engine.outputs(x, u)
-        signals = {"reference": reference, "command": u[:, 0]}
+        signals = {"reference": reference, "command": sent}
         signals |= {name: outputs[:, i] for i, name in enumerate(plant.outputs)}
         t = (self._samples + np.arange(len(u))) * self._period
         self._samples += len(u)

@@ -56,11 +56,12 @@ class CompiledPlant:
         return self._run(x0, t, u, p, every, self._stepping.first_step)
 
     def advance_batch(
-        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
+        self, x: np.ndarray, u: np.ndarray, duration: float | np.ndarray, p: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """States [lanes, n] after holding u [lanes, m] for `duration` [s], tried in one step first, and which lanes
-        failed, bool [lanes]: theirs are NaN."""
-        batch = self._run(x, np.array([0.0, duration]), np.expand_dims(u, -2), p, 1, duration)
+        """States [lanes, n] after holding u [lanes, m] for `duration` [s] or [lanes], tried in one step first, and
+        which lanes failed, bool [lanes]: theirs are NaN."""
+        t = np.stack(np.broadcast_arrays(0.0, duration), -1)
+        batch = self._run(x, t, np.expand_dims(u, -2), p, 1, float(np.max(duration)))
         return batch.x[:, 1], ~batch.ok
 
     def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:

@@ -42,7 +42,8 @@ class Engine:
 
     `back_end` says what runs, "compiled" or "interpreted", and `note` why it is interpreted. Asking for "compiled"
     raises NotCompiled where that is impossible. Parameters p [k], or [lanes, k] in batches, are the plant's own when
-    left out. All SI.
+    left out. All SI. Inputs are what the plant holds: where `plant.delay` says that its command is late, `late.Line`
+    tells what that is.
     """
 
     def __init__(self, plant: Plant, tolerance: float = TOLERANCE, back_end: BackEnd = "auto") -> None:
@@ -83,9 +84,10 @@ class Engine:
         return self._runs.advance(x, u, duration, p)
 
     def advance_batch(
-        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
+        self, x: np.ndarray, u: np.ndarray, duration: float | np.ndarray, p: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """`advance` for x [lanes, n], u [lanes, m]: states, NaN where a lane failed, and which did, bool [lanes]."""
+        """`advance` for x [lanes, n], u [lanes, m], one duration or [lanes]: states and which lanes failed, bool
+        [lanes]; theirs are NaN."""
         return self._runs.advance_batch(x, u, duration, p)
 
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:

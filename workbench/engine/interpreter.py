@@ -80,11 +80,12 @@ class InterpretedPlant:
         return self._hold(x, u, duration, self._own if p is None else p, duration)[0]
 
     def advance_batch(
-        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
+        self, x: np.ndarray, u: np.ndarray, duration: float | np.ndarray, p: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """See CompiledPlant.advance_batch."""
         p = np.broadcast_to(self._own if p is None else p, (len(x), len(self._own)))
-        reached = [self.advance(x[i], u[i], duration, p[i]) for i in range(len(x))]
+        lasting = np.broadcast_to(duration, len(x))
+        reached = [self.advance(x[i], u[i], float(lasting[i]), p[i]) for i in range(len(x))]
         broken = np.array([after is None for after in reached])
         nothing = np.full(self._n, np.nan)
         return np.array([nothing if after is None else after for after in reached]), broken

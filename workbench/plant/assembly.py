@@ -29,7 +29,8 @@ class Plant:
 
     `f` and `h` are CasADi functions of columns x [n], u [m], p [k]; `p` holds this rig's values in the order of
     `parameters`. `dry_friction` are the Coulomb-friction numbers that a linearisation sets to zero. `delay` is the
-    parameter by which the command is late, where an effect declares one: whoever feeds the plant holds it back.
+    parameter by which the command is late, where an effect declares one: whoever feeds the plant holds it back, by
+    engine.Line.
     """
 
     name: str

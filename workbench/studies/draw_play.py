@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..engine import Engine
+from ..engine import Engine, Line
 from ..errors import InputError
 from ..excitation import Excitation
 from ..views import equilibrium
@@ -55,34 +55,29 @@ def play(
     which is the one that is recorded. Raises InputError where the plant can not be simulated.
     """
     plant, period, steps = engine.plant, played.period, len(played.reference)
-    whole = int(late.seconds / period)
-    part = late.seconds / period - whole
     place, middle = plant.state("x"), p[plant.parameters.index("xmid")]
     x, held = begin[0], begin[1].copy()
-    states, met, written = np.empty((steps, plant.n)), np.empty(steps), np.full(whole + 1 + steps, held[0])
+    line = Line(late.seconds, period, held[0])
+    states, met, written = np.empty((steps, plant.n)), np.empty(steps), np.empty(steps)
     for k in range(steps):
         states[k] = x
         error = played.reference[k] - (x[place] + middle + noise[k])
         demanded = min(1.0, max(-1.0, gain * error + played.command[k]))
-        written[whole + 1 + k] = round(demanded / QUANTUM) * QUANTUM
-        before, now = written[k], written[k + 1]
-        after: np.ndarray | None = x
-        if late.switched and part > 0:
-            held[0] = met[k] = before
-            after = engine.advance(x, held, part * period, p)
-            held[0] = now
-            after = None if after is None else engine.advance(after, held, (1 - part) * period, p)
-        else:
-            held[0] = met[k] = part * before + (1 - part) * now
-            after = engine.advance(x, held, period, p)
-        if after is None:
-            raise InputError(f"{played.name}: {plant.name} can not be simulated beyond {k * period:.3f} s")
-        x = after
+        written[k] = round(demanded / QUANTUM) * QUANTUM
+        arriving = line.send(written[k])
+        if not late.switched:
+            arriving = ((sum(command * share for command, share in arriving), 1.0),)
+        met[k] = arriving[0][0]
+        for held[0], share in arriving:
+            after = engine.advance(x, held, share * period, p)
+            if after is None:
+                raise InputError(f"{played.name}: {plant.name} can not be simulated beyond {k * period:.3f} s")
+            x = after
     u = np.tile(begin[1], (steps, 1))
     u[:, 0] = met
     outputs = engine.outputs(states, u, p)
     return Motion(
         {one.name: states[:, i] for i, one in enumerate(plant.states)},
         {name: outputs[:, i] for i, name in enumerate(plant.outputs)},
-        written[whole + 1 :],
+        written,
     )
