@@ -39,14 +39,15 @@ class PidLead:
         self._slope = _first_order(
             d.gain * d.derivative_time, 0.0, d.derivative_time / d.derivative_filter, 1.0, period
         )
-        self._states = np.zeros(3)
+        self._states = (0.0, 0.0, 0.0)
         self._error = 0.0
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump: the lead rests at this error and the integrator carries the command."""
         error = self._error = reference - measurement["position"]
-        self._states[:] = (self._lead.rest(error), self._slope.rest(error), 0.0)
-        self._states[2] = command - self._parts(error)[3]
+        resting = self._lead.rest(error), self._slope.rest(error)
+        self._states = (*resting, 0.0)
+        self._states = (*resting, command - self._parts(error)[3])
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The sum of the three terms on the led error."""
@@ -58,7 +59,7 @@ class PidLead:
         led, _, integral, demanded = self._parts(self._error)
         lead, slope, _ = self._states
         wound = integral + self._integral * led + self._follow * (realised - demanded)
-        self._states[:] = (self._lead.next(lead, self._error), self._slope.next(slope, led), wound)
+        self._states = (self._lead.next(lead, self._error), self._slope.next(slope, led), wound)
 
     def _parts(self, error: float) -> tuple[float, float, float, float]:
         lead, slope, stored = self._states

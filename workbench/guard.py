@@ -54,12 +54,14 @@ class Guard:
         return self._command
 
     def _reason(self, measurement: Mapping[str, float]) -> str | None:
-        if lost := self._known.difference(measurement):
-            return f"the {min(lost)} signal is lost"
-        self._known.update(measurement)
-        for name, value in measurement.items():
-            if not math.isfinite(value):
-                return f"the {name} signal is not finite"
+        if measurement.keys() != self._known:
+            if lost := self._known.difference(measurement):
+                return f"the {min(lost)} signal is lost"
+            self._known.update(measurement)
+        if not math.isfinite(sum(measurement.values())):  # one look for all of them; only then one by one
+            for name, value in measurement.items():
+                if not math.isfinite(value):
+                    return f"the {name} signal is not finite"
         position = measurement["position"]
         if abs(position - self._middle) > self._stroke:
             return f"position beyond +-{self._stroke * 1e3:g} mm of mid stroke"

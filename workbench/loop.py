@@ -33,14 +33,14 @@ class Sensors:
 
     def __init__(self, rig: Rig, outputs: tuple[str, ...], seed: int | None) -> None:
         self.names = tuple(name for name in outputs if name in rig.sensors)
-        self._columns = [outputs.index(name) for name in self.names]
+        self._columns = np.array([outputs.index(name) for name in self.names], int)
         self._noise = np.array([rig.sensors[name].noise for name in self.names])
         self._quantum = np.array([rig.sensors[name].resolution for name in self.names])
         self._random = None if seed is None else np.random.default_rng(seed)
 
     def read(self, outputs: np.ndarray) -> dict[str, float]:
         """Readings by name, of all outputs [k] of the plant."""
-        seen = outputs[self._columns]
+        seen = outputs.take(self._columns)
         if self._random is not None:
             seen = seen + self._noise * self._random.standard_normal(len(seen))
             coarse = self._quantum > 0
@@ -80,12 +80,12 @@ class ClosedLoop:
         for name, values in (inputs or {}).items():
             u[:, plant.input(name)] = values
         x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
-        for k in range(steps):
+        for k, wanted in enumerate(reference.tolist()):  # Python's own numbers: numpy's are slow one by one
             x[k] = self._x
             self._held[1:] = u[k, 1:]
-            sent[k], demanded[k] = self._sample(float(reference[k]))
-            arriving = self._line.send(sent[k])
-            u[k, 0] = arriving[0][0]
+            command, demanded[k] = self._sample(wanted)
+            arriving = self._line.send(command)
+            sent[k], u[k, 0] = command, arriving[0][0]
             if not self._hold(arriving):
                 self._guard.tripped = SIMULATION_FAILED
                 steps = k + 1

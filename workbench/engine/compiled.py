@@ -133,7 +133,7 @@ class _Bench:
     """Fixed places for a loop that asks once a period, so that a call prepares nothing."""
 
     def __init__(self, n: int, m: int, p: np.ndarray, outputs: int, stepping: Stepping) -> None:
-        self._own = p.copy()
+        self._own, self._has_own = p.copy(), True
         self._x, self._u, self._p = np.zeros(n), np.zeros(m), p.copy()
         self.duration, self.states, self.y = np.zeros(1), np.zeros((2, n)), np.zeros(outputs)
         self._attempts, self.failed = np.zeros(1, dtype=np.int64), np.full(1, -1)
@@ -146,7 +146,9 @@ class _Bench:
 
     def set(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None) -> None:
         """Put down the arguments of the next call."""
-        self._x[:], self._u[:], self._p[:] = x, u, self._own if p is None else p
+        self._x[:], self._u[:] = x, u
+        if p is not None or not self._has_own:
+            self._p[:], self._has_own = self._own if p is None else p, p is None
 
 
 def _spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
