@@ -5,12 +5,13 @@ Every step is a stage that a resumed trace reads back. The rule is in decide.py:
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..plant.effects import Effect, applies
+from ..stage import Progress, Stage
 from . import decide
 from .candidate import Candidate
 from .locate import Located, located
@@ -18,19 +19,11 @@ from .refit import Case, Stand, fit_rig, refined, refit
 from .score import Remainder, Score, cosines, score
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
 
-T = TypeVar("T")
-
 NAMES = 4  # effects on the shortlist
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
 _RIVAL = 0.1  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 _PASSES = 6  # effects at most
-
-
-class Stage(Protocol):
-    """Computes a named stage once; a resumed run gets the stored result."""
-
-    def __call__(self, name: str, compute: Callable[[], T]) -> T: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +74,7 @@ class Trace:
         return self.base.chi2, self.final.chi2
 
 
-def trace(
-    case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None], several: bool = False
-) -> Trace:
+def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Progress, several: bool = False) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
 
     `several`: the rig is known to lack more than one; effects that explain only part of what is left are added too,
@@ -93,9 +84,7 @@ def trace(
 
 
 class _Tracer:
-    def __init__(
-        self, case: Case, library: Sequence[Effect], stage: Stage, say: Callable[[str], None], several: bool
-    ) -> None:
+    def __init__(self, case: Case, library: Sequence[Effect], stage: Stage, say: Progress, several: bool) -> None:
         self._whole, self._case = case, case.thinned()
         self._library, self._stage, self._say, self._several = library, stage, say, several
         self._passes: list[Pass] = []

@@ -1,14 +1,15 @@
 """What a study leaves behind, and what it is given to work with."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 import numpy as np
 
 from ..report import Figure, Page
+from ..stage import Progress, Stage, at_once
 
-T = TypeVar("T")
+__all__ = ["Outcome", "Progress", "Stage", "at_once"]
 
 
 @dataclass(frozen=True)
@@ -23,17 +24,3 @@ class Outcome:
     picture: Figure
     tables: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
-
-
-class Stage(Protocol):
-    """Computes a named stage once; a resumed run gets the stored result."""
-
-    def __call__(self, name: str, compute: Callable[[], T]) -> T: ...
-
-
-def at_once(name: str, compute: Callable[[], T]) -> T:
-    """A stage that stores nothing."""
-    return compute()
-
-
-Progress = Callable[[str], None]

@@ -1,0 +1,20 @@
+"""What a long computation is given: stages that are computed once, and somebody to tell how far it is."""
+
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
+T = TypeVar("T")
+
+
+class Stage(Protocol):
+    """Computes a named stage once; a resumed run gets the stored result."""
+
+    def __call__(self, name: str, compute: Callable[[], T]) -> T: ...
+
+
+def at_once(name: str, compute: Callable[[], T]) -> T:
+    """A stage that stores nothing."""
+    return compute()
+
+
+Progress = Callable[[str], None]
