@@ -1,10 +1,12 @@
 """What many tests share: the 10 t rig, its plants and engines, its operating points. Built once a session."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import settings
+from made_tasks import write_task
 
 from workbench.engine import Engine
 from workbench.plant import build, build_pilot_bench, build_valve_bench
@@ -87,3 +89,9 @@ def with_effect(rig):
         return replace(rig, effects=(EffectUse(name, formula, given),))
 
     return changed
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A bundled task of the environments with some tables or values replaced (None: left out), as a file."""
+    return partial(write_task, tmp_path)

@@ -1,13 +1,12 @@
 """Environments of a rig whose commands arrive late: each lane by its own delay, alone as among others."""
 
-import tomllib
 from dataclasses import replace
-from importlib.resources import files
 
 import numpy as np
 import pytest
 import tomli_w
 from gymnasium.vector import SyncVectorEnv
+from made_tasks import table_of
 
 from envs.single import JackPosition
 from envs.vector import JackPositionVector
@@ -26,8 +25,7 @@ def task(tmp_path):
         late = EffectUse("drive.delay", "", {"delay": Number("delay", milliseconds, "ms", "ms", "", low, high)})
         rig = replace(load_rig("jack-10t"), effects=() if milliseconds is None else (late,))
         save_rig(rig, tmp_path / "late.toml")
-        table = tomllib.loads((files("envs") / "tasks" / "position.toml").read_text())
-        table |= {"rig": "late.toml", "episode": {"value": STEPS, "unit": "ms"}, **changes}
+        table = table_of("position") | {"rig": "late.toml", "episode": {"value": STEPS, "unit": "ms"}, **changes}
         (tmp_path / "late-task.toml").write_text(tomli_w.dumps(table))
         return tmp_path / "late-task.toml"
 
