@@ -105,19 +105,23 @@ def _repeated(records: Sequence[Record]) -> dict[str, list[Run]]:
     """Differences between records of one command, over root 2, in pieces of 0.5 s less a parabola; calm pieces only."""
     found: dict[str, list[Run]] = {}
     for place, first in enumerate(records):
-        second = next((other for other in records[:place] if _same_command(first, other)), None)
+        alike = (other for other in records[:place] if _shares_a_signal(first, other) and same_command(first, other))
+        second = next(alike, None)
         for name in first.names if second is not None else ():
             if second is not None and name in second.signals and name in MEASURED:
                 found.setdefault(name, []).extend(_differences(first, second, name))
     return {name: _calm(runs) for name, runs in found.items() if runs}
 
 
-def _same_command(one: Record, other: Record) -> bool:
-    """Whether two records hold the same moving command and share a measured signal."""
+def same_command(one: Record, other: Record) -> bool:
+    """Whether two records hold the same moving command, row by row as far as both last: repeats of one experiment."""
     a, b = (record.signals.get("command", np.zeros(0)) for record in (one, other))
     rows = min(a.size, b.size)
-    shared = any(name in MEASURED and name in other.signals for name in one.signals)
-    return shared and rows > 0 and np.ptp(a) > 0 and np.array_equal(a[:rows], b[:rows])
+    return rows > 0 and np.ptp(a) > 0 and np.array_equal(a[:rows], b[:rows])
+
+
+def _shares_a_signal(one: Record, other: Record) -> bool:
+    return any(name in MEASURED and name in other.signals for name in one.signals)
 
 
 def _differences(one: Record, other: Record, name: str) -> list[Run]:

@@ -16,11 +16,15 @@ from ..report import Curve, Figure, Page, Panel, Section, Table
 from ..rig import Rig, load_rig
 from ..signals import SIGNALS
 from ..units import from_si
+from .free_run import free_run_rows, free_run_section, free_runs
 from .outcome import Outcome, Progress, Stage
 
 
 def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress, free_run: bool = False) -> Outcome:
-    """Predict every held-out record and compare, signal by signal; `free_run` adds one run through each record."""
+    """Predict every held-out record and compare, signal by signal; `free_run` adds one run through each record.
+
+    Where held-out records repeat a command, one free run is held against their mean too.
+    """
     floor = noise_floor(campaign)
     plant = build(rig)
     for record in campaign.heldout:
@@ -40,10 +44,14 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
         free = [predict_free(plant, record, floor) for record in campaign.heldout]
         for row, other in zip(rows, (row for prediction in free for row in _rows(prediction, floor)), strict=True):
             row["free_run_rms"] = other["rms"]
-    metrics = {"rows": rows, "chi2": chi2(predictions, floor)}
+    repeats = free_runs(plant, campaign.heldout, floor) if free_run else []
+    metrics: dict[str, Any] = {"rows": rows, "chi2": chi2(predictions, floor)}
+    if free_run:
+        metrics["free_run"] = free_run_rows(repeats)
     tables = {f"residual-{p.record.name.replace('/', '-')}": _table(p) for p in predictions}
     telling = _figure(predictions[0], next(iter(predictions[0].signals)))
-    return Outcome(metrics, _page(campaign, rig, floor, predictions, metrics), telling, tables)
+    more = [free_run_section(repeats)] if repeats else []
+    return Outcome(metrics, _page(campaign, rig, floor, predictions, metrics, more), telling, tables)
 
 
 def load(folder: str | Path, rig: str | None) -> tuple[Campaign, Rig]:
@@ -99,7 +107,14 @@ def _table(prediction: Prediction) -> dict[str, np.ndarray]:
     return columns
 
 
-def _page(campaign: Campaign, rig: Rig, floor: Floor, predictions: list[Prediction], metrics: dict[str, Any]) -> Page:
+def _page(
+    campaign: Campaign,
+    rig: Rig,
+    floor: Floor,
+    predictions: list[Prediction],
+    metrics: dict[str, Any],
+    more: list[Section],
+) -> Page:
     rows = metrics["rows"]
     free = "free_run_rms" in rows[0]
     summary = Table(
@@ -108,7 +123,7 @@ def _page(campaign: Campaign, rig: Rig, floor: Floor, predictions: list[Predicti
         [[*r.values()] for r in rows],
         note=f"Held-out records, windows of {WINDOW:g} s with refitted initial states; input: the recorded command.",
     )
-    sections = [Section("Error", [summary, noise_table(floor)])]
+    sections = [Section("Error", [summary, noise_table(floor)]), *more]
     sections += [Section(p.record.name, [_figure(p, name) for name in p.signals]) for p in predictions]
     sections.append(Section("Is it noise?", _whiteness_figures(floor, predictions)))
     notes = [f"{r.name}: {note}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for note in r.notes]
