@@ -83,7 +83,7 @@ def _refined(responses: Callable[[np.ndarray], np.ndarray], f: np.ndarray) -> tu
     for _ in range(_ROUNDS):
         loop = found[0]
         levels = (np.abs(loop), np.abs(1 + loop))
-        wanted = _crosses(levels[0] - 1) | _crosses(loop.imag)
+        wanted = _crosses(levels[0] - 1) | _crosses(np.imag(loop))
         for level in levels:
             wanted |= _beside_extremes(level)
         here = np.flatnonzero(wanted)
@@ -107,9 +107,10 @@ def _beside_extremes(level: np.ndarray) -> np.ndarray:
 
 def _gain_margin(loop: np.ndarray) -> float | None:
     """Least gain margin [dB] in either direction; the last value is at the Nyquist frequency, on the real axis."""
-    i = np.flatnonzero(_crosses(loop.imag))
-    part = loop.imag[i] / (loop.imag[i] - loop.imag[i + 1])
-    real = np.append(loop.real[i] + part * (loop.real[i + 1] - loop.real[i]), loop.real[-1])
+    real, imag = np.real(loop), np.imag(loop)
+    i = np.flatnonzero(_crosses(imag))
+    part = imag[i] / (imag[i] - imag[i + 1])
+    real = np.append(real[i] + part * (real[i + 1] - real[i]), real[-1])
     return min(np.abs(decibels(real[real < 0])).tolist(), default=None)
 
 

@@ -204,7 +204,7 @@ def sampled_response(system: control.StateSpace, z: np.ndarray) -> np.ndarray:
     if not len(a):
         return np.repeat(d[..., None].astype(complex), len(z), axis=-1)
     balanced, (scale, _) = matrix_balance(a, permute=False, separate=True)
-    upper, turn = schur(balanced, "complex")
+    upper, turn = schur(balanced, "complex")[:2]
     entering, leaving = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
     x = np.empty((len(a), b.shape[1], len(z)), complex)
     for i in reversed(range(len(a))):
