@@ -38,6 +38,15 @@ def _soft(i, p, x, c):
     return i / np.sqrt(1 + p["c"] * (i / c["limit"]) ** 2), {}
 
 
+def _rapp(i, p, x, c):
+    return i / (1 + p["c"] * (10 * abs(i) / c["limit"]) ** (2 * p["m"])) ** (0.5 / p["m"]), {}
+
+
+def _lead_or_lag(u, p, x, c):
+    slow = c["gain"] * x["c1"]
+    return (1 + p["high"]) * u + (p["low"] - p["high"]) * slow, {"c1": (c["error"] - x["c1"]) / p["T"]}
+
+
 def _pi(u, p, x, c):
     total = u + x["c0"]
     return total, {"c0": p["ki"] * (c["gain"] * c["error"] + sat(total, c["limit"]) - total)}
@@ -209,6 +218,8 @@ NONE = st.none()
 DOCSTRINGS = (
     ("drive.saturation", "hard", "current", CURRENT, LIMITED, _hard),
     ("drive.saturation", "soft", "current", CURRENT, LIMITED, _soft),
+    ("drive.saturation", "rapp", "current", CURRENT, LIMITED, _rapp),
+    ("drive.corrector", "first order", "corrector", DEMAND, LOOP, _lead_or_lag),
     ("drive.corrector", "pi", "corrector", DEMAND, LOOP, _pi),
     ("drive.corrector", "lead", "corrector", DEMAND, LOOP, _lead),
     ("drive.corrector", "pi-lead", "corrector", DEMAND, LOOP, _pi_lead),

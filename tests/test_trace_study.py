@@ -69,6 +69,8 @@ def test_a_faint_effect_may_be_passed_over_but_not_misnamed():
     assert judged(truth(), answer("none", before=1.21))["group"] == "single"
     assert judged(truth(few=True), answer("none"))["group"] == "few sensors"
     assert judged(truth(poor=True), answer("none"))["group"] == "poor excitation"
+    assert judged(truth(expected_train=[1.04]), answer("none"))["group"] == "poor excitation"
+    assert judged(truth(expected_train=[1.06]), answer("none"))["group"] == "single"
 
 
 def by_id(rows):

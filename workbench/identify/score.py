@@ -31,6 +31,19 @@ class Score:
     shape: np.ndarray
 
 
+@dataclass(frozen=True)
+class _Tried:
+    """An effect at a strength: all its strengths or `only` one, with `shape` for the numbers that only shape it."""
+
+    effect: Effect
+    strength: float
+    only: str | None = None
+    shape: tuple[tuple[str, float], ...] = ()
+
+    def numbers(self, factor: float = 1.0) -> dict[str, float]:
+        return at_strength(self.effect, self.strength * factor, self.only) | dict(self.shape)
+
+
 class Remainder:
     """Takes out of a change of the errors what initial states and fitted numbers could do as well."""
 
@@ -64,23 +77,19 @@ def score(
     plain = base.errors(windows, fit.x0, fit.p)
     left = rest(plain)
     best = Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left))
-    names = strengths(effect)
-    for only in (None, *names) if len(names) > 1 else (None,):
-        for strength in STRENGTHS:
-            numbers = at_strength(effect, strength, only)
-            change = _change(model, base, windows, fit, effect, numbers, plain)
-            if change is None:
-                continue
-            shape = rest(change)
-            size = float(shape @ shape)
-            factor = -float(shape @ left) / size if size > 0 else 0.0
-            if factor < 0 and not _two_sided(effect):
-                continue
-            gain = factor * factor * size
-            if gain > best.gain:
-                factor = float(np.sign(factor) * np.clip(abs(factor), _SMALLEST, _LARGEST))
-                start = at_strength(effect, strength * factor, only)
-                best = Score(Candidate(effect, start), gain, shape / np.sqrt(size))
+    for one in _tried(effect):
+        change = _change(model, base, windows, fit, effect, one.numbers(), plain)
+        if change is None:
+            continue
+        shape = rest(change)
+        size = float(shape @ shape)
+        factor = -float(shape @ left) / size if size > 0 else 0.0
+        if factor < 0 and not _two_sided(effect):
+            continue
+        gain = factor * factor * size
+        if gain > best.gain:
+            factor = float(np.sign(factor) * np.clip(abs(factor), _SMALLEST, _LARGEST))
+            best = Score(Candidate(effect, one.numbers(factor)), gain, shape / np.sqrt(size))
     return best
 
 
@@ -98,6 +107,15 @@ def starts_with(model: Model, base: Model, windows: Windows, x0: np.ndarray, p: 
     for column, state in enumerate(base.plant.states):
         found[:, model.plant.state(state.name)] = x0[:, column]
     return found
+
+
+def _tried(effect: Effect) -> list[_Tried]:
+    """Every strength, of all that an effect has together and of each, and every shape at one small strength."""
+    names = strengths(effect)
+    alone = (None, *names) if len(names) > 1 else (None,)
+    found = [_Tried(effect, strength, only) for only in alone for strength in STRENGTHS]
+    shapes = [(number.name, value) for number in effect.numbers for value in number.tried]
+    return found + [_Tried(effect, STRENGTHS[0], only, (shape,)) for shape in shapes for only in alone]
 
 
 def _two_sided(effect: Effect) -> bool:

@@ -160,15 +160,16 @@ def _strength(case: Case, scene: Scene, one: Cause, shape: Mapping[str, float], 
     found = Strength({}, 1.0, np.inf)
     for _ in range(PASSES):
         found = settle(
-            lambda numbers, misfit=misfit: misfit.refit(scene.motions({one: numbers}, moving))[0],
+            lambda numbers, misfit=misfit: misfit.refit(scene.motions({one: numbers}, moving)).heldout,
             one,
             shape,
             case.misfit,
             found.strength,
         )
         motions = scene.motions({one: found.numbers}, moving)
-        misfit = Misfit(base, misfit.refit(motions)[1], scene.rig, scene.sigma, motions)
-        found = replace(found, chi2=misfit.refit(motions)[0])
+        misfit = Misfit(base, misfit.refit(motions).p, scene.rig, scene.sigma, motions)
+        left = misfit.refit(motions)
+        found = replace(found, chi2=left.heldout, train=left.train)
         if abs(off(found.chi2, case.misfit)) < NEAR:
             break
     return found
@@ -196,6 +197,7 @@ def _truth(case: Case, scene: Scene, causes: Sequence[Cause], strengths: Sequenc
         "numbers": numbers,
         "strength": [found.strength for found in strengths],
         "expected": [found.chi2 for found in strengths],
+        "expected_train": [found.train for found in strengths],
         "seed": case.seed,
         "noise": case.noise,
         "sigma": dict(scene.sigma),

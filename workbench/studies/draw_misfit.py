@@ -1,6 +1,7 @@
 """How far a refit of the base model stays off a motion that has an effect: what a campaign is made as visible by."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -12,6 +13,15 @@ from .draw_play import Motion
 
 WINDOW = 0.5  # s
 NUDGE = 1e-3  # of a scale or of half a declared range, for slopes
+
+
+@dataclass(frozen=True)
+class Refit:
+    """Expected chi2 of the judging motion and of the fitted ones, and the refitted parameters [k]."""
+
+    heldout: float
+    train: float
+    p: np.ndarray
 
 
 class Misfit:
@@ -40,19 +50,17 @@ class Misfit:
         self._root = np.linalg.cholesky(fitted.T @ fitted + np.eye(len(self._shifts))).T
         self._aim = np.linalg.solve(self._root.T, fitted.T)
 
-    def refit(self, motions: Sequence[Motion]) -> tuple[float, np.ndarray]:
-        """Expected chi2 of the last of some motions of the plant with an effect, and the refitted parameters [k].
-
-        Infinite, and p as it was, where the base model fails.
-        """
+    def refit(self, motions: Sequence[Motion]) -> Refit:
+        """What a refit leaves of motions of the plant with an effect; infinite, p as it was, where the base fails."""
         starts, commands, seen = self._windows(motions)
         left = self._without_states((seen - self._predicted(starts, commands, self._p))[..., None])
         if not np.all(np.isfinite(left)):
-            return np.inf, self._p
+            return Refit(np.inf, np.inf, self._p)
         aim = self._aim @ left[: -self._judging].ravel()
         shift = lsq_linear(self._root, aim, self._ends).x
-        judged = left[-self._judging :] - self._left[-self._judging :] @ shift[:, None]
-        return 1.0 + float(np.mean(judged**2)), self._p + shift @ self._shifts
+        rest = (left - self._left @ shift[:, None]) ** 2
+        heldout, train = (1.0 + float(np.mean(part)) for part in (rest[-self._judging :], rest[: -self._judging]))
+        return Refit(heldout, train, self._p + shift @ self._shifts)
 
     def _without_states(self, errors: np.ndarray) -> np.ndarray:
         """What free initial states leave of errors [windows, samples, k]."""

@@ -16,11 +16,13 @@ SHAPE = 2.0  # factor within which numbers are drawn that only shape an effect
 
 @dataclass(frozen=True)
 class Strength:
-    """An effect's numbers [SI], their strength over the typical one, and the chi2 that a refit is expected to leave."""
+    """An effect's numbers [SI], their strength over the typical one, and the chi2 that a refit is expected to leave of
+    held-out records and of train records."""
 
     numbers: dict[str, float]
     strength: float
     chi2: float
+    train: float = np.inf
 
 
 def shaped(effect: Effect, seed: np.random.Generator) -> dict[str, float]:

@@ -14,6 +14,7 @@ from ..units import to_si
 from .draw import RIG
 
 VISIBLE = 1.2  # chi2 of the base fit; a misfit below is faint
+SHOWN = 1.05  # chi2 that a refit leaves of the train records: below, nothing fitted to them can know the effect
 FIRST = 3  # of the ranking
 FLOOR = 1.15  # held-out RMS over the noise floor
 FINE = ("right", "tied", "incomplete", "both", "one, incomplete")  # results that are as good as can be asked
@@ -55,8 +56,8 @@ class Score:
 def judged(truth: Truth, answer: Answer) -> Row:
     """One row of the study: what was drawn, what was said, and whether that is right.
 
-    group: what the campaign counts for: "error", "few sensors", "poor excitation", "clean", or, of "single", "off" and
-    "pair", the word itself or "faint" where the base fit leaves less than VISIBLE.
+    group: what the campaign counts for: "error", "few sensors", "poor excitation" (of the train records is enough),
+    "clean", or, of "single", "off" and "pair", the word itself or "faint" where the base fit leaves less than VISIBLE.
     """
     names = list(answer["effects"]) if answer["verdict"] in NAMING else []
     ranked = [one["effect"] for one in answer["ranking"]]
@@ -138,7 +139,7 @@ def _drawn(truth: Truth) -> Row:
 def _group(truth: Truth, chi2: float | None) -> str:
     if truth.get("few"):
         return "few sensors"
-    if truth.get("poor"):
+    if truth.get("poor") or any(chi2 < SHOWN for chi2 in truth.get("expected_train", [])):
         return "poor excitation"
     if truth["kind"] != "clean" and chi2 is not None and chi2 < VISIBLE:
         return "faint"

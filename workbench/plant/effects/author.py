@@ -26,12 +26,14 @@ def number(
     off: float | None = None,
     shown: str = "",
     dry: bool = False,
+    tried: tuple[float, ...] = (),
 ) -> EffectNumber:
     """A number of an effect, all values in the SI unit `si`; `shown` is the unit for people, the same if left out.
 
-    `off` is the value at which the effect is gone; a number that only shapes it has none.
+    `off` is the value at which the effect is gone; a number that only shapes it has none. `tried`: further values from
+    which a search starts, for a number that no fit finds from far away, as a frequency.
     """
-    return EffectNumber(name, si, shown or si, typical, low, high, meaning, dry, off)
+    return EffectNumber(name, si, shown or si, typical, low, high, meaning, dry, off, tried)
 
 
 def state(name: str, si: str, scale: float, start: float = 0.0) -> EffectState:

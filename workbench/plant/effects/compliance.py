@@ -7,6 +7,7 @@ import casadi as ca
 from .author import effect, number, state
 from .effect import Scope
 
+_SPACED = tuple(round(8 * 1.3**k, 1) for k in range(13))  # Hz, up to 190: nearer than a resonance is wide
 _ZETA = number("zeta", 0.03, "1", low=0.0, high=1.0, meaning="its damping ratio")
 _compliance = partial(
     effect,
@@ -23,7 +24,7 @@ _compliance = partial(
     source="Den Hartog, Mechanical Vibrations, 4th ed. 1956, ch. 3: two degrees of freedom",
     numbers=(
         number("mu", 0.3, "1", shown="%", low=0.0, high=0.9, off=0.0, meaning="share of the moving mass on the spring"),
-        number("f", 60.0, "Hz", low=5.0, high=500.0, meaning="its frequency with the rod held"),
+        number("f", 60.0, "Hz", low=5.0, high=500.0, meaning="its frequency with the rod held", tried=_SPACED),
         _ZETA,
     ),
 )
@@ -53,7 +54,7 @@ def _moved(motion: tuple[ca.SX, ca.SX], s: Scope) -> tuple[ca.SX, ca.SX]:
     source="Den Hartog, Mechanical Vibrations, 4th ed. 1956, ch. 3: two degrees of freedom",
     numbers=(
         number("c", 5e-9, "m/N", shown="um/kN", low=0.0, high=1e-6, off=0.0, meaning="compliance of the mount"),
-        number("f", 100.0, "Hz", low=10.0, high=1000.0, meaning="frequency of the cylinder's body on it"),
+        number("f", 100.0, "Hz", low=5.0, high=1000.0, meaning="frequency of the cylinder's body on it", tried=_SPACED),
         _ZETA,
     ),
 )

@@ -98,6 +98,25 @@ def soft(current: ca.SX, s: Scope) -> ca.SX:
     return current / ca.sqrt(1 + s.p("c") * ratio * ratio)
 
 
+@effect(
+    "drive.saturation",
+    "rapp",
+    equation="drive",
+    slot="current",
+    source="Rapp, 2nd European Conference on Satellite Communications, 1991",
+    shows=_LARGE,
+    numbers=(
+        number("c", 1.0, "1", low=0.0, high=1e4, off=0.0, meaning="(limit/10 over the current tended to)^(2 m)"),
+        number("m", 2.0, "1", low=0.7, high=6.0, meaning="sharpness of the knee", tried=(1.0, 4.0)),
+    ),
+)
+def rapp(current: ca.SX, s: Scope) -> ca.SX:
+    """i = demand/(1 + c (10 |demand|/limit)^(2 m))^(1/(2 m)), limit the declared one."""
+    twice = 2 * s.p("m")
+    ratio = 10 * ca.fabs(current) / s["limit"] + 1e-9
+    return current / (1 + s.p("c") * ratio**twice) ** (1 / twice)
+
+
 def _lead(demand: ca.SX, s: Scope) -> ca.SX:
     rate = (s["error"] - s.x("c1")) / s.p("tf")
     s.rate("c1", rate)
@@ -154,3 +173,26 @@ def lead(demand: ca.SX, s: Scope) -> ca.SX:
 def pi_lead(demand: ca.SX, s: Scope) -> ca.SX:
     """u = demand + Kp Td (e - c1)/tf + c0, tf c1' = e - c1, c0' = ki (Kp e + sat(u) - u)."""
     return _integral(_lead(demand, s), s)
+
+
+@effect(
+    "drive.corrector",
+    "first order",
+    equation="drive",
+    slot="corrector",
+    source="Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems, 6th ed. 2010, ch. 6: lead and lag",
+    shows=_FAST,
+    numbers=(
+        number("low", 0.5, "1", low=-0.5, high=30.0, off=0.0, meaning="gain at low frequency, less 1"),
+        number("high", 0.5, "1", low=-0.5, high=10.0, off=0.0, meaning="gain at high frequency, less 1"),
+        number(
+            "T", 5e-3, "s", shown="ms", low=2e-4, high=0.5, meaning="time constant between them", tried=(5e-4, 5e-2)
+        ),
+    ),
+    states=(_C1,),
+)
+def lead_or_lag(demand: ca.SX, s: Scope) -> ca.SX:
+    """u = demand + low Kp c1 + high (demand - Kp c1), T c1' = e - c1: (1 + low + (1 + high) T s)/(1 + T s)."""
+    slow = s["gain"] * s.x("c1")
+    s.rate("c1", (s["error"] - s.x("c1")) / s.p("T"))
+    return demand + s.p("low") * slow + s.p("high") * (demand - slow)

@@ -18,7 +18,8 @@ class EffectNumber:
     """A number of an effect: SI unit, a typical value and the range a fit may search, all in SI.
 
     `shown` is the unit that people read; `dry` marks a Coulomb force that a linearisation sets to zero. `off` is the
-    value at which the effect is gone; a number that only shapes the effect has none.
+    value at which the effect is gone; a number that only shapes the effect has none. `tried` are values from which a
+    search starts, besides `typical`, where no fit finds the way from there: those of a frequency.
     """
 
     name: str
@@ -30,6 +31,7 @@ class EffectNumber:
     meaning: str
     dry: bool = False
     off: float | None = None
+    tried: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
