@@ -5,9 +5,9 @@ import json
 import pytest
 
 from workbench.catalogue import KINDS, describe, describe_text, listing, listing_text
-from workbench.controller import recipe
 from workbench.errors import InputError
 from workbench.plant.effects import LIBRARY
+from workbench.recipe import recipe
 from workbench.rig import bundled, load_rig
 
 

@@ -11,13 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.config import StepConfig, load_config
-from workbench.controller import recipe
 from workbench.errors import InputError
+from workbench.recipe import recipe
 from workbench.signals import SIGNALS
 from workbench.units import to_si
 
 PERIOD = 1e-3  # s
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+PRESSURE = {"use": "controllers.pressure:PressureFeedback", "gain": (2e-9, "1/Pa"), "corner": (1, "Hz")}
 CONTROLLERS = {
     "p": {"use": "controllers.p:P", "gain": (0.24, "1/m")},
     "pid-lead": {
@@ -25,16 +26,29 @@ CONTROLLERS = {
         "derivative_time": (10, "ms"), "derivative_filter": (5, "1"), "lead_time": (5, "ms"), "lead_ratio": (4, "1"),
     },
     "pid-lead, pi": {"use": "controllers.pid_lead:PidLead", "gain": (0.5, "1/m"), "integral_time": (50, "ms")},
+    "p-dp": {"use": "controllers.p:P", "gain": (4, "1/m"), "compensators": [PRESSURE]},
+    "pi on force, all around it": {
+        "use": "controllers.pid_lead:PidLead", "gain": (4, "1/m"), "integral_time": (50, "ms"),
+        "stiffness": (1e7, "N/m"), "compensators": [
+            {"use": "controllers.acceleration:AccelerationFeedback", "gain": (1e-3, "s^2/m")},
+            {"use": "controllers.feedforward:FeedForward", "velocity": (0.1, "s/m"), "acceleration": (1e-3, "s^2/m")},
+            PRESSURE,
+            {"use": "controllers.shaping:Shaping", "corner": (40, "Hz"), "lead": (10, "ms")},
+        ],
+    },
 }  # fmt: skip
 SIZE = {"m": 0.1, "m/s": 1.0, "m/s^2": 10.0, "Pa": 1e7, "N": 1e4, "A": 0.02, "1": 1.0}  # of a signal, by its SI unit
 
 
 def table(name):
     """The controller's table as a config has it."""
-    return {
-        key: entry if key == "use" else {"value": entry[0], "unit": entry[1]}
-        for key, entry in CONTROLLERS[name].items()
-    }
+    return spelled(CONTROLLERS[name])
+
+
+def spelled(numbers):
+    """Pairs as {value, unit}, also in the tables of compensators."""
+    as_config = {tuple: lambda pair: {"value": pair[0], "unit": pair[1]}, list: lambda parts: [*map(spelled, parts)]}
+    return {key: as_config.get(type(entry), str)(entry) for key, entry in numbers.items()}
 
 
 def make(name):

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .controller import Recipe, recipe
 from .errors import InputError, nearest
+from .recipe import Recipe, recipe
 from .rig import Rig, load_rig
 from .scenario import Scenario, scenario
 from .toml import check_keys, read_toml

@@ -12,7 +12,7 @@ from typing import ClassVar
 import control
 import numpy as np
 
-from ..controller import Controller, Recipe, recipe
+from ..controller import Controller
 from ..engine import Engine
 from ..errors import InputError, nearest
 from ..excitation import (
@@ -30,6 +30,7 @@ from ..excitation import (
 from ..loop import ClosedLoop, LoopRun
 from ..margins import linear_loop
 from ..plant import build
+from ..recipe import Recipe, recipe
 from ..rig import Rig
 from ..signals import SIGNALS
 from ..units import from_si, to_si

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..controller import recipe
 from ..engine import Engine
 from ..engine.backend import cores
 from ..engine.peers import PEERS
 from ..loop import ClosedLoop
 from ..plant import Plant, build
+from ..recipe import recipe
 from ..report import Page, Section, Table
 from ..report.figures import Curve, Figure, Panel
 from ..rig import Rig

@@ -7,12 +7,12 @@ import numpy as np
 
 from .. import metrics
 from ..config import StepConfig
-from ..controller import Recipe
 from ..engine import Engine
 from ..loop import LoopRun, run_loop
 from ..loop_response import closed_loop_sine, sampled_frequencies
 from ..margins import LinearLoop, linear_loop
 from ..plant import build
+from ..recipe import Recipe
 from ..report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
 from ..response import crossing, decibels, degrees
 from ..scenario import Scenario

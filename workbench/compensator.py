@@ -1,0 +1,121 @@
+"""Compensators: linear filters that stack on any controller, and controllers of position put on a load cell."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, Literal, Protocol
+
+import control
+import numpy as np
+from scipy.linalg import block_diag
+
+from .controller import Controller
+from .filter import Filter
+
+
+class Compensator(Protocol):
+    """A stable linear filter beside a controller.
+
+    `into` says what becomes of its output: it is added to the "command" [1], or is the controller's "reference".
+    `law` is its discrete state space from signals, which are its input labels: "reference" or measured ones (SI).
+    """
+
+    into: ClassVar[Literal["command", "reference"]]
+    law: control.StateSpace
+
+
+class Compensated:
+    """A controller with a compensator around it, itself a controller. The inner one sees the reference as filtered.
+
+    What the drive did not do is the inner controller's affair: it learns the realised command less what was added.
+    """
+
+    def __init__(self, inner: Controller, compensator: Compensator) -> None:
+        self._inner, self._shapes = inner, compensator.into == "reference"
+        self._filter, self._inputs = Filter(compensator.law), tuple(compensator.law.input_labels)
+        more = (name for name in self._inputs if name != "reference" and name not in inner.measures)
+        self.measures = (*inner.measures, *more)
+        self._seen: list[float] = [0.0] * len(self._inputs)
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start without a bump: the filter rests at these signals, and the inner controller makes up the command."""
+        seen = self._look(reference, measurement)
+        self._filter.rest(seen)
+        inner, added = self._split(reference, self._filter.out(seen))
+        self._inner.reset(inner, measurement, command - added)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The inner controller's command with the compensator's part."""
+        inner, added = self._split(reference, self._filter.out(self._look(reference, measurement)))
+        return self._inner.compute(inner, measurement) + added
+
+    def update(self, realised: float) -> None:
+        """Advance both by one period."""
+        added = self._split(0.0, self._filter.out(self._seen))[1]
+        self._filter.step(self._seen)
+        self._inner.update(realised - added)
+
+    def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
+        self._seen = [reference if name == "reference" else measurement[name] for name in self._inputs]
+        return self._seen
+
+    def _split(self, reference: float, output: float) -> tuple[float, float]:
+        """The inner controller's reference, and what is added to its command."""
+        return (output, 0.0) if self._shapes else (reference, output)
+
+    def linear(self) -> control.StateSpace:
+        """Both together, from ("reference", *measures) to "command"."""
+        inner, beside = self._inner.linear(), self._filter.law
+        names = ["reference", *self.measures]
+        (a, b, c, d), (af, bf, cf, df) = (_matrices(law) for law in (inner, beside))
+        picked, seen = _pick(inner.input_labels, names), _pick(self._inputs, names)
+        if not self._shapes:
+            whole = block_diag(a, af), np.vstack((b @ picked, bf @ seen)), np.hstack((c, cf)), d @ picked + df @ seen
+        else:
+            picked[0] = 0.0  # the inner reference is the filter's output
+            cascade = np.block([[a, b[:, :1] @ cf], [np.zeros((len(af), len(a))), af]])
+            entering = np.vstack((b @ picked + b[:, :1] @ df @ seen, bf @ seen))
+            whole = cascade, entering, np.hstack((c, d[:, :1] @ cf)), d @ picked + d[:, :1] @ df @ seen
+        return control.StateSpace(*whole, inner.dt, inputs=names, outputs=["command"])
+
+
+class OnLoadCell:
+    """A controller of position on the force of a specimen: force over stiffness is the position that it controls.
+
+    A specimen of this stiffness [N/m] with its far end at rest makes both the same loop, but for damping and offset.
+    """
+
+    def __init__(self, inner: Controller, stiffness: float) -> None:
+        self._inner, self._stiffness = inner, stiffness
+        self.measures = ("force", *inner.measures[1:])
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start the inner controller without a bump."""
+        self._inner.reset(reference / self._stiffness, self._travel(measurement), command)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The inner controller's command."""
+        return self._inner.compute(reference / self._stiffness, self._travel(measurement))
+
+    def update(self, realised: float) -> None:
+        """Advance the inner controller."""
+        self._inner.update(realised)
+
+    def _travel(self, measurement: Mapping[str, float]) -> dict[str, float]:
+        return {**measurement, "position": measurement["force"] / self._stiffness}
+
+    def linear(self) -> control.StateSpace:
+        """The inner law with reference and force over the stiffness."""
+        law = self._inner.linear()
+        a, b, c, d = _matrices(law)
+        scale = np.ones(b.shape[1])
+        scale[:2] /= self._stiffness
+        names = ["reference", *self.measures]
+        return control.StateSpace(a, b * scale, c, d * scale, law.dt, inputs=names, outputs=["command"])
+
+
+def _matrices(law: control.StateSpace) -> list[np.ndarray]:
+    return [np.asarray(part) for part in (law.A, law.B, law.C, law.D)]
+
+
+def _pick(wanted: Sequence[str], names: Sequence[str]) -> np.ndarray:
+    """The matrix that picks `wanted` signals out of `names`."""
+    return np.array([[float(one == other) for other in names] for one in wanted])
