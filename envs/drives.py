@@ -17,7 +17,7 @@ class LateDrives:
 
     def reset(self, row: int, p: np.ndarray, command: float) -> None:
         """Begin anew with the parameters p [k] of a lane, whose drive has held `command` [1] for long."""
-        self._lines[row] = Line(self._plant.lateness(p), self._period, command)
+        self._lines[row] = Line(self._plant.lateness(p), self._period, command, self._plant.blended)
 
     def advance(self, rows: np.ndarray, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As Physics.advance over one period, for the lanes `rows` with x, u and p of these only.

@@ -1,5 +1,7 @@
 """Drawn campaigns: the same from the same seed, at their own noise floor, as far off as was asked, readable."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,9 +11,10 @@ from workbench.identify.noise import noise_floor
 from workbench.identify.predict import predict_windows
 from workbench.plant import build
 from workbench.records import load_campaign
+from workbench.rig import EffectUse, Number
 from workbench.studies.draw import Case, draw
 from workbench.studies.draw_noise import BLEMISHES, noise
-from workbench.studies.draw_play import Late, play, start
+from workbench.studies.draw_play import play, start
 from workbench.studies.draw_strength import scaled, settle
 from workbench.studies.foreign import FOREIGN, OFF, OWN, cause
 
@@ -117,15 +120,21 @@ def edge(rows: int) -> Excitation:
     return Excitation("edge", PERIOD, np.zeros(rows), np.where(np.arange(rows) < 5, 0.0, 0.01))
 
 
+def late_edge(rig, formula, periods, rows):
+    """An edge at row 5 on a rig whose drive is late by so many periods."""
+    delay = Number("delay", periods * PERIOD, "s", "s", "", None, None)
+    engine = Engine(build(replace(rig, effects=(EffectUse("drive.delay", formula, {"delay": delay}),))))
+    return engine, play(engine, engine.plant.p, start(engine, engine.plant.p, {}), edge(rows), 0.0, np.zeros(rows))
+
+
 @pytest.mark.parametrize(
-    ("periods", "switched", "seen"),
-    [(0.0, False, [1.0, 1.0]), (2.0, False, [0, 0, 1]), (2.0, True, [0, 0, 1]), (1.5, False, [0, 0.5, 1]),
-     (1.5, True, [0, 0, 1])],
+    ("periods", "formula", "seen"),
+    [(0.0, "interpolated", [1.0, 1.0]), (2.0, "interpolated", [0, 0, 1]), (2.0, "shift", [0, 0, 1]),
+     (1.5, "interpolated", [0, 0.5, 1]), (1.5, "shift", [0, 0, 1])],
 )  # fmt: skip
-def test_the_plant_meets_the_command_late(engine, rest, periods, switched, seen):
+def test_the_plant_meets_the_command_late(rig, periods, formula, seen):
     """The written command steps at row 5; the current of each row answers what the plant has got by then."""
-    begin = (rest.x, rest.u)
-    motion = play(engine, engine.plant.p, begin, edge(12), 0.0, np.zeros(12), Late(periods * PERIOD, switched))
+    engine, motion = late_edge(rig, formula, periods, 12)
     step = motion.command[5] - motion.command[4]
     assert motion.command[5] == pytest.approx(0.01, abs=2e-5)
     gain = engine.plant.p[engine.plant.parameters.index("Kp")] * engine.plant.p[engine.plant.parameters.index("imax")]
@@ -135,9 +144,8 @@ def test_the_plant_meets_the_command_late(engine, rest, periods, switched, seen)
         assert met == pytest.approx(share * step, abs=1e-9)
 
 
-def test_a_command_that_is_switched_inside_a_period_acts_from_there(engine, rest):
-    begin, still = (rest.x, rest.u), np.zeros(8)
-    late = play(engine, engine.plant.p, begin, edge(8), 0.0, still, Late(0.25 * PERIOD, True))
+def test_a_command_that_is_switched_inside_a_period_acts_from_there(rig, rest):
+    engine, late = late_edge(rig, "shift", 0.25, 8)
     u = rest.u.copy()
     u[0] = late.command[4]
     x = engine.advance(late_state(late, engine, 5), u, 0.25 * PERIOD)
@@ -174,11 +182,11 @@ def test_a_foreign_effect_simulates(one, rig, plant):
     """At its typical strength, from rest, through a hard step; and something comes of it."""
     engine = Engine(build(rig, also=[one.effect]), 1e-4, "interpreted")
     base = Engine(plant, 1e-4, "interpreted")
-    rows, late = 40, Late(1.5 * PERIOD if one.effect.delay else 0.0, one.switched)
+    rows = 40
     hard = Excitation("hard", PERIOD, np.zeros(rows), np.where(np.arange(rows) % 20 < 10, 0.3, -0.2))
     motions = [
-        play(e, e.plant.p, start(e, e.plant.p, kicked), hard, 0.3, np.zeros(rows), lag)
-        for e, kicked, lag in ((engine, one.kicked, late), (base, {}, Late()))
+        play(e, e.plant.p, start(e, e.plant.p, kicked), hard, 0.3, np.zeros(rows))
+        for e, kicked in ((engine, one.kicked), (base, {}))
     ]
     moved = [
         np.abs(motions[0].outputs[name] - motions[1].outputs[name]).max() / np.ptp(motions[1].outputs[name])

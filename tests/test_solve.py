@@ -61,7 +61,7 @@ def ramp(n: int = 50) -> Record:
 def test_a_delay_of_whole_samples_is_an_exact_shift(rows):
     record = ramp()
     command = record.signals["command"]
-    late, _ = delayed(record, rows * PERIOD)
+    late = delayed(record, rows * PERIOD).held
     assert late[rows:] == pytest.approx(command[:-rows], abs=1e-12)
     assert late[:rows] == pytest.approx(command[0], abs=1e-12)  # what was before the record is its first value
 
@@ -69,15 +69,25 @@ def test_a_delay_of_whole_samples_is_an_exact_shift(rows):
 def test_a_delay_of_part_of_a_sample_is_the_mean_over_the_interval():
     record = ramp()
     command = record.signals["command"]
-    late, _ = delayed(record, 0.25 * PERIOD)
+    late = delayed(record, 0.25 * PERIOD).held
     assert late[1:] == pytest.approx(0.75 * command[1:] + 0.25 * command[:-1], abs=1e-12)
+
+
+@pytest.mark.parametrize(("share", "before"), [(0.0, 0), (0.25, 1), (2.0, 2), (2.6, 3)])
+def test_what_has_arrived_by_a_row_is_one_sample_or_a_mean(share, before):
+    record = ramp()
+    command = record.signals["command"]
+    late, mean = delayed(record, share * PERIOD), delayed(record, share * PERIOD, blended=True)
+    assert np.array_equal(late.now[before:], command[: len(command) - before])
+    assert np.array_equal(late.held, mean.held)
+    assert np.array_equal(mean.now, mean.held)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3 * PERIOD, 2.6 * PERIOD])
 def test_the_slope_of_a_delay_is_its_derivative(delay):
     record, step = ramp(), 1e-6 * PERIOD
-    ahead, behind = delayed(record, delay + step)[0], delayed(record, delay)[0]
-    assert delayed(record, delay)[1] == pytest.approx((ahead - behind) / step, abs=1e-3)
+    ahead, behind = delayed(record, delay + step).held, delayed(record, delay).held
+    assert delayed(record, delay).slope == pytest.approx((ahead - behind) / step, abs=1e-3)
 
 
 # --- windows
@@ -86,8 +96,8 @@ def test_the_slope_of_a_delay_is_its_derivative(delay):
 def test_windows_cover_a_record_and_the_last_takes_the_rest(rig, model):
     record = made(rig, "long", np.zeros(round(1.7 / PERIOD)), 0)
     windows = cut(model.plant, [record], FLOOR)
-    assert windows.spans == ((0, 0, 250), (0, 250, 500), (0, 500, 850))
-    assert windows.samples == len(SIGMA) * 850
+    assert windows.spans == ((0, 10, 260), (0, 260, 510), (0, 510, 850))
+    assert windows.samples == len(SIGMA) * 840
 
 
 def test_no_window_reaches_over_a_gap(rig, model):
@@ -95,7 +105,7 @@ def test_no_window_reaches_over_a_gap(rig, model):
     keep = np.ones(record.t.size, bool)
     keep[300] = False
     torn = Record("torn", record.t[keep], {name: values[keep] for name, values in record.signals.items()})
-    assert cut(model.plant, [torn], FLOOR).spans == ((0, 0, 300), (0, 300, 499))
+    assert cut(model.plant, [torn], FLOOR).spans == ((0, 10, 300), (0, 310, 499))
 
 
 def test_a_record_without_command_or_without_a_shared_signal_is_refused(model):

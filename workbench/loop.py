@@ -62,7 +62,7 @@ class ClosedLoop:
         self._engine, self._period, self._controller = engine, rig.period.value, controller
         self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
         self._x, self._held = start.x.copy(), start.u.copy()
-        self._line = Line(engine.plant.lateness(), self._period, float(start.u[0]))
+        self._line = Line(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.blended)
         self._samples = 0
         for name in controller.measures:
             if name not in self._sensors.names:

@@ -18,11 +18,12 @@ class Line:
 
     `command` is the one that has been sent for ever. Where the delay is no whole number of periods, the command that
     the plant holds goes over to the next one inside the period (Franklin, Powell, Workman, Digital Control of Dynamic
-    Systems, 3rd ed. 1998, ch. 4: systems with delay).
+    Systems, 3rd ed. 1998, ch. 4: systems with delay); where it is `blended`, it holds their mean instead.
     """
 
-    def __init__(self, delay: float, period: float, command: float) -> None:
+    def __init__(self, delay: float, period: float, command: float, blended: bool = False) -> None:
         whole, self._part = periods(delay, period)
+        self._blended = blended
         self._sent = deque([command] * (whole + 1), whole + 2)
 
     def send(self, command: float) -> tuple[tuple[float, float], ...]:
@@ -30,4 +31,6 @@ class Line:
         self._sent.append(command)
         before = self._sent.popleft()
         now = self._sent[0]
+        if self._blended:
+            return ((self._part * before + (1 - self._part) * now, 1.0),)
         return ((before, self._part), (now, 1 - self._part)) if self._part else ((now, 1.0),)

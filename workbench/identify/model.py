@@ -12,7 +12,7 @@ from ..engine.engine import back_end_of
 from ..engine.tangent import tangent_attempt, tangent_outputs
 from ..plant import Plant
 from ..views import equilibrium
-from .windows import Group, Windows, first_guess
+from .windows import Group, Late, Windows, first_guess
 
 _TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
 _SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
@@ -65,20 +65,21 @@ class Model:
         u[..., self.plant.input("command")] = command
         return u
 
-    def _delay(self, p: np.ndarray) -> float:
-        return 0.0 if self.plant.delay is None else float(p[self.plant.parameters.index(self.plant.delay)])
-
     def predict(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
         """Outputs [w, rows, signals] of each group's windows from x0 [windows, n]; NaN from where one failed."""
         return [self.engine.outputs(x, u, p)[..., self._columns] for x, u in self.states(windows, x0, p)]
 
     def states(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """States [w, rows, n] and inputs [w, rows, m] of each group's windows."""
+        """States [w, rows, n] and the inputs that have arrived by then [w, rows, m], of each group's windows."""
         found = []
         for group in windows.groups:
-            u = self._constant(windows.commands(group, self._delay(p))[0])
-            found.append((self.engine.run_batch(x0[group.which], group.t, u, p).x[:, :-1], u))
+            late = self._late(windows, group, p)
+            x = self.engine.run_batch(x0[group.which], group.t, self._constant(late.held), p).x[:, :-1]
+            found.append((x, self._constant(late.now)))
         return found
+
+    def _late(self, windows: Windows, group: Group, p: np.ndarray) -> Late:
+        return windows.commands(group, self.plant.lateness(p), self.plant.blended)
 
     def errors(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
         """Errors over sigma [w, rows, signals] of each group; 0 where not compared, infinite where a window failed."""
@@ -158,20 +159,23 @@ class Model:
     ) -> np.ndarray:
         """Change of the outputs [w, directions, rows, signals] of some windows."""
         n, m, k = self.plant.n, len(self.plant.inputs), len(p)
-        command, late = (column[part] for column in windows.commands(group, self._delay(p)))
-        w, rows, size = len(x0), command.shape[1], n + len(along) + len(du)
+        late = self._late(windows, group, p)
+        w, rows, size = len(x0), late.held.shape[1], n + len(along) + len(du)
         x, u, q = np.zeros((w, size, 2 * n)), np.zeros((w, size, rows, 2 * m)), np.zeros((w, size, 2 * k))
         x[..., :n], q[..., :k] = x0[:, None], p
-        u[..., self.plant.input("command")] = command[:, None]
+        u[..., self.plant.input("command")] = late.held[part, None]
         x[:, np.arange(n), n + np.arange(n)] = self.plant.scale
         q[:, n : n + len(along), k:] = along
         if self.plant.delay is not None:
             by = along[:, self.plant.parameters.index(self.plant.delay)]
-            u[:, n : n + len(along), :, m + self.plant.input("command")] = late[:, None] * by[:, None]
+            u[:, n : n + len(along), :, m + self.plant.input("command")] = late.slope[part, None] * by[:, None]
         u[:, n + len(along) :, :, m:] = du
         x, u, q = x.reshape(-1, 2 * n), u.reshape(-1, rows, 2 * m), q.reshape(-1, 2 * k)
         t = np.repeat(group.t[part], size, axis=0)
         batch = self._tangents.run_batch(x, t, u, q)
+        u[..., self.plant.input("command")] = np.repeat(late.now[part], size, axis=0)
+        if not self.plant.blended:  # what has arrived by a row's moment is one sample or another: it has no slope
+            u.reshape(w, size, rows, -1)[:, n : n + len(along), :, m + self.plant.input("command")] = 0.0
         dy = self._tangents.outputs(batch.x[:, :-1], u, q[:, None])
         return np.where(np.abs(dy) < _MOST, dy, 0.0).reshape(w, size, rows, -1)
 

@@ -49,12 +49,13 @@ def predict_free(plant: Plant, record: Record, floor: Floor) -> Prediction:
     """One run through the whole record from the initial state that fits its first window."""
     names = compared(plant, record, floor)
     model = Model(plant, names)
-    first = cut(plant, [record], floor).some([0])
+    first = cut(plant, [record], floor, late=0.0).some([0])
     x0, _ = fit_states(model, first, model.starts(first, plant.p), plant.p)
+    late, place = delayed(record, plant.lateness(), plant.blended), plant.input("command")
     u = np.zeros((len(record.t), len(plant.inputs)))
-    late = 0.0 if plant.delay is None else float(plant.p[plant.parameters.index(plant.delay)])
-    u[:, plant.input("command")] = delayed(record, late)[0]
+    u[:, place] = late.held
     run = model.engine.run(x0[0], record.t, u)
+    u[:, place] = late.now
     values = model.engine.outputs(run.x, u)
     failed = () if run.failed_at is None else (run.failed_at,)
     return Prediction(record, {n: values[:, plant.output(n)] for n in names}, failed)

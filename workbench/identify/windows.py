@@ -21,6 +21,7 @@ from .noise import Floor
 WINDOW = 0.5  # s
 _GAP = 1.5  # periods between rows: a sample was dropped, and with it the command that the drive held
 _FEWEST = 50  # rows between two gaps, to be a window
+_BEFORE = 0.02  # s: the longest delay that is searched
 _EARLY = 5.5  # periods: over which a measured state's first value is averaged
 
 
@@ -33,6 +34,16 @@ class Group:
     t: np.ndarray
     seen: np.ndarray
     weight: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Late:
+    """Commands as they arrive: the mean over each interval, its derivative to the delay [1/s], and the one that has
+    arrived by the row's own moment, which answers there. Arrays of one shape."""
+
+    held: np.ndarray
+    slope: np.ndarray
+    now: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +65,12 @@ class Windows:
         """Number of compared samples, over all signals."""
         return sum(int(np.count_nonzero(group.weight)) for group in self.groups)
 
-    def commands(self, group: Group, delay: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """The command held in each row [w, rows] and its derivative to the delay [1/s], `delay` s late."""
-        late = {index: delayed(self.records[index], delay) for index in {self.spans[w][0] for w in group.which}}
-        rows = [(index, slice(first, end)) for index, first, end in (self.spans[w] for w in group.which)]
-        values, slopes = zip(*((late[index][0][span], late[index][1][span]) for index, span in rows), strict=True)
-        return np.array(values), np.array(slopes)
+    def commands(self, group: Group, delay: float = 0.0, blended: bool = False) -> Late:
+        """What arrives in each row of a group [w, rows] of commands that are `delay` s late."""
+        spans = [self.spans[w] for w in group.which]
+        late = {index: delayed(self.records[index], delay, blended) for index in {index for index, _, _ in spans}}
+        rows = [(late[index], slice(first, end)) for index, first, end in spans]
+        return Late(*(np.array([getattr(one, part)[span] for one, span in rows]) for part in ("held", "slope", "now")))
 
     def by_record(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Values of the groups [w, rows, k] put together as those of the records [n, k]."""
@@ -91,14 +102,17 @@ def compared(plant: Plant, record: Record, floor: Floor) -> list[str]:
     return names
 
 
-def cut(plant: Plant, records: Sequence[Record], floor: Floor, beside: Sequence[Record] = ()) -> Windows:
+def cut(
+    plant: Plant, records: Sequence[Record], floor: Floor, beside: Sequence[Record] = (), late: float = _BEFORE
+) -> Windows:
     """Windows of 0.5 s of all records; what is left over at the end, or before a gap, belongs to the one before.
 
-    What they carry is compared; names are also those of the records `beside`, which the same model has to predict.
+    What they carry is compared; names are also those of the records `beside`, which the same model has to predict. The
+    first `late` [s] of a record and after a gap are left out: a late command may be one that was not recorded.
     """
     shared = {name for record in (*records, *beside) for name in compared(plant, record, floor)}
     names = tuple(name for name in MEASURED if name in shared)
-    spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in _spans(record))
+    spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in _spans(record, late))
     if not spans:
         listed = ", ".join(record.name for record in records)
         raise InputError(
@@ -108,21 +122,22 @@ def cut(plant: Plant, records: Sequence[Record], floor: Floor, beside: Sequence[
     return Windows(tuple(records), names, spans, _groups(tuple(records), names, spans, weights))
 
 
-def delayed(record: Record, delay: float) -> tuple[np.ndarray, np.ndarray]:
-    """The recorded command `delay` s later, as the mean over each interval [n], and its derivative to the delay [n].
+def delayed(record: Record, delay: float, blended: bool = False) -> Late:
+    """The recorded command `delay` s later [n]; a command that is held between samples arrives shifted.
 
-    A command that is held between samples arrives shifted; its mean over an interval interpolates between two samples.
+    `blended`: the drive itself holds the mean over each interval.
     """
     command = record.signals["command"]
     if delay == 0.0:
         before = np.concatenate((command[:1], command[:-1]))
-        return command, (before - command) / _intervals(record)
+        return Late(command, (before - command) / _intervals(record), command)
     edges = np.append(record.t, record.t[-1] + record.period)
     area = np.concatenate(([0.0], np.cumsum(command * np.diff(edges))))
     early = edges - delay
     held = np.interp(early, edges, area) + command[0] * np.minimum(early - edges[0], 0.0)
-    rows = np.clip(np.searchsorted(edges, early, "right") - 1, 0, len(command) - 1)
-    return np.diff(held) / np.diff(edges), -np.diff(command[rows]) / np.diff(edges)
+    rows = np.clip(np.searchsorted(edges, early + 1e-9 * record.period, "right") - 1, 0, len(command) - 1)
+    mean = np.diff(held) / np.diff(edges)
+    return Late(mean, -np.diff(command[rows]) / np.diff(edges), mean if blended else command[rows[:-1]])
 
 
 def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> np.ndarray:
@@ -139,10 +154,11 @@ def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> n
     return x
 
 
-def _spans(record: Record) -> list[tuple[int, int]]:
+def _spans(record: Record, late: float) -> list[tuple[int, int]]:
     """First and end rows of the windows; none reaches over a gap, in which the drive may have been told anything."""
     gaps = np.flatnonzero(np.diff(record.t) > _GAP * record.period) + 1
-    pieces = pairwise([0, *gaps.tolist(), len(record.t)])
+    rows = round(late / record.period)
+    pieces = [(first + rows, end) for first, end in pairwise([0, *gaps.tolist(), len(record.t)])]
     return [span for first, end in pieces if end - first >= _FEWEST for span in pairwise(_edges(record, first, end))]
 
 

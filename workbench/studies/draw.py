@@ -23,7 +23,7 @@ from ..signals import MEASURED
 from .draw_excitation import excitations, loop_gain
 from .draw_misfit import Misfit
 from .draw_noise import Noise, noise, quantised, sigmas, write
-from .draw_play import Late, Motion, play, start
+from .draw_play import Motion, play, start
 from .draw_strength import Strength, off, settle, shaped
 from .foreign import Cause, cause
 
@@ -81,10 +81,9 @@ class Scene:
         engine = _engine(tuple(one.key for one in mix))
         given = {one.effect.key(name): value for one, numbers in mix.items() for name, value in numbers.items()}
         p = engine.plant.parameter_values(None, **self.true, **given)
-        late = Late(given[engine.plant.delay], any(one.switched for one in mix)) if engine.plant.delay else Late()
         begin = start(engine, p, {name: value for one in mix for name, value in one.kicked.items()})
         noises = heard or [np.zeros(len(one.reference)) for one in played]
-        return [play(engine, p, begin, one, self.gain, noise, late) for one, noise in zip(played, noises, strict=True)]
+        return [play(engine, p, begin, one, self.gain, noise) for one, noise in zip(played, noises, strict=True)]
 
 
 def draw(case: Case, folder: Path) -> dict[str, Any]:

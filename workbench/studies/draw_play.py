@@ -22,15 +22,6 @@ class Motion:
     command: np.ndarray
 
 
-@dataclass(frozen=True)
-class Late:
-    """How late [s] the plant gets the command; `switched`: inside a period it goes over from one held value to the
-    next; otherwise it holds their weighted mean, which is what a shift of a sampled record by part of a period is."""
-
-    seconds: float = 0.0
-    switched: bool = False
-
-
 def start(engine: Engine, p: np.ndarray, kicked: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
     """State and inputs at rest at mid stroke; `kicked` are states that begin elsewhere."""
     rest = equilibrium(engine.plant, p=p)
@@ -47,7 +38,6 @@ def play(
     played: Excitation,
     gain: float,
     noise: np.ndarray,
-    late: Late,
 ) -> Motion:
     """Follow the reference by `gain` [1/m] times the error of a position read with `noise` [n] m.
 
@@ -57,7 +47,7 @@ def play(
     plant, period, steps = engine.plant, played.period, len(played.reference)
     place, middle = plant.state("x"), p[plant.parameters.index("xmid")]
     x, held = begin[0], begin[1].copy()
-    line = Line(late.seconds, period, held[0])
+    line = Line(plant.lateness(p), period, held[0], plant.blended)
     states, met, written = np.empty((steps, plant.n)), np.empty(steps), np.empty(steps)
     for k in range(steps):
         states[k] = x
@@ -65,8 +55,6 @@ def play(
         demanded = min(1.0, max(-1.0, gain * error + played.command[k]))
         written[k] = round(demanded / QUANTUM) * QUANTUM
         arriving = line.send(written[k])
-        if not late.switched:
-            arriving = ((sum(command * share for command, share in arriving), 1.0),)
         met[k] = arriving[0][0]
         for held[0], share in arriving:
             after = engine.advance(x, held, share * period, p)

@@ -19,7 +19,6 @@ BESIDE = {
 SLOW = {"drive.lag": 0.1}
 """A lag far below a period shows but in the current of the very moment at which the command is written."""
 TURNING = ("pump ripple", "motor out of balance")
-SWITCHED = ("drive.delay", "switched inside the period")
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,14 +26,13 @@ class Cause:
     """An effect to draw with, and the equations in which a trace may rightly say that it sits.
 
     `least` is the smallest strength over the typical one that is still of its kind. `kicked` are states that do not
-    begin at rest, by their name in the plant. `switched`: see draw_play.Late.
+    begin at rest, by their name in the plant.
     """
 
     effect: Effect
     equations: tuple[str, ...]
     least: float = 1e-4
     kicked: Mapping[str, float] = field(default_factory=dict)
-    switched: bool = False
 
     @property
     def key(self) -> tuple[str, str]:
@@ -53,8 +51,7 @@ def cause(name: str, formula: str) -> Cause:
 def _cause(effect: Effect) -> Cause:
     right = UNSEEN if effect.equation in UNSEEN else (effect.equation,)
     kicked = {effect.key("cosine"): 1.0} if effect.name in TURNING else {}
-    key = (effect.name, effect.formula)
-    return Cause(effect, BESIDE.get(effect.name, right), SLOW.get(effect.name, 1e-4), kicked, key == SWITCHED)
+    return Cause(effect, BESIDE.get(effect.name, right), SLOW.get(effect.name, 1e-4), kicked)
 
 
 OWN: tuple[Cause, ...] = tuple(_cause(effect) for effect in LIBRARY)

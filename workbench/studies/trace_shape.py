@@ -151,7 +151,7 @@ def _signals(stand: Stand, windows: Windows, x0: np.ndarray, rows: int, period: 
     names = [name for name in plant.outputs if name not in _HIDDEN]
     parts = Model(plant, names).predict(windows, x0, stand.fit.p)
     values = np.concatenate([part[:, :rows] for part in parts])
-    found = {"command [1]": np.concatenate([windows.commands(group)[0][:, :rows] for group in windows.groups])}
+    found = {"command [1]": np.concatenate([windows.commands(group).held[:, :rows] for group in windows.groups])}
     for column, name in enumerate(names):
         signal = SIGNALS[name]
         found[signal.label] = from_si(values[..., column], signal.unit, signal.si)

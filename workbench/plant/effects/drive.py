@@ -1,5 +1,7 @@
 """Drive effects, between the command and the pilot current: timing, a current limit, a corrector nobody declared."""
 
+from dataclasses import replace
+
 import casadi as ca
 
 from .author import effect, number, state
@@ -16,20 +18,34 @@ _TAU = number("tau", 1e-3, "s", shown="ms", low=0.0, high=2e-2, off=0.0, meaning
 _KI = number("ki", 40.0, "1/s", low=0.0, high=500.0, off=0.0, meaning="integral rate 1/Ti")
 _TD = number("Td", 5e-4, "s", shown="ms", low=0.0, high=3e-3, off=0.0, meaning="lead time")
 _TF = number("tf", 5e-4, "s", shown="ms", low=1e-4, high=5e-3, meaning="filter of the lead")
+_DELAY = number(
+    "delay",
+    2e-3,
+    "s",
+    shown="ms",
+    low=0.0,
+    high=2e-2,
+    off=0.0,
+    meaning="time by which the command is late",
+    tried=(5e-4, 1e-3, 1.5e-3, 2.5e-3, 3.5e-3, 5e-3, 7e-3, 1e-2),
+)
 _C0, _C1 = state("c0", "1", 1.0), state("c1", "1", 1.0)
 
 shift = Effect(
     "drive.delay",
     "shift",
     "drive",
-    "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998: transport delay",
+    "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998, ch. 4: a held input, late",
     _FAST,
     {},
-    (number("delay", 2e-3, "s", shown="ms", low=0.0, high=2e-2, off=0.0, meaning="time by which the command is late"),),
+    (_DELAY,),
     family=_TIMING,
     delay="delay",
 )
 """The command is late: no law in the plant, whoever feeds it holds the command back."""
+
+interpolated = replace(shift, formula="interpolated", blended=True, source="linear interpolation between two samples")
+"""The command is late by a share of a period too, and the drive interpolates between the two samples."""
 
 
 @effect(
@@ -113,7 +129,7 @@ def soft(current: ca.SX, s: Scope) -> ca.SX:
 def rapp(current: ca.SX, s: Scope) -> ca.SX:
     """i = demand/(1 + c (10 |demand|/limit)^(2 m))^(1/(2 m)), limit the declared one."""
     twice = 2 * s.p("m")
-    ratio = 10 * ca.fabs(current) / s["limit"] + 1e-9
+    ratio = 10 * ca.fabs(current) / s["limit"] + 1e-12
     return current / (1 + s.p("c") * ratio**twice) ** (1 / twice)
 
 

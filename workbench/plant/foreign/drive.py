@@ -90,9 +90,6 @@ _SIDES = (EffectState("a", "Pa", 1e7, 1e7), EffectState("b", "Pa", 1e7, 1e7))
 
 EFFECTS = (
     formula(
-        "drive.delay", "switched inside the period", f"{_FRANKLIN}, ch. 4: held input, late", {}, (_DELAY,), (), "delay"
-    ),
-    formula(
         "drive.delay",
         "shift and filter",
         f"{_FRANKLIN}, ch. 4 and 5",
