@@ -5,11 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .controller import number
 from .errors import InputError, nearest
-from .recipe import Recipe, recipe
+from .recipe import Recipe, read_numbers, recipe
 from .rig import Rig, load_rig
 from .scenario import Scenario, scenario
+from .signals import SIGNALS, Signal
 from .toml import check_keys, read_toml
+from .units import to_si
 
 
 @dataclass(frozen=True)
@@ -35,10 +38,19 @@ class BodeConfig:
 
 
 @dataclass(frozen=True)
+class Specimen:
+    """What the load cell is on: a spring and a damper."""
+
+    stiffness: float = number("N/m", 1.0, 1e12, "stiffness of the specimen")
+    damping: float = number("N s/m", 0.0, 1e9, "damping of the specimen")
+
+
+@dataclass(frozen=True)
 class StepConfig:
-    """Steps of a loop: controllers x scenarios on a rig, with its closed-loop Bode."""
+    """Steps of a loop: controllers x scenarios on a rig, with its closed-loop Bode. `signal` is the controlled one."""
 
     rig: Rig
+    signal: Signal
     controllers: tuple[Recipe, ...]
     scenarios: tuple[Scenario, ...]
     bode: BodeConfig
@@ -71,35 +83,59 @@ def _paper(table: Mapping[str, Any], rig: Rig, where: str) -> PaperConfig:
 
 
 def _step(table: Mapping[str, Any], rig: Rig, where: str) -> StepConfig:
-    check_keys(table, ("experiment", "rig", "scenarios", "controllers", "bode"), where)
+    check_keys(table, ("experiment", "rig", "specimen", "scenarios", "controllers", "bode"), where)
+    if "specimen" in table:
+        found = read_numbers(Specimen, _table(table["specimen"], f"{where}: [specimen]"), f"{where}: [specimen]")
+        rig = rig.with_values(ks=found.stiffness, cs=found.damping)
+    scenarios = _scenarios(table.get("scenarios"), f"{where}: scenarios")
+    signal = SIGNALS[scenarios[0].signal]
+    if signal.name == "force" and not rig["ks"]:
+        raise InputError(f"{where}: a force needs something to act on; add a table [specimen]")
     controllers = table.get("controllers")
     if not isinstance(controllers, Mapping) or not controllers:
         raise InputError(f"{where}: no controllers; add a table [controllers.NAME]")
-    names = table.get("scenarios")
-    if not isinstance(names, list) or not names:
-        raise InputError(f'{where}: no scenarios; write scenarios = ["position-10mm"]')
     return StepConfig(
         rig,
+        signal,
         tuple(
-            recipe(name, _table(part, f"{where}: [controllers.{name}]"), f"{where}: [controllers.{name}]")
-            for name, part in controllers.items()
+            _controller(name, part, signal, rig, f"{where}: [controllers.{name}]") for name, part in controllers.items()
         ),
-        tuple(scenario(str(name), f"{where}: scenarios") for name in names),
-        _bode(_table(table.get("bode"), f"{where}: [bode]"), f"{where}: [bode]"),
+        scenarios,
+        _bode(_table(table.get("bode"), f"{where}: [bode]"), signal, f"{where}: [bode]"),
         table,
     )
 
 
-def _bode(table: Mapping[str, Any], where: str) -> BodeConfig:
-    check_keys(table, ("low_hz", "high_hz", "points", "amplitudes_mm"), where)
+def _scenarios(names: Any, where: str) -> tuple[Scenario, ...]:
+    if not isinstance(names, list) or not names:
+        raise InputError(f'{where}: none; write scenarios = ["position-10mm"]')
+    found = tuple(scenario(str(name), where) for name in names)
+    for other in found[1:]:
+        if other.signal != found[0].signal:
+            raise InputError(f"{where}: {found[0].name} and {other.name} are different loops; make two experiments")
+    return found
+
+
+def _controller(name: str, table: Any, signal: Signal, rig: Rig, where: str) -> Recipe:
+    read = recipe(name, _table(table, where), where)
+    controlled = read.make(rig.period.value).measures[0]
+    if controlled != signal.name:
+        hint = "give it a stiffness" if signal.name == "force" else "take its stiffness out"
+        raise InputError(f"{where}: controls the {controlled}, the scenarios ask for a {signal.name}; {hint}")
+    return read
+
+
+def _bode(table: Mapping[str, Any], signal: Signal, where: str) -> BodeConfig:
+    sizes = f"amplitudes_{signal.unit.lower()}"
+    check_keys(table, ("low_hz", "high_hz", "points", sizes), where)
     low, high = _positive(table.get("low_hz"), f"{where}: low_hz"), _positive(table.get("high_hz"), f"{where}: high_hz")
     if not low < high:
         raise InputError(f"{where}: low_hz must be below high_hz")
-    amplitudes = table.get("amplitudes_mm")
-    if not isinstance(amplitudes, list) or not amplitudes:
-        raise InputError(f"{where}: amplitudes_mm must be a list of numbers")
-    sizes = tuple(_positive(value, f"{where}: amplitudes_mm") * 1e-3 for value in amplitudes)
-    return BodeConfig(low, high, _count(table, "points", where, 3), sizes)
+    given = table.get(sizes)
+    if not isinstance(given, list) or not given:
+        raise InputError(f"{where}: {sizes} must be a list of numbers")
+    amplitudes = tuple(float(to_si(_positive(value, f"{where}: {sizes}"), signal.unit, signal.si)) for value in given)
+    return BodeConfig(low, high, _count(table, "points", where, 3), amplitudes)
 
 
 def _table(value: Any, where: str) -> Mapping[str, Any]:

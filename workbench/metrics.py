@@ -39,8 +39,8 @@ def steady_state_error(t: np.ndarray, y: np.ndarray, target: float) -> float:
     return float(target - np.mean(y[t >= t[-1] - LAST]))
 
 
-def iae(t: np.ndarray, y: np.ndarray, target: float) -> float:
-    """Integral of the absolute error, unit of y times s."""
+def iae(t: np.ndarray, y: np.ndarray, target: float | np.ndarray) -> float:
+    """Integral of the absolute error, unit of y times s; `target` is one or [k]."""
     return float(np.trapezoid(np.abs(target - y), t))
 
 

@@ -4,13 +4,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from importlib import import_module
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from .compensator import Compensated, Compensator, OnLoadCell
 from .controller import Controller, number
-from .errors import InputError, nearest
+from .errors import InputError
+from .toml import check_keys
 from .units import to_si
 
+T = TypeVar("T")
 _STIFFNESS = number("N/m", 1e3, 1e10, "stiffness of the specimen that the loop is designed on")
 
 
@@ -65,16 +67,19 @@ def _part(name: str, table: Mapping[str, Any], where: str, kind: type) -> Recipe
     if hasattr(found, "into") is not (kind is Compensator):
         other = "compensator; name it under compensators" if kind is Controller else "controller, and stands by itself"
         raise InputError(f'{where}: use = "{use}" is a {other}')
-    known = {entry.name: entry for entry in fields(design)}
-    for key in table:
-        if key != "use" and key not in known:
-            raise InputError(f'{where}: unknown key "{key}"; {nearest(key, known)}')
+    return Recipe(name, use, read_numbers(design, {key: entry for key, entry in table.items() if key != "use"}, where))
+
+
+def read_numbers(kind: type[T], table: Mapping[str, Any], where: str) -> T:
+    """A dataclass of `number` fields from a table of `{value, unit}`; raises InputError, opened by `where`."""
+    known = {entry.name: entry for entry in fields(cast(Any, kind))}
+    check_keys(table, known, where)
     values = {key: _number(table[key], entry, f"{where}: {key}") for key, entry in known.items() if key in table}
     missing = [key for key, entry in known.items() if key not in table and entry.default is MISSING]
     if missing:
         entry = known[missing[0]]
         raise InputError(f"{where}: {missing[0]} is missing ({entry.metadata['meaning']}, in {entry.metadata['unit']})")
-    return Recipe(name, use, design(**values))
+    return kind(**values)
 
 
 def _number(entry: Any, spec: Any, where: str) -> float:
