@@ -1,0 +1,42 @@
+"""CRONE, first generation: a fractional order about the crossover, and so a constant phase of the controller there."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.controller import number
+from workbench.fractional import ErrorLaw, Factors, JackModel, band, gain_for, integral, order_for, tustin
+
+CELLS = 5
+
+
+class Crone1(ErrorLaw):
+    """C(s) = K (1 + wi/s) ((1 + s/wl)/(1 + s/wh))^n / (1 + s/wf), wl and wh about the crossover.
+
+    n gives the phase margin, K the crossover, both on the jack's model (Oustaloup, La commande CRONE, 1991; Sabatier,
+    Lanusse, Melchior, Oustaloup, Fractional Order Differentiation and Robust Control Design, 2015). The margin stays
+    under a change of gain as far as the jack's own phase is constant there; where it is not, take crone2.
+    """
+
+    @dataclass(frozen=True)
+    class Design(JackModel):
+        """Design numbers: the jack's model, and what the loop should do on it."""
+
+        crossover: float = number("Hz", 0.01, 100.0, "where the open loop has gain 1", 5.0)
+        phase_margin: float = number("rad", 0.2, 2.0, "phase margin there", 1.0)
+        span: float = number("1", 2.0, 1e4, "wh/wl: the band of the fractional order", 100.0)
+        integral: float = number("Hz", 0.0, 100.0, "wi, the integrator's corner; 0: none, the jack integrates", 0.0)
+        low_pass: float = number("Hz", 1.0, 1e3, "wf, the corner of the low-pass", 150.0)
+
+    def __init__(self, design: Design, period: float) -> None:
+        d = design
+        low = d.crossover / np.sqrt(d.span)
+        end = tustin(Factors(np.array([]), np.array([-2 * np.pi * d.low_pass])), period, d.crossover)
+
+        def memory(order: float) -> np.ndarray:
+            about = tustin(band(order, low, low * d.span, CELLS), period, d.crossover)
+            return np.vstack((about, integral(d.integral, period)))
+
+        law = memory(order_for(lambda n: np.vstack((end, memory(n))), d, d.crossover, d.phase_margin, period))
+        gain = gain_for(np.vstack((end, law)), d, d.crossover, period)
+        super().__init__(np.vstack((gain, end)), law, period)

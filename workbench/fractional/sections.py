@@ -1,0 +1,106 @@
+"""Linear laws as factors, never as polynomials: sampled into second-order sections, and run section by section."""
+
+from dataclasses import dataclass
+
+import control
+import numpy as np
+from scipy.signal import zpk2sos
+
+
+@dataclass(frozen=True)
+class Factors:
+    """gain * product of (1 - s/zero) / product of (1 - s/pole), zeros [m] and poles [n] in rad/s, m <= n.
+
+    Both come real or in conjugate pairs and none is 0, so that `gain` is the gain at s = 0.
+    """
+
+    zeros: np.ndarray
+    poles: np.ndarray
+    gain: float = 1.0
+
+    def __mul__(self, other: "Factors") -> "Factors":
+        return Factors(np.append(self.zeros, other.zeros), np.append(self.poles, other.poles), self.gain * other.gain)
+
+    def __call__(self, f: np.ndarray) -> np.ndarray:
+        """The response at f [k] in Hz, complex [k]."""
+        s = 2j * np.pi * np.asarray(f)[:, None]
+        return self.gain * np.prod(1 - s / self.zeros, axis=1) / np.prod(1 - s / self.poles, axis=1)
+
+
+def pair(frequency: float, damping: float) -> np.ndarray:
+    """The two roots [rad/s] of s^2 + 2 damping w s + w^2, for a natural frequency [Hz] and a damping [1]."""
+    turn = np.emath.sqrt(damping**2 - 1)
+    return 2 * np.pi * frequency * np.array([-damping + turn, -damping - turn])
+
+
+def tustin(law: Factors, period: float, exact: float) -> np.ndarray:
+    """Sections [k, 6], as scipy.signal has them, of a law sampled every `period` [s]; `exact` [Hz] is not warped.
+
+    Tustin's rule prewarped, s = w/tan(w T/2) (z - 1)/(z + 1) at w = 2 pi exact, root by root (Åström and Wittenmark,
+    Computer-Controlled Systems, 3rd ed. 1997, sec. 8.3).
+    """
+    scale = 2 * np.pi * exact / np.tan(np.pi * exact * period)
+    zeros, poles = ((scale + roots) / (scale - roots) for roots in (law.zeros, law.poles))
+    zeros = np.append(zeros, -np.ones(len(poles) - len(zeros)))
+    return zpk2sos(zeros, poles, law.gain * np.real(np.prod(1 - poles) / np.prod(1 - zeros)))
+
+
+def integral(frequency: float, period: float) -> np.ndarray:
+    """One section [1, 6] of 1 + w/s with its corner at `frequency` [Hz], by Tustin's rule; none [0, 6] for 0 Hz."""
+    half = np.pi * frequency * period
+    return np.array([[1 + half, half - 1, 0.0, 1.0, -1.0, 0.0]])[: int(frequency > 0)]
+
+
+def sections_response(sections: np.ndarray, f: np.ndarray, period: float) -> np.ndarray:
+    """Response of sections [k, 6] at f [n] in Hz, complex [n]."""
+    z = np.exp(2j * np.pi * np.asarray(f) * period)[:, None]
+    b0, b1, b2, a0, a1, a2 = sections.T
+    return np.prod((b0 + (b1 + b2 / z) / z) / (a0 + (a1 + a2 / z) / z), axis=1)
+
+
+def sections_system(sections: np.ndarray, period: float) -> control.StateSpace:
+    """Sections [k, 6] one after the other, as a discrete state space with two states a section."""
+    a, b, c, d = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1))
+    for b0, b1, b2, _, a1, a2 in sections:
+        own, enter, leave = np.array([[-a1, 1], [-a2, 0]]), np.array([[b1 - a1 * b0], [b2 - a2 * b0]]), np.eye(1, 2)
+        a = np.block([[a, np.zeros((len(a), 2))], [enter @ c, own]])
+        b, c, d = np.vstack((b, enter @ d)), np.hstack((b0 * c, leave)), b0 * d
+    return control.StateSpace(a, b, c, d, period)
+
+
+class SectionFilter:
+    """Sections [k, 6] run sample by sample, as scipy.signal.sosfilt does: direct form II, transposed."""
+
+    def __init__(self, sections: np.ndarray) -> None:
+        self._sections = [tuple(map(float, row)) for row in sections]
+        self._states = [(0.0, 0.0) for _ in sections]
+
+    @property
+    def direct(self) -> float:
+        """How much of an input is in the output at once."""
+        return float(np.prod([row[0] for row in self._sections]))
+
+    def rest(self, value: float) -> None:
+        """Forget the past: the input has always been `value`. An integrator holds nothing."""
+        self._states = []
+        for b0, b1, b2, _, a1, a2 in self._sections:
+            resting = 1 + a1 + a2
+            out = (b0 + b1 + b2) / resting * value if resting else b0 * value
+            second = b2 * value - a2 * out if resting else 0.0
+            self._states.append((b1 * value - a1 * out + second if resting else 0.0, second))
+            value = out
+
+    def out(self, value: float) -> float:
+        """The output for this input; changes nothing."""
+        for (b0, *_), (state, _) in zip(self._sections, self._states, strict=True):
+            value = b0 * value + state
+        return value
+
+    def advance(self, value: float) -> None:
+        """Take this input in."""
+        states = []
+        for (b0, b1, b2, _, a1, a2), (first, second) in zip(self._sections, self._states, strict=True):
+            out = b0 * value + first
+            states.append((b1 * value - a1 * out + second, b2 * value - a2 * out))
+            value = out
+        self._states = states
