@@ -102,6 +102,11 @@ def _shifted(_, p, x, c):
     return (lap(z - d) + leak, lap(-z - d) + leak), {}
 
 
+def _narrow(_, p, x, c):
+    openings, _ = _shifted(_, p, x, c)
+    return tuple(o / np.sqrt(1 + p["c"] * (o / TRAVEL) ** 2) for o in openings), {}
+
+
 def _dead(_, p, x, c):
     d, z = p["overlap"] * TRAVEL, c["spool"]
     z -= 0.99 * sat(z, d)
@@ -230,6 +235,7 @@ DOCSTRINGS = (
     ("main.stiction", "stribeck", "main_friction", FORCE, RUBBING, _stribeck(2e-4)),
     ("main.stiction", "lugre", "main_friction", FORCE, RUBBING, _lugre),
     ("main.deadband", "lap", "main_openings", OPENINGS, Z, _shifted),
+    ("main.deadband", "lap, narrow passages", "main_openings", OPENINGS, Z, _narrow),
     ("main.deadband", "linear", "main_openings", OPENINGS, Z, _dead),
     ("main.deadband", "smooth", "main_openings", OPENINGS, Z, _smooth),
     ("main.asymmetry", "direction", "main_openings", OPENINGS, Z, _pair_gain),

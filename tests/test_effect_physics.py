@@ -87,6 +87,20 @@ def test_a_dead_band_takes_flow_away_but_never_all_of_the_leak(formula, overlap,
     assert here[0] == pytest.approx(max(z - overlap * TRAVEL, 0), abs=2 * EPS + 0.011 * overlap * TRAVEL)
 
 
+def test_passages_as_wide_as_the_lands_take_the_root_of_a_half():
+    """Two orifices of one area in series have that area over the root of 2."""
+    got, _ = evaluated(
+        find("main.deadband", "lap, narrow passages"),
+        "main_openings",
+        (0.0, 0.0),
+        {"overlap": 0.0, "c": 1.0},
+        spool=TRAVEL - EPS,
+        lap=EPS,
+        travel=TRAVEL,
+    )
+    assert got[0] == pytest.approx(TRAVEL / np.sqrt(2), rel=1e-9)
+
+
 def test_the_curve_leaves_the_flow_at_full_travel():
     effect = find("main.asymmetry", "curve")
     p = {"c_extend": 0.6, "c_retract": -0.6}

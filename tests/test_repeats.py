@@ -81,8 +81,9 @@ def test_phases_are_told_apart_by_the_speed_of_the_measured_position(plant, runs
     ]
     pa = next(one for one in against_mean(plant, wrong, FLOOR) if one.name == "pa")
     assert pa.errors[MOVING] == pytest.approx(2e6, rel=0.2)
-    assert pa.errors[STANDING] < 2 * SIGMA["pa"]
-    assert pa.errors[STANDING] < pa.errors[WHOLE] < pa.errors[MOVING]
+    whole, standing = (pa.errors[phase] or np.inf for phase in (WHOLE, STANDING))
+    assert standing < 2 * SIGMA["pa"]
+    assert 10 * standing < whole < 2e6
 
 
 def test_what_is_clipped_in_one_repeat_is_not_compared(plant, runs):
@@ -93,7 +94,7 @@ def test_what_is_clipped_in_one_repeat_is_not_compared(plant, runs):
         valid={"position": far == 0},
     )
     position = next(one for one in against_mean(plant, [clipped, *runs[1:]], FLOOR) if one.name == "position")
-    assert position.errors[WHOLE] < SIGMA["position"]
+    assert (position.errors[WHOLE] or np.inf) < SIGMA["position"]
 
 
 def test_the_residual_study_reports_it(runs, plant):

@@ -26,6 +26,7 @@ _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers an
 _REFIT_ROUNDS = 12
 _MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
 _WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
+_GONE = 1e-4  # of the typical strength
 _ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
 
 
@@ -41,14 +42,9 @@ class Case:
 
     def thinned(self) -> "Case":
         """With every so many windows only, spread evenly, where there are more than a search needs; else itself."""
-        steps = [-(-windows.count // _MOST) for windows in (self.train, self.heldout)]
-        if steps == [1, 1]:
+        if max(self.train.count, self.heldout.count) <= _MOST:
             return self
-        train, heldout = (
-            windows.some(range(0, windows.count, step))
-            for windows, step in zip((self.train, self.heldout), steps, strict=True)
-        )
-        return replace(self, train=train, heldout=heldout)
+        return replace(self, train=_spread(self.train), heldout=_spread(self.heldout))
 
     @cached_property
     def kappas(self) -> np.ndarray:
@@ -143,6 +139,30 @@ def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -
     return judged(case, model, found, (*stand.known, candidate))
 
 
+def restarted(case: Case, stand: Stand) -> Stand:
+    """The stand fitted once more with the rig's numbers from where it declares them, if that is better: else itself.
+
+    Numbers absorb an effect while the model lacks it, and may not find back by themselves.
+    """
+    own = len(uncertain(case.rig))
+    x = np.concatenate((np.zeros(own), stand.fit.x[own:]))
+    p = numbers_at(stand.model, stand.fit.free, x, stand.fit.p)
+    guess = stand.model.starts(case.train, p)
+    found = fit_numbers(stand.model, case.train, stand.fit.free, x, p, guess, case.kappas)
+    if not found.squares.sum() < stand.fit.squares.sum():
+        return stand
+    return judged(case, stand.model, found, stand.known)
+
+
+def vanished(stand: Stand) -> bool:
+    """Whether the effect that was added last stands where it is off: it is named by nothing but its free states."""
+    effect, values = stand.known[-1].effect, dict(zip(stand.model.plant.parameters, stand.fit.p, strict=True))
+    strong = [number for number in effect.fitted if number.off is not None]
+    return all(
+        abs(values[effect.key(n.name)] - (n.off or 0.0)) <= _GONE * abs(n.typical - (n.off or 0.0)) for n in strong
+    )
+
+
 def refined(case: Case, stand: Stand) -> Stand:
     """The stand fitted to all windows of a case, from where it is."""
     guess = stand.model.starts(case.train, stand.fit.p)
@@ -159,11 +179,16 @@ def judged(case: Case, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> 
     return Stand(known, model, fit, x0, squares, case.heldout.samples)
 
 
+def _spread(windows: Windows) -> Windows:
+    """Some of many windows, spread evenly: not every so many, which would meet repeats of a record at one place."""
+    return windows.some(np.linspace(0, windows.count - 1, min(_MOST, windows.count)).round().astype(int).tolist())
+
+
 def _fitted(case: Case, stand: Stand, model: Model, candidate: Candidate) -> Fit:
     more = candidate.free()
     free: Sequence[Free] = (*stand.fit.free, *more)
     before = carried(stand.model.plant, stand.fit.p, model.plant)
-    offs = [number.off for number in candidate.effect.numbers]
+    offs = [number.off for number in candidate.effect.fitted]
     places = [np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)]) for share in _WEAKER]
     for place in places:
         p = numbers_at(model, more, place, before)
@@ -183,7 +208,7 @@ def _toward(free: Free, off: float | None, share: float) -> float:
 def _elsewhere(candidate: Candidate) -> Candidate:
     """Another start: what shapes the effect far from where it was, or at typical strength where nothing does."""
     start = dict(candidate.start)
-    for number in candidate.effect.numbers:
+    for number in candidate.effect.fitted:
         if number.off is None:
             moved = start[number.name] * _ELSEWHERE
             start[number.name] = float(np.clip(moved, number.low, number.high))

@@ -63,12 +63,17 @@ def base_intervals(rig: Rig, fit: Fit) -> dict[str, Interval]:
 
 
 def effect_intervals(effect: Effect, fit: Fit) -> dict[str, Interval]:
-    """{"Fc [N]": [value, low, high]}, 95 %, of an effect's numbers, each in the unit that people read."""
+    """{"Fc [N]": [value, low, high]}, 95 %, of an effect's numbers, each in the unit that people read.
+
+    A number that is given has no interval.
+    """
     names = [free.name for free in fit.free]
     found = {}
     for number in effect.numbers:
-        index = names.index(effect.key(number.name))
-        values = (_value(fit, index), *fit.interval(index))
+        values: tuple[float, float, float] = (number.typical, np.nan, np.nan)
+        if not number.given:
+            index = names.index(effect.key(number.name))
+            values = (_value(fit, index), *fit.interval(index))
         found[f"{number.name} [{number.shown}]"] = [finite(from_si(v, number.shown, number.si)) for v in values]
     return found
 
@@ -110,13 +115,15 @@ def _value(fit: Fit, index: int) -> float:
 
 def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
     names = [free.name for free in fit.free]
-    values = [_value(fit, names.index(effect.key(number.name))) for number in effect.numbers]
+    found = {n.name: _value(fit, names.index(effect.key(n.name))) for n in effect.fitted}
+    values = [found.get(number.name, number.typical) for number in effect.numbers]
     return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, values, source)))
 
 
 def _numbers(specs: Sequence[EffectNumber], values: Sequence[float], source: str) -> Iterable[tuple[str, Number]]:
     for spec, value in zip(specs, values, strict=True):
-        yield spec.name, Number(spec.name, _inside(spec, value), spec.shown, spec.si, source)
+        said = "typical; given, not fitted" if spec.given else source
+        yield spec.name, Number(spec.name, _inside(spec, value), spec.shown, spec.si, said)
 
 
 def _inside(spec: EffectNumber, value: float) -> float:

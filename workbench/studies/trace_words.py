@@ -133,7 +133,7 @@ def accident(found: Trace, each: Pass, one: Tried) -> tuple[float, float]:
     stand, case = one.stand, found.case
     assert stand is not None
     squares = float(each.before.fit.squares.sum()), float(stand.fit.squares.sum())
-    fall = decide.bic_fall(*squares, len(one.candidate.effect.numbers), stand.fit.samples)
+    fall = decide.bic_fall(*squares, len(one.candidate.effect.fitted), stand.fit.samples)
     count = len(found.passes[0].scores)
     return fall, decide.chance(each.before.squares, stand.squares, case.kappa, count)
 

@@ -19,7 +19,8 @@ class EffectNumber:
 
     `shown` is the unit that people read; `dry` marks a Coulomb force that a linearisation sets to zero. `off` is the
     value at which the effect is gone; a number that only shapes the effect has none. `tried` are values from which a
-    search starts, besides `typical`, where no fit finds the way from there: those of a frequency.
+    search starts, besides `typical`, where no fit finds the way from there: those of a frequency. `given`: recordings
+    rarely tell it from the others, so that a fit leaves it where it is typical; a rig file may declare another value.
     """
 
     name: str
@@ -32,6 +33,7 @@ class EffectNumber:
     dry: bool = False
     off: float | None = None
     tried: tuple[float, ...] = ()
+    given: bool = False
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,11 @@ class Effect:
     def key(self, name: str) -> str:
         """The name that a number or state of this effect has inside a plant."""
         return f"{self.name}.{name}"
+
+    @property
+    def fitted(self) -> tuple[EffectNumber, ...]:
+        """The numbers that a fit may move."""
+        return tuple(number for number in self.numbers if not number.given)
 
     @property
     def title(self) -> str:

@@ -12,6 +12,7 @@ _ALIVE = 0.01  # of the travel acts inside a dead zone: without any, nothing the
 _NULL = "slow triangles and small steps of the command through null, with spool recorded"
 _BOTH_WAYS = "steady moves in both directions at several openings, with spool and position recorded"
 _MERRITT = "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 5: flow gain of a valve, with gains of its own a side"
+_LAP = "lap of Salazar Garcia et al., ICINCO 2007, shifted; leak of Eryilmaz, Wilson, J. Franklin Inst. 343, 2006"
 _DEAD_ZONE = "Tao, Kokotovic, IEEE Trans. Automatic Control 39(1), 1994: dead zone"
 
 _OVERLAP = number(
@@ -29,12 +30,19 @@ _A = number(
 )
 
 
+def _shifted(s: Scope) -> _Pair:
+    eps, overlap = s["lap"], s.p("overlap") * s["travel"]
+    clearance = eps * eps / (eps + overlap) - eps * ca.exp(-overlap / eps)
+    forward, backward = (exponential_lap(z - overlap, eps) + clearance for z in (s["spool"], -s["spool"]))
+    return forward, backward
+
+
 @effect(
     "main.deadband",
     "lap",
     equation="flow",
     slot="main_openings",
-    source="lap of Salazar Garcia et al., ICINCO 2007, shifted; leak of Eryilmaz, Wilson, J. Franklin Inst. 343, 2006",
+    source=_LAP,
     shows=_NULL,
     numbers=(_OVERLAP,),
 )
@@ -43,10 +51,7 @@ def shifted_lap(_: _Pair, s: Scope) -> _Pair:
 
     c keeps the leak at null at that of a clearance as long as the overlap, eps^2/(eps + d).
     """
-    eps, overlap = s["lap"], s.p("overlap") * s["travel"]
-    clearance = eps * eps / (eps + overlap) - eps * ca.exp(-overlap / eps)
-    forward, backward = (exponential_lap(z - overlap, eps) + clearance for z in (s["spool"], -s["spool"]))
-    return forward, backward
+    return _shifted(s)
 
 
 def _laps(z: ca.SX, s: Scope) -> _Pair:
@@ -92,6 +97,36 @@ def smooth_dead_zone(_: _Pair, s: Scope) -> _Pair:
     """
     z, overlap, width = s["spool"], s.p("overlap") * s["travel"], s.p("width") * s["travel"]
     return _laps(_softplus(z - overlap, width) - _softplus(-z - overlap, width), s)
+
+
+@effect(
+    "main.deadband",
+    "lap, narrow passages",
+    equation="flow",
+    slot="main_openings",
+    source=f"{_LAP}; orifices in series: Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3",
+    shows=f"{_NULL}, and steady moves at three openings or more",
+    numbers=(
+        _OVERLAP,
+        number(
+            "c",
+            1.0,
+            "1",
+            low=0.0,
+            high=10.0,
+            off=0.0,
+            meaning="(area of a land at full travel over that of its passages)^2; at 1 they are as wide",
+            given=True,
+        ),
+    ),
+)
+def narrow_passages(openings: _Pair, s: Scope) -> _Pair:
+    """o/sqrt(1 + c (o/travel)^2), o the openings of the formula "lap".
+
+    A land and the passages from it to the port are two orifices in series: 1/A^2 = 1/A1^2 + 1/A2^2.
+    """
+    forward, backward = (opening / ca.sqrt(1 + s.p("c") * (opening / s["travel"]) ** 2) for opening in _shifted(s))
+    return forward, backward
 
 
 @effect(
