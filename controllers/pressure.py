@@ -14,7 +14,7 @@ class PressureFeedback:
 
     On a symmetric jack of area A and mass M with natural frequency wn and velocity gain Kv [m/s] it adds the damping
     K Kv wn M/(2 A), as leakage past the piston would, but for the lag of the valve (Merritt, Hydraulic Control Systems,
-    1967, sec. 6-8; Jelali and Kroll, Hydraulic Servo-Systems, 2003, ch. 6). Static feedback gives way to a steady load,
+    1967; Jelali and Kroll, Hydraulic Servo-Systems, 2003, ch. 6). Static feedback gives way to a steady load,
     again as leakage does; dynamic feedback leaves out what is slower than w.
     """
 

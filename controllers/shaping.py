@@ -13,7 +13,7 @@ class Shaping:
     """The controller's reference is (T s + 1)/(s/w + 1)^2 r: slower with T = 0, faster with T w > 2.
 
     The loop alone decides how disturbances are met and how near it is to instability; how a reference is followed is
-    then free (Åström and Hägglund, Advanced PID Control, 2006, sec. 3.4 and 5.3).
+    then free (Åström and Hägglund, Advanced PID Control, 2006).
     """
 
     into: ClassVar[Literal["command", "reference"]] = "reference"

@@ -36,8 +36,8 @@ class Scenario:
 
     @property
     def is_step(self) -> bool:
-        """Whether the reference is at its end from the start."""
-        return self.frequency is None and np.isinf(self.rate)
+        """Whether all there is to it is a reference that is at its end from the start."""
+        return self.arrives == 0.0
 
     @property
     def _moving(self) -> float:
@@ -47,7 +47,7 @@ class Scenario:
         """What is asked for at t [k] s: deviations [k] from the start."""
         if self.frequency is not None:
             return self.size * np.sin(2 * np.pi * self.frequency * t)
-        return np.full(len(t), self.size) if self.is_step else np.minimum(self.rate * t, self.size)
+        return np.full(len(t), self.size) if np.isinf(self.rate) else np.minimum(self.rate * t, self.size)
 
     def inputs(self, t: np.ndarray) -> dict[str, np.ndarray]:
         """Other inputs of the plant at t [k] s, by name: the far end's position [m] and velocity [m/s]."""

@@ -1,0 +1,104 @@
+"""Three-variable control of test rigs: displacement, velocity and acceleration, each asked for and fed back."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import control
+import numpy as np
+from scipy.linalg import block_diag, expm
+
+from workbench.controller import number
+from workbench.filter import Filter
+
+
+class Tvc:
+    """u = kx (xr - x) + kv (vr - v) + ka (ar - a) + (vr + 2 d ar/wn)/Kv.
+
+    A reference generator makes xr, vr, ar of the reference: a low pass 1/(s/wr + 1)^3 and its derivatives. The velocity
+    comes from displacement below a crossover frequency c and from acceleration above it: x' = v + 2 c e, v' = a + c^2 e
+    with e the position less x. The gains put the poles of the jack Kv wn^2/(s (s^2 + 2 d wn s + wn^2)) to one at -p and
+    a mode (w, z):
+
+        kx = p w^2/(Kv wn^2),  kv = (w^2 + 2 z w p - wn^2)/(Kv wn^2),  ka = (p + 2 z w - 2 d wn)/(Kv wn^2)
+
+    and with the feed-forward x follows xr but for its jerk. Delta-P stabilisation is the compensator PressureFeedback;
+    d then is the damping with it. Sources: Plummer, Control techniques for structural testing: a review, and Tagawa and
+    Kajiwara, Controller development for the E-Defense shaking table, both Proc. IMechE I 221(2), 2007.
+    """
+
+    measures: ClassVar[tuple[str, ...]] = ("position", "acceleration")
+
+    @dataclass(frozen=True)
+    class Design:
+        """Design numbers: what the loop should be, and the jack, which `jackbench show` gives."""
+
+        bandwidth: float = number("Hz", 0.01, 100.0, "pole p of the closed loop")
+        mode_frequency: float = number("Hz", 0.1, 1e3, "natural frequency w of its mode")
+        mode_damping: float = number("1", 0.01, 2.0, "damping z of its mode")
+        velocity_gain: float = number("m/s", 1e-3, 1e3, "speed of the jack per unit of command Kv")
+        jack_frequency: float = number("Hz", 0.1, 1e3, "natural frequency wn of the mass on the oil")
+        jack_damping: float = number("1", 0.0, 2.0, "damping d of the mass on the oil")
+        reference_corner: float = number("Hz", 0.1, 1e3, "corner wr of the reference generator")
+        crossover: float = number("Hz", 0.1, 1e3, "where velocity is taken from acceleration rather than displacement")
+
+    def __init__(self, design: Design, period: float) -> None:
+        self._law = _law(design, period)
+        self._filter = Filter(self._law)
+        self._offset = 0.0
+        self._seen = [0.0] * 3
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start without a bump: generator and observer rest, and an offset keeps the command that the drive holds."""
+        seen = self._look(reference, measurement)
+        self._filter.rest(seen)
+        self._offset = command - self._filter.out(seen)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The sum of the three terms and the feed-forward, and the command found at the start."""
+        return self._filter.out(self._look(reference, measurement)) + self._offset
+
+    def update(self, realised: float) -> None:
+        """Advance generator and observer: neither asks what the drive did."""
+        self._filter.step(self._seen)
+
+    def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
+        self._seen = [reference, *(measurement[name] for name in self.measures)]
+        return self._seen
+
+    def linear(self) -> control.StateSpace:
+        """The law, which is linear."""
+        return self._law
+
+
+def gains(design: Tvc.Design) -> tuple[float, float, float]:
+    """kx [1/m], kv [s/m], ka [s^2/m]."""
+    p, w, wn = (2 * np.pi * f for f in (design.bandwidth, design.mode_frequency, design.jack_frequency))
+    z, d, drive = design.mode_damping, design.jack_damping, design.velocity_gain * wn**2
+    return p * w**2 / drive, (w**2 + 2 * z * w * p - wn**2) / drive, (p + 2 * z * w - 2 * d * wn) / drive
+
+
+def _law(design: Tvc.Design, period: float) -> control.StateSpace:
+    """States: xr, vr, ar of the generator, then displacement and velocity of the observer."""
+    kx, kv, ka = gains(design)
+    forward = np.array([0.0, 1.0, 2 * design.jack_damping / (2 * np.pi * design.jack_frequency)]) / design.velocity_gain
+    wr, w = 2 * np.pi * design.reference_corner, 2 * np.pi * design.crossover
+    generator = _held([[0, 1, 0], [0, 0, 1], [-(wr**3), -3 * wr**2, -3 * wr]], [[0], [0], [wr**3]], period)
+    observer = _held([[-2 * w, 1], [-(w**2), 0]], [[2 * w, 0], [w**2, 1]], period)
+    asked, seen = np.array([kx, kv, ka]) + forward, np.array([0.0, -kv])
+    return control.StateSpace(
+        block_diag(generator[0], observer[0]),
+        block_diag(generator[1], observer[1]),
+        [[*asked, *seen]],
+        [[0.0, -kx, -ka]],
+        period,
+        inputs=["reference", "position", "acceleration"],
+        outputs=["command"],
+    )
+
+
+def _held(a: list[list[float]], b: list[list[float]], period: float) -> tuple[np.ndarray, np.ndarray]:
+    """The state after `period` [s], of itself and of inputs held over it."""
+    n, m = len(a), len(b[0])
+    both = expm(period * np.block([[np.array(a), np.array(b)], [np.zeros((m, n + m))]]))
+    return both[:n, :n], both[:n, n:]
