@@ -6,7 +6,7 @@ cosines between the g of two effects say what a campaign can tell apart, before 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from .solve import Fit
 from .windows import Windows
 
 STRENGTHS = (0.03, 0.3, 2.0)  # of typical: an effect that is not linear in its strength shows at one of them
+_TELLING = 12  # windows: 6 s
 _SMALLEST, _LARGEST = 0.2, 5.0  # how far beyond a tried strength the fit may be started
 
 
@@ -93,6 +94,12 @@ def score(
     return best
 
 
+def telling(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
+    """The windows where a fit is most wrong, and the fit in them: no need to try an effect on all."""
+    keep = np.sort(np.argsort(-fit.squares, kind="stable")[:_TELLING])
+    return windows.some(keep.tolist()), replace(fit, x0=fit.x0[keep], squares=fit.squares[keep])
+
+
 def cosines(scores: Sequence[Score]) -> np.ndarray:
     """Absolute cosines between the effects' shapes [k, k]: at 1 this campaign can not tell two of them apart."""
     shapes = np.array([one.shape for one in scores])
@@ -110,12 +117,13 @@ def starts_with(model: Model, base: Model, windows: Windows, x0: np.ndarray, p: 
 
 
 def _tried(effect: Effect) -> list[_Tried]:
-    """Every strength, of all that an effect has together and of each, and every shape at one small strength."""
+    """Every strength of the whole effect, then each of its strengths alone, and every shape at a small strength."""
     names = strengths(effect)
-    alone = (None, *names) if len(names) > 1 else (None,)
-    found = [_Tried(effect, strength, only) for only in alone for strength in STRENGTHS]
+    found = [_Tried(effect, strength) for strength in STRENGTHS]
+    if len(names) > 1:
+        found += [_Tried(effect, STRENGTHS[1], only) for only in names]
     shapes = [(number.name, value) for number in effect.numbers for value in number.tried]
-    return found + [_Tried(effect, STRENGTHS[0], only, (shape,)) for shape in shapes for only in alone]
+    return found + [_Tried(effect, STRENGTHS[0], shape=(shape,)) for shape in shapes]
 
 
 def _two_sided(effect: Effect) -> bool:

@@ -16,12 +16,12 @@ from . import decide
 from .candidate import Candidate
 from .locate import Located, located
 from .refit import Case, Stand, fit_rig, refined, refit
-from .score import Remainder, Score, cosines, score
+from .score import Remainder, Score, cosines, score, telling
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
 
 NAMES = 4  # effects on the shortlist
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
-_RIVAL = 0.1  # of the best score: below this no rival is refitted once the misfit is explained
+_RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 _PASSES = 6  # effects at most
 
@@ -181,15 +181,14 @@ class _Tracer:
         """Every effect's share of the misfit, most first; names and cosines of the best formula of the best effects."""
 
         def compute() -> dict[str, Any]:
-            rest = Remainder(stand.model, self._case.train, stand.fit)
+            windows, fit = telling(self._case.train, stand.fit)
+            rest = Remainder(stand.model, windows, fit)
             scores: list[Score] = []
             for effect in library:
-                scores.append(
-                    score(self._case.rig, stand.effects, effect, stand.model, self._case.train, stand.fit, rest)
-                )
+                scores.append(score(self._case.rig, stand.effects, effect, stand.model, windows, fit, rest))
                 self._say(f"pass {number}: score of {effect.name} {effect.formula}")
             scores.sort(key=lambda one: -one.gain)
-            misfit = max(float(stand.fit.squares.sum()) - stand.fit.samples, 1.0)
+            misfit = max(float(fit.squares.sum()) - windows.samples, 1.0)
             first = [one for place, one in enumerate(scores) if one.gain > 0 and _first(scores, place)]
             return {
                 "scores": [packed_candidate(one.candidate) | {"share": one.gain / misfit} for one in scores],

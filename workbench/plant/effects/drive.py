@@ -44,7 +44,13 @@ shift = Effect(
 )
 """The command is late: no law in the plant, whoever feeds it holds the command back."""
 
-interpolated = replace(shift, formula="interpolated", blended=True, source="linear interpolation between two samples")
+interpolated = replace(
+    shift,
+    formula="interpolated",
+    source="linear interpolation between two samples",
+    numbers=(replace(_DELAY, tried=()),),
+    blended=True,
+)
 """The command is late by a share of a period too, and the drive interpolates between the two samples."""
 
 
