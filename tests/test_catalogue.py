@@ -28,14 +28,18 @@ def test_every_rig_and_effect_is_listed():
 
 def test_controllers_are_found_by_their_files_and_can_be_used():
     rows = {row["name"]: row for row in listing("controllers")}
-    assert {"p", "pid-lead"} <= rows.keys()
+    assert {name: rows[name]["kind"] for name in ("p", "pid-lead", "tvc", "pressure")} == {
+        "p": "controller", "pid-lead": "controller", "tvc": "controller", "pressure": "compensator",
+    }  # fmt: skip
     assert rows["pid-lead"]["use"] == "controllers.pid_lead:PidLead"
     for name, row in rows.items():
         assert row["summary"]
         for number in row["numbers"]:
             assert {"name", "unit", "low", "high", "meaning", "default"} <= number.keys()
         middle = {n["name"]: {"value": n["low"], "unit": n["unit"]} for n in row["numbers"] if n["default"] is None}
-        assert recipe(name, {"use": row["use"], **middle}, "here").name == name
+        given = {"use": row["use"], **middle}
+        plain = {"use": "controllers.p:P", "gain": {"value": 1, "unit": "1/m"}, "compensators": [given]}
+        assert recipe(name, given if row["kind"] == "controller" else plain, "here").name == name
 
 
 def test_an_experiment_is_listed_with_its_first_comment(tmp_path):

@@ -10,7 +10,8 @@ from controllers.p import P
 from controllers.pressure import PressureFeedback
 from controllers.shaping import Shaping
 from controllers.tvc import Tvc
-from workbench.compensator import Compensated, OnLoadCell
+from controllers.velocity import VelocityCompensation
+from workbench.compensator import Compensated, Deflection, OnLoadCell
 
 PERIOD = 1e-5  # s: next to continuous
 GAIN, MODE, DAMPING, MASS, AREA = 7.1, 2 * np.pi * 27.4, 0.02, 1000.0, 4.67e-3
@@ -111,6 +112,12 @@ def test_velocity_feed_forward_takes_the_lag_off_a_ramp():
     assert abs(behind[1 / GAIN]) < 0.01 * abs(behind[0.0])
 
 
+def test_velocity_compensation_is_its_formula():
+    s = 2j * np.pi * 20
+    law = VelocityCompensation(VelocityCompensation.Design(gain=0.07, corner=15), PERIOD).law
+    assert complex(law(np.exp(s * PERIOD))) == pytest.approx(0.07 * s / (s / (30 * np.pi) + 1) ** 2, rel=1e-4)
+
+
 def test_feed_forward_and_shaping_are_their_formulas():
     s = 2j * np.pi * 20
     z = np.exp(s * PERIOD)
@@ -141,8 +148,17 @@ def test_the_last_compensator_is_outermost():
 
 
 def test_on_a_load_cell_a_force_over_the_stiffness_is_a_position():
-    on_force = OnLoadCell(p(2.0), 1e7)
+    on_force = Compensated(OnLoadCell(p(2.0), 1e7), Deflection(1e7, PERIOD))
     assert on_force.measures == ("force",)
     on_force.reset(0.0, {"force": 0.0}, 0.0)
     assert on_force.compute(20e3, {"force": 5e3}) == pytest.approx(2.0 * 1.5e-3)
     assert np.asarray(on_force.linear().D).ravel() == pytest.approx([2e-7, -2e-7])
+
+
+def test_a_compensator_on_a_load_cell_sees_the_jack_s_own_position():
+    velocity = VelocityCompensation(VelocityCompensation.Design(gain=0.07, corner=20), PERIOD)
+    on_force = Compensated(OnLoadCell(p(2.0), 1e7), velocity)
+    assert on_force.measures == ("force", "position")
+    on_force.reset(0.0, {"force": 0.0, "position": 0.1}, 0.0)
+    assert on_force.compute(0.0, {"force": 0.0, "position": 0.1}) == pytest.approx(0.0, abs=1e-12)
+    assert on_force.compute(0.0, {"force": 0.0, "position": 0.101}) > 1e-6

@@ -166,14 +166,15 @@ def _mode_linearised(plant: Plant, rest: Equilibrium, p: np.ndarray) -> tuple[fl
 
 
 def _controllers() -> Iterator[dict[str, Any]]:
-    """Every class with a Design in a module of the controllers' package, by the name of its file."""
+    """Every controller and compensator, a class with a Design in a module of their package, by the name of its file."""
     for module in sorted(m.name for m in pkgutil.iter_modules(import_module(CONTROLLERS).__path__)):
         loaded = import_module(f"{CONTROLLERS}.{module}")
         found: list[Any] = [c for c in vars(loaded).values() if inspect.isclass(c) and c.__module__ == loaded.__name__]
-        found = [c for c in found if hasattr(c, "Design") and hasattr(c, "measures") and c.__name__[0] != "_"]
+        found = [c for c in found if hasattr(c, "Design") and c.__name__[0] != "_"]
         for chosen in found:
             yield {
                 "name": (module if len(found) == 1 else _snake(chosen.__name__)).replace("_", "-"),
+                "kind": "compensator" if hasattr(chosen, "into") else "controller",
                 "use": f"{loaded.__name__}:{chosen.__name__}",
                 "summary": (inspect.getdoc(chosen) or "").partition("\n")[0],
                 "numbers": [_design_number(entry) for entry in fields(chosen.Design)],

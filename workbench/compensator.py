@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from .controller import Controller
-from .filter import Filter
+from .filter import Filter, weighted
 
 
 class Compensator(Protocol):
@@ -78,9 +78,9 @@ class Compensated:
 
 
 class OnLoadCell:
-    """A controller of position on the force of a specimen: force over stiffness is the position that it controls.
+    """A controller of position on a load cell: its position is force over stiffness [N/m], a specimen's deflection.
 
-    A specimen of this stiffness [N/m] with its far end at rest makes both the same loop, but for damping and offset.
+    Its reference is a deflection [m], as of a specimen whose far end stands; `Deflection` makes it of a force.
     """
 
     def __init__(self, inner: Controller, stiffness: float) -> None:
@@ -89,27 +89,36 @@ class OnLoadCell:
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start the inner controller without a bump."""
-        self._inner.reset(reference / self._stiffness, self._travel(measurement), command)
+        self._inner.reset(reference, self._deflected(measurement), command)
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The inner controller's command."""
-        return self._inner.compute(reference / self._stiffness, self._travel(measurement))
+        return self._inner.compute(reference, self._deflected(measurement))
 
     def update(self, realised: float) -> None:
         """Advance the inner controller."""
         self._inner.update(realised)
 
-    def _travel(self, measurement: Mapping[str, float]) -> dict[str, float]:
+    def _deflected(self, measurement: Mapping[str, float]) -> dict[str, float]:
         return {**measurement, "position": measurement["force"] / self._stiffness}
 
     def linear(self) -> control.StateSpace:
-        """The inner law with reference and force over the stiffness."""
+        """The inner law, of force over the stiffness."""
         law = self._inner.linear()
         a, b, c, d = _matrices(law)
         scale = np.ones(b.shape[1])
-        scale[:2] /= self._stiffness
+        scale[1] /= self._stiffness
         names = ["reference", *self.measures]
         return control.StateSpace(a, b * scale, c, d * scale, law.dt, inputs=names, outputs=["command"])
+
+
+class Deflection:
+    """The controller's reference is a force over a stiffness [N/m]."""
+
+    into: ClassVar[Literal["command", "reference"]] = "reference"
+
+    def __init__(self, stiffness: float, period: float) -> None:
+        self.law = weighted([1], [1], period, {"reference": 1 / stiffness})
 
 
 def _matrices(law: control.StateSpace) -> list[np.ndarray]:

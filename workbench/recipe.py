@@ -6,7 +6,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from importlib import import_module
 from typing import Any, TypeVar, cast
 
-from .compensator import Compensated, Compensator, OnLoadCell
+from .compensator import Compensated, Compensator, Deflection, OnLoadCell
 from .controller import Controller, number
 from .errors import InputError
 from .toml import check_keys
@@ -20,7 +20,8 @@ _STIFFNESS = number("N/m", 1e3, 1e10, "stiffness of the specimen that the loop i
 class Recipe:
     """A named controller of a config: where its class is, its design numbers in SI, and the compensators around it.
 
-    With a `stiffness` [N/m] the loop is on the load cell, as `OnLoadCell` says.
+    With a `stiffness` [N/m] the loop is on the load cell, of force over stiffness: the controller and every compensator
+    see the reference as a deflection [m].
     """
 
     name: str
@@ -32,9 +33,11 @@ class Recipe:
     def make(self, period: float) -> Controller:
         """The controller for a control period [s], its compensators around it from first to last."""
         made = cast(Controller, _load(self.use, self.name)(self.design, period))
+        if self.stiffness is not None:
+            made = OnLoadCell(made, self.stiffness)
         for part in self.compensators:
             made = Compensated(made, cast(Compensator, _load(part.use, part.name)(part.design, period)))
-        return made if self.stiffness is None else OnLoadCell(made, self.stiffness)
+        return made if self.stiffness is None else Compensated(made, Deflection(self.stiffness, period))
 
 
 def recipe(name: str, table: Mapping[str, Any], where: str) -> Recipe:
