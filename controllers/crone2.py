@@ -39,12 +39,12 @@ class Crone2(ErrorLaw):
 
         crossover: float = number("Hz", 0.01, 100.0, "where the open loop has gain 1", 5.0)
         phase_margin: float = number("rad", 0.2, 2.0, "phase margin there and an octave around", 1.0)
-        roll_off: float = number("Hz", 1.0, 400.0, "two pairs of poles there end the law", 150.0)
+        roll_off: float = number("Hz", 1.0, 400.0, "four Butterworth poles there end the law", 150.0)
         integral: float = number("Hz", 0.0, 100.0, "corner of an integrator; 0: none, the jack integrates", 0.0)
 
     def __init__(self, design: Design, period: float) -> None:
         d = design
-        inverse = Factors(d.modes, np.tile(pair(d.roll_off, np.sqrt(0.5)), 2))
+        inverse = Factors(d.modes, np.append(*(pair(d.roll_off, np.sin(np.pi / 8 * k)) for k in (1, 3))))
         ahead, integrator = tustin(inverse, period, d.crossover), integral(d.integral, period)
         low, high = _flattest(d, np.vstack((ahead, integrator)), period)
 

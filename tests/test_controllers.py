@@ -19,6 +19,10 @@ from workbench.units import to_si
 PERIOD = 1e-3  # s
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 PRESSURE = {"use": "controllers.pressure:PressureFeedback", "gain": (2e-9, "1/Pa"), "corner": (1, "Hz")}
+JACK = {
+    "velocity_gain": (7.4, "m/s"), "jack_frequency": (31.6, "Hz"), "jack_damping": (0.357, "1"),
+    "valve_frequency": (93.8, "Hz"), "valve_damping": (0.545, "1"), "delay": (0.824, "ms"),
+}  # fmt: skip
 CONTROLLERS = {
     "p": {"use": "controllers.p:P", "gain": (0.24, "1/m")},
     "pid-lead": {
@@ -32,6 +36,10 @@ CONTROLLERS = {
         "velocity_gain": (7.1, "m/s"), "jack_frequency": (27.4, "Hz"), "jack_damping": (0.02, "1"),
         "reference_corner": (30, "Hz"), "crossover": (5, "Hz"),
     },
+    "crone1": {"use": "controllers.crone1:Crone1", **JACK, "compensators": [PRESSURE]},
+    "crone1, with integral": {"use": "controllers.crone1:Crone1", **JACK, "integral": (0.5, "Hz")},
+    "crone2": {"use": "controllers.crone2:Crone2", **JACK, "phase_margin": (65, "deg"), "compensators": [PRESSURE]},
+    "crone2, with integral": {"use": "controllers.crone2:Crone2", **JACK, "integral": (0.3, "Hz")},
     "pi on force, all around it": {
         "use": "controllers.pid_lead:PidLead", "gain": (4, "1/m"), "integral_time": (50, "ms"),
         "stiffness": (1e7, "N/m"), "compensators": [

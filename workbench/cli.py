@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from . import catalogue, studies, tracing
+from . import catalogue, designing, studies, tracing
 from .command import Parser, computes, finish, prints
 from .config import load_config
 from .datasheet import load_datasheet
@@ -54,6 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     found.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
     computes(found, _residual)
     tracing.add(commands)
+    designing.add(commands)
     _recording_commands(commands)
     compared = commands.add_parser(
         "compare", help="hold finished runs against each other", description="Overlay finished runs, with a table."

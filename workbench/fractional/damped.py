@@ -11,20 +11,38 @@ from ..views import Equilibrium, sampled
 
 
 def damped(
-    plant: Plant, about: Equilibrium, period: float, compensator: Compensator, p: np.ndarray | None = None
+    plant: Plant,
+    about: Equilibrium,
+    period: float,
+    compensators: Sequence[Compensator],
+    p: np.ndarray | None = None,
 ) -> control.StateSpace:
-    """Discrete state space from an outer controller's command to the position [m], `compensator` in between.
+    """Discrete state space from an outer controller's command to the position [m], `compensators` in between.
 
-    The plant is linearised at a point and sampled every `period` [s], as `views.sampled` does.
+    The plant is linearised at a point and sampled every `period` [s], as `views.sampled` does. What compensators do
+    with a reference is left out.
     """
-    seen = compensator.law.input_labels
+    laws = [part.law for part in compensators if part.into == "command"]
+    seen = dict.fromkeys(name for law in laws for name in law.input_labels if name not in ("reference", "position"))
     model = sampled(plant, about, period, ("position", *seen), p)
-    a, b, c = (np.asarray(part) for part in (model.A, model.B, model.C))
-    ac, bc, cc, dc = (np.asarray(getattr(compensator.law, part)) for part in "ABCD")
-    whole = np.block([[a + b @ dc @ c[1:], b @ cc], [bc @ c[1:], ac]])
-    entering, leaving = np.vstack((b, np.zeros((len(ac), 1)))), np.hstack((c[:1], np.zeros((1, len(ac)))))
+    for law in laws:
+        model = _closed(model, law)
+    parts = (np.asarray(getattr(model, part)) for part in "AB")
     names = {"inputs": ["command"], "outputs": ["position"], "name": f"{plant.name} damped".replace(".", "_")}
-    return control.StateSpace(whole, entering, leaving, 0, period, **names)
+    return control.StateSpace(*parts, np.asarray(model.C)[:1], 0, period, **names)
+
+
+def _closed(model: control.StateSpace, law: control.StateSpace) -> control.StateSpace:
+    """The same inputs and outputs with what a law makes of the outputs added to the input."""
+    a, b, c = (np.asarray(part) for part in (model.A, model.B, model.C))
+    taken = [name for name in law.input_labels if name != "reference"]
+    columns = [law.input_labels.index(name) for name in taken]
+    ac, cc = np.asarray(law.A), np.asarray(law.C)
+    bc, dc = np.asarray(law.B)[:, columns], np.asarray(law.D)[:, columns]
+    picked = c[[model.output_labels.index(name) for name in taken]]
+    whole = np.block([[a + b @ dc @ picked, b @ cc], [bc @ picked, ac]])
+    entering, leaving = np.vstack((b, np.zeros((len(ac), 1)))), np.hstack((c, np.zeros((len(c), len(ac)))))
+    return control.StateSpace(whole, entering, leaving, 0, model.dt, inputs=["command"], outputs=model.output_labels)
 
 
 def overshoots(

@@ -1,0 +1,134 @@
+"""Coefficients for a rig's own controller: scipy's sosfilt of what is printed is what the controller object does."""
+
+import json
+from pathlib import Path
+
+import control
+import numpy as np
+import pytest
+from scipy.signal import sosfilt
+from test_controllers import CONTROLLERS, PERIOD, make
+
+from workbench.cli import main
+from workbench.coefficients import as_json, as_text, coefficients, replay
+from workbench.errors import InputError
+
+
+def answer(printed):
+    """The command that the printed sections make of the printed inputs."""
+    vector = {name: np.array(values) for name, values in printed["vector"].items()}
+    vector["error"] = vector["reference"] - vector[list(vector)[1]]
+    parts = [sosfilt(channel["sections"], vector[channel["signal"]]) for channel in printed["channels"]]
+    return np.sum(parts, axis=0)
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_printed_sections_are_the_controller(name):
+    """To 1e-9 of the largest command, through the text of JSON, run anew on the controller object."""
+    printed = json.loads(json.dumps(as_json(coefficients(make(name), PERIOD))))
+    controller, inputs = make(name), printed["vector"]
+    controller.reset(0.0, dict.fromkeys(controller.measures, 0.0), 0.0)
+    wanted = []
+    for k in range(len(inputs["reference"])):
+        wanted.append(controller.compute(inputs["reference"][k], {s: inputs[s][k] for s in controller.measures}))
+        controller.update(wanted[-1])
+    assert inputs["command"] == pytest.approx(wanted, rel=1e-12)
+    assert answer(printed) == pytest.approx(np.array(wanted), abs=1e-9 * np.abs(wanted).max())
+    assert printed["period_s"] == PERIOD
+
+
+class Linear:
+    """A controller that is nothing but a discrete state space."""
+
+    measures = ("position",)
+
+    def __init__(self, a, b, c, d):
+        self._law = control.StateSpace(a, b, c, d, PERIOD, inputs=["reference", "position"], outputs=["command"])
+        self._x = np.zeros(len(self._law.A))
+
+    def linear(self):
+        return self._law
+
+    def reset(self, reference, measurement, command):
+        self._x = 0 * self._x
+
+    def compute(self, reference, measurement):
+        self._u = np.array([reference, measurement["position"]])
+        return (np.asarray(self._law.C) @ self._x + np.asarray(self._law.D) @ self._u).item()
+
+    def update(self, realised):
+        self._x = np.asarray(self._law.A) @ self._x + np.asarray(self._law.B) @ self._u
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("direct", [0.0, 1.0])
+@pytest.mark.parametrize("late", [0, 2])
+def test_any_stable_law_has_sections(seed, direct, late):
+    """Of any order, with zeros where they come, answering at once, a sample late or three."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(0, 9))
+    a = random.standard_normal((n, n))
+    a *= 0.9 / max(1e-9, np.abs(np.linalg.eigvals(a)).max(initial=0.0))
+    b, c, d = random.standard_normal((n, 2)), random.standard_normal((1, n)), direct * random.standard_normal((1, 2))
+    way = np.eye(late, k=-1)
+    last = np.eye(1, late, late - 1)
+    if late:
+        whole = np.block([[a, np.zeros((n, late))], [np.eye(late, 1) @ c, way]])
+        a, b, c, d = whole, np.vstack((b, np.eye(late, 1) @ d)), np.hstack((np.zeros((1, n)), last)), 0 * d
+    found = coefficients(Linear(a, b, c, d), PERIOD)
+    assert replay(found) == pytest.approx(found.vector["command"], abs=1e-9)
+    assert [channel.signal for channel in found.channels] == ["reference", "position"]
+
+
+def test_opposite_inputs_are_one_error():
+    law = Linear([[0.5]], [[1.0, -1.0]], [[2.0]], [[1.0, -1.0]])
+    found = coefficients(law, PERIOD)
+    assert [channel.signal for channel in found.channels] == ["error"]
+    assert found.channels[0].sections[0] == pytest.approx([1, 1.5, 0, 1, -0.5, 0])
+
+
+def test_a_law_that_does_nothing_has_sections_too():
+    found = coefficients(Linear(np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((1, 0)), [[0.0, 0.0]]), PERIOD)
+    assert np.all(replay(found) == 0)
+
+
+def test_what_sections_can_not_give_is_said():
+    """Twelve equal poles: no zeros and poles that floating point finds give them back."""
+    n = 12
+    turn = np.linalg.qr(np.random.default_rng(0).standard_normal((n, n)))[0]
+    a = turn @ (0.9 * np.eye(n) + np.eye(n, k=1)) @ turn.T
+    b = turn @ np.hstack((np.eye(n, 1, 1 - n), np.zeros((n, 1))))
+    with pytest.raises(InputError, match="its poles are too close"):
+        coefficients(Linear(a, b, np.eye(1, n) @ turn.T, [[1.0, 0.0]]), PERIOD)
+
+
+def test_the_text_has_every_digit():
+    found = coefficients(make("crone2"), PERIOD)
+    words = as_text("crone2", found).split()
+    for channel in found.channels:
+        for value in channel.sections[:, [0, 1, 2, 4, 5]].ravel():
+            assert f"{value:.17g}" in words
+
+
+EXPERIMENT = str(Path(__file__).parents[1] / "experiments" / "position_crone.toml")
+
+
+def test_the_command_prints_json(capsys):
+    assert main(["coefficients", EXPERIMENT, "--controller", "crone2", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)["crone2"]
+    assert answer(printed) == pytest.approx(np.array(printed["vector"]["command"]), abs=1e-9)
+
+
+@pytest.mark.parametrize("command", ["coefficients", "jack-model"])
+def test_a_controller_that_is_not_there_is_named(capsys, command):
+    assert main([command, EXPERIMENT, "--controller", "crone9"]) == 2
+    assert "no controller crone9; it has p-dp, crone1, crone2" in capsys.readouterr().err
+
+
+def test_the_jack_model_is_the_one_in_the_experiment(capsys):
+    """What the experiment gives its designs is what the command prints, moving."""
+    assert main(["jack-model", EXPERIMENT, "--controller", "crone2"]) == 0
+    printed = capsys.readouterr().out.split("moving\n")[1].splitlines()
+    text = Path(EXPERIMENT).read_text("utf-8")
+    for line in printed:
+        assert line in text

@@ -1,0 +1,86 @@
+"""The commands around a design: the jack as a controller sees it, and coefficients for a rig's own controller."""
+
+import argparse
+import json
+from dataclasses import asdict, fields
+from typing import Any, cast
+
+from .coefficients import as_json, as_text, coefficients
+from .command import prints
+from .compensator import Compensator
+from .config import StepConfig, load_config
+from .errors import InputError
+from .fractional import JackModel, damped, fit_jack_model
+from .plant import build
+from .views import equilibrium
+
+MOVING = 0.1  # m/s
+
+
+def add(commands: Any) -> None:
+    """Commands that print what a design starts from, and what it ends in."""
+    seen = commands.add_parser(
+        "jack-model",
+        help="the jack in six numbers, as CRONE and LQG take it",
+        description="Six numbers of the jack with the compensators of an experiment's controllers closed.",
+    )
+    written = commands.add_parser(
+        "coefficients",
+        help="second-order sections and a test vector, for a rig's own digital controller",
+        description="Discrete coefficients of an experiment's controllers at the rig's period.",
+    )
+    for command, call in ((seen, _jack_model), (written, _coefficients)):
+        command.add_argument("experiment", help="such as experiments/position_crone.toml")
+        command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
+        command.add_argument("--controller", metavar="NAME", help="only this one")
+        prints(command, call)
+
+
+def _read(options: argparse.Namespace) -> StepConfig:
+    """The experiment, with the wanted controllers only."""
+    config = load_config(options.experiment, options.rig)
+    if not isinstance(config, StepConfig):
+        raise InputError(f"{options.experiment}: has no controllers")
+    names = [chosen.name for chosen in config.controllers]
+    if options.controller not in (None, *names):
+        raise InputError(f"{options.experiment}: no controller {options.controller}; it has {', '.join(names)}")
+    return config
+
+
+def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
+    config = _read(options)
+    plant, period = build(config.rig), config.rig.period.value
+    smooth = plant.without_dry_friction()
+    points = {"null": equilibrium(plant, p=smooth), "moving": equilibrium(plant, speed=MOVING, p=smooth)}
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for chosen in config.controllers:
+        if options.controller in (None, chosen.name):
+            parts = [cast(Compensator, part.make(period)) for part in chosen.compensators]
+            found[chosen.name] = {
+                where: asdict(fit_jack_model(damped(plant, about, period, parts, smooth)))
+                for where, about in points.items()
+            }
+    units = {entry.name: entry.metadata["unit"] for entry in fields(JackModel)}
+    if options.json:
+        print(json.dumps(found, indent=2))
+        return
+    for name, models in found.items():
+        for where, numbers in models.items():
+            print(f"# {name}, {where}")
+            print(
+                "\n".join(f'{key} = {{value = {value:.5g}, unit = "{units[key]}"}}' for key, value in numbers.items())
+            )
+
+
+def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
+    config = _read(options)
+    period = config.rig.period.value
+    found = {
+        chosen.name: coefficients(chosen.make(period), period)
+        for chosen in config.controllers
+        if options.controller in (None, chosen.name)
+    }
+    if options.json:
+        print(json.dumps({name: as_json(part) for name, part in found.items()}, indent=2))
+        return
+    print("\n\n".join(as_text(name, part) for name, part in found.items()))
