@@ -8,6 +8,7 @@ import pytest
 
 from workbench.config import load_config
 from workbench.datasheet import load_datasheet
+from workbench.errors import InputError
 from workbench.rig import load_rig, save_rig
 from workbench.studies import study_of
 from workbench.studies.outcome import at_once
@@ -33,6 +34,29 @@ low_hz = 5
 high_hz = 20
 points = 3
 amplitudes_mm = [1]
+"""
+
+
+FORCE = """
+experiment = "step"
+rig = "jack-10t"
+scenarios = ["force-20kn", "force-moving-end"]
+[specimen]
+stiffness = {value = 1e7, unit = "N/m"}
+damping = {value = 1, unit = "kN s/m"}
+[controllers.p-dp]
+use = "controllers.p:P"
+gain = {value = 3.9, unit = "1/m"}
+stiffness = {value = 1e7, unit = "N/m"}
+[[controllers.p-dp.compensators]]
+use = "controllers.pressure:PressureFeedback"
+gain = {value = 2.15e-4, unit = "1/bar"}
+corner = {value = 10, unit = "Hz"}
+[bode]
+low_hz = 5
+high_hz = 20
+points = 3
+amplitudes_kn = [1]
 """
 
 
@@ -85,6 +109,63 @@ def test_a_loop_beyond_the_rig_s_limits_trips_and_says_why(rows):
 def test_verdict_and_bode_name_only_stable_loops(outcome):
     assert "p settles first" in outcome.page.verdict
     assert "Unstable: hot." in outcome.page.verdict
+
+
+def test_a_force_loop_runs_by_the_same_study(tmp_path):
+    """Rows of the contract; P lacks what the leakage takes; settling counts from where the far end stands."""
+    (tmp_path / "force.toml").write_text(FORCE)
+    outcome = study_of(load_config(tmp_path / "force.toml"))(at_once, lambda _: None)
+    step, moving = outcome.metrics["rows"]
+    assert list(step) == list(moving) == KEYS
+    assert step["stable"]
+    assert step["ms"] <= 2
+    assert 0.02 * 20e3 < step["steady_state_error"] < 0.05 * 20e3
+    assert step["settling_s"] is None
+    assert step["rise_s"] > 0
+    assert moving["rise_s"] is None
+    assert moving["iae"] > 10 * step["iae"]
+    assert "force [kN]" in [panel.y_label for panel in outcome.picture.panels]
+    assert "sine-p-dp-1kN" in outcome.tables
+
+
+def test_ramps_and_sines_have_no_numbers_of_a_step(tmp_path):
+    text = (
+        CONFIG.replace("tight.toml", "jack-10t").replace("10mm", "ramp").replace("position-100mm", "position-sine-5hz")
+    )
+    (tmp_path / "thin.toml").write_text(text)
+    outcome = study_of(load_config(tmp_path / "thin.toml"))(at_once, lambda _: None)
+    rows = {(row["controller"], row["scenario"]): row for row in outcome.metrics["rows"]}
+    ramp, sine = rows["p", "position-ramp"], rows["p", "position-sine-5hz"]
+    assert ramp["settling_s"] > 1.0
+    assert ramp["rise_s"] is None
+    for key in ("settling_s", "overshoot_percent", "rise_s", "steady_state_error", "residual_oscillation"):
+        assert sine[key] is None
+    assert 0 < sine["iae"] < 2.0 * 2e-3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[specimen]\nstiffness = {value = 1e7", "[specimen]\nstiffness = {value = 0", "outside 1 to"),
+        ('damping = {value = 1, unit = "kN s/m"}', "", "damping is missing"),
+        ('"force-20kn", ', '"position-1mm", ', "are different loops; make two experiments"),
+        ('gain = {value = 3.9, unit = "1/m"}\nstiffness = {value = 1e7, unit = "N/m"}',
+         'gain = {value = 3.9, unit = "1/m"}', "controls the position, the scenarios ask for a force; give it a stiff"),
+        ("amplitudes_kn", "amplitudes_mm", 'did you mean "amplitudes_kn"'),
+    ],
+)  # fmt: skip
+def test_a_force_loop_that_makes_no_sense_is_refused(tmp_path, old, new, message):
+    assert old in FORCE
+    (tmp_path / "force.toml").write_text(FORCE.replace(old, new))
+    with pytest.raises(InputError, match=message):
+        load_config(tmp_path / "force.toml")
+
+
+def test_a_force_needs_a_specimen(tmp_path):
+    table = FORCE[FORCE.index("[specimen]") : FORCE.index("[controllers")]
+    (tmp_path / "force.toml").write_text(FORCE.replace(table, ""))
+    with pytest.raises(InputError, match=r"a force needs something to act on; add a table \[specimen\]"):
+        load_config(tmp_path / "force.toml")
 
 
 def test_every_shipped_experiment_loads():

@@ -24,7 +24,8 @@ def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
             rows.append(row(chosen, wanted, on, run, loops[chosen.name]))
     sines = {c.name: stage(f"bode-{c.name}", lambda c=c: _sines(config, c, on, progress)) for c in config.controllers}
     page = step_page(config, rows, runs, loops, sines)
-    return Outcome({"rows": rows}, page, step_figure(config, config.scenarios[-1], runs), _tables(runs, sines, loops))
+    telling = [wanted for wanted in config.scenarios if wanted.is_step] or config.scenarios
+    return Outcome({"rows": rows}, page, step_figure(config, telling[-1], runs), _tables(runs, sines, loops))
 
 
 def _sines(config: StepConfig, chosen: Recipe, on: Bench, progress: Progress) -> Sines:
