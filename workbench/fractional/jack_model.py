@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from ..controller import number
 from ..errors import InputError
 from ..response import sampled_response
-from ..views.linear import PADE
+from ..views import held
 from .sections import Factors, pair
 
 FIT = (0.2, 60.0)  # Hz: a fit sees these frequencies
@@ -43,24 +43,23 @@ class JackModel:
         return self.velocity_gain * np.exp(-s * self.delay) / s * Factors(np.array([]), self.modes)(f)
 
     def sampled(self, period: float) -> control.StateSpace:
-        """command -> position with the command held over each `period` [s]; of the delay, half a period is the hold's.
+        """command -> position [m] and acceleration, held over each `period` [s]; half a period of delay is the hold's.
 
-        States: position [m], speed, acceleration, what the valve gives (as a command) and its rate, then those of a
-        Padé approximation of what is left of the delay.
+        States: position, speed/w, acceleration/w^2 of the jack's mode, what the valve gives (as a command), its rate/w
+        of the valve's mode, then the commands on their way.
         """
         w, wv = 2 * np.pi * self.jack_frequency, 2 * np.pi * self.valve_frequency
         a = np.zeros((5, 5))
-        a[[0, 1, 3], [1, 2, 4]] = 1.0
-        a[2, 1:4] = -(w**2), -2 * self.jack_damping * w, w**2 * self.velocity_gain
-        a[4, 3:] = -(wv**2), -2 * self.valve_damping * wv
-        jack = control.StateSpace(a, wv**2 * np.eye(5, 1, -4), np.eye(1, 5), 0)
-        left = self.delay - period / 2
-        late = jack * control.tf2ss(*control.pade(left, PADE)) if left > 0 else jack
-        return control.sample_system(late, period, "zoh")
+        a[0, 1] = a[1, 2] = w
+        a[2, 1:4] = -w, -2 * self.jack_damping * w, self.velocity_gain
+        a[3:, 3:] = [[0, wv], [-wv, -2 * self.valve_damping * wv]]
+        seen = np.array([[1, 0, 0, 0, 0], [0, 0, w**2, 0, 0]])
+        late = max(0.0, self.delay - period / 2)
+        return control.StateSpace(*held((a, wv * np.eye(5, 1, -4), seen, np.zeros((2, 1))), late, period), period)
 
     def stable(self, law: control.StateSpace) -> bool:
         """Whether the loop of a discrete law (error -> command) on this model is stable."""
-        closed = control.feedback(self.sampled(law.dt) * law)
+        closed = control.feedback(self.sampled(law.dt)[0, 0] * law)
         return bool(np.abs(closed.poles()).max() < 1 - 1e-9)
 
 

@@ -3,13 +3,14 @@
 from .equilibrium import Equilibrium, equilibrium
 from .linear import linearise
 from .nonlinear import nonlinear_system
-from .sampled import sampled
+from .sampled import held, sampled
 from .valve_blocks import ValveBlocks, null_pressure, valve_blocks
 
 __all__ = [
     "Equilibrium",
     "ValveBlocks",
     "equilibrium",
+    "held",
     "linearise",
     "nonlinear_system",
     "null_pressure",
