@@ -1,6 +1,7 @@
 """Linear filters sampled for a controller: stepped sample by sample, and seen as discrete state spaces."""
 
 from collections.abc import Mapping, Sequence
+from typing import cast
 
 import control
 import numpy as np
@@ -36,6 +37,6 @@ def weighted(
     `inputs` gives each signal's weight; the output is called "out". Raises ValueError for more zeros than poles.
     """
     weights = np.array([list(inputs.values())])
-    sampled = control.tf2ss(control.tf(numerator, denominator)).sample(period, "tustin")
+    sampled = cast(control.StateSpace, control.tf2ss(control.tf(numerator, denominator))).sample(period, "tustin")
     a, b, c, d = (np.asarray(part) for part in (sampled.A, sampled.B, sampled.C, sampled.D))
     return control.StateSpace(a, b @ weights, c, d @ weights, period, inputs=list(inputs), outputs=["out"])

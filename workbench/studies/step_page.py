@@ -65,8 +65,9 @@ def _metrics_table(signal: Signal, rows: list[dict[str, Any]]) -> Table:
     }  # fmt: skip
 
     def cell(row: dict[str, Any], key: str, factor: float | None) -> Any:
-        value = "no" if key == "tripped" and row[key] is None else row[key]
-        return value if factor is None or value is None else value * factor
+        if factor is None or row[key] is None:
+            return "no" if key == "tripped" and row[key] is None else row[key]
+        return row[key] * factor
 
     return Table(
         "Metrics",
