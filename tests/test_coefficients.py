@@ -122,7 +122,7 @@ def test_the_command_prints_json(capsys):
 @pytest.mark.parametrize("command", ["coefficients", "jack-model"])
 def test_a_controller_that_is_not_there_is_named(capsys, command):
     assert main([command, EXPERIMENT, "--controller", "crone9"]) == 2
-    assert "no controller crone9; it has p-dp, crone1, crone2, lqg" in capsys.readouterr().err
+    assert "no controller crone9; it has p-dp, pid-lead, crone1, crone2, lqg" in capsys.readouterr().err
 
 
 def test_the_jack_model_is_the_one_in_the_experiment(capsys):

@@ -1,7 +1,8 @@
 """CRONE designs: what they promise on the jack's model, on the damped jack itself, and beside PID + lead."""
 
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from pathlib import Path
 
 import control
 import numpy as np
@@ -12,8 +13,10 @@ from controllers.crone1 import Crone1
 from controllers.crone2 import Crone2
 from controllers.pid_lead import PidLead
 from controllers.pressure import PressureFeedback
+from workbench.config import StepConfig, load_config
 from workbench.errors import InputError
-from workbench.fractional import damped, fit_jack_model, overshoots
+from workbench.fractional import damped, fit_jack_model, overshoot_spread, overshoots
+from workbench.fractional import spread as spread_of
 from workbench.response import sampled_response
 from workbench.views import sampled
 
@@ -52,6 +55,11 @@ def pid(gain, turn, w):
     """PID + lead without lead: Ti = 4 Td, the double zero of the textbooks (Åström and Hägglund, 2006, sec. 6.2)."""
     time = np.exp(turn) / w
     return PidLead(PidLead.Design(gain=gain, integral_time=4 * time, derivative_time=time), PERIOD)
+
+
+def pi(gain, turn, w):
+    """PID + lead without both, for a jack that has more margin than is asked for."""
+    return PidLead(PidLead.Design(gain=gain, integral_time=np.exp(turn) / w), PERIOD)
 
 
 def matched(shape, jack, crossover, margin, low, high):
@@ -116,7 +124,13 @@ def test_the_phase_of_crone2_is_constant_about_the_crossover(jack, model, crosso
 
 @pytest.mark.parametrize(
     ("shape", "ends", "crossover", "margin"),
-    [(pid, (-4, 2), 4.0, 60), (pid, (-4, 2), 5.0, 60), (pid, (-4, 2), 6.0, 55), (lead, (1e-6, 1.4), 8.0, 75)],
+    [
+        (pi, (-3, 6), 4.0, 65),
+        (pi, (-3, 6), 6.0, 70),
+        (pid, (-4, 2), 4.0, 60),
+        (pid, (-4, 2), 6.0, 55),
+        (lead, (1e-6, 1.4), 8.0, 75),
+    ],
 )
 def test_crone_keeps_its_overshoot_where_pid_lead_does_not(jack, model, shape, ends, crossover, margin):
     """Same crossover, same margin, same damped jack, gain x0.5 to x2: the spread is at most half of PID + lead's."""
@@ -157,3 +171,37 @@ def test_a_jack_that_does_not_integrate_has_no_six_numbers(jack):
 def test_an_unstable_gain_has_no_overshoot(jack, model):
     controller = Crone2(Crone2.Design(**model, crossover=5.0, phase_margin=1.0), PERIOD)
     assert overshoots(jack, controller.linear(), [20.0]) == [None]
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    config = load_config(Path(__file__).parents[1] / "experiments" / "position_crone.toml")
+    assert isinstance(config, StepConfig)
+    return config.rig, {chosen.name: chosen for chosen in config.controllers}
+
+
+def test_the_shipped_designs_have_one_crossover_and_one_margin(shipped, jack):
+    for name in ("pid-lead", "crone1", "crone2"):
+        at = loop(jack, replace(shipped[1][name], compensators=()).make(PERIOD), [6.0])[0]
+        assert abs(at) == pytest.approx(1, rel=0.01)
+        assert np.degrees(np.angle(-at)) == pytest.approx(70, abs=0.5)
+
+
+def test_the_shipped_spreads(shipped):
+    """Over gain and oil at most half of PID + lead's. Not over mass, which moves the mode that crone2 cancels."""
+    rig, chosen = shipped
+    crone, other = (overshoot_spread(rig, chosen[name]) for name in ("crone2", "pid-lead"))
+    for what in ("gain", "speed", "beta"):
+        assert spread_of(crone[what]) <= 0.5 * spread_of(other[what])
+    assert crone["gain"]["x1"] == crone["speed"]["0.1 m/s"] == crone["M"]["x1"] == pytest.approx(7.5, abs=1)
+    assert spread_of(other["M"]) < spread_of(crone["M"]) < 2
+
+
+def test_a_spread_with_an_unstable_loop_is_none():
+    assert spread_of({"x1": 3.0, "x2": 10.0}) == 7.0
+    assert spread_of({"x1": 3.0, "x2": None}) is None
+
+
+def test_a_spread_of_a_law_that_measures_more_is_refused(shipped):
+    with pytest.raises(InputError, match="lqg: measures position, pa, pb"):
+        overshoot_spread(shipped[0], shipped[1]["lqg"])

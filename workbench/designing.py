@@ -10,7 +10,7 @@ from .command import prints
 from .compensator import Compensator
 from .config import StepConfig, load_config
 from .errors import InputError
-from .fractional import JackModel, damped, fit_jack_model
+from .fractional import JackModel, damped, fit_jack_model, overshoot_spread, spread
 from .plant import build
 from .views import equilibrium
 
@@ -29,7 +29,12 @@ def add(commands: Any) -> None:
         help="second-order sections and a test vector, for a rig's own digital controller",
         description="Discrete coefficients of an experiment's controllers at the rig's period.",
     )
-    for command, call in ((seen, _jack_model), (written, _coefficients)):
+    varied = commands.add_parser(
+        "spread",
+        help="how the overshoot spreads over gain, speed, mass, oil and specimen",
+        description="Overshoot of linear position steps, one number of loop or rig varied at a time.",
+    )
+    for command, call in ((seen, _jack_model), (written, _coefficients), (varied, _spread)):
         command.add_argument("experiment", help="such as experiments/position_crone.toml")
         command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
         command.add_argument("--controller", metavar="NAME", help="only this one")
@@ -84,3 +89,21 @@ def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
         print(json.dumps({name: as_json(part) for name, part in found.items()}, indent=2))
         return
     print("\n\n".join(as_text(name, part) for name, part in found.items()))
+
+
+def _spread(options: argparse.Namespace, _words: list[str]) -> None:
+    config = _read(options)
+    chosen = [part for part in config.controllers if options.controller in (None, part.name)]
+    found = {part.name: overshoot_spread(config.rig, part) for part in chosen}
+    if options.json:
+        print(json.dumps(found, indent=2))
+        return
+    for name, variations in found.items():
+        print(f"{name}: overshoot [%] of a linear step")
+        for what, overshoot in variations.items():
+            row = "  ".join(f"{how}: {_percent(value)}" for how, value in overshoot.items())
+            print(f"  {what:6s} spread {_percent(spread(overshoot)):>8s}   {row}")
+
+
+def _percent(value: float | None) -> str:
+    return "unstable" if value is None else f"{value:.1f}"

@@ -6,6 +6,7 @@ from .error_law import ErrorLaw
 from .jack_model import JackModel, fit_jack_model
 from .oustaloup import band, oustaloup, power
 from .sections import Factors, SectionFilter, integral, pair, sections_response, sections_system, tustin
+from .spread import overshoot_spread, spread
 
 __all__ = [
     "ErrorLaw",
@@ -19,10 +20,12 @@ __all__ = [
     "integral",
     "order_for",
     "oustaloup",
+    "overshoot_spread",
     "overshoots",
     "pair",
     "power",
     "sections_response",
     "sections_system",
+    "spread",
     "tustin",
 ]
