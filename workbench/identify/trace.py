@@ -4,7 +4,7 @@ Every step is a stage that a resumed trace reads back. The rule is in decide.py:
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..stage import Progress, Stage
 from . import decide
 from .candidate import Candidate
 from .locate import Located, located
-from .refit import Case, Stand, fit_rig, refined, refit
+from .refit import Case, Stand, fit_rig, refined, refit, restarted, vanished
 from .score import Remainder, Score, cosines, score, telling
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
 
@@ -123,8 +123,8 @@ class _Tracer:
             if one.found:
                 tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
                 effects = (*effects, one.found[0])
-            elif self._several and (part := self._one_of_several(one)):
-                effects = (*effects, part)
+            elif self._several and (part := self._one_of_several(stand, one.tried)):
+                effects = (*effects, self._restarted(part))
             elif not effects and (pair := self._pair(one, base)):
                 effects = pair
             else:
@@ -132,21 +132,39 @@ class _Tracer:
             stand = effects[-1].stand or stand
         return effects, tied
 
-    def _one_of_several(self, one: Pass) -> Tried | None:
-        """The effect that passes and explains most of all records, fitted and held out, if that is enough.
+    def _one_of_several(self, stand: Stand, refits: Sequence[Tried]) -> Tried | None:
+        """The effect that explains most of the fitted records, if that is enough; of its formulas the best on all.
 
-        Held-out records may lack what shows an effect, as those of one speed lack what friction does at others.
+        While others are missing, the right effect may make held-out records worse: what the numbers had made up for it
+        is gone. Its formula is chosen on fitted and held-out records together, within TIED with the fewest numbers.
         """
 
-        def squares(stand: Stand) -> float:
-            return float(stand.fit.squares.sum()) + stand.squares
+        def left(tried: Tried, heldout: bool) -> float:
+            assert tried.stand is not None
+            return float(tried.stand.fit.squares.sum()) + (tried.stand.squares if heldout else 0.0)
 
-        misfit = squares(one.before) - one.before.fit.samples - one.before.samples
-        able = [(squares(tried.stand), tried) for tried in one.tried if tried.judgement.passes and tried.stand]
+        enough = decide.BIC * self._case.kappa
+        real = [tried for tried in refits if tried.stand and not vanished(tried.stand)]
+        able = [tried for tried in real if self._bic_fall(stand, tried) > enough]
         if not able:
             return None
-        least, best = min(able, key=lambda pair: pair[0])
-        return best if squares(one.before) - least >= decide.ONE_OF_SEVERAL * misfit else None
+        best, before = min(able, key=lambda tried: left(tried, False)), float(stand.fit.squares.sum())
+        if before - left(best, False) < decide.ONE_OF_SEVERAL * (before - stand.fit.samples):
+            return None
+        own = [tried for tried in able if tried.judgement.name == best.judgement.name]
+        tied = decide.TIED * (before + stand.squares - stand.fit.samples - stand.samples)
+        near = [one for one in own if left(one, True) <= min(left(other, True) for other in own) + tied]
+        return min(near, key=lambda one: (one.judgement.numbers, left(one, True)))
+
+    def _bic_fall(self, before: Stand, tried: Tried) -> float:
+        assert tried.stand is not None
+        squares = float(before.fit.squares.sum()), float(tried.stand.fit.squares.sum())
+        return decide.bic_fall(*squares, tried.judgement.numbers, before.fit.samples)
+
+    def _restarted(self, one: Tried) -> Tried:
+        """The effect with its fit from the rig's declared numbers, where that is better."""
+        name = f"again-{len(self._passes)}-{one.candidate.effect.name}"
+        return replace(one, stand=self._stored(name, lambda: restarted(self._case, one.stand)))
 
     def _part(self, one: Pass, share: float) -> Tried | None:
         """The effect that explains most of what is left, if it passes and explains that share."""
@@ -214,8 +232,12 @@ class _Tracer:
                 continue
             first = self._try(number, stand, base, *own[0], again=not tried)
             tried.append(first)
-            if first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
+            if not self._several and first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
                 tried += [self._try(number, stand, base, *pair) for pair in own[1:]]
+        if self._several and (best := self._one_of_several(stand, tried)):
+            name = best.judgement.name
+            own = [pair for pair in ranked if pair[0].effect.name == name]
+            tried += [self._try(number, stand, base, *pair) for pair in own[1:]]
         return tuple(sorted(tried, key=lambda one: -one.judgement.explained))
 
     def _try(
@@ -228,15 +250,16 @@ class _Tracer:
                 f"refit-{number}-{effect.name}-{effect.formula}", lambda: refit(self._case, stand, candidate, again)
             )
         except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
-            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.numbers), False)
+            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
             return Tried(candidate, share, nothing, None, str(error))
         explained = decide.explained(base.squares, found.squares, n)
         self._say(f"pass {number}: {effect.name} {effect.formula} explains {100 * explained:.1f} %")
         squares = float(stand.fit.squares.sum()), float(found.fit.squares.sum())
-        fall = decide.bic_fall(*squares, len(effect.numbers), self._case.train.samples)
+        fall = decide.bic_fall(*squares, len(effect.fitted), self._case.train.samples)
         passes = decide.passes(stand.squares, found.squares, fall, self._case.kappa, len(self._library))
+        passes = passes and not vanished(found)
         judgement = decide.Judgement(
-            effect.name, effect.formula, explained, found.squares / n, len(effect.numbers), passes
+            effect.name, effect.formula, explained, found.squares / n, len(effect.fitted), passes
         )
         return Tried(candidate, share, judgement, found)
 
