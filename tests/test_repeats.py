@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 from workbench.engine import Engine
-from workbench.identify.noise import Floor
+from workbench.identify.noise import Floor, noise_floor
 from workbench.identify.repeats import MOVING, STANDING, WHOLE, against_mean, mean_of, repeated
 from workbench.plant import build
-from workbench.records import Campaign, Record
+from workbench.records import Campaign, Record, load_campaign
 from workbench.rig import load_rig
 from workbench.studies.outcome import at_once
 from workbench.studies.residual import run_residual
 from workbench.views import equilibrium
 
 SIGMA = {"pa": 3e4, "pb": 3e4, "position": 3e-4}
+DATA = Path(__file__).parents[2] / "shared" / "data" / "festo_tp511"
 FLOOR = Floor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "static record"))
 
 
@@ -111,3 +112,15 @@ def test_the_residual_study_reports_it(runs, plant):
     alone = run_residual(replace(campaign, heldout=(runs[0],)), rig, at_once, lambda _: None, free_run=True)
     assert alone.metrics["free_run"] == []
     assert "free_run" not in run_residual(campaign, rig, at_once, lambda _: None).metrics
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="no real recordings here")
+def test_four_effects_follow_a_real_rig_at_a_voltage_that_was_never_fitted():
+    """Numbers fitted to 1 and 5 V; the mean of the repeats at 3 V within 0.9 mm, 1.3 bar and 1.1 bar."""
+    campaign = load_campaign(DATA)
+    (group,) = repeated(campaign.heldout)
+    plant = build(load_rig(Path(__file__).parent / "festo_four_effects.toml"))
+    found = {one.name: one.errors for one in against_mean(plant, group, noise_floor(campaign))}
+    for name, most in (("position", 0.9e-3), ("pa", 1.3e5), ("pb", 1.1e5)):
+        assert (found[name][WHOLE] or np.inf) < most
+    assert (found["position"][MOVING] or np.inf) < 1.5e-3
