@@ -7,6 +7,7 @@ from typing import Any
 
 from .controller import number
 from .errors import InputError, nearest
+from .identify.corrector import Maker
 from .recipe import Recipe, read_numbers, recipe
 from .rig import Rig, load_rig
 from .scenario import Scenario, scenario
@@ -57,14 +58,35 @@ class StepConfig:
     source: Mapping[str, Any]
 
 
-Config = PaperConfig | StepConfig
+@dataclass(frozen=True)
+class Corners:
+    """Where a maker's curve has fallen by 3 dB, and where it is 90 degrees late."""
+
+    f3db: float = number("Hz", 1.0, 1e4, "-3 dB")
+    f90: float = number("Hz", 1.0, 1e4, "-90 deg")
+
+
+@dataclass(frozen=True)
+class CorrectorConfig:
+    """Correctors in the spool loop, fitted to a maker's curve: `current_limit` over the rated current, least damping
+    ratio at null, points per curve."""
+
+    rig: Rig
+    maker: Maker
+    current_limit: float
+    least_damping: float
+    points: int
+    source: Mapping[str, Any]
+
+
+Config = PaperConfig | StepConfig | CorrectorConfig
 
 
 def load_config(path: str | Path, rig: str | None = None) -> Config:
     """Read an experiment file; `rig` replaces the one it names. Raises InputError with file and key."""
     path = Path(path)
     table = read_toml(path)
-    kinds = {"paper": _paper, "step": _step}
+    kinds = {"paper": _paper, "step": _step, "corrector": _corrector}
     kind = table.get("experiment")
     if kind not in kinds:
         raise InputError(f'{path}: experiment = "{kind}": {nearest(str(kind), kinds)}')
@@ -77,9 +99,31 @@ def load_config(path: str | Path, rig: str | None = None) -> Config:
 
 def _paper(table: Mapping[str, Any], rig: Rig, where: str) -> PaperConfig:
     check_keys(table, ("experiment", "rig", "points"), where)
+    _three_stages(rig, where)
+    return PaperConfig(rig, _count(table, "points", where, 5), table)
+
+
+def _three_stages(rig: Rig, where: str) -> None:
     if rig.valve != "three-stage":
         raise InputError(f"{where}: rig {rig.name} has no three-stage valve, which is what the paper is about")
-    return PaperConfig(rig, _count(table, "points", where, 5), table)
+
+
+def _corrector(table: Mapping[str, Any], rig: Rig, where: str) -> CorrectorConfig:
+    check_keys(table, ("experiment", "rig", "points", "current_limit", "least_damping", "maker"), where)
+    _three_stages(rig, where)
+    maker = dict(_table(table.get("maker"), f"{where}: [maker]"))
+    peak = maker.pop("peak_db", None)
+    if not isinstance(peak, list) or [type(one) for one in peak] != [float] * 2 or not peak[0] <= peak[1]:
+        raise InputError(f"{where}: [maker] peak_db = {peak}: write the least and the most, such as [1.0, 2.0]")
+    corners = read_numbers(Corners, maker, f"{where}: [maker]")
+    return CorrectorConfig(
+        rig,
+        Maker(corners.f3db, corners.f90, (peak[0], peak[1])),
+        _positive(table.get("current_limit"), f"{where}: current_limit"),
+        _positive(table.get("least_damping"), f"{where}: least_damping"),
+        _count(table, "points", where, 5),
+        table,
+    )
 
 
 def _step(table: Mapping[str, Any], rig: Rig, where: str) -> StepConfig:

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from ..config import Config, PaperConfig
+from ..config import Config, CorrectorConfig, PaperConfig
+from .corrector import run_corrector
 from .outcome import Outcome, Progress, Stage
 from .paper import run_paper
 from .steps import run_steps
@@ -14,4 +15,6 @@ def study_of(config: Config) -> Callable[[Stage, Progress], Outcome]:
     """The study that an experiment file asks for."""
     if isinstance(config, PaperConfig):
         return lambda stage, progress: run_paper(config, stage, progress)
+    if isinstance(config, CorrectorConfig):
+        return lambda stage, progress: run_corrector(config, stage, progress)
     return lambda stage, progress: run_steps(config, stage, progress)

@@ -60,12 +60,15 @@ Work = Callable[[Item], dict[str, Any]]
 
 
 def default_plan(count: int, seed: int) -> list[Case]:
-    """So many cases by SHARES; the singles take the names of the library in turn, formulas ours and foreign."""
+    """So many cases by SHARES, shuffled, so that the first of them tell something of all.
+
+    The singles take the names of the library in turn, formulas ours and foreign.
+    """
     parts = np.floor(np.cumsum([0.0, *SHARES.values()]) * count + 0.5).astype(int)
     kinds = np.repeat(list(SHARES), np.diff(parts))
     order = np.random.default_rng([seed, 0])
     names = order.permutation(list(FAMILY)).tolist()
-    return [_case(str(kind), seed, i, names) for i, kind in enumerate(kinds)]
+    return [_case(str(kinds[i]), seed, int(i), names) for i in order.permutation(count)]
 
 
 def given(folder: Path) -> list[Given]:
