@@ -7,6 +7,7 @@ views               equilibria, linear and nonlinear python-control systems
 records             recordings and campaign folders
 controller, guard   what a controller is, and the guard that every loop passes
 loop, margins       closed loops: simulated, and linear with their margins
+plant_set           the set of rigs that a loop has to hold on
 response, metrics   frequency response by stepped sine; step metrics
 excitation          steps, ramps, triangles, chirps, multisines as files that a rig can play
 identify            noise floor, prediction in windows, fits, what a rig lacks, measured frequency response
