@@ -1,6 +1,7 @@
 """Laws that meet a crossover and a phase margin on a jack: the order gives the phase, the gain the crossover."""
 
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 from scipy.optimize import brentq
@@ -32,7 +33,7 @@ def order_for(law: Law, jack: JackModel, crossover: float, margin: float, period
             f"a phase margin of {np.degrees(margin):.0f} deg at {crossover:g} Hz is out of reach: {low:.0f} to "
             f"{high:.0f} deg can be had there; ask for that, or move the crossover"
         )
-    return float(brentq(over, -most, most))
+    return cast(float, brentq(over, -most, most))
 
 
 def gain_for(sections: np.ndarray, jack: JackModel, crossover: float, period: float) -> np.ndarray:

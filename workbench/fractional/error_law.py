@@ -23,26 +23,27 @@ class ErrorLaw:
     def __init__(self, ahead: np.ndarray, memory: np.ndarray, period: float) -> None:
         self._sections, self._period = np.vstack((ahead, memory)), period
         self._ahead, self._memory = SectionFilter(ahead), SectionFilter(memory)
-        self._offset = self._error = 0.0
+        self._offset = self._error = self._shaped = self._demanded = 0.0
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump: the sections rest at this error, an offset keeps the command that the drive holds."""
         self._error = reference - measurement[self.measures[0]]
         self._ahead.rest(self._error)
         self._memory.rest(self._ahead.out(self._error))
-        self._offset = command - self._memory.out(self._ahead.out(self._error))
+        self._offset = 0.0
+        self._offset = command - self.compute(reference, measurement)
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The sections' answer to the error, and the command found at the start."""
         self._error = reference - measurement[self.measures[0]]
-        return self._memory.out(self._ahead.out(self._error)) + self._offset
+        self._shaped = self._ahead.out(self._error)
+        self._demanded = self._memory.out(self._shaped) + self._offset
+        return self._demanded
 
     def update(self, realised: float) -> None:
         """Advance both by one period, the memory to where the command that the drive really got leaves it."""
-        shaped = self._ahead.out(self._error)
-        lost = realised - self._memory.out(shaped) - self._offset
         self._ahead.advance(self._error)
-        self._memory.advance(shaped + lost / self._memory.direct)
+        self._memory.advance(self._shaped + (realised - self._demanded) / self._memory.direct)
 
     def linear(self) -> control.StateSpace:
         """The sections on reference and, with the other sign, on the signal."""

@@ -1,6 +1,7 @@
 """The jack in six numbers, as a position controller sees it: what CRONE and LQG designs know of their plant."""
 
 from dataclasses import dataclass
+from typing import cast
 
 import control
 import numpy as np
@@ -59,7 +60,7 @@ class JackModel:
 
     def stable(self, law: control.StateSpace) -> bool:
         """Whether the loop of a discrete law (error -> command) on this model is stable."""
-        closed = control.feedback(self.sampled(law.dt)[0, 0] * law)
+        closed = cast(control.StateSpace, control.feedback(self.sampled(law.dt)[0, 0] * law))
         return bool(np.abs(closed.poles()).max() < 1 - 1e-9)
 
 

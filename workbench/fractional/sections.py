@@ -74,11 +74,7 @@ class SectionFilter:
     def __init__(self, sections: np.ndarray) -> None:
         self._sections = [tuple(map(float, row)) for row in sections]
         self._states = [(0.0, 0.0) for _ in sections]
-
-    @property
-    def direct(self) -> float:
-        """How much of an input is in the output at once."""
-        return float(np.prod([row[0] for row in self._sections]))
+        self.direct = float(np.prod(sections[:, 0]))  # how much of an input is in the output at once
 
     def rest(self, value: float) -> None:
         """Forget the past: the input has always been `value`. An integrator holds nothing."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import cast
+from typing import Any, cast
 
 from ..compensator import Compensator
 from ..errors import InputError
@@ -31,15 +31,15 @@ def overshoot_spread(rig: Rig, chosen: Recipe) -> dict[str, dict[str, float | No
         raise InputError(f"{chosen.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
     parts = [cast(Compensator, part.make(period)) for part in chosen.compensators]
 
-    def over(gains: Sequence[float] = (1.0,), speed: float = SPEED, **values: float) -> list[float | None]:
-        p = plant.without_dry_friction(plant.parameter_values(**values)) if values else smooth
+    def over(name: str = "", value: float = 0.0, speed: float = SPEED, gains: Sequence[float] = (1.0,)) -> list[Any]:
+        p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth
         return overshoots(damped(plant, equilibrium(plant, speed=speed, p=p), period, parts, p), law, gains)
 
-    found = {"gain": {f"x{gain:g}": value for gain, value in zip(GAINS, over(GAINS), strict=True)}}
+    found = {"gain": {f"x{gain:g}": value for gain, value in zip(GAINS, over(gains=GAINS), strict=True)}}
     found["speed"] = {f"{speed:g} m/s": over(speed=speed)[0] for speed in (0.0, SPEED)}
     for name, factors in FACTORS.items():
-        found[name] = {f"x{factor:g}": over(**{name: factor * rig[name]})[0] for factor in factors}
-    found["ks"] = {f"{stiffness:g} N/m": over(ks=stiffness)[0] for stiffness in STIFFNESS}
+        found[name] = {f"x{factor:g}": over(name, factor * rig[name])[0] for factor in factors}
+    found["ks"] = {f"{stiffness:g} N/m": over("ks", stiffness)[0] for stiffness in STIFFNESS}
     return found
 
 
