@@ -89,3 +89,9 @@ def test_a_name_stands_once():
 def test_a_formula_that_explains_clearly_less_does_not_win_by_having_fewer_numbers():
     stribeck = replace(GOOD, formula="stribeck", numbers=3, explained=0.99)
     assert named([GOOD, stribeck]) == [stribeck]
+
+
+def test_a_later_effect_takes_away_a_tenth_of_the_first_misfit():
+    """A formula that is not quite the truth leaves a little, which another effect may mimic."""
+    assert decide.worth_adding(fall=900.0, first=9000.0, samples=1000)
+    assert not decide.worth_adding(fall=700.0, first=9000.0, samples=1000)

@@ -19,6 +19,7 @@ CLOSED = 1.05
 TIED = 0.01  # of the explained share
 PARTIAL = 0.3  # explained share from which an effect may be one of two
 PAIR = 0.95  # explained share of two effects of which neither would be named alone: two can mimic a third
+LATER = 0.1  # of the first misfit: a later effect that takes away less may be what the first formula misses
 ONE_OF_SEVERAL = 0.1  # explained share of what is left, where a rig is known to lack several effects
 
 
@@ -49,6 +50,11 @@ def explained(before: float, after: float, samples: int) -> float:
     if not np.isfinite(after) or before <= samples:
         return 0.0
     return max(0.0, (before - after) / (before - samples))
+
+
+def worth_adding(fall: float, first: float, samples: int) -> bool:
+    """Whether a fall of the squared errors matters, of which the rig alone left `first`."""
+    return fall >= LATER * (first - samples)
 
 
 def bic_fall(before: float, after: float, numbers: int, samples: int) -> float:

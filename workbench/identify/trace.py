@@ -118,9 +118,9 @@ class _Tracer:
         effects: tuple[Tried, ...] = ()
         tied: tuple[str, ...] = ()
         stand = base
-        while len(effects) < _PASSES and self._misfit(stand):
+        while len(effects) < _PASSES and self._misfit(stand) and self._matters(base, stand.squares - stand.samples):
             one = self._pass(stand, stand)
-            if one.found:
+            if one.found and self._matters(base, stand.squares - _after(one.found[0])):
                 tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
                 effects = (*effects, one.found[0])
             elif self._several and (part := self._one_of_several(stand, one.tried)):
@@ -165,6 +165,9 @@ class _Tracer:
         """The effect with its fit from the rig's declared numbers, where that is better."""
         name = f"again-{len(self._passes)}-{one.candidate.effect.name}"
         return replace(one, stand=self._stored(name, lambda: restarted(self._case, one.stand)))
+
+    def _matters(self, base: Stand, fall: float) -> bool:
+        return self._several or decide.worth_adding(fall, base.squares, base.samples)
 
     def _part(self, one: Pass, share: float) -> Tried | None:
         """The effect that explains most of what is left, if it passes and explains that share."""
@@ -308,6 +311,11 @@ class _Tracer:
             cuts=place.cuts if place else {},
             passes=tuple(self._passes),
         )
+
+
+def _after(one: Tried) -> float:
+    assert one.stand is not None
+    return one.stand.squares
 
 
 def _first(scores: Sequence[Score], place: int) -> bool:
