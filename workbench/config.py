@@ -86,7 +86,7 @@ def load_config(path: str | Path, rig: str | None = None) -> Config:
     """Read an experiment file; `rig` replaces the one it names. Raises InputError with file and key."""
     path = Path(path)
     table = read_toml(path)
-    kinds = {"paper": _paper, "step": _step, "corrector": _corrector}
+    kinds = {"paper": _paper, "step": step_config, "corrector": _corrector}
     kind = table.get("experiment")
     if kind not in kinds:
         raise InputError(f'{path}: experiment = "{kind}": {nearest(str(kind), kinds)}')
@@ -126,7 +126,8 @@ def _corrector(table: Mapping[str, Any], rig: Rig, where: str) -> CorrectorConfi
     )
 
 
-def _step(table: Mapping[str, Any], rig: Rig, where: str) -> StepConfig:
+def step_config(table: Mapping[str, Any], rig: Rig, where: str) -> StepConfig:
+    """The tables of a step experiment on a rig; raises InputError, opened by `where`."""
     check_keys(table, ("experiment", "rig", "specimen", "scenarios", "controllers", "bode"), where)
     if "specimen" in table:
         found = read_numbers(Specimen, _table(table["specimen"], f"{where}: [specimen]"), f"{where}: [specimen]")

@@ -1,24 +1,29 @@
-"""The commands around a design: the jack as a controller sees it, and coefficients for a rig's own controller."""
+"""The commands around a design: the jack as a controller sees it, a search, coefficients for a rig's controller."""
 
 import argparse
 import json
 from dataclasses import asdict, fields
+from functools import partial
+from pathlib import Path
 from typing import Any, cast
 
 from .coefficients import as_json, as_text, coefficients
-from .command import prints
+from .command import computes, finish, prints
 from .compensator import Compensator
 from .config import StepConfig, load_config
 from .errors import InputError
 from .fractional import JackModel, damped, fit_jack_model, overshoot_spread, spread
 from .plant import build
+from .rig import rig_table
+from .studies.tune import run_tune
+from .tune_config import load_tune
 from .views import equilibrium
 
 MOVING = 0.1  # m/s
 
 
 def add(commands: Any) -> None:
-    """Commands that print what a design starts from, and what it ends in."""
+    """Commands that say what a design starts from, search it, and print what it ends in."""
     seen = commands.add_parser(
         "jack-model",
         help="the jack in six numbers, as CRONE and LQG take it",
@@ -34,11 +39,24 @@ def add(commands: Any) -> None:
         help="how the overshoot spreads over gain, speed, mass, oil and specimen",
         description="Overshoot of linear position steps, one number of loop or rig varied at a time.",
     )
+    tuned = commands.add_parser(
+        "tune",
+        help="search a controller's numbers: hard goals over a set of rigs, then the least cost",
+        description="Search the numbers of a controller, and leave tuned.toml, an experiment of the best.",
+    )
+    tuned.add_argument("experiment", help="such as experiments/tune_p_dp.toml")
+    computes(tuned, _tune)
     for command, call in ((seen, _jack_model), (written, _coefficients), (varied, _spread)):
         command.add_argument("experiment", help="such as experiments/position_crone.toml")
         command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
         command.add_argument("--controller", metavar="NAME", help="only this one")
         prints(command, call)
+
+
+def _tune(options: argparse.Namespace, words: list[str]) -> None:
+    config = load_tune(options.experiment, options.rig)
+    identity = {"command": "tune", "experiment": config.source, "rig": rig_table(config.start.rig)}
+    finish(options, words, Path(options.experiment).stem, identity, partial(run_tune, config))
 
 
 def _read(options: argparse.Namespace) -> StepConfig:

@@ -14,6 +14,7 @@ from .views import Equilibrium, sampled
 _LOWEST = 1e-4  # Hz: crossings of the slowest loop that any controller allows
 _POINTS = 600  # over all frequencies; more where something happens
 _MODE = np.sinh(np.linspace(-3.5, 3.5, 21))  # half widths of a resonance, from its middle, at which it is looked at
+STABLE = 1 - 1e-9  # |z| of every pole of a stable loop is below this
 _ROUNDS, _INSIDE = 3, 7  # each splits the intervals of crossings and peaks by so many points
 
 
@@ -35,6 +36,14 @@ class LinearLoop:
     ms: float | None
 
 
+def closed_poles(
+    plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
+) -> np.ndarray:
+    """Poles z [k] of the loop that `linear_loop` closes, without the time that its margins take."""
+    model = sampled(plant, about, period, controller.measures, p)
+    return np.linalg.eigvals(_closed_matrix(model, controller.linear()))
+
+
 def linear_loop(
     plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
 ) -> LinearLoop:
@@ -52,7 +61,7 @@ def linear_loop(
         return np.stack((-np.sum(gains[1:] * seen, axis=0), gains[0] * seen[0]))
 
     f, (loop, forward) = _refined(responses, _grid(np.append(poles, model.poles()), period))
-    if not np.abs(poles).max() < 1 - 1e-9:
+    if not np.abs(poles).max() < STABLE:
         return LinearLoop(False, f, loop, None, None, None, None, None)
     sensitivity = 1 / (1 + loop)
     gain, phase = _gain_margin(loop), _phase_margin(loop)

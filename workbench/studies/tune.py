@@ -1,0 +1,119 @@
+"""A search for the numbers of a controller: hard goals over a set of rigs first, then the least weighted cost."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import tomli_w
+
+from ..loop import LoopRun
+from ..rig import bundled as bundled_rigs
+from ..rig import rig_text
+from ..tune_config import TuneConfig
+from .loop_rows import play
+from .outcome import Outcome, Progress, Stage
+from .tune_goals import Goals, Trial, Verdict
+from .tune_page import step_figure, tune_page
+
+
+def run_tune(config: TuneConfig, stage: Stage, progress: Progress) -> Outcome:
+    """Search, then show the best design beside the start. The first trial is the start.
+
+    Each trial is a stage: a resumed search asks its sampler the same again and is told the stored answers, and so goes
+    on as if nothing had happened.
+    """
+    progress(f"{len(config.rigs)} rigs: operating points")
+    goals = Goals(config)
+    trials = _search(config, goals, stage, progress)
+    nearest = min(trials, key=lambda trial: trial.verdict.score)
+    best = nearest if nearest.verdict.cost is not None else None
+    progress("the start and the best, on the nominal rig")
+    runs = {what: _runs(goals, trial) for what, trial in (("start", trials[0]), ("best", nearest))}
+    metrics = {
+        "best": None if best is None else _best(config, best),
+        "missed": nearest.verdict.missed,
+        "trials": [_line(config, trial) for trial in trials],
+    }
+    page = tune_page(config, trials, nearest, runs)
+    files = {} if best is None else _files(config, best)
+    tables = {
+        f"step-{what}-{wanted}": {"t [s]": run.record.t, **run.record.signals}
+        for what, found in runs.items()
+        for wanted, run in found.items()
+    }
+    return Outcome(metrics, page, step_figure(config, config.start.scenarios[0], runs), tables, files)
+
+
+def _search(config: TuneConfig, goals: Goals, stage: Stage, progress: Progress) -> list[Trial]:
+    import optuna  # loads slowly, and no other command needs it
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    space: dict[str, Any] = {
+        one.name: optuna.distributions.FloatDistribution(one.low, one.high, log=one.log) for one in config.searched
+    }
+    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config.seed))
+    study.enqueue_trial({one.name: one.start for one in config.searched})
+    trials: list[Trial] = []
+    for number in range(config.trials):
+        asked = study.ask(space)
+        values = {one.name: one.rounded(asked.params[one.name]) for one in config.searched}
+        kept = stage(f"trial-{number:05d}", lambda values=values: asdict(goals.judge(values)))
+        trials.append(Trial(number, values, Verdict(**kept)))
+        study.tell(asked, trials[-1].verdict.score)
+        progress(f"trial {number + 1} of {config.trials}: {_word(trials[-1].verdict)}; {_best_word(trials)}")
+    return trials
+
+
+def _word(verdict: Verdict) -> str:
+    return f"cost {verdict.cost:.4g}" if verdict.cost is not None else f"misses: {verdict.missed}"
+
+
+def _best_word(trials: list[Trial]) -> str:
+    costs = [trial.verdict.cost for trial in trials if trial.verdict.cost is not None]
+    return f"best {min(costs):.4g}" if costs else "none yet meets every goal"
+
+
+def _runs(goals: Goals, trial: Trial) -> dict[str, LoopRun]:
+    """A design on the nominal rig, by scenario."""
+    chosen = goals.config.design(trial.values)
+    return {wanted.name: play(chosen, wanted, goals.benches["nominal"]) for wanted in goals.config.start.scenarios}
+
+
+def _numbers(config: TuneConfig, values: Mapping[str, float]) -> dict[str, dict[str, Any]]:
+    return {one.name: {"value": values[one.name], "unit": one.unit} for one in config.searched}
+
+
+def _best(config: TuneConfig, best: Trial) -> dict[str, Any]:
+    """The margins are the nominal rig's."""
+    rows = best.verdict.rows
+    margins = {key: rows[0][key] for key in ("ms", "gain_margin_db", "phase_margin_deg")}
+    return {
+        "controller": config.name,
+        "trial": best.number,
+        "cost": best.verdict.cost,
+        "numbers": _numbers(config, best.values),
+        **margins,
+        "worst_settling_s": _worst(rows, "settling_s"),
+        "worst_overshoot_percent": _worst(rows, "overshoot_percent"),
+        "rows": rows,
+    }
+
+
+def _worst(rows: list[dict[str, Any]], key: str) -> float | None:
+    """Over rigs and scenarios; None where none has the number."""
+    return max((row[key] for row in rows if row[key] is not None), default=None)
+
+
+def _line(config: TuneConfig, trial: Trial) -> dict[str, Any]:
+    verdict = trial.verdict
+    told = {"cost": verdict.cost, "missed": verdict.missed, "miss": verdict.miss, "goals_left": verdict.left}
+    return {"trial": trial.number, **told, "numbers": _numbers(config, trial.values)}
+
+
+def _files(config: TuneConfig, best: Trial) -> dict[str, str]:
+    """tuned.toml, a step experiment of the best design, and beside it the rig where that is no bundled one."""
+    bundled = config.rig_name in bundled_rigs()
+    table = config.step_table(best.values, config.rig_name if bundled else "rig.toml")
+    note = f"# {config.name} as tuned: trial {best.number} of {config.trials} from seed {config.seed}.\n"
+    files = {"tuned.toml": note + tomli_w.dumps(table)}
+    return files if bundled else {**files, "rig.toml": rig_text(config.start.rig)}
