@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from workbench.bench_config import load_bench
 from workbench.config import load_config
 from workbench.datasheet import load_datasheet
 from workbench.errors import InputError
@@ -170,7 +171,5 @@ def test_a_force_needs_a_specimen(tmp_path):
 
 def test_every_shipped_experiment_loads():
     for path in sorted((Path(__file__).parents[1] / "experiments").glob("*.toml")):
-        if tomllib.loads(path.read_text())["experiment"] == "new-rig":
-            load_datasheet(path)
-        else:
-            load_config(path)
+        loaders = {"new-rig": load_datasheet, "bench": load_bench}
+        loaders.get(tomllib.loads(path.read_text())["experiment"], load_config)(path)

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from . import catalogue, designing, studies, tracing
+from .bench_config import load_bench
 from .command import Parser, computes, finish, prints
 from .config import load_config
 from .datasheet import load_datasheet
 from .errors import InputError
 from .rig import load_rig, rig_table, rig_text
 from .runs import versions
-from .studies import compare, excite, finished, frequency, new_rig, record, residual, speed
+from .studies import bench, compare, excite, finished, frequency, new_rig, record, residual, speed
 from .studies.outcome import Outcome, Progress, Stage
 
 
@@ -45,6 +46,13 @@ def _parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="run an experiment file", description="Run an experiment file.")
     run.add_argument("experiment", help="such as experiments/paper.toml")
     computes(run, _run)
+    benched = commands.add_parser(
+        "bench",
+        help="controllers on a set of rigs in scenarios",
+        description="Play every controller on every rig of a set in every scenario, and hold them against each other.",
+    )
+    benched.add_argument("experiment", help="such as experiments/benchmark.toml")
+    computes(benched, _bench)
     found = commands.add_parser(
         "residual",
         help="hold a rig's model against recordings",
@@ -118,6 +126,12 @@ def _run(options: argparse.Namespace, words: list[str]) -> None:
     config = load_config(options.experiment, options.rig)
     identity = {"command": "run", "experiment": config.source, "rig": rig_table(config.rig)}
     finish(options, words, Path(options.experiment).stem, identity, studies.study_of(config))
+
+
+def _bench(options: argparse.Namespace, words: list[str]) -> None:
+    config = load_bench(options.experiment, options.rig)
+    identity = {"command": "bench", "experiment": config.source, "rig": rig_table(config.rig)}
+    finish(options, words, Path(options.experiment).stem, identity, partial(bench.run_bench, config))
 
 
 def _residual(options: argparse.Namespace, words: list[str]) -> None:

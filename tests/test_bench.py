@@ -1,0 +1,181 @@
+"""The bench, tiny: rows of `run` over rigs, what else it measures held against simulations, refused files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.bench_config import load_bench
+from workbench.config import StepConfig, load_config
+from workbench.errors import InputError
+from workbench.loop import ClosedLoop
+from workbench.response import first_harmonic
+from workbench.runs import metrics_json
+from workbench.scenario import SCENARIOS
+from workbench.studies import bench as study
+from workbench.studies.bench_linear import command_noise, dynamic_stiffness
+from workbench.studies.loop_rows import bench, linear_loops, play, row
+from workbench.studies.outcome import at_once
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+TINY = f"""
+experiment = "bench"
+rig = "jack-10t"
+rigs = ["nominal", "mass+50"]
+scenarios = ["position-10mm"]
+[from]
+"{EXPERIMENTS / "position_step.toml"}" = ["p", "p-dp"]
+"""
+FORCE = f"""
+experiment = "bench"
+rig = "jack-10t"
+rigs = ["nominal"]
+scenarios = ["force-moving-end"]
+[specimen]
+stiffness = {{value = 1e7, unit = "N/m"}}
+damping = {{value = 1, unit = "kN s/m"}}
+[from]
+"{EXPERIMENTS / "force_step.toml"}" = ["p-dp"]
+"""
+
+
+def loaded(folder, text):
+    (folder / "tiny.toml").write_text(text)
+    return load_bench(folder / "tiny.toml")
+
+
+@pytest.fixture(scope="module")
+def stages():
+    return {}
+
+
+@pytest.fixture(scope="module")
+def config(tmp_path_factory):
+    return loaded(tmp_path_factory.mktemp("bench"), TINY)
+
+
+@pytest.fixture(scope="module")
+def outcome(config, stages):
+    def stage(name, compute):
+        stages[name] = compute()
+        return stages[name]
+
+    return study.run_bench(config, stage, lambda _: None)
+
+
+@pytest.fixture(scope="module")
+def on(config):
+    return bench(config.rig)
+
+
+def controller(config, name):
+    return next(chosen for chosen in config.loops[0].controllers if chosen.name == name)
+
+
+def test_a_row_on_the_nominal_rig_is_the_one_of_run(outcome, on):
+    steps = load_config(EXPERIMENTS / "position_step.toml")
+    assert isinstance(steps, StepConfig)
+    wanted = SCENARIOS["position-10mm"]
+    for found in (one for one in outcome.metrics["rows"] if one["rig"] == "nominal"):
+        chosen = next(c for c in steps.controllers if c.name == found["controller"])
+        alone = row(chosen, wanted, on, play(chosen, wanted, on), linear_loops(chosen, on))
+        assert found == {**alone, "rig": "nominal"}
+
+
+def test_every_controller_meets_every_rig_and_the_spread_spans_them(outcome):
+    rows = outcome.metrics["rows"]
+    pairs = [(one["controller"], one["rig"]) for one in rows]
+    assert pairs == [("p", "nominal"), ("p", "mass+50"), ("p-dp", "nominal"), ("p-dp", "mass+50")]
+    settling = [one["settling_s"] for one in rows[2:]]
+    assert settling[0] != settling[1]
+    line = outcome.metrics["spread"][1]
+    assert (line["settling_s_least"], line["settling_s_most"]) == (min(settling), max(settling))
+    assert line["unsettled"] == line["unstable"] == []
+    assert set(outcome.metrics["timing"]) == {"p", "p-dp"}
+    assert "p-dp is settled on every rig first" in outcome.page.verdict
+
+
+def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monkeypatch):
+    """What was stored is neither built nor played again, and the result is the same but for its timing."""
+    kept = dict(list(stages.items())[:3])
+    played = []
+    monkeypatch.setattr(
+        study, "cell", lambda c, _scenarios, rig: played.append((c.name, rig)) or stages[f"{c.name} on {rig}"]
+    )
+    monkeypatch.setattr(study, "bench", lambda rig: rig.name)
+    again = study.run_bench(config, lambda name, compute: kept[name] if name in kept else compute(), lambda _: None)
+    assert played == [("p-dp", "mass+50")]
+    assert metrics_json(again.metrics) == metrics_json(outcome.metrics)
+
+
+def test_a_stage_and_a_result_can_be_written(outcome, stages):
+    assert json.loads(metrics_json(outcome.metrics))["rows"][0]["controller"] == "p"
+    assert all(isinstance(found["solve_us"], np.ndarray) for found in stages.values())
+    assert "linear-p-dp-nominal" in outcome.tables
+    assert outcome.tables["stiffness-p-nominal"]["n_per_m"].min() > 0
+
+
+@pytest.mark.parametrize("name", ["p", "p-dp"])
+def test_dynamic_stiffness_is_what_a_shaken_loop_shows(config, on, name):
+    """A sine of 20 N and 10 Hz, too small to leave the lap's doubled gain, on the nonlinear loop."""
+    chosen, f, force = controller(config, name), 10.0, 20.0
+    period = on.rig.period.value
+    loop = ClosedLoop(on.engine, on.rig, chosen.make(period), on.null)
+    t = np.arange(2001) * period
+    run = loop.run(np.zeros(len(t)), {"disturbance": force * np.sin(2 * np.pi * f * t)})
+    moved = abs(first_harmonic(run.record.signals["position"][-101:]))
+    assert force / moved == pytest.approx(abs(dynamic_stiffness(chosen, on, np.array([f]))[0]), rel=0.03)
+
+
+@pytest.mark.parametrize("name", ["p", "p-dp"])
+def test_command_noise_is_what_noisy_sensors_leave(config, on, name):
+    chosen = controller(config, name)
+    loop = ClosedLoop(on.engine, on.rig, chosen.make(on.rig.period.value), on.null, seed=1)
+    command = loop.run(np.zeros(4000)).record.signals["command"]
+    expected = command_noise(chosen, on, linear_loops(chosen, on).null)
+    assert np.std(command[-3000:]) == pytest.approx(expected, rel=0.1)
+
+
+def test_a_force_loop_tells_what_a_moving_end_costs_it(tmp_path):
+    """0.012 of command over the gain of the deflection at 0.1 m/s, as the margins' operating point has it."""
+    metrics = study.run_bench(loaded(tmp_path, FORCE), at_once, lambda _: None).metrics
+    (line,) = metrics["moving_end"]
+    assert line["error_n_per_m_s"] == pytest.approx(31e3 / 0.1, rel=0.15)
+    (energy,) = metrics["energy"]
+    assert energy["energy_j"] > energy["beyond_rest_j"] > 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('experiment = "bench"', 'experiment = "step"', 'a bench needs experiment = "bench"'),
+        ('"mass+50"', '"mass+5"', r'rigs: no rig "mass\+5" in the set; did you mean "mass\+50"'),
+        ('"mass+50"', '"nominal"', "rigs: nominal is there twice"),
+        ('rigs = ["nominal", "mass+50"]', "", r'rigs: must be a list of names; write \["nominal"\]'),
+        ('"p-dp"', '"p-db"', 'no controller "p-db"; did you mean "p-dp"'),
+        ("position_step.toml", "position_steps.toml", "no such file"),
+        ("position_step.toml", "paper.toml", "has no controllers"),
+        ('"position-10mm"', '"force-20kn"', "p controls the position, which no scenario asks for"),
+        ('["position-10mm"]', '["position-10mm", "force-20kn"]', "scenarios of the force, which no controller"),
+        ("[from]", "[form]", 'unknown key "form"; did you mean "from"'),
+        ('"jack-10t"', '"jack-11t"', 'no bundled rig "jack-11t"'),
+    ],
+)  # fmt: skip
+def test_a_bench_that_makes_no_sense_is_refused(tmp_path, old, new, message):
+    assert old in TINY
+    with pytest.raises(InputError, match=message):
+        loaded(tmp_path, TINY.replace(old, new))
+
+
+def test_a_force_needs_a_specimen(tmp_path):
+    start, end = FORCE.index("[specimen]"), FORCE.index("[from]")
+    with pytest.raises(InputError, match=r"a force needs something to act on; add a table \[specimen\]"):
+        loaded(tmp_path, FORCE[:start] + FORCE[end:])
+
+
+def test_the_shipped_bench_has_seven_controllers_on_five_rigs():
+    config = load_bench(EXPERIMENTS / "benchmark.toml")
+    (loop,) = config.loops
+    assert len(loop.controllers) == 7
+    assert config.rigs == ("nominal", "mass-50", "mass+50", "beta-50", "supply-20")

@@ -1,0 +1,95 @@
+"""A bench: controllers x rigs x scenarios, each controller on a rig a stage, and what follows from all of them."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..bench_config import BenchConfig, BenchLoop
+from ..plant_set import rig_of
+from .bench_cell import STIFFNESS_HZ, Cell, cell
+from .bench_page import bench_page, bench_picture
+from .fit import one_blas_thread
+from .loop_rows import bench
+from .outcome import Outcome, Progress, Stage
+
+Cells = dict[tuple[str, str], Cell]  # by controller and rig
+_MARKS_HZ = (0.1, 1.0, 10.0, 100.0)
+
+
+def run_bench(config: BenchConfig, stage: Stage, progress: Progress) -> Outcome:
+    """Every controller on every rig in every scenario of its signal."""
+    with one_blas_thread():
+        cells = {key: found for loop in config.loops for key, found in _cells(loop, config, stage, progress).items()}
+    rows = [row for found in cells.values() for row in found["rows"]]
+    metrics = {
+        "rows": rows,
+        "stiffness": [_stiffness(key, found["stiffness"]) for key, found in cells.items()],
+        "noise": [found["noise"] for found in cells.values()],
+        "energy": [one for found in cells.values() for one in found["energy"]],
+        "moving_end": [one for found in cells.values() for one in found["moving"]],
+        "spread": spread(rows),
+        "timing": _timing(cells),
+    }
+    page = bench_page(config, cells, metrics)
+    return Outcome(metrics, page, bench_picture(config, cells), _tables(cells))
+
+
+def spread(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Least and most settling time [s] and overshoot [percent] over the rigs, and the rigs that a loop fails on."""
+    found = []
+    for controller, scenario in dict.fromkeys((row["controller"], row["scenario"]) for row in rows):
+        of = [row for row in rows if (row["controller"], row["scenario"]) == (controller, scenario)]
+        line: dict[str, Any] = {"controller": controller, "scenario": scenario}
+        for key in ("settling_s", "overshoot_percent", "ms"):
+            values = [row[key] for row in of if row[key] is not None]
+            line |= {f"{key}_least": min(values, default=None), f"{key}_most": max(values, default=None)}
+        line["unsettled"] = [row["rig"] for row in of if row["settling_s"] is None]
+        line["unstable"] = [row["rig"] for row in of if not row["stable"]]
+        found.append(line)
+    return found
+
+
+def _cells(loop: BenchLoop, config: BenchConfig, stage: Stage, progress: Progress) -> Cells:
+    """A rig is built once, and only if one of its stages is not there yet."""
+    found: Cells = {}
+    for name in config.rigs:
+        on = cache(lambda name=name: bench(rig_of(loop.rig, name)))
+        for chosen in loop.controllers:
+            progress(f"{chosen.name} on {name}")
+            stored = stage(f"{chosen.name} on {name}", lambda c=chosen, on=on: cell(c, loop.scenarios, on()))
+            found[chosen.name, name] = stored
+    return {(c.name, name): found[c.name, name] for c in loop.controllers for name in config.rigs}
+
+
+def _stiffness(key: tuple[str, str], size: np.ndarray | None) -> dict[str, Any]:
+    """Where a loop gives way most, and how stiff it is at a few frequencies, N/m."""
+    named = dict(zip(("controller", "rig"), key, strict=True))
+    if size is None:
+        return {**named, "least": None, "least_hz": None, **{f"at_{f:g}hz": None for f in _MARKS_HZ}}
+    least = int(np.argmin(size))
+    marks = np.exp(np.interp(np.log(_MARKS_HZ), np.log(STIFFNESS_HZ), np.log(size)))
+    at = {f"at_{f:g}hz": value for f, value in zip(_MARKS_HZ, marks, strict=True)}
+    return {**named, "least": size[least], "least_hz": STIFFNESS_HZ[least], **at}
+
+
+def _timing(cells: Cells) -> dict[str, dict[str, float]]:
+    """Median and 99th percentile [us] of what a controller computes in a sample, over all its courses."""
+    found = {}
+    for controller in dict.fromkeys(name for name, _ in cells):
+        spent = np.concatenate([one["solve_us"] for (name, _), one in cells.items() if name == controller])
+        p50, p99 = np.percentile(spent, (50, 99))
+        found[controller] = {"solve_p50_us": float(p50), "solve_p99_us": float(p99)}
+    return found
+
+
+def _tables(cells: Cells) -> dict[str, dict[str, np.ndarray]]:
+    tables = {}
+    for (controller, rig), found in cells.items():
+        end = f"{controller}-{rig}"
+        tables |= {f"step-{end}-{name}": columns for name, columns in found["courses"].items()}
+        if found["linear"] is not None:
+            tables[f"linear-{end}"] = found["linear"]
+        if found["stiffness"] is not None:
+            tables[f"stiffness-{end}"] = {"f_hz": STIFFNESS_HZ, "n_per_m": found["stiffness"]}
+    return tables

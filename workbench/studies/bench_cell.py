@@ -1,0 +1,92 @@
+"""One controller on one rig of a bench: rows, courses, linear loop, stiffness, noise, energy and compute times."""
+
+from collections.abc import Mapping, Sequence
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+
+from ..loop import LoopRun
+from ..margins import LinearLoop
+from ..plant.supply import supply_power
+from ..recipe import Recipe
+from ..rig import Rig
+from ..scenario import Scenario
+from .bench_linear import command_noise, dynamic_stiffness
+from .loop_rows import Bench, linear_loops, play, row
+
+Cell = dict[str, Any]  # what a stage can store
+STIFFNESS_HZ = np.geomspace(0.1, 100.0, 241)
+_STEADY = 0.1  # s: over which a force error is a mean
+
+
+def cell(chosen: Recipe, scenarios: Sequence[Scenario], on: Bench) -> Cell:
+    """All that a bench tells of a controller on a rig, to be stored as a stage."""
+    loops = linear_loops(chosen, on)
+    runs = {wanted.name: (wanted, play(chosen, wanted, on)) for wanted in scenarios}
+    pair = {"controller": chosen.name, "rig": on.rig.name}
+    stiffness = np.abs(dynamic_stiffness(chosen, on, STIFFNESS_HZ)) if loops.null.stable else None
+    return {
+        "rows": [row(chosen, wanted, on, run, loops) for wanted, run in runs.values()],
+        "courses": {name: _course(wanted, run) for name, (wanted, run) in runs.items()},
+        "linear": _linear(loops.null),
+        "stiffness": stiffness,
+        "noise": {**pair, "command_rms": command_noise(chosen, on, loops.null)},
+        "energy": [{**pair, "scenario": name, **_energy(on.rig, run)} for name, (_, run) in runs.items()],
+        "moving": [
+            {**pair, "scenario": name, "speed": wanted.speed, "error_n_per_m_s": error_per_speed(wanted, run)}
+            for name, (wanted, run) in runs.items()
+            if wanted.travel
+        ],
+        "solve_us": np.concatenate([_solve_times(chosen, on.rig, run) for _, run in runs.values()]),
+    }
+
+
+def error_per_speed(wanted: Scenario, run: LoopRun) -> float | None:
+    """Force error [N] that a far end at constant speed adds, over that speed [m/s]; None for a loop that tripped."""
+    if run.tripped is not None:
+        return None
+    t, signals = run.record.t, run.record.signals
+    speed = wanted.inputs(t)["specimen_velocity"]
+    leaves, slows = t[np.flatnonzero(speed > 0)[0]], t[np.flatnonzero(speed > 0.999 * wanted.speed)[-1]]
+    error = signals["reference"] - signals["force"]
+    standing, moving = (np.mean(error[(t > end - _STEADY) & (t < end)]) for end in (leaves, slows))
+    return float((moving - standing) / wanted.speed)
+
+
+def _course(wanted: Scenario, run: LoopRun) -> dict[str, np.ndarray]:
+    """The columns of a course that are kept."""
+    names = ("reference", wanted.signal, "command", "pa", "pb")
+    return {"t [s]": run.record.t, **{name: run.record.signals[name] for name in names}}
+
+
+def _linear(loop: LinearLoop) -> dict[str, np.ndarray] | None:
+    """The columns of a stable linear loop."""
+    if loop.closed is None or loop.sensitivity is None:
+        return None
+    columns = {"open": loop.open, "closed": loop.closed, "sensitivity": loop.sensitivity}
+    parts = {"real": np.real, "imag": np.imag}
+    return {"f_hz": loop.f} | {f"{n}_{p}": take(v) for n, v in columns.items() for p, take in parts.items()}
+
+
+def _energy(rig: Rig, run: LoopRun) -> dict[str, float]:
+    """Energy [J] that the main lands took from the supply over the run, and its part beyond the leakage at rest."""
+    signals: Mapping[str, np.ndarray] = run.record.signals
+    power = supply_power(rig, *(signals[name] for name in ("spool", "pa", "pb", "supply")))
+    taken = float(np.trapezoid(power, run.record.t))
+    return {"energy_j": taken, "beyond_rest_j": taken - float(power[0] * (run.record.t[-1] - run.record.t[0]))}
+
+
+def _solve_times(chosen: Recipe, rig: Rig, run: LoopRun) -> np.ndarray:
+    """Time [us] of each sample of a course played again to the controller alone."""
+    controller, signals = chosen.make(rig.period.value), run.record.signals
+    columns = [signals[name].tolist() for name in controller.measures]
+    seen = [dict(zip(controller.measures, values, strict=True)) for values in zip(*columns, strict=True)]
+    controller.reset(seen[0][controller.measures[0]], seen[0], float(signals["command"][0]))
+    spent = []
+    for reference, measured, sent in zip(signals["reference"].tolist(), seen, signals["command"].tolist(), strict=True):
+        began = perf_counter_ns()
+        controller.compute(reference, measured)
+        controller.update(sent)
+        spent.append((perf_counter_ns() - began) / 1e3)
+    return np.array(spent)

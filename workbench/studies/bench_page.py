@@ -1,0 +1,125 @@
+"""The report of a bench: one table of controllers with the best of each column marked, and every row."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from ..bench_config import BenchConfig, BenchLoop
+from ..report import Figure, Page, Section, Table
+from ..scenario import Scenario
+from ..units import from_si
+from .bench_cell import Cell
+from .bench_figures import clouds, courses, linear_figures, nichols, stiffness_figure
+
+Cells = Mapping[tuple[str, str], Cell]
+Metrics = Mapping[str, Any]
+Best = Literal["min", "max"]
+
+
+def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
+    """The report, from what a bench stored by controller and rig, and its metrics."""
+    sections = []
+    for loop in config.loops:
+        title = f"{loop.signal.name.capitalize()} loops"
+        first = config.rigs[0]
+        sections += [
+            Section(title, [_summary(config, loop, cells, metrics), _every(loop, metrics)]),
+            Section(f"{title}: courses on {first}", [courses(loop, wanted, first, cells) for wanted in loop.scenarios]),
+            Section(f"{title}: over the rigs", [clouds(config, loop, wanted, cells) for wanted in _arriving(loop)]),
+            Section(f"{title}: linear, at null, on {first}", linear_figures(loop, first, cells)),
+            Section(f"{title}: Nichols chart", [nichols(loop, first, cells)]),
+            Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, cells) for name in config.rigs]),
+        ]
+    sections = [section for section in sections if section.items]
+    return Page(f"Bench on {config.rig.name}", _verdict(config, metrics), sections)
+
+
+def bench_picture(config: BenchConfig, cells: Cells) -> Figure:
+    """The telling figure: the last step of the first loop on the first rig."""
+    loop = config.loops[0]
+    steps = [wanted for wanted in loop.scenarios if wanted.is_step] or list(loop.scenarios)
+    return courses(loop, steps[-1], config.rigs[0], cells)
+
+
+def _arriving(loop: BenchLoop) -> list[Scenario]:
+    return [wanted for wanted in loop.scenarios if wanted.arrives is not None]
+
+
+def _verdict(config: BenchConfig, metrics: Metrics) -> str:
+    """Who is quickest where it is slowest, in each scenario that ends."""
+    said = []
+    for wanted in (wanted for loop in config.loops for wanted in _arriving(loop)):
+        sound = [
+            line
+            for line in metrics["spread"]
+            if line["scenario"] == wanted.name and not line["unsettled"] and not line["unstable"]
+        ]
+        if not sound:
+            said.append(f"{wanted.name}: no controller settles on every rig.")
+            continue
+        best = min(sound, key=lambda line: line["settling_s_most"])
+        said.append(
+            f"{wanted.name}: {best['controller']} is settled on every rig first, by {best['settling_s_most']:.3g} s, "
+            f"with {best['overshoot_percent_most']:.2g} % overshoot at most."
+        )
+    return " ".join(said) or "No scenario ends, so nothing settles."
+
+
+def _summary(config: BenchConfig, loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
+    """One line a controller."""
+    lines = [_line(config, loop, chosen.name, cells, metrics) for chosen in loop.controllers]
+    best: dict[str, Best] = {
+        name: "max" if name.startswith(("gain margin", "stiffness")) else "min" for name in list(lines[0])[1:]
+    }
+    return Table(
+        "Controllers",
+        list(lines[0]),
+        [list(line.values()) for line in lines],
+        note=f"On {config.rigs[0]}, or where it says so the worst of {', '.join(config.rigs)}; a dash where a loop "
+        "never settles or is unstable. Settling to 2 %. Margins: the worse of null and moving. Noise: RMS of the "
+        "command at rest from the declared sensors. Energy: what the main lands take beyond their leakage at rest.",
+        best=best,
+    )
+
+
+def _line(config: BenchConfig, loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[str, Any]:
+    first = cells[name, config.rigs[0]]
+    line: dict[str, Any] = {"controller": name}
+    for wanted, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
+        over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, wanted.name))
+        if wanted.arrives is not None:
+            line |= {
+                f"{wanted.name}: settling [s]": row["settling_s"],
+                f"{wanted.name}: worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
+                f"{wanted.name}: overshoot [%]": row["overshoot_percent"],
+                f"{wanted.name}: worst overshoot [%]": over["overshoot_percent_most"],
+            }
+        line[f"{wanted.name}: IAE [{loop.signal.unit} s]"] = _shown(row["iae"], loop)
+        line[f"{wanted.name}: energy [J]"] = energy["beyond_rest_j"]
+    worst = [cells[name, rig]["rows"][0]["ms"] for rig in config.rigs]
+    rms, size = first["noise"]["command_rms"], first["stiffness"]
+    timing = metrics["timing"][name]
+    return line | {
+        "Ms [1]": first["rows"][0]["ms"],
+        "worst Ms [1]": None if None in worst else max(worst),
+        "gain margin [dB]": first["rows"][0]["gain_margin_db"],
+        "stiffness, least [kN/mm]": None if size is None else float(min(size)) / 1e6,
+        "command noise [0.1 %]": None if rms is None else rms * 1e3,
+        "compute, median [us]": timing["solve_p50_us"],
+        "compute, 99 % [us]": timing["solve_p99_us"],
+    }
+
+
+def _every(loop: BenchLoop, metrics: Metrics) -> Table:
+    """Every row of metrics.json of this loop."""
+    names = {chosen.name for chosen in loop.controllers}
+    rows = [row for row in metrics["rows"] if row["controller"] in names]
+    kept = ("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "iae", "peak_command")
+    kept += ("saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz", "peak_db")
+    kept += ("gain_margin_db", "phase_margin_deg", "ms")
+    shown = [[_shown(row[key], loop) if key == "iae" else row[key] for key in kept] for row in rows]
+    heads = [f"iae [{loop.signal.unit} s]" if key == "iae" else key for key in kept]
+    return Table("Every controller on every rig", heads, shown, note="The rows of metrics.json.")
+
+
+def _shown(value: float | None, loop: BenchLoop) -> float | None:
+    return None if value is None else float(from_si(value, loop.signal.unit, loop.signal.si))
