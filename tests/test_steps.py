@@ -13,6 +13,7 @@ from workbench.errors import InputError
 from workbench.rig import load_rig, save_rig
 from workbench.studies import study_of
 from workbench.studies.outcome import at_once
+from workbench.tune_config import load_tune
 
 KEYS = [
     *("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "steady_state_error", "iae"),
@@ -171,5 +172,5 @@ def test_a_force_needs_a_specimen(tmp_path):
 
 def test_every_shipped_experiment_loads():
     for path in sorted((Path(__file__).parents[1] / "experiments").glob("*.toml")):
-        loaders = {"new-rig": load_datasheet, "bench": load_bench}
+        loaders = {"new-rig": load_datasheet, "bench": load_bench, "tune": load_tune}
         loaders.get(tomllib.loads(path.read_text())["experiment"], load_config)(path)
