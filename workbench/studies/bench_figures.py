@@ -50,7 +50,8 @@ def clouds(config: BenchConfig, loop: BenchLoop, wanted: Scenario, cells: Cells)
         at = np.array([[row["settling_s"], row["overshoot_percent"]] for row in settled]).reshape(-1, 2)
         curves.append(Curve(chosen.name, at[:, 0], at[:, 1], "markers"))
     note = f"A mark for each of {', '.join(config.rigs)}; none where a loop does not settle."
-    return Figure(f"{wanted.name}: spread", "settling [s]", [Panel("overshoot [%]", curves)], note=note, height=420)
+    panel = Panel("overshoot [%]", curves)
+    return Figure(f"{wanted.name}: spread", "settling [s]", [panel], log_x=True, note=note, height=420)
 
 
 def linear_figures(loop: BenchLoop, rig: str, cells: Cells) -> list[Figure]:
