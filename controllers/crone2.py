@@ -2,35 +2,16 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from workbench.controller import number
-from workbench.fractional import (
-    ErrorLaw,
-    Factors,
-    JackModel,
-    band,
-    gain_for,
-    integral,
-    order_for,
-    pair,
-    sections_response,
-    tustin,
-)
-
-CELLS = 5
-_OCTAVES = np.linspace(-1, 1, 9)  # about the crossover: there the phase should be constant
-_MIDDLE = len(_OCTAVES) // 2
-_NEVER = 1e3  # rad^2: more than any phase is off
+from workbench.fractional import JackModel, TemplateLaw
 
 
-class Crone2(ErrorLaw):
-    """C = beta/G: beta(s) = K/s ((1 + s/wh)/(1 + s/wl))^(n - 1) / (roll-off), G the jack's model without its delay.
+class Crone2(TemplateLaw):
+    """An open loop (wcg/s)^n about the crossover: a gain that changes leaves the loop's resonance as it is.
 
-    The order n gives the phase margin, K the crossover; the band from wl to wh is the one with which the phase of the
-    whole loop, delay and roll-off included, is flattest within an octave of the crossover, so that a gain which changes
-    leaves the loop's resonance as it is (Oustaloup, Mathieu, Lanusse, European Journal of Control 1(2), 1995). The law
-    cancels the modes of its model: give it a jack that pressure feedback damps, not a sharp mode that a mass moves.
+    C is the template over the jack's model (Oustaloup, Mathieu, Lanusse, European Journal of Control 1(2), 1995; the
+    law is that of TemplateLaw). It cancels the modes of its model: give it a jack that pressure feedback damps, not a
+    sharp mode that a mass moves.
     """
 
     @dataclass(frozen=True)
@@ -44,27 +25,4 @@ class Crone2(ErrorLaw):
 
     def __init__(self, design: Design, period: float) -> None:
         d = design
-        inverse = Factors(d.modes, np.append(*(pair(d.roll_off, np.sin(np.pi / 8 * k)) for k in (1, 3))))
-        ahead, integrator = tustin(inverse, period, d.crossover), integral(d.integral, period)
-        low, high = _flattest(d, np.vstack((ahead, integrator)), period)
-
-        def memory(order: float) -> np.ndarray:
-            return np.vstack((tustin(band(order, low, high, CELLS), period, d.crossover), integrator))
-
-        law = memory(order_for(lambda n: np.vstack((ahead, memory(n))), d, d.crossover, d.phase_margin, period))
-        gain = gain_for(np.vstack((ahead, law)), d, d.crossover, period)
-        super().__init__(np.vstack((gain, ahead)), law, period)
-
-
-def _flattest(design: Crone2.Design, rest: np.ndarray, period: float) -> tuple[float, float]:
-    """The band [Hz] whose fractional order, with the rest of the loop, is nearest to a constant phase: by a grid."""
-    f = design.crossover * 2.0**_OCTAVES
-    loop = design.response(f) * sections_response(rest, f, period)
-    lacking = -np.angle(-loop * np.exp(-1j * design.phase_margin))
-    low, width = design.crossover * np.geomspace(0.01, 1, 60), np.geomspace(2, 1000, 40)
-    low, width = (grid.ravel()[:, None] for grid in np.meshgrid(low, width))
-    turn = np.arctan(f / low) - np.arctan(f / (low * width))
-    order = lacking[_MIDDLE] / turn[:, [_MIDDLE]]
-    uneven = np.sum((lacking - order * turn) ** 2, axis=1) + (np.abs(order[:, 0]) > 1) * _NEVER
-    best = int(np.argmin(uneven))
-    return float(low[best, 0]), float((low * width)[best, 0])
+        super().__init__(d, period, d.crossover, d.phase_margin, d.roll_off, d.integral)

@@ -40,6 +40,7 @@ CONTROLLERS = {
     "crone1, with integral": {"use": "controllers.crone1:Crone1", **JACK, "integral": (0.5, "Hz")},
     "crone2": {"use": "controllers.crone2:Crone2", **JACK, "phase_margin": (65, "deg"), "compensators": [PRESSURE]},
     "crone2, with integral": {"use": "controllers.crone2:Crone2", **JACK, "integral": (0.3, "Hz")},
+    "crone3": {"use": "controllers.crone3:Crone3", **JACK, "imaginary": (0.3, "1"), "compensators": [PRESSURE]},
     "lqg": {"use": "controllers.lqg:Lqg", **JACK, "inertia": (2.14e5, "Pa s^2/m"), "error": (80, "mm")},
     "pi on force, all around it": {
         "use": "controllers.pid_lead:PidLead", "gain": (4, "1/m"), "integral_time": (50, "ms"),

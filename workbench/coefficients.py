@@ -88,7 +88,7 @@ def _vector(controller: Controller, names: list[str]) -> dict[str, np.ndarray]:
 def _sections(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: float) -> np.ndarray:
     """Sections [k, 6] of c (z - a)^-1 b + d by its zeros and poles; a delay is a section of its own."""
     seen = _reached(a, b) & _reached(a.T, c)
-    a, b, c = a[np.ix_(seen, seen)], b[seen], c[seen]
+    a, b, c = a[seen][:, seen], b[seen], c[seen]
     first, state = [d], b
     for _ in range(len(a)):
         first.append(float(c @ state))

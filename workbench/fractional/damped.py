@@ -7,6 +7,7 @@ import numpy as np
 
 from ..compensator import Compensator
 from ..plant import Plant
+from ..response import sampled_response
 from ..views import Equilibrium, sampled
 
 
@@ -52,16 +53,27 @@ def overshoots(
 
     `law` is a controller's linear view, from reference and position to command. None where the loop is unstable.
     """
+    times = np.arange(round(seconds / plant.dt)) * plant.dt
+    loops = [_loop(plant, law, gain) for gain in gains]
+    answers = [None if loop is None else control.step_response(loop, times).outputs for loop in loops]
+    return [None if answer is None else 100 * max(0.0, float(np.max(answer)) - 1) for answer in answers]
+
+
+def peak(plant: control.StateSpace, law: control.StateSpace) -> float:
+    """Largest gain [1] from the reference to the position in the linear loop; without end where it is unstable."""
+    loop = _loop(plant, law, 1.0)
+    if loop is None:
+        return np.inf
+    f = np.geomspace(0.01, 0.5 / plant.dt, 400)
+    return float(np.abs(sampled_response(loop, np.exp(2j * np.pi * f * plant.dt))).max())
+
+
+def _loop(plant: control.StateSpace, law: control.StateSpace, gain: float) -> control.StateSpace | None:
+    """Reference -> position; None where that is unstable."""
     a, b, c = (np.asarray(part) for part in (plant.A, plant.B, plant.C))
     ac, bc, cc, dc = (np.asarray(part) for part in (law.A, law.B, law.C, law.D))
-    found: list[float | None] = []
-    for gain in gains:
-        whole = np.block([[a + gain * b @ dc[:, 1:] @ c, gain * b @ cc], [bc[:, 1:] @ c, ac]])
-        if not np.abs(np.linalg.eigvals(whole)).max() < 1 - 1e-9:
-            found.append(None)
-            continue
-        entering, leaving = np.vstack((gain * b @ dc[:, :1], bc[:, :1])), np.hstack((c, np.zeros((1, len(ac)))))
-        times = np.arange(round(seconds / plant.dt)) * plant.dt
-        answer = control.step_response(control.StateSpace(whole, entering, leaving, 0, plant.dt), times).outputs
-        found.append(100 * max(0.0, float(np.max(answer)) - 1))
-    return found
+    whole = np.block([[a + gain * b @ dc[:, 1:] @ c, gain * b @ cc], [bc[:, 1:] @ c, ac]])
+    if not np.abs(np.linalg.eigvals(whole)).max() < 1 - 1e-9:
+        return None
+    entering, leaving = np.vstack((gain * b @ dc[:, :1], bc[:, :1])), np.hstack((c, np.zeros((1, len(ac)))))
+    return control.StateSpace(whole, entering, leaving, 0, plant.dt)
