@@ -125,7 +125,7 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
 def versions() -> dict[str, str]:
     """Versions of what a result depends on."""
     found = {"python": platform.python_version()}
-    for name in ("jackbench", "numpy", "scipy", "casadi", "control"):
+    for name in ("jackbench", "numpy", "scipy", "casadi", "control", "optuna"):
         try:
             found[name] = version(name)
         except PackageNotFoundError:

@@ -51,7 +51,7 @@ def _search(config: TuneConfig, goals: Goals, stage: Stage, progress: Progress) 
     space: dict[str, Any] = {
         one.name: optuna.distributions.FloatDistribution(one.low, one.high, log=one.log) for one in config.searched
     }
-    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config.seed))
+    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config.seed, multivariate=True))
     study.enqueue_trial({one.name: one.start for one in config.searched})
     trials: list[Trial] = []
     for number in range(config.trials):
