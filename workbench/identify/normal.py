@@ -129,7 +129,7 @@ def number_step(
     low, high = ends
     step, free = np.zeros(len(x)), np.ones(len(x), bool)
     for _ in range(len(x)):
-        step[free] = np.linalg.solve(matrix[np.ix_(free, free)], -(gradient + matrix[:, ~free] @ step[~free])[free])
+        step[free] = np.linalg.solve(matrix[free][:, free], -(gradient + matrix[:, ~free] @ step[~free])[free])
         beyond = free & ((x + step < low) | (x + step > high))
         if not beyond.any():
             break

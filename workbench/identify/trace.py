@@ -120,7 +120,7 @@ class _Tracer:
         stand = base
         while len(effects) < _PASSES and self._misfit(stand) and self._matters(base, stand.squares - stand.samples):
             one = self._pass(stand, stand)
-            if one.found and self._matters(base, stand.squares - _after(one.found[0])):
+            if one.found and self._matters(base, stand.squares - _stand(one.found[0]).squares):
                 tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
                 effects = (*effects, one.found[0])
             elif self._several and (part := self._one_of_several(stand, one.tried)):
@@ -140,8 +140,7 @@ class _Tracer:
         """
 
         def left(tried: Tried, heldout: bool) -> float:
-            assert tried.stand is not None
-            return float(tried.stand.fit.squares.sum()) + (tried.stand.squares if heldout else 0.0)
+            return float(_stand(tried).fit.squares.sum()) + (_stand(tried).squares if heldout else 0.0)
 
         enough = decide.BIC * self._case.kappa
         real = [tried for tried in refits if tried.stand and not vanished(tried.stand)]
@@ -157,14 +156,13 @@ class _Tracer:
         return min(near, key=lambda one: (one.judgement.numbers, left(one, True)))
 
     def _bic_fall(self, before: Stand, tried: Tried) -> float:
-        assert tried.stand is not None
-        squares = float(before.fit.squares.sum()), float(tried.stand.fit.squares.sum())
+        squares = float(before.fit.squares.sum()), float(_stand(tried).fit.squares.sum())
         return decide.bic_fall(*squares, tried.judgement.numbers, before.fit.samples)
 
     def _restarted(self, one: Tried) -> Tried:
         """The effect with its fit from the rig's declared numbers, where that is better."""
         name = f"again-{len(self._passes)}-{one.candidate.effect.name}"
-        return replace(one, stand=self._stored(name, lambda: restarted(self._case, one.stand)))
+        return replace(one, stand=self._stored(name, lambda: restarted(self._case, _stand(one))))
 
     def _matters(self, base: Stand, fall: float) -> bool:
         return self._several or decide.worth_adding(fall, base.squares, base.samples)
@@ -313,9 +311,9 @@ class _Tracer:
         )
 
 
-def _after(one: Tried) -> float:
+def _stand(one: Tried) -> Stand:
     assert one.stand is not None
-    return one.stand.squares
+    return one.stand
 
 
 def _first(scores: Sequence[Score], place: int) -> bool:

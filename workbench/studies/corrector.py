@@ -48,8 +48,8 @@ def _stored(
 ) -> Corrected:
     def compute() -> dict[str, Any]:
         one = loop.shown(numbers, points, share)
-        flow = one.sine.response["flow"]
-        kept = {"f_hz": one.sine.f, "real": flow.real, "imag": flow.imag, "saturated": one.sine.saturated}
+        flow: np.ndarray = np.asarray(one.sine.response["flow"], complex)
+        kept = {"f_hz": one.sine.f, "real": np.real(flow), "imag": np.imag(flow), "saturated": one.sine.saturated}
         kept |= {"settled": one.sine.settled, "cycles": one.sine.cycles, "cavitated": one.sine.cavitated}
         return {"sine": kept, "f3db": one.f3db, "f90": one.f90, "peak": one.peak, "null_zeta": one.null_zeta}
 

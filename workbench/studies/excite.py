@@ -7,7 +7,6 @@ file is added to what the loop commands.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 import control
 import numpy as np
@@ -214,7 +213,7 @@ def _closed(drive: Drive, played: Excitation, seed: int | None) -> ClosedLoop:
 class _Adding:
     """A position loop that adds a command, sample by sample, to its own."""
 
-    measures: ClassVar[tuple[str, ...]] = ("position",)
+    measures: tuple[str, ...] = ("position",)
 
     def __init__(self, inner: Controller, command: np.ndarray) -> None:
         self._inner, self._command, self._k = inner, command, 0
