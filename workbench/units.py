@@ -11,18 +11,22 @@ from .errors import InputError
 
 _BARE_POWER = re.compile(r"\b(m|mm|cm|s|ms)([2-9])\b")  # "m/s2", as headers are written
 
+_ANGLE = re.compile(r"\b(rad|deg|rev|turn|rpm)")  # of "rad/s", "degree/s", "revolution/min"
+
 _REGISTRY: pint.UnitRegistry = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
 @lru_cache(maxsize=512)
 def _scale(unit: str, si: str) -> tuple[float, float]:
-    """Gain and offset such that value_si = gain * value + offset."""
+    """Gain and offset such that value_si = gain * value + offset; 2 pi rad/s are 1 Hz."""
     try:
         origin = _REGISTRY.Quantity(0.0, _parse(unit)).to(_parse(si)).magnitude
         one = _REGISTRY.Quantity(1.0, _parse(unit)).to(_parse(si)).magnitude
     except pint.DimensionalityError:
         raise InputError(f'unit "{unit}" can not be converted to "{si}"') from None
-    return float(one - origin), float(origin)
+    turn = 2 * np.pi  # an angle counts as 1 in pint, and so would 1 rad/s as 1 Hz
+    share = {("Hz", True): 1 / turn, ("rad/s", False): turn}.get((si, bool(_ANGLE.search(unit))), 1.0)
+    return float(one - origin) * share, float(origin)
 
 
 def _parse(unit: str) -> pint.Unit:
