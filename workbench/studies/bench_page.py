@@ -22,12 +22,13 @@ def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
         title = f"{loop.signal.name.capitalize()} loops"
         first = config.rigs[0]
         sections += [
-            Section(title, [_summary(config, loop, cells, metrics), _every(loop, metrics)]),
+            Section(title, [_summary(config, loop, cells, metrics)]),
             Section(f"{title}: courses on {first}", [courses(loop, wanted, first, cells) for wanted in loop.scenarios]),
             Section(f"{title}: over the rigs", [clouds(config, loop, wanted, cells) for wanted in _arriving(loop)]),
             Section(f"{title}: linear, at null, on {first}", linear_figures(loop, first, cells)),
             Section(f"{title}: Nichols chart", [nichols(loop, first, cells)]),
             Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, cells) for name in config.rigs]),
+            Section(f"{title}: every row", [_every(loop, metrics)]),
         ]
     sections = [section for section in sections if section.items]
     return Page(f"Bench on {config.rig.name}", _verdict(config, metrics), sections)
