@@ -16,6 +16,7 @@ from workbench.report import render
 from workbench.rig import Rig, load_rig, save_rig
 from workbench.runs import metrics_json
 from workbench.studies.fit import run_fit
+from workbench.studies.fit_page import groups
 from workbench.studies.fit_result import _inside
 from workbench.studies.outcome import Outcome, at_once
 from workbench.studies.residual import run_residual
@@ -163,3 +164,12 @@ def assert_refused(arguments: list[str], said: list[str], out: Path, capsys: pyt
         assert word in line
     assert not out.exists()
     assert not out.with_name(f"{out.name}.partial").exists()
+
+
+def test_numbers_that_are_known_only_together_are_told_as_groups():
+    matrix = np.eye(5)
+    for i, j in ((0, 2), (2, 3)):
+        matrix[i, j] = matrix[j, i] = -0.99
+    matrix[1, 4] = matrix[4, 1] = 0.9
+    assert groups({"names": ["beta", "M", "V0A", "V0B", "b"], "matrix": matrix.tolist()}) == [["beta", "V0A", "V0B"]]
+    assert groups({"names": ["beta", "M"], "matrix": np.eye(2).tolist()}) == []

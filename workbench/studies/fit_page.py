@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from ..identify import decide
 from ..identify.refit import Case
@@ -83,6 +84,14 @@ def _strongest(correlation: Mapping[str, Any]) -> list[tuple[str, str, float]]:
     return sorted(pairs, key=lambda pair: -abs(pair[2]))
 
 
+def groups(correlation: Mapping[str, Any]) -> list[list[str]]:
+    """Names of numbers of which the records know a combination only, each group linked by correlations above STRONG."""
+    names, matrix = correlation["names"], np.asarray(correlation["matrix"])
+    _, group = connected_components(np.abs(matrix) > STRONG, directed=False)
+    members = [[name for name, its in zip(names, group, strict=True) if its == k] for k in range(max(group) + 1)]
+    return [names for names in members if len(names) > 1]
+
+
 def _pairs(correlation: Mapping[str, Any]) -> Table:
     rows = [[one, other, round(value, 3)] for one, other, value in _strongest(correlation)[:_MOST]]
     note = "Near 1 or -1 the records only know a combination of the two."
@@ -108,7 +117,5 @@ def _verdict(case: Case, found: Sequence[Fitted], metrics: Mapping[str, Any]) ->
         said += " Something that the model lacks may have pushed it there." if missing else ""
     if metrics["unseen"]:
         said += f" Not seen by these records: {', '.join(metrics['unseen'])}."
-    strong = [
-        f"{a} with {b} ({value:.2f})" for a, b, value in _strongest(metrics["correlations"]) if abs(value) > STRONG
-    ]
-    return said + (f" Known only together: {', '.join(strong[:3])}." if strong else "")
+    together = [" with ".join((", ".join(names[:-1]), names[-1])) for names in groups(metrics["correlations"])]
+    return said + (f" Known only together: {'; '.join(together)}." if together else "")
