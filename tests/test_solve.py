@@ -22,7 +22,7 @@ from workbench.signals import MEASURED
 
 FLOOR = Floor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "made"))
 QUIET = dict.fromkeys(SIGMA, 0.0)
-VALUES = {"K3": 6.3e-5, "f0": 70.0, "zeta": 0.6, "b": 130.0, "M": 8.0, "V0A": 3e-5}
+VALUES = {"K3": 6.3e-5, "f0": 70.0, "b": 130.0, "M": 8.0, "V0A": 3e-5}
 
 
 @pytest.fixture(scope="module")
