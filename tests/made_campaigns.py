@@ -15,10 +15,10 @@ from workbench.plant.effects import find
 from workbench.records import Campaign, Record
 from workbench.records.write import write_csv
 from workbench.rig import EffectUse, Number, Rig, load_rig
-from workbench.studies.fit import one_blas_thread
 from workbench.studies.outcome import Outcome, at_once
 from workbench.studies.trace import run_trace
 from workbench.views import equilibrium
+from workbench.workers import one_blas_thread
 
 SIGMA = {"pa": 2e4, "pb": 2e4, "position": 1e-4, "spool": 2e-6}
 PERIOD = 2e-3

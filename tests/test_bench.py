@@ -19,6 +19,13 @@ from workbench.studies.loop_rows import bench, linear_loops, play, row
 from workbench.studies.outcome import at_once
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+BODE = """
+[bode]
+low_hz = 2
+high_hz = 20
+points = 3
+amplitudes_percent = [1, 50]
+"""
 TINY = f"""
 experiment = "bench"
 rig = "jack-10t"
@@ -26,7 +33,7 @@ rigs = ["nominal", "mass+50"]
 scenarios = ["position-10mm"]
 [from]
 "{EXPERIMENTS / "position_step.toml"}" = ["p", "p-dp"]
-"""
+{BODE}"""
 FORCE = f"""
 experiment = "bench"
 rig = "jack-10t"
@@ -37,7 +44,7 @@ stiffness = {{value = 1e7, unit = "N/m"}}
 damping = {{value = 1, unit = "kN s/m"}}
 [from]
 "{EXPERIMENTS / "force_step.toml"}" = ["p-dp"]
-"""
+{BODE}"""
 
 
 def loaded(folder, text):
@@ -101,7 +108,7 @@ def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monk
     kept = dict(list(stages.items())[:3])
     played = []
     monkeypatch.setattr(
-        study, "cell", lambda c, _scenarios, rig: played.append((c.name, rig)) or stages[f"{c.name} on {rig}"]
+        study, "cell", lambda c, _loop, rig: played.append((c.name, rig)) or stages[f"{c.name} on {rig}"]
     )
     monkeypatch.setattr(study, "bench", lambda rig: rig.name)
     again = study.run_bench(config, lambda name, compute: kept[name] if name in kept else compute(), lambda _: None)
@@ -159,6 +166,9 @@ def test_a_force_loop_tells_what_a_moving_end_costs_it(tmp_path):
         ('"position-10mm"', '"force-20kn"', "p controls the position, which no scenario asks for"),
         ('["position-10mm"]', '["position-10mm", "force-20kn"]', "scenarios of the force, which no controller"),
         ("[from]", "[form]", 'unknown key "form"; did you mean "from"'),
+        ('["nominal", "mass+50"]', '{force = ["nominal"]}', 'rigs: unknown key "force"; known: position'),
+        ("[bode]", "[bodes]", 'unknown key "bodes"; did you mean "bode"'),
+        ("[1, 50]", "[-1]", "amplitudes_percent = -1: must be a positive number"),
         ('"jack-10t"', '"jack-11t"', 'no bundled rig "jack-11t"'),
     ],
 )  # fmt: skip
@@ -174,8 +184,30 @@ def test_a_force_needs_a_specimen(tmp_path):
         loaded(tmp_path, FORCE[:start] + FORCE[end:])
 
 
-def test_the_shipped_bench_has_seven_controllers_on_five_rigs():
+def test_sines_sweep_the_nominal_rig_at_parts_of_its_stroke_and_say_where_a_limit_acts(outcome):
+    """At 1 percent of 240 mm the loop is nearly its linear self; half of them asks for more force than there is."""
+    small, large = (outcome.tables[f"sine-p-dp-nominal-{size}mm"] for size in ("2.4", "120"))
+    assert not small["cavitated"].any()
+    assert large["cavitated"][-1]
+    linear = outcome.tables["linear-p-dp-nominal"]
+    closed = np.hypot(linear["closed_real"], linear["closed_imag"])
+    expected = np.interp(small["f_hz"][0], linear["f_hz"], closed)
+    assert np.hypot(small["real"], small["imag"])[0] == pytest.approx(expected, rel=0.1)
+    assert not [name for name in outcome.tables if name.startswith("sine") and "mass" in name]
+
+
+def test_the_shipped_bench_has_every_controller_in_loops_of_position_and_force():
     config = load_bench(EXPERIMENTS / "benchmark.toml")
-    (loop,) = config.loops
-    assert len(loop.controllers) == 7
-    assert config.rigs == ("nominal", "mass-50", "mass+50", "beta-50", "supply-20")
+    position, force = config.loops
+    assert [chosen.name for chosen in position.controllers] == [
+        "p",
+        "pid-lead",
+        "p-dp",
+        "tvc",
+        "crone1",
+        "crone2",
+        "lqg",
+    ]
+    assert position.rigs == ("nominal", "mass-50", "mass+50", "beta-50", "supply-20", "stiffness-1e6")
+    assert force.rigs == (*position.rigs, "stiffness-1e8")
+    assert force.bode.amplitudes == pytest.approx((900.0, 9e3, 45e3))

@@ -10,6 +10,7 @@ from workbench.engine import Engine
 from workbench.errors import InputError
 from workbench.loop_response import closed_loop_sine, sampled_frequencies
 from workbench.margins import linear_loop
+from workbench.plant import build
 from workbench.plant.assembly import Assembly
 from workbench.response import (
     crossing,
@@ -228,3 +229,15 @@ def test_a_closed_loop_point_that_trips_is_not_a_number(rig, engine, rest):
     assert np.isfinite(fits.response["position"]).all()
     assert np.isnan(trips.response["position"]).all()
     assert not trips.settled.any()
+
+
+def test_a_closed_loop_point_is_flagged_where_the_drive_has_no_more_current(rig):
+    """The guard lets every command pass; a drive with a tenth of its rated current can not follow the large one."""
+    weak = rig.with_values(isat=0.1)
+    plant = build(weak)
+    at, drive = equilibrium(plant), Engine(plant)
+    small, large = (
+        closed_loop_sine(drive, weak, lambda g=gain: P(P.Design(gain=g), 1e-3), at, [50.0], 0.1) for gain in (0.24, 5)
+    )
+    assert not small.saturated.any()
+    assert large.saturated.all()

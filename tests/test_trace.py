@@ -26,12 +26,12 @@ from workbench.records import Record, load_campaign
 from workbench.report import render
 from workbench.rig import load_rig, rig_text
 from workbench.runs import metrics_json
-from workbench.studies.fit import one_blas_thread
 from workbench.studies.outcome import at_once
 from workbench.studies.residual import run_residual
 from workbench.studies.trace import effects_for, run_trace, traced
 from workbench.studies.trace_answer import more_json, trace_json
 from workbench.studies.trace_tables import candidates_table
+from workbench.workers import one_blas_thread
 
 ROOT = Path(__file__).parents[1]
 SHARED = ROOT.parent / "shared" / "campaigns"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .config import Specimen
+from .config import BodeConfig, Specimen, read_bode
 from .errors import InputError, nearest
 from .plant_set import rig_of
 from .recipe import Recipe, read_numbers, recipe
@@ -14,28 +14,33 @@ from .scenario import Scenario, scenario
 from .signals import SIGNALS, Signal
 from .toml import check_keys, read_toml
 
-KEYS = ("experiment", "rig", "rigs", "scenarios", "specimen", "from", "controllers")
+KEYS = ("experiment", "rig", "rigs", "scenarios", "specimen", "from", "controllers", "bode")
 
 
 @dataclass(frozen=True)
 class BenchLoop:
-    """The loops of one controlled signal: the nominal rig, with the specimen of a force, and who plays what."""
+    """The loops of one controlled signal: every controller on every rig of a set, by name, in every scenario.
+
+    `rig` is the nominal one, with the specimen of a force. On the first of the set, the closed loop is also swept by
+    the sines of `bode`.
+    """
 
     signal: Signal
     rig: Rig
+    rigs: tuple[str, ...]
     controllers: tuple[Recipe, ...]
     scenarios: tuple[Scenario, ...]
+    bode: BodeConfig
 
 
 @dataclass(frozen=True)
 class BenchConfig:
-    """Every controller of `loops` on every rig of the set, by name, in the scenarios of its signal.
+    """The loops of a bench on variations of a rig.
 
     `source` is the experiment file as it was read, with the tables of all its controllers.
     """
 
     rig: Rig
-    rigs: tuple[str, ...]
     loops: tuple[BenchLoop, ...]
     source: Mapping[str, Any]
 
@@ -51,22 +56,31 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     if not isinstance(named, str):
         raise InputError(f'{path}: rig is missing; write rig = "jack-10t" or the path of a rig file')
     nominal = load_rig(named, None if rig else path.parent)
-    rigs = _names(table.get("rigs"), f"{path}: rigs", "nominal")
     tables = {**_borrowed(table.get("from", {}), path), **_own(table.get("controllers", {}), path)}
     scenarios = [scenario(name, f"{path}: scenarios") for name in _names(table.get("scenarios"), f"{path}: scenarios")]
     controllers = [recipe(name, part, f"{path}: [controllers.{name}]") for name, part in tables.items()]
-    loops = tuple(_loops(nominal, controllers, scenarios, table.get("specimen"), str(path)))
-    for name in rigs:
-        for loop in loops:
-            _check_rig(loop.rig, name, f"{path}: rigs")
+    asked = _asked(controllers, scenarios, nominal, str(path))
+    sets = _sets(table.get("rigs"), asked, f"{path}: rigs")
+    sweeps = table.get("bode")
+    if not isinstance(sweeps, Mapping):
+        raise InputError(f"{path}: [bode] is missing; write low_hz, high_hz, points and amplitudes_percent there")
+    loops = []
+    for signal, players in asked.items():
+        rig_of_loop = _with_specimen(nominal, table.get("specimen"), str(path)) if signal == "force" else nominal
+        for name in sets[signal]:
+            _check_rig(rig_of_loop, name, f"{path}: rigs")
+        full = rig_of_loop.limit("force" if signal == "force" else "stroke")
+        bode = read_bode(sweeps, "amplitudes_percent", full / 100, f"{path}: [bode]")
+        wanted = tuple(one for one in scenarios if one.signal == signal)
+        loops.append(BenchLoop(SIGNALS[signal], rig_of_loop, sets[signal], tuple(players), wanted, bode))
     source = {key: value for key, value in table.items() if key != "from"}
-    return BenchConfig(nominal, rigs, loops, {**source, "controllers": tables})
+    return BenchConfig(nominal, tuple(loops), {**source, "controllers": tables})
 
 
-def _loops(
-    rig: Rig, controllers: Sequence[Recipe], scenarios: Sequence[Scenario], specimen: Any, where: str
-) -> Iterable[BenchLoop]:
-    """Position before force; each only where it is there."""
+def _asked(
+    controllers: Sequence[Recipe], scenarios: Sequence[Scenario], rig: Rig, where: str
+) -> dict[str, list[Recipe]]:
+    """Controllers by the signal that they control and scenarios ask for, position before force."""
     controlled = {chosen.name: chosen.make(rig.period.value).measures[0] for chosen in controllers}
     asked = {wanted.signal for wanted in scenarios}
     if lonely := [name for name, signal in controlled.items() if signal not in asked]:
@@ -75,13 +89,18 @@ def _loops(
         )
     if lonely := sorted(asked - set(controlled.values())):
         raise InputError(f"{where}: scenarios of the {lonely[0]}, which no controller controls; add a controller")
-    for signal in sorted(asked, reverse=True):
-        yield BenchLoop(
-            SIGNALS[signal],
-            _with_specimen(rig, specimen, where) if signal == "force" else rig,
-            tuple(chosen for chosen in controllers if controlled[chosen.name] == signal),
-            tuple(wanted for wanted in scenarios if wanted.signal == signal),
-        )
+    return {
+        signal: [chosen for chosen in controllers if controlled[chosen.name] == signal]
+        for signal in sorted(asked, reverse=True)
+    }
+
+
+def _sets(wanted: Any, signals: Iterable[str], where: str) -> dict[str, tuple[str, ...]]:
+    """The names of rigs for each signal's loops: one list for all, or a table of lists."""
+    if not isinstance(wanted, Mapping):
+        return dict.fromkeys(signals, _names(wanted, where, "nominal"))
+    check_keys(wanted, tuple(signals), where)
+    return {signal: _names(wanted.get(signal), f"{where}: {signal}", "nominal") for signal in signals}
 
 
 def _with_specimen(rig: Rig, specimen: Any, where: str) -> Rig:

@@ -11,7 +11,7 @@ from typing import Any
 
 from . import catalogue, designing, studies, tracing
 from .bench_config import load_bench
-from .command import Parser, computes, finish, prints
+from .command import Parser, computes, finish, jobs, prints, works
 from .config import load_config
 from .datasheet import load_datasheet
 from .errors import InputError
@@ -52,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Play every controller on every rig of a set in every scenario, and hold them against each other.",
     )
     benched.add_argument("experiment", help="such as experiments/benchmark.toml")
+    works(benched)
     computes(benched, _bench)
     found = commands.add_parser(
         "residual",
@@ -131,7 +132,9 @@ def _run(options: argparse.Namespace, words: list[str]) -> None:
 def _bench(options: argparse.Namespace, words: list[str]) -> None:
     config = load_bench(options.experiment, options.rig)
     identity = {"command": "bench", "experiment": config.source, "rig": rig_table(config.rig)}
-    finish(options, words, Path(options.experiment).stem, identity, partial(bench.run_bench, config))
+    finish(
+        options, words, Path(options.experiment).stem, identity, partial(bench.run_bench, config, jobs=jobs(options))
+    )
 
 
 def _residual(options: argparse.Namespace, words: list[str]) -> None:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from .engine.backend import cores
 from .errors import InputError
 from .report import page_looks
 from .runs import open_run, resolved_config, versions
@@ -39,6 +40,18 @@ def computes(command: argparse.ArgumentParser, call: Call, rig: bool = True) -> 
     command.add_argument("--picture", type=Path, help="also draw the report's telling figure into a .png or .svg file")
     command.add_argument("--force", action="store_true", help="replace an existing folder")
     command.set_defaults(call=call)
+
+
+def works(command: argparse.ArgumentParser) -> None:
+    """The option of a command whose stages several processes share."""
+    command.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one per core)")
+
+
+def jobs(options: argparse.Namespace) -> int:
+    """How many processes share the stages. Raises InputError."""
+    if options.jobs is not None and options.jobs < 1:
+        raise InputError(f"--jobs {options.jobs}: must be 1 or more")
+    return options.jobs or cores()
 
 
 def finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> Outcome:

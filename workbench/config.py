@@ -146,7 +146,12 @@ def step_config(table: Mapping[str, Any], rig: Rig, where: str) -> StepConfig:
             _controller(name, part, signal, rig, f"{where}: [controllers.{name}]") for name, part in controllers.items()
         ),
         scenarios,
-        _bode(_table(table.get("bode"), f"{where}: [bode]"), signal, f"{where}: [bode]"),
+        read_bode(
+            _table(table.get("bode"), f"{where}: [bode]"),
+            f"amplitudes_{signal.unit.lower()}",
+            float(to_si(1.0, signal.unit, signal.si)),
+            f"{where}: [bode]",
+        ),
         table,
     )
 
@@ -170,8 +175,8 @@ def _controller(name: str, table: Any, signal: Signal, rig: Rig, where: str) -> 
     return read
 
 
-def _bode(table: Mapping[str, Any], signal: Signal, where: str) -> BodeConfig:
-    sizes = f"amplitudes_{signal.unit.lower()}"
+def read_bode(table: Mapping[str, Any], sizes: str, si: float, where: str) -> BodeConfig:
+    """Range and number of points of a sweep, and its amplitudes: the list `sizes`, each of its numbers times `si`."""
     check_keys(table, ("low_hz", "high_hz", "points", sizes), where)
     low, high = _positive(table.get("low_hz"), f"{where}: low_hz"), _positive(table.get("high_hz"), f"{where}: high_hz")
     if not low < high:
@@ -179,7 +184,7 @@ def _bode(table: Mapping[str, Any], signal: Signal, where: str) -> BodeConfig:
     given = table.get(sizes)
     if not isinstance(given, list) or not given:
         raise InputError(f"{where}: {sizes} must be a list of numbers")
-    amplitudes = tuple(float(to_si(_positive(value, f"{where}: {sizes}"), signal.unit, signal.si)) for value in given)
+    amplitudes = tuple(_positive(value, f"{where}: {sizes}") * si for value in given)
     return BodeConfig(low, high, _count(table, "points", where, 3), amplitudes)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from .coefficients import as_json, as_text, coefficients
-from .command import computes, finish, prints
+from .command import computes, finish, jobs, prints, works
 from .compensator import Compensator
 from .config import StepConfig, load_config
 from .errors import InputError
@@ -45,6 +45,7 @@ def add(commands: Any) -> None:
         description="Search the numbers of a controller, and leave tuned.toml, an experiment of the best.",
     )
     tuned.add_argument("experiment", help="such as experiments/tune_p_dp.toml")
+    works(tuned)
     computes(tuned, _tune)
     for command, call in ((seen, _jack_model), (written, _coefficients), (varied, _spread)):
         command.add_argument("experiment", help="such as experiments/position_crone.toml")
@@ -56,7 +57,7 @@ def add(commands: Any) -> None:
 def _tune(options: argparse.Namespace, words: list[str]) -> None:
     config = load_tune(options.experiment, options.rig)
     identity = {"command": "tune", "experiment": config.source, "rig": rig_table(config.start.rig)}
-    finish(options, words, Path(options.experiment).stem, identity, partial(run_tune, config))
+    finish(options, words, Path(options.experiment).stem, identity, partial(run_tune, config, jobs=jobs(options)))
 
 
 def _read(options: argparse.Namespace) -> StepConfig:

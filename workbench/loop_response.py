@@ -31,7 +31,8 @@ def closed_loop_sine(
 ) -> SteppedSine:
     """Response reference -> controlled signal to amplitude sin (unit of the signal) about an operating point.
 
-    A point is flagged saturated where the guard altered the command; where the loop trips it is NaN and not settled.
+    A point is flagged saturated where the guard altered the command or the current reached the drive's limit; where the
+    loop trips it is NaN and not settled.
     """
     points = [_point(engine, rig, make(), start, float(f), amplitude) for f in frequencies]
     response, cycles, settled, saturated, cavitated = (np.array(column) for column in zip(*points, strict=True))
@@ -60,5 +61,8 @@ def _point(
         settled = before is not None and abs(now - before) < AGREE * abs(now)
         if settled or (before is not None and cycles / f > _LONGEST):
             altered = not np.allclose(run.demanded[-k:], signals["command"][-k:], atol=1e-9)
-            return now, cycles, settled, altered, bool(signals["lowest_pressure"][-k:].min() < 0)
+            full = (
+                rig.valve == "three-stage" and np.abs(signals["current"][-k:]).max() > 0.999 * rig["imax"] * rig["isat"]
+            )
+            return now, cycles, settled, bool(altered or full), bool(signals["lowest_pressure"][-k:].min() < 0)
         before = now

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from .command import Call, Study, check_place, computes, finish
+from .command import Call, Study, check_place, computes, finish, jobs, works
 from .errors import InputError
 from .records import Campaign
 from .rig import rig_table
@@ -36,7 +36,7 @@ def add(commands: Any) -> None:
     studied.add_argument("--campaigns", type=Path, metavar="DIR", help="folders with a truth.json beside them")
     studied.add_argument("--number", type=int, default=100, metavar="N", help="campaigns to draw (default: 100)")
     studied.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
-    studied.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one per core)")
+    works(studied)
     studied.add_argument("--keep", type=Path, metavar="DIR", help="leave the drawn campaigns there")
     computes(studied, _trace_study, rig=False)
 
@@ -81,9 +81,9 @@ def _finish_with_rig(
 
 
 def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
-    for name, least in (("number", 1), ("jobs", 1), ("seed", 0)):
+    for name, least in (("number", 1), ("seed", 0)):
         value = getattr(options, name)
-        if value is not None and value < least:
+        if value < least:
             raise InputError(f"--{name} {value}: must be {least} or more")
     folder = options.campaigns
     plan = trace_study.given(folder) if folder else trace_study.default_plan(options.number, options.seed)
@@ -91,5 +91,5 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
         options.keep.mkdir(parents=True, exist_ok=True)
     identity = {"command": "trace-study", "items": trace_study.identity(plan)}
     name = f"trace-study-{folder.resolve().name}" if folder else "trace-study"
-    study = partial(trace_study.run_trace_study, plan, trace.traced, jobs=options.jobs, keep=options.keep)
+    study = partial(trace_study.run_trace_study, plan, trace.traced, jobs=jobs(options), keep=options.keep)
     finish(options, words, name, identity, study)

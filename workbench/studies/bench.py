@@ -1,26 +1,33 @@
 """A bench: controllers x rigs x scenarios, each controller on a rig a stage, and what follows from all of them."""
 
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
-from ..bench_config import BenchConfig, BenchLoop
+from ..bench_config import BenchConfig
 from ..plant_set import rig_of
+from ..workers import team
 from .bench_cell import STIFFNESS_HZ, Cell, cell
 from .bench_page import bench_page, bench_picture
-from .fit import one_blas_thread
-from .loop_rows import bench
+from .loop_rows import Bench, bench
 from .outcome import Outcome, Progress, Stage
 
 Cells = dict[tuple[str, str], Cell]  # by controller and rig
 _MARKS_HZ = (0.1, 1.0, 10.0, 100.0)
 
 
-def run_bench(config: BenchConfig, stage: Stage, progress: Progress) -> Outcome:
-    """Every controller on every rig in every scenario of its signal."""
-    with one_blas_thread():
-        cells = {key: found for loop in config.loops for key, found in _cells(loop, config, stage, progress).items()}
+def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
+    """Every controller on every rig in every scenario of its signal, by `jobs` processes."""
+    keys = [(i, c.name, rig) for i, loop in enumerate(config.loops) for rig in loop.rigs for c in loop.controllers]
+    with team(jobs, partial(_cells, config)) as played:
+        items = {f"{name} on {rig}": (i, name, rig) for i, name, rig in keys}
+        found = played(items, stage, lambda one: progress("{controller} on {rig}".format(**one["noise"])))
+    by_rig = {(name, rig): one for (_, name, rig), one in zip(keys, found, strict=True)}
+    cells: Cells = {
+        (c.name, rig): by_rig[c.name, rig] for loop in config.loops for c in loop.controllers for rig in loop.rigs
+    }
     rows = [row for found in cells.values() for row in found["rows"]]
     metrics = {
         "rows": rows,
@@ -50,16 +57,20 @@ def spread(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def _cells(loop: BenchLoop, config: BenchConfig, stage: Stage, progress: Progress) -> Cells:
-    """A rig is built once, and only if one of its stages is not there yet."""
-    found: Cells = {}
-    for name in config.rigs:
-        on = cache(lambda name=name: bench(rig_of(loop.rig, name)))
-        for chosen in loop.controllers:
-            progress(f"{chosen.name} on {name}")
-            stored = stage(f"{chosen.name} on {name}", lambda c=chosen, on=on: cell(c, loop.scenarios, on()))
-            found[chosen.name, name] = stored
-    return {(c.name, name): found[c.name, name] for c in loop.controllers for name in config.rigs}
+def _cells(config: BenchConfig) -> Callable[[tuple[int, str, str]], Cell]:
+    """The work of one process: a loop's number, a controller and a rig, which it builds once."""
+
+    @cache
+    def on(i: int, rig: str) -> Bench:
+        return bench(rig_of(config.loops[i].rig, rig))
+
+    def work(item: tuple[int, str, str]) -> Cell:
+        i, name, rig = item
+        loop = config.loops[i]
+        chosen = next(one for one in loop.controllers if one.name == name)
+        return cell(chosen, loop, on(i, rig))
+
+    return work
 
 
 def _stiffness(key: tuple[str, str], size: np.ndarray | None) -> dict[str, Any]:
@@ -90,6 +101,7 @@ def _tables(cells: Cells) -> dict[str, dict[str, np.ndarray]]:
         tables |= {f"step-{end}-{name}": columns for name, columns in found["courses"].items()}
         if found["linear"] is not None:
             tables[f"linear-{end}"] = found["linear"]
+        tables |= {f"sine-{end}-{size.replace(' ', '')}": columns for size, columns in found["sines"].items()}
         if found["stiffness"] is not None:
             tables[f"stiffness-{end}"] = {"f_hz": STIFFNESS_HZ, "n_per_m": found["stiffness"]}
     return tables

@@ -1,11 +1,12 @@
 """One controller on one rig of a bench: rows, courses, linear loop, stiffness, noise, energy and compute times."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
 
+from ..bench_config import BenchLoop
 from ..loop import LoopRun
 from ..margins import LinearLoop
 from ..plant.supply import supply_power
@@ -14,16 +15,17 @@ from ..rig import Rig
 from ..scenario import Scenario
 from .bench_linear import command_noise, dynamic_stiffness
 from .loop_rows import Bench, linear_loops, play, row
+from .sines import sines
 
 Cell = dict[str, Any]  # what a stage can store
 STIFFNESS_HZ = np.geomspace(0.1, 100.0, 961)  # fine enough for a mode of damping 0.02
 _STEADY = 0.1  # s: over which a force error is a mean
 
 
-def cell(chosen: Recipe, scenarios: Sequence[Scenario], on: Bench) -> Cell:
+def cell(chosen: Recipe, loop: BenchLoop, on: Bench) -> Cell:
     """All that a bench tells of a controller on a rig, to be stored as a stage."""
     loops = linear_loops(chosen, on)
-    runs = {wanted.name: (wanted, play(chosen, wanted, on)) for wanted in scenarios}
+    runs = {wanted.name: (wanted, play(chosen, wanted, on)) for wanted in loop.scenarios}
     pair = {"controller": chosen.name, "rig": on.rig.name}
     stiffness = np.abs(dynamic_stiffness(chosen, on, STIFFNESS_HZ)) if loops.null.stable else None
     return {
@@ -31,6 +33,7 @@ def cell(chosen: Recipe, scenarios: Sequence[Scenario], on: Bench) -> Cell:
         "courses": {name: _course(wanted, run) for name, (wanted, run) in runs.items()},
         "linear": _linear(loops.null),
         "stiffness": stiffness,
+        "sines": sines(chosen, loop.signal, loop.bode, on) if on.rig.name == loop.rigs[0] else {},
         "noise": {**pair, "command_rms": command_noise(chosen, on, loops.null)},
         "energy": [{**pair, "scenario": name, **_energy(on.rig, run)} for name, (_, run) in runs.items()],
         "moving": [

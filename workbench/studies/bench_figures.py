@@ -4,24 +4,33 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..bench_config import BenchConfig, BenchLoop
+from ..bench_config import BenchLoop
 from ..report import Curve, Figure, FrequencyCurve, Panel, bode
 from ..response import decibels
 from ..scenario import Scenario
 from ..signals import SIGNALS
 from ..units import from_si
 from .bench_cell import STIFFNESS_HZ, Cell
+from .sines import closed_loop_figure
 
 Cells = Mapping[tuple[str, str], Cell]
 
 _SHOWN_HZ = (0.05, 100.0)
+_SHORTEST = 0.2  # s
 _DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 _CLOSED_DB = (-3.0, -6.0)
 
 
 def courses(loop: BenchLoop, wanted: Scenario, rig: str, cells: Cells) -> Figure:
-    """One scenario on one rig under every controller: controlled signal, command, pressure."""
-    chosen = {c.name: cells[c.name, rig]["courses"][wanted.name] for c in loop.controllers}
+    """One scenario on one rig under every controller: controlled signal, command, pressure. A step as far as it tells.
+
+    That is three times what the quickest controller needs; a longer course would hide all but the slowest.
+    """
+    i = loop.scenarios.index(wanted)
+    settled = [cells[c.name, rig]["rows"][i]["settling_s"] for c in loop.controllers]
+    quickest = min((value for value in settled if value is not None), default=wanted.duration)
+    shown = max(_SHORTEST, 3 * quickest) if wanted.is_step else wanted.duration
+    chosen = {c.name: _until(shown, cells[c.name, rig]["courses"][wanted.name]) for c in loop.controllers}
     first = next(iter(chosen.values()))
 
     def curves(name: str, unit: str, si: str) -> list[Curve]:
@@ -29,6 +38,7 @@ def courses(loop: BenchLoop, wanted: Scenario, rig: str, cells: Cells) -> Figure
 
     signal, pressure = loop.signal, SIGNALS["pa"]
     reference = Curve("reference", first["t [s]"], from_si(first["reference"], signal.unit, signal.si), "dot")
+    note = "" if shown >= wanted.duration else f"The first {shown:.2g} s of {wanted.duration:g} s."
     return Figure(
         f"{wanted.name} on {rig}",
         "time [s]",
@@ -37,19 +47,24 @@ def courses(loop: BenchLoop, wanted: Scenario, rig: str, cells: Cells) -> Figure
             Panel("command [1]", curves("command", "1", "1")),
             Panel(pressure.label, curves("pa", pressure.unit, pressure.si)),
         ],
+        note=note,
     )
 
 
-def clouds(config: BenchConfig, loop: BenchLoop, wanted: Scenario, cells: Cells) -> Figure:
+def _until(end: float, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: column[columns["t [s]"] <= end] for name, column in columns.items()}
+
+
+def clouds(loop: BenchLoop, wanted: Scenario, cells: Cells) -> Figure:
     """Overshoot against settling, a mark a rig: a robust controller's marks are close together."""
     i = loop.scenarios.index(wanted)
     curves = []
     for chosen in loop.controllers:
-        rows = [cells[chosen.name, rig]["rows"][i] for rig in config.rigs]
+        rows = [cells[chosen.name, rig]["rows"][i] for rig in loop.rigs]
         settled = [row for row in rows if row["settling_s"] is not None]
         at = np.array([[row["settling_s"], row["overshoot_percent"]] for row in settled]).reshape(-1, 2)
         curves.append(Curve(chosen.name, at[:, 0], at[:, 1], "markers"))
-    note = f"A mark for each of {', '.join(config.rigs)}; none where a loop does not settle."
+    note = f"A mark for each of {', '.join(loop.rigs)}; none where a loop does not settle."
     panel = Panel("overshoot [%]", curves)
     return Figure(f"{wanted.name}: spread", "settling [s]", [panel], log_x=True, note=note, height=420)
 
@@ -65,6 +80,21 @@ def linear_figures(loop: BenchLoop, rig: str, cells: Cells) -> list[Figure]:
         sensitivity.append(Curve(name, f[seen], decibels(_complex(columns, "sensitivity")[seen])))
     panel = Panel("|S| [dB]", sensitivity)
     return [bode("Closed loop", closed), Figure("Sensitivity", "frequency [Hz]", [panel], log_x=True)] if there else []
+
+
+def sine_figures(loop: BenchLoop, cells: Cells) -> list[Figure]:
+    """For each controller on the first rig: the linear closed loop, and what sines of several sizes find."""
+    linear, rig = _linear(loop, loop.rigs[0], cells), loop.rigs[0]
+    found = []
+    for chosen in loop.controllers:
+        dashed = []
+        if columns := linear.get(chosen.name):
+            seen = (columns["f_hz"] > _SHOWN_HZ[0]) & (columns["f_hz"] < _SHOWN_HZ[1])
+            dashed.append(
+                FrequencyCurve("linear, null", columns["f_hz"][seen], _complex(columns, "closed")[seen], "dash")
+            )
+        found.append(closed_loop_figure(chosen.name, dashed, cells[chosen.name, rig]["sines"]))
+    return found
 
 
 def nichols(loop: BenchLoop, rig: str, cells: Cells) -> Figure:

@@ -8,7 +8,7 @@ from ..report import Figure, Page, Section, Table
 from ..scenario import Scenario
 from ..units import from_si
 from .bench_cell import Cell
-from .bench_figures import clouds, courses, linear_figures, nichols, stiffness_figure
+from .bench_figures import clouds, courses, linear_figures, nichols, sine_figures, stiffness_figure
 
 Cells = Mapping[tuple[str, str], Cell]
 Metrics = Mapping[str, Any]
@@ -20,14 +20,15 @@ def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
     sections = []
     for loop in config.loops:
         title = f"{loop.signal.name.capitalize()} loops"
-        first = config.rigs[0]
+        first = loop.rigs[0]
         sections += [
-            Section(title, [_summary(config, loop, cells, metrics)]),
+            Section(title, [_summary(loop, cells, metrics)]),
             Section(f"{title}: courses on {first}", [courses(loop, wanted, first, cells) for wanted in loop.scenarios]),
-            Section(f"{title}: over the rigs", [clouds(config, loop, wanted, cells) for wanted in _arriving(loop)]),
+            Section(f"{title}: over the rigs", [clouds(loop, wanted, cells) for wanted in _arriving(loop)]),
             Section(f"{title}: linear, at null, on {first}", linear_figures(loop, first, cells)),
+            Section(f"{title}: closed loop by stepped sine, on {first}", sine_figures(loop, cells)),
             Section(f"{title}: Nichols chart", [nichols(loop, first, cells)]),
-            Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, cells) for name in config.rigs]),
+            Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, cells) for name in loop.rigs]),
             Section(f"{title}: every row", [_every(loop, metrics)]),
         ]
     sections = [section for section in sections if section.items]
@@ -38,7 +39,7 @@ def bench_picture(config: BenchConfig, cells: Cells) -> Figure:
     """The telling figure: the last step of the first loop on the first rig."""
     loop = config.loops[0]
     steps = [wanted for wanted in loop.scenarios if wanted.is_step] or list(loop.scenarios)
-    return courses(loop, steps[-1], config.rigs[0], cells)
+    return courses(loop, steps[-1], loop.rigs[0], cells)
 
 
 def _arriving(loop: BenchLoop) -> list[Scenario]:
@@ -65,9 +66,9 @@ def _verdict(config: BenchConfig, metrics: Metrics) -> str:
     return " ".join(said) or "No scenario ends, so nothing settles."
 
 
-def _summary(config: BenchConfig, loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
+def _summary(loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
     """One line a controller."""
-    lines = [_line(config, loop, chosen.name, cells, metrics) for chosen in loop.controllers]
+    lines = [_line(loop, chosen.name, cells, metrics) for chosen in loop.controllers]
     best: dict[str, Best] = {
         name: "max" if name.startswith(("gain margin", "stiffness")) else "min" for name in list(lines[0])[1:]
     }
@@ -75,15 +76,15 @@ def _summary(config: BenchConfig, loop: BenchLoop, cells: Cells, metrics: Metric
         "Controllers",
         list(lines[0]),
         [list(line.values()) for line in lines],
-        note=f"On {config.rigs[0]}, or where it says so the worst of {', '.join(config.rigs)}; a dash where a loop "
+        note=f"On {loop.rigs[0]}, or where it says so the worst of {', '.join(loop.rigs)}; a dash where a loop "
         "never settles or is unstable. Settling to 2 %. Margins: the worse of null and moving. Noise: RMS of the "
         "command at rest from the declared sensors. Energy: what the main lands take beyond their leakage at rest.",
         best=best,
     )
 
 
-def _line(config: BenchConfig, loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[str, Any]:
-    first = cells[name, config.rigs[0]]
+def _line(loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[str, Any]:
+    first = cells[name, loop.rigs[0]]
     line: dict[str, Any] = {"controller": name}
     for wanted, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
         over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, wanted.name))
@@ -96,7 +97,7 @@ def _line(config: BenchConfig, loop: BenchLoop, name: str, cells: Cells, metrics
             }
         line[f"{wanted.name}: IAE [{loop.signal.unit} s]"] = _shown(row["iae"], loop)
         line[f"{wanted.name}: energy [J]"] = energy["beyond_rest_j"]
-    worst = [cells[name, rig]["rows"][0]["ms"] for rig in config.rigs]
+    worst = [cells[name, rig]["rows"][0]["ms"] for rig in loop.rigs]
     rms, size = first["noise"]["command_rms"], first["stiffness"]
     timing = metrics["timing"][name]
     return line | {

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 from ..errors import InputError
 from ..identify.predict import predict_windows, predictions
 from ..identify.refit import case_of, fit_rig
@@ -11,21 +9,13 @@ from ..identify.stored import packed, unpacked
 from ..plant import build
 from ..records import Campaign
 from ..rig import Rig, rig_text
+from ..workers import one_blas_thread
 from .error_page import record_tables, rms_of
 from .fit_page import fit_page
 from .fit_result import base_intervals, correlations, finite, fitted, fitted_rig
 from .outcome import Outcome, Progress, Stage
 
 STARTS = 3
-
-
-def one_blas_thread() -> threadpool_limits:
-    """BLAS on one thread inside this context.
-
-    The fits alternate between the engine, which has a thread a core, and matrices so small that more threads gain
-    nothing; but idle BLAS threads spin, and on two cores the engine then takes three to six times as long.
-    """
-    return threadpool_limits(limits=1, user_api="blas")
 
 
 def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: Progress) -> Outcome:

@@ -3,18 +3,15 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from ..config import StepConfig
 from ..loop import LoopRun
-from ..report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
+from ..report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
 from ..response import crossing, decibels, degrees
 from ..scenario import Scenario
 from ..signals import SIGNALS, Signal
 from ..units import from_si
 from .loop_rows import MOVING, LinearLoops
-
-Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude
+from .sines import Sines, closed_loop_figure
 
 
 def step_page(
@@ -134,24 +131,13 @@ def step_figure(config: StepConfig, wanted: Scenario, runs: dict[tuple[str, str]
     )
 
 
-def _bode(name: str, pair: LinearLoops, sines: dict[str, dict[str, np.ndarray]]) -> Figure:
-    curves = []
+def _bode(name: str, pair: LinearLoops, swept: Sines) -> Figure:
+    linear = []
     for where, loop in (("linear, null", pair.null), (f"linear, {MOVING:g} m/s", pair.moving)):
         if loop.closed is not None:
             shown = (loop.f > 0.05) & (loop.f < 100)
-            curves.append(FrequencyCurve(where, loop.f[shown], loop.closed[shown], "dash"))
-    notes = []
-    for size, columns in sines.items():
-        curves.append(FrequencyCurve(f"sine, {size}", columns["f_hz"], columns["real"] + 1j * columns["imag"]))
-        if np.any(columns["saturated"]):
-            notes.append(
-                f"at {size} the guard limits the command from {np.min(columns['f_hz'][columns['saturated']]):.3g} Hz"
-            )
-        if np.any(columns["cavitated"]):
-            notes.append(
-                f"at {size} a chamber falls below 0 bar from {np.min(columns['f_hz'][columns['cavitated']]):.3g} Hz"
-            )
-    return bode(f"Closed loop: {name}", curves, note="; ".join(notes))
+            linear.append(FrequencyCurve(where, loop.f[shown], loop.closed[shown], "dash"))
+    return closed_loop_figure(name, linear, swept)
 
 
 def _sensitivity(loops: dict[str, LinearLoops]) -> Figure:

@@ -4,12 +4,10 @@ import numpy as np
 
 from ..config import StepConfig
 from ..loop import LoopRun
-from ..loop_response import closed_loop_sine, sampled_frequencies
-from ..recipe import Recipe
-from ..units import from_si
-from .loop_rows import Bench, LinearLoops, bench, linear_loops, play, row
+from .loop_rows import LinearLoops, bench, linear_loops, play, row
 from .outcome import Outcome, Progress, Stage
-from .step_page import Sines, step_figure, step_page
+from .sines import Sines, sines
+from .step_page import step_figure, step_page
 
 
 def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -22,36 +20,18 @@ def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
         for wanted in config.scenarios:
             runs[chosen.name, wanted.name] = run = play(chosen, wanted, on)
             rows.append(row(chosen, wanted, on, run, loops[chosen.name]))
-    sines = {c.name: stage(f"bode-{c.name}", lambda c=c: _sines(config, c, on, progress)) for c in config.controllers}
-    page = step_page(config, rows, runs, loops, sines)
+    swept = {}
+    for chosen in config.controllers:
+        progress(f"{chosen.name}: closed loop by stepped sine")
+        swept[chosen.name] = stage(f"bode-{chosen.name}", lambda c=chosen: sines(c, config.signal, config.bode, on))
+    page = step_page(config, rows, runs, loops, swept)
     telling = [wanted for wanted in config.scenarios if wanted.is_step] or config.scenarios
-    return Outcome({"rows": rows}, page, step_figure(config, telling[-1], runs), _tables(runs, sines, loops))
-
-
-def _sines(config: StepConfig, chosen: Recipe, on: Bench, progress: Progress) -> Sines:
-    """Closed-loop stepped sine at each amplitude, as columns."""
-    period, signal = config.rig.period.value, config.signal
-    f = sampled_frequencies(config.bode.low, config.bode.high, config.bode.points, period)
-    found = {}
-    for amplitude in config.bode.amplitudes:
-        size = f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"
-        progress(f"{chosen.name}: stepped sine of {size}")
-        sine = closed_loop_sine(on.engine, config.rig, lambda: chosen.make(period), on.null, f, amplitude)
-        response = sine.response[signal.name]
-        found[size] = {
-            "f_hz": sine.f,
-            "real": np.real(response),
-            "imag": np.imag(response),
-            "settled": sine.settled,
-            "saturated": sine.saturated,
-            "cavitated": sine.cavitated,
-        }
-    return found
+    return Outcome({"rows": rows}, page, step_figure(config, telling[-1], runs), _tables(runs, swept, loops))
 
 
 def _tables(
     runs: dict[tuple[str, str], LoopRun],
-    sines: dict[str, Sines],
+    swept: dict[str, Sines],
     loops: dict[str, LinearLoops],
 ) -> dict[str, dict[str, np.ndarray]]:
     tables = {
@@ -68,6 +48,6 @@ def _tables(
                 "sensitivity_real": np.real(null.sensitivity),
                 "sensitivity_imag": np.imag(null.sensitivity),
             }
-    for controller, found in sines.items():
+    for controller, found in swept.items():
         tables |= {f"sine-{controller}-{size.replace(' ', '')}": columns for size, columns in found.items()}
     return tables

@@ -13,8 +13,8 @@ from ..plant.effects import Effect, known_effects
 from ..records import Campaign, load_campaign
 from ..rig import Rig, load_rig, rig_text
 from ..runs import metrics_json
+from ..workers import one_blas_thread
 from .error_page import record_tables
-from .fit import one_blas_thread
 from .fit_result import fitted_rig
 from .outcome import Outcome, Progress, Stage, at_once
 from .trace_answer import compared, labels, more_json, trace_json

@@ -1,28 +1,22 @@
 """How often a trace is right: campaigns that are drawn, or given with their truth, each traced and scored."""
 
 import json
-import multiprocessing
-import os
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from threading import Lock, Thread
 from time import perf_counter
 from typing import Any, Protocol, cast
 
 import numpy as np
 
-from ..engine.backend import cores
 from ..errors import InputError
 from ..runs import metrics_json
+from ..workers import team
 from .draw import Case, Kind, draw
 from .draw_noise import BLEMISHES, Noise
-from .fit import one_blas_thread
 from .foreign import FOREIGN, OFF, OWN, Cause, cause
 from .outcome import Outcome, Progress, Stage
 from .trace_study_page import page, picture
@@ -56,7 +50,6 @@ class Given:
 
 
 Item = Case | Given
-Work = Callable[[Item], dict[str, Any]]
 
 
 def default_plan(count: int, seed: int) -> list[Case]:
@@ -102,27 +95,16 @@ def run_trace_study(
     trace: Tracer,
     stage: Stage,
     progress: Progress,
-    jobs: int | None = None,
+    jobs: int = 1,
     keep: Path | None = None,
 ) -> Outcome:
     """Draw, trace and score every item; `keep` is where drawn folders stay, with their truth.json. One stage an item.
 
-    `jobs` worker processes (default: one per core) take an item each; with one, everything runs in this process.
+    `jobs` worker processes take an item each; with one, everything runs in this process.
     """
     say = _Tally(len(plan), progress)
-    with _workers(jobs or cores(), partial(_traced, trace=trace, keep=keep)) as work:
-
-        def staged(item: Item) -> dict[str, Any]:
-            found = stage(f"campaign-{item.id}", lambda: work(item))
-            say(found["row"])
-            return found
-
-        with ThreadPoolExecutor(jobs or cores()) as threads:  # each waits for one worker, and stores what it did
-            waiting = [threads.submit(staged, item) for item in plan]
-            try:
-                found = [one.result() for one in waiting]
-            finally:
-                threads.shutdown(wait=False, cancel_futures=True)
+    with team(jobs, partial(partial, _traced, trace=trace, keep=keep)) as traced:
+        found = traced({f"campaign-{item.id}": item for item in plan}, stage, lambda one: say(one["row"]))
     if keep is not None:
         truths = [one["truth"] for one in found]
         (keep / TRUTH).write_text(metrics_json({"set": "drawn", "campaigns": truths}), encoding="utf-8")
@@ -137,7 +119,7 @@ def run_trace_study(
 
 def _traced(item: Item, trace: Tracer, keep: Path | None) -> dict[str, Any]:
     """The work on one item: its truth, its row, and the seconds that drawing and tracing took."""
-    with tempfile.TemporaryDirectory() as scratch, one_blas_thread():
+    with tempfile.TemporaryDirectory() as scratch:
         began = perf_counter()
         truth = _known(item)
         try:
@@ -151,49 +133,22 @@ def _traced(item: Item, trace: Tracer, keep: Path | None) -> dict[str, Any]:
     return {"truth": truth, "row": row, "timing": timing}
 
 
-@contextmanager
-def _workers(jobs: int, work: Work) -> Iterator[Work]:
-    """`work`, done in worker processes. They are spawned: forking a process with threads may lock it up."""
-    if jobs == 1:
-        yield work
-        return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, context, initializer=_end_with_parent) as pool:
-        try:
-            yield lambda item: pool.submit(work, item).result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _end_with_parent() -> None:
-    """A worker whose parent was killed would wait for ever."""
-    parent = multiprocessing.parent_process()
-
-    def wait() -> None:
-        if parent is not None:
-            parent.join()
-        os._exit(1)
-
-    Thread(target=wait, daemon=True).start()
-
-
 class _Tally:
     """Prints every result as it comes, with the score so far."""
 
     def __init__(self, count: int, progress: Progress) -> None:
-        self._count, self._progress, self._lock = count, progress, Lock()
+        self._count, self._progress = count, progress
         self._done: Counter[str] = Counter()
         self._fine: Counter[str] = Counter()
 
     def __call__(self, row: Row) -> None:
-        with self._lock:
-            self._done[row["group"]] += 1
-            self._fine[row["group"]] += row["result"] in FINE
-            said = row["error"] or " + ".join(row["named"]) or row["verdict"]
-            true = " + ".join(row["truth"]) or "nothing"
-            score = ", ".join(f"{group} {self._fine[group]}/{n}" for group, n in sorted(self._done.items()))
-            number = f"{self._done.total()}/{self._count}"
-            self._progress(f"{number} {row['id']}: {true} -> {said}: {row['result']}; so far {score}")
+        self._done[row["group"]] += 1
+        self._fine[row["group"]] += row["result"] in FINE
+        said = row["error"] or " + ".join(row["named"]) or row["verdict"]
+        true = " + ".join(row["truth"]) or "nothing"
+        score = ", ".join(f"{group} {self._fine[group]}/{n}" for group, n in sorted(self._done.items()))
+        number = f"{self._done.total()}/{self._count}"
+        self._progress(f"{number} {row['id']}: {true} -> {said}: {row['result']}; so far {score}")
 
 
 def _known(item: Item) -> dict[str, Any]:

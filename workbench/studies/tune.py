@@ -1,34 +1,39 @@
 """A search for the numbers of a controller: hard goals over a set of rigs first, then the least weighted cost."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import tomli_w
 
 from ..loop import LoopRun
+from ..plant_set import rig_of
 from ..rig import bundled as bundled_rigs
 from ..rig import rig_text
 from ..tune_config import TuneConfig
-from .loop_rows import play
+from ..workers import team
+from .loop_rows import Bench, bench, play
 from .outcome import Outcome, Progress, Stage
 from .tune_goals import Goals, Trial, Verdict
 from .tune_page import step_figure, tune_page
 
+TOGETHER = 4  # designs that are tried before any of them is learnt from
 
-def run_tune(config: TuneConfig, stage: Stage, progress: Progress) -> Outcome:
-    """Search, then show the best design beside the start. The first trial is the start.
+
+def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
+    """Search with `jobs` processes, then show the best design beside the start. The first trial is the start.
 
     Each trial is a stage: a resumed search asks its sampler the same again and is told the stored answers, and so goes
     on as if nothing had happened.
     """
     progress(f"{len(config.rigs)} rigs: operating points")
-    goals = Goals(config)
-    trials = _search(config, goals, stage, progress)
+    trials = _search(config, stage, progress, jobs)
     nearest = min(trials, key=lambda trial: trial.verdict.score)
     best = nearest if nearest.verdict.cost is not None else None
     progress("the start and the best, on the nominal rig")
-    runs = {what: _runs(goals, trial) for what, trial in (("start", trials[0]), ("best", nearest))}
+    on = bench(rig_of(config.start.rig, config.rigs[0]))
+    runs = {what: _runs(config, trial, on) for what, trial in (("start", trials[0]), ("best", nearest))}
     metrics = {
         "best": None if best is None else _best(config, best),
         "missed": nearest.verdict.missed,
@@ -44,24 +49,34 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress) -> Outcome:
     return Outcome(metrics, page, step_figure(config, config.start.scenarios[0], runs), tables, files)
 
 
-def _search(config: TuneConfig, goals: Goals, stage: Stage, progress: Progress) -> list[Trial]:
+def _search(config: TuneConfig, stage: Stage, progress: Progress, jobs: int) -> list[Trial]:
+    """TOGETHER designs are asked for at a time, however many processes judge them: the search is the same on any."""
     import optuna  # loads slowly, and no other command needs it
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     space: dict[str, Any] = {
         one.name: optuna.distributions.FloatDistribution(one.low, one.high, log=one.log) for one in config.searched
     }
-    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config.seed, multivariate=True))
+    sampler = optuna.samplers.TPESampler(seed=config.seed, multivariate=True, constant_liar=True)
+    study = optuna.create_study(sampler=sampler)
     study.enqueue_trial({one.name: one.start for one in config.searched})
     trials: list[Trial] = []
-    for number in range(config.trials):
-        asked = study.ask(space)
-        values = {one.name: one.rounded(asked.params[one.name]) for one in config.searched}
-        kept = stage(f"trial-{number:05d}", lambda values=values: asdict(goals.judge(values)))
-        trials.append(Trial(number, values, Verdict(**kept)))
-        study.tell(asked, trials[-1].verdict.score)
-        progress(f"trial {number + 1} of {config.trials}: {_word(trials[-1].verdict)}; {_best_word(trials)}")
+    with team(jobs, partial(_judge, config)) as judged:
+        while len(trials) < config.trials:
+            asked = [study.ask(space) for _ in range(min(TOGETHER, config.trials - len(trials)))]
+            values = [{one.name: one.rounded(each.params[one.name]) for one in config.searched} for each in asked]
+            items = {f"trial-{len(trials) + i:05d}": each for i, each in enumerate(values)}
+            for each, tried, kept in zip(asked, values, judged(items, stage, lambda _: None), strict=True):
+                trials.append(Trial(len(trials), tried, Verdict(**kept)))
+                study.tell(each, trials[-1].verdict.score)
+                progress(f"trial {len(trials)} of {config.trials}: {_word(trials[-1].verdict)}; {_best_word(trials)}")
     return trials
+
+
+def _judge(config: TuneConfig) -> Callable[[Mapping[str, float]], dict[str, Any]]:
+    """The work of one process."""
+    goals = Goals(config)
+    return lambda values: asdict(goals.judge(values))
 
 
 def _word(verdict: Verdict) -> str:
@@ -73,10 +88,10 @@ def _best_word(trials: list[Trial]) -> str:
     return f"best {min(costs):.4g}" if costs else "none yet meets every goal"
 
 
-def _runs(goals: Goals, trial: Trial) -> dict[str, LoopRun]:
+def _runs(config: TuneConfig, trial: Trial, on: Bench) -> dict[str, LoopRun]:
     """A design on the nominal rig, by scenario."""
-    chosen = goals.config.design(trial.values)
-    return {wanted.name: play(chosen, wanted, goals.benches["nominal"]) for wanted in goals.config.start.scenarios}
+    chosen = config.design(trial.values)
+    return {wanted.name: play(chosen, wanted, on) for wanted in config.start.scenarios}
 
 
 def _numbers(config: TuneConfig, values: Mapping[str, float]) -> dict[str, dict[str, Any]]:

@@ -1,0 +1,43 @@
+"""Workers give what one process gives, in order; what they raise comes through, and they make their tools once."""
+
+import os
+
+import pytest
+
+from workbench.errors import InputError
+from workbench.studies.outcome import at_once
+from workbench.workers import team
+
+
+def squares():
+    made = os.getpid()
+    return lambda number: {"square": number**2, "made": made, "pid": os.getpid()}
+
+
+def refuses():
+    raise InputError("rig: no equilibrium; ask for less")
+
+
+ITEMS = {f"item-{i}": i for i in range(6)}
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_results_come_in_order_and_all_are_told(jobs):
+    told = []
+    with team(jobs, squares) as work:
+        first, second = work(ITEMS, at_once, told.append), work({"more": 7}, at_once, told.append)
+    assert [one["square"] for one in (*first, *second)] == [0, 1, 4, 9, 16, 25, 49]
+    assert sorted(one["square"] for one in told) == [0, 1, 4, 9, 16, 25, 49]
+    assert all(one["made"] == one["pid"] for one in first)
+    assert (os.getpid() in {one["pid"] for one in first}) is (jobs == 1)
+
+
+def test_what_is_stored_is_not_done_again():
+    with team(1, refuses) as work:
+        assert work(ITEMS, lambda name, _: name, lambda _: None) == list(ITEMS)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_bad_input_comes_through(jobs):
+    with pytest.raises(InputError, match="no equilibrium; ask for less"), team(jobs, refuses) as work:
+        work(ITEMS, at_once, lambda _: None)

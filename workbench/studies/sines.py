@@ -1,0 +1,48 @@
+"""A closed loop swept by sines: a stepped sine at every amplitude of an experiment, and its Bode plot."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..config import BodeConfig
+from ..loop_response import closed_loop_sine, sampled_frequencies
+from ..recipe import Recipe
+from ..report import Figure, FrequencyCurve, bode
+from ..signals import Signal
+from ..units import from_si
+from .loop_rows import Bench
+
+Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
+
+
+def sines(chosen: Recipe, signal: Signal, wanted: BodeConfig, on: Bench) -> Sines:
+    """Reference -> controlled signal about null, with what the guard and the chambers did at each point."""
+    period = on.rig.period.value
+    f = sampled_frequencies(wanted.low, wanted.high, wanted.points, period)
+    found: Sines = {}
+    for amplitude in wanted.amplitudes:
+        sine = closed_loop_sine(on.engine, on.rig, lambda: chosen.make(period), on.null, f, amplitude)
+        response = sine.response[signal.name]
+        found[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = {
+            "f_hz": sine.f,
+            "real": np.real(response),
+            "imag": np.imag(response),
+            "settled": sine.settled,
+            "saturated": sine.saturated,
+            "cavitated": sine.cavitated,
+        }
+    return found
+
+
+def closed_loop_figure(name: str, linear: Sequence[FrequencyCurve], swept: Sines) -> Figure:
+    """Linear curves, dashed, and sines; the note says from which frequency a limit acts."""
+    curves, notes = list(linear), []
+    for size, columns in swept.items():
+        curves.append(FrequencyCurve(f"sine, {size}", columns["f_hz"], columns["real"] + 1j * columns["imag"]))
+        for what, flagged in (
+            ("the command or the current is limited", "saturated"),
+            ("a chamber falls below 0 bar", "cavitated"),
+        ):
+            if np.any(columns[flagged]):
+                notes.append(f"at {size} {what} from {np.min(columns['f_hz'][columns[flagged]]):.3g} Hz")
+    return bode(f"Closed loop: {name}", curves, note="; ".join(notes))
