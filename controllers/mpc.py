@@ -1,0 +1,76 @@
+"""Linear model predictive control: LQG where no limit is near, and a plan that keeps every limit where one is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from workbench.controller import number
+from workbench.observer import JackObserver, ObservedJack
+from workbench.planning import Limits, Planner, look_ahead
+
+from .lqg import lq_gain
+
+
+class Mpc:
+    """u = K (r - x^) - d^ + c: the LQG law on a JackObserver's state, and the least change c that keeps the limits.
+
+    Every period a quadratic programme plans the c of a horizon: the least sum of c^2 for which the predicted command
+    and its rate stay within theirs, and, as far as can be, stroke, speed and pressure difference within theirs. The
+    change in the LQ cost is that sum times a number, so this is the constrained LQ optimum (Rossiter, Model-Based
+    Predictive Control, 2003, ch. 7); with no limit near c = 0. The filter's d and load leave no offset. Where the solver
+    does not arrive, the last plan goes on, and without one the command stays; `fallbacks` counts these periods.
+    """
+
+    @dataclass(frozen=True)
+    class Design(ObservedJack):
+        """Design numbers: the jack as it is observed, what an error costs, limits and the plan."""
+
+        error: float = number("m", 1e-6, 10.0, "the position error that costs as much as full command", 0.1)
+        command: float = number("1", 0.01, 1.0, "largest command", 1.0)
+        command_rate: float = number("1/s", 1.0, 1e4, "fastest change of the command", 200.0)
+        stroke: float = number("m", 1e-3, 10.0, "largest position, either way", 0.24)
+        speed: float = number("m/s", 1e-3, 100.0, "largest speed", 5.0)
+        pressure: float = number("Pa", 1e5, 1e8, "largest |pa - pb|: below the supply's, or a chamber cavitates", 2e7)
+        horizon: float = number("s", 5e-3, 1.0, "how far a plan looks ahead", 0.08)
+        moves: float = number("1", 1.0, 50.0, "changes c in a plan, the later the longer", 14.0)
+        iterations: float = number("1", 10.0, 1e4, "cap on the solver's iterations", 100.0)
+
+    def __init__(self, design: Design, period: float) -> None:
+        d, self._period = design, period
+        self._observer = JackObserver(d, period)
+        self.measures = self._observer.measures
+        feedback = lq_gain(self._observer, d.error)
+        self._feedback = np.append(feedback, [1.0, 0.0])
+        self._follow = float(feedback @ self._observer.signals["position"][:-2])
+        limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, d.pressure)
+        self._samples = round(d.horizon / period)
+        horizon = look_ahead(self._observer, self._feedback, limits, self._samples, round(d.moves))
+        self._planner = Planner(horizon, round(d.iterations))
+        self._most, self._step = limits.command, limits.change
+        self._sent, self.fallbacks = 0.0, 0
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
+        self._observer.rest(measurement, self._follow * (reference - measurement["position"]) - command)
+        self._planner.forget()
+        self._sent, self.fallbacks = command, 0
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The LQG law on what the filter makes of these signals, and the first change of the plan."""
+        state, wanted = self._observer.look(measurement), self._follow * reference
+        change = self._planner.plan(state, np.full(self._samples, wanted), self._sent)
+        asked = self._sent if change is None else float(wanted - self._feedback @ state + change)
+        near = min(max(asked, self._sent - self._step), self._sent + self._step)  # a solver is right to 0.1 %
+        return min(max(near, -self._most), self._most)
+
+    def update(self, realised: float) -> None:
+        """Predict the next period with the command that the drive really got; the plan moves on."""
+        self._observer.step(realised)
+        self.fallbacks += self._planner.advance()
+        self._sent = realised
+
+    def linear(self) -> control.StateSpace:
+        """Filter and feedback together, far from every limit."""
+        return self._observer.closed(self._feedback, self._follow, self._period)
