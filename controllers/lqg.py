@@ -26,7 +26,7 @@ class Lqg:
     def __init__(self, design: Design, period: float) -> None:
         self._observer, self._period = JackObserver(design, period), period
         self.measures = self._observer.measures
-        position = self._observer.seen[0, : self._observer.n]
+        position = self._observer.signals["position"][: self._observer.n]
         feedback = lq_gain(self._observer, design.error)
         self._feedback, self._follow = np.append(feedback, [1.0, 0.0]), float(feedback @ position)
 
@@ -49,6 +49,26 @@ class Lqg:
 
 def lq_gain(observer: JackObserver, error: float) -> np.ndarray:
     """K [n] of the least sum of (e/error [m])^2 + u^2 on the jack that is observed."""
-    position = observer.seen[0, : observer.n]
+    return _lq(observer, error)[0]
+
+
+def preview_gains(observer: JackObserver, error: float, count: int) -> np.ndarray:
+    """What the same optimum makes of the references to come: their shares [count] of the command, the next one first.
+
+    g[i] = B' (A - B K)'^i C'/(error^2 (1 + B' P B)), P of the Riccati equation.
+    """
+    feedback, cost = _lq(observer, error)
+    closed = observer.a - observer.b @ feedback[None]
+    row = observer.b[:, 0] / (error**2 * (1 + float(observer.b[:, 0] @ cost @ observer.b[:, 0])))
+    found = []
+    for _ in range(count):
+        found.append(row @ observer.signals["position"][: observer.n])
+        row = closed @ row
+    return np.array(found)
+
+
+def _lq(observer: JackObserver, error: float) -> tuple[np.ndarray, np.ndarray]:
+    """K [n] and the Riccati equation's P [n, n]."""
+    position = observer.signals["position"][: observer.n]
     found = control.dlqr(observer.a, observer.b, np.outer(position, position) / error**2, np.eye(1))
-    return np.asarray(found[0])[0]
+    return np.asarray(found[0])[0], np.asarray(found[1])

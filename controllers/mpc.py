@@ -10,17 +10,18 @@ from workbench.controller import number
 from workbench.observer import JackObserver, ObservedJack
 from workbench.planning import Limits, Planner, look_ahead
 
-from .lqg import lq_gain
+from .lqg import lq_gain, preview_gains
 
 
 class Mpc:
-    """u = K (r - x^) - d^ + c: the LQG law on a JackObserver's state, and the least change c that keeps the limits.
+    """u = v - K x^ - d^ + c: the LQG law on a JackObserver's state, and the least change c that keeps the limits.
 
-    Every period a quadratic programme plans the c of a horizon: the least sum of c^2 for which the predicted command
-    and its rate stay within theirs, and, as far as can be, stroke, speed and pressure difference within theirs. The
-    change in the LQ cost is that sum times a number, so this is the constrained LQ optimum (Rossiter, Model-Based
-    Predictive Control, 2003, ch. 7); with no limit near c = 0. The filter's d and load leave no offset. Where the solver
-    does not arrive, the last plan goes on, and without one the command stays; `fallbacks` counts these periods.
+    v is K r, or with a preview the LQ optimum's share of the references to come. Every period a quadratic programme
+    plans the c of a horizon: the least sum of c^2 for which the predicted command and its rate stay within theirs, and,
+    as far as can be, stroke, speed and pressure difference within theirs. The LQ cost grows by that sum times a number,
+    so this is the constrained LQ optimum (Rossiter, Model-Based Predictive Control, 2003, ch. 7); with no limit near
+    c = 0. The filter's d and load leave no offset. Where the solver does not arrive, the last plan goes on, and without
+    one the command stays; `fallbacks` counts these periods.
     """
 
     @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class Mpc:
         horizon: float = number("s", 5e-3, 1.0, "how far a plan looks ahead", 0.08)
         moves: float = number("1", 1.0, 50.0, "changes c in a plan, the later the longer", 14.0)
         iterations: float = number("1", 10.0, 1e4, "cap on the solver's iterations", 100.0)
+        preview: float = number("s", 0.0, 1.0, "how far ahead the reference is known", 0.0)
 
     def __init__(self, design: Design, period: float) -> None:
         d, self._period = design, period
@@ -45,8 +47,10 @@ class Mpc:
         self._feedback = np.append(feedback, [1.0, 0.0])
         self._follow = float(feedback @ self._observer.signals["position"][:-2])
         limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, d.pressure)
-        self._samples = round(d.horizon / period)
-        horizon = look_ahead(self._observer, self._feedback, limits, self._samples, round(d.moves))
+        samples, self.preview = round(d.horizon / period), round(d.preview / period)
+        self._wanted = _wanted(self._observer, d.error, self._follow, samples, self.preview)
+        self._future: np.ndarray | None = None
+        horizon = look_ahead(self._observer, self._feedback, limits, samples, round(d.moves))
         self._planner = Planner(horizon, round(d.iterations))
         self._most, self._step = limits.command, limits.change
         self._sent, self.fallbacks = 0.0, 0
@@ -55,13 +59,19 @@ class Mpc:
         """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
         self._observer.rest(measurement, self._follow * (reference - measurement["position"]) - command)
         self._planner.forget()
-        self._sent, self.fallbacks = command, 0
+        self._future, self._sent, self.fallbacks = None, command, 0
+
+    def foresee(self, future: np.ndarray) -> None:
+        """The reference now and over the next `preview` samples [preview + 1], before each `compute`."""
+        self._future = future
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The LQG law on what the filter makes of these signals, and the first change of the plan."""
-        state, wanted = self._observer.look(measurement), self._follow * reference
-        change = self._planner.plan(state, np.full(self._samples, wanted), self._sent)
-        asked = self._sent if change is None else float(wanted - self._feedback @ state + change)
+        state = self._observer.look(measurement)
+        future = np.full(self.preview + 1, reference) if self._future is None else self._future
+        wanted = self._wanted @ future
+        change = self._planner.plan(state, wanted, self._sent)
+        asked = self._sent if change is None else float(wanted[0] - self._feedback @ state + change)
         near = min(max(asked, self._sent - self._step), self._sent + self._step)  # a solver is right to 0.1 %
         return min(max(near, -self._most), self._most)
 
@@ -74,3 +84,17 @@ class Mpc:
     def linear(self) -> control.StateSpace:
         """Filter and feedback together, far from every limit."""
         return self._observer.closed(self._feedback, self._follow, self._period)
+
+
+def _wanted(observer: JackObserver, error: float, follow: float, samples: int, preview: int) -> np.ndarray:
+    """v [samples] of the LQ optimum as a matrix on the references [preview + 1] from now on; the last of them stays.
+
+    v[j] = sum over i of g[i] r[j + 1 + i], g[i] = B' (A - B K)'^i C'/(error^2 (1 + B' P B)), whose sum is K of the
+    position (Anderson and Moore, Optimal Control: Linear Quadratic Methods, 1990, ch. 4: tracking).
+    """
+    gains = preview_gains(observer, error, preview)
+    found = np.zeros((samples, preview + 1))
+    for j in range(min(samples, preview)):
+        found[j, j + 1 : preview] = gains[: preview - j - 1]
+    found[:, -1] = follow - found.sum(axis=1)
+    return found

@@ -7,6 +7,7 @@ import pytest
 from controllers.lqg import Lqg, lq_gain
 from controllers.mpc import Mpc
 from controllers.pressure import PressureFeedback
+from controllers.shaping import Shaping
 from workbench.compensator import Compensated
 from workbench.loop import ClosedLoop
 from workbench.observer import JackObserver
@@ -44,7 +45,7 @@ def test_far_from_every_limit_it_is_lqg():
     mpc = made(**FREE)
     both = courses([mpc, lqg], 50)
     assert both[:, 0] == pytest.approx(both[:, 1], abs=1e-12)
-    assert mpc.linear().A == pytest.approx(np.asarray(lqg.linear().A))
+    assert pytest.approx(np.asarray(lqg.linear().A)) == mpc.linear().A
     assert mpc.fallbacks == 0
 
 
@@ -124,3 +125,32 @@ def test_computing_again_changes_nothing():
     first = [mpc.compute(0.2, seen) for _ in range(3)]
     mpc.update(first[0])
     assert first == [first[0]] * 3
+
+
+def test_with_a_preview_the_law_is_the_optimum_over_the_whole_course():
+    """Against the least squares of a finite course that is long: the first command for references known ahead."""
+    d = Mpc.Design(**JACK)
+    observer, steps, known = JackObserver(d, PERIOD), 700, 60
+    a, b, c = observer.a, observer.b[:, 0], observer.signals["position"][:-2]
+    future = 1e-3 * np.sin(np.arange(known + 1) / 10)
+    course = np.append(future, np.full(steps - known, future[-1]))
+    answers = np.array([c @ np.linalg.matrix_power(a, i) @ b for i in range(steps)])
+    moved = np.array([[answers[i - j] if j <= i else 0.0 for j in range(steps)] for i in range(steps)])
+    both = np.vstack((moved / d.error, np.eye(steps)))
+    best = np.linalg.lstsq(both, np.append(course[1:] / d.error, np.zeros(steps)), rcond=None)[0]
+    mpc = made(preview=known * PERIOD, **FREE)
+    seen = {"position": 0.0, "pa": 1e7, "pb": 1e7}
+    mpc.reset(0.0, seen, 0.0)
+    mpc.foresee(future)
+    assert mpc.compute(future[0], seen) == pytest.approx(best[0], rel=1e-3)
+
+
+def test_a_sine_that_is_known_ahead_is_followed_closer(engine, rig, rest):
+    """Through a compensator that shapes the reference as well, which the preview has to pass."""
+    t = np.arange(1500) * PERIOD
+    wanted, errors = 2e-3 * np.sin(2 * np.pi * 5 * t), []
+    for seconds in (0.0, 0.06):
+        fast = Shaping(Shaping.Design(corner=2000.0), PERIOD)
+        run = looped(engine, rig, rest, Compensated(made(preview=seconds), fast), wanted)
+        errors.append(np.abs(run.record.signals["position"] - wanted)[500:].mean())
+    assert errors[1] < 0.5 * errors[0]

@@ -1,13 +1,13 @@
 """Compensators: linear filters that stack on any controller, and controllers of position put on a load cell."""
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol, cast
 
 import control
 import numpy as np
 from scipy.linalg import block_diag
 
-from .controller import Controller
+from .controller import Controller, fallbacks, preview
 from .filter import Filter, weighted
 
 
@@ -22,14 +22,35 @@ class Compensator(Protocol):
     law: control.StateSpace
 
 
-class Compensated:
+class _Around:
+    """What is around a controller passes on what it may have besides the protocol."""
+
+    def __init__(self, inner: Controller) -> None:
+        self._inner, self.preview = inner, preview(inner)
+
+    @property
+    def fallbacks(self) -> int | None:
+        """Of the inner controller."""
+        return fallbacks(self._inner)
+
+    def foresee(self, future: np.ndarray) -> None:
+        """The references that the inner controller will see."""
+        if self.preview:
+            cast(Any, self._inner).foresee(self._shaped(future))
+
+    def _shaped(self, future: np.ndarray) -> np.ndarray:
+        return future
+
+
+class Compensated(_Around):
     """A controller with a compensator around it, itself a controller. The inner one sees the reference as filtered.
 
     What the drive did not do is the inner controller's affair: it learns the realised command less what was added.
     """
 
     def __init__(self, inner: Controller, compensator: Compensator) -> None:
-        self._inner, self._shapes = inner, compensator.into == "reference"
+        super().__init__(inner)
+        self._shapes = compensator.into == "reference"
         self._filter, self._inputs = Filter(compensator.law), tuple(compensator.law.input_labels)
         more = (name for name in self._inputs if name != "reference" and name not in inner.measures)
         self.measures = (*inner.measures, *more)
@@ -52,6 +73,9 @@ class Compensated:
         added = self._split(0.0, self._filter.out(self._seen))[1]
         self._filter.step(self._seen)
         self._inner.update(realised - added)
+
+    def _shaped(self, future: np.ndarray) -> np.ndarray:
+        return self._filter.ahead(future) if self._shapes else future
 
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
         self._seen = [reference if name == "reference" else measurement[name] for name in self._inputs]
@@ -77,14 +101,15 @@ class Compensated:
         return control.StateSpace(*whole, inner.dt, inputs=names, outputs=["command"])
 
 
-class OnLoadCell:
+class OnLoadCell(_Around):
     """A controller of position on a load cell: its position is force over stiffness [N/m], a specimen's deflection.
 
     Its reference is a deflection [m], as of a specimen whose far end stands; `Deflection` makes it of a force.
     """
 
     def __init__(self, inner: Controller, stiffness: float) -> None:
-        self._inner, self._stiffness = inner, stiffness
+        super().__init__(inner)
+        self._stiffness = stiffness
         self.measures = ("force", *inner.measures[1:])
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:

@@ -88,6 +88,8 @@ def load_config(path: str | Path, rig: str | None = None) -> Config:
     table = read_toml(path)
     kinds = {"paper": _paper, "step": step_config, "corrector": _corrector}
     kind = table.get("experiment")
+    if kind in ("tune", "bench"):
+        raise InputError(f'{path}: experiment = "{kind}"; jackbench {kind} takes it')
     if kind not in kinds:
         raise InputError(f'{path}: experiment = "{kind}": {nearest(str(kind), kinds)}')
     where = str(path)

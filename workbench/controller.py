@@ -36,6 +36,19 @@ class Controller(Protocol):
         ...
 
 
+def preview(controller: Controller) -> int:
+    """How many samples ahead a controller wants to know the reference: its attribute `preview`, where it has one.
+
+    A loop then calls its `foresee(future)` before each `compute`: the reference now and so far ahead [preview + 1].
+    """
+    return int(getattr(controller, "preview", 0))
+
+
+def fallbacks(controller: Controller) -> int | None:
+    """In how many periods since `reset` a controller's solver did not arrive: its attribute `fallbacks`."""
+    return getattr(controller, "fallbacks", None)
+
+
 def number(unit: str, low: float, high: float, meaning: str, default: float | None = None) -> Any:
     """A design number of a controller: SI unit, bounds [SI] that tuning may search, and its meaning."""
     metadata = {"unit": unit, "low": low, "high": high, "meaning": meaning}

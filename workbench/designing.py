@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
+from .bench_config import BenchConfig, load_bench
 from .coefficients import as_json, as_text, coefficients
 from .command import computes, finish, jobs, prints, works
 from .compensator import Compensator
@@ -15,7 +16,9 @@ from .errors import InputError
 from .fractional import JackModel, damped, fit_jack_model, overshoot_spread, spread
 from .plant import build
 from .rig import rig_table
+from .studies.timing import run_timing
 from .studies.tune import run_tune
+from .toml import read_toml
 from .tune_config import load_tune
 from .views import equilibrium
 
@@ -47,6 +50,13 @@ def add(commands: Any) -> None:
     tuned.add_argument("experiment", help="such as experiments/tune_p_dp.toml")
     works(tuned)
     computes(tuned, _tune)
+    timed = commands.add_parser(
+        "time",
+        help="how long controllers compute, and an experiment that knows it",
+        description="Time the controllers of an experiment, and leave timed.toml with their computing delays.",
+    )
+    timed.add_argument("experiment", help="such as experiments/benchmark.toml")
+    computes(timed, _time)
     for command, call in ((seen, _jack_model), (written, _coefficients), (varied, _spread)):
         command.add_argument("experiment", help="such as experiments/position_crone.toml")
         command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
@@ -58,6 +68,17 @@ def _tune(options: argparse.Namespace, words: list[str]) -> None:
     config = load_tune(options.experiment, options.rig)
     identity = {"command": "tune", "experiment": config.source, "rig": rig_table(config.start.rig)}
     finish(options, words, Path(options.experiment).stem, identity, partial(run_tune, config, jobs=jobs(options)))
+
+
+def _time(options: argparse.Namespace, words: list[str]) -> None:
+    path = Path(options.experiment)
+    load = load_bench if read_toml(path).get("experiment") == "bench" else load_config
+    config = load(path, options.rig)
+    if not isinstance(config, StepConfig | BenchConfig):
+        raise InputError(f"{path}: has no controllers")
+    identity = {"command": "time", "experiment": config.source, "rig": rig_table(config.rig)}
+    study = partial(run_timing, config, options.rig or config.source["rig"])
+    finish(options, words, f"time-{path.stem}", identity, study)
 
 
 def _read(options: argparse.Namespace) -> StepConfig:

@@ -24,6 +24,14 @@ class Filter:
         """The output now; changes nothing."""
         return float(self._c @ self._x + self._d @ np.asarray(u))
 
+    def ahead(self, future: np.ndarray) -> np.ndarray:
+        """The outputs [k] that a course of the one input [k] will have from now on; changes nothing."""
+        x, found = self._x, np.empty(len(future))
+        for i, u in enumerate(future):
+            found[i] = self._c @ x + self._d[0] * u
+            x = self._a @ x + self._b[:, 0] * u
+        return found
+
     def step(self, u: Sequence[float]) -> None:
         """Go on by one sample."""
         self._x = self._a @ self._x + self._b @ np.asarray(u)

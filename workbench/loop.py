@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 
-from .controller import Controller
+from .controller import Controller, preview
 from .engine import Engine, Line
 from .errors import InputError
 from .guard import Guard
@@ -80,7 +81,11 @@ class ClosedLoop:
         for name, values in (inputs or {}).items():
             u[:, plant.input(name)] = values
         x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
+        ahead = preview(self._controller)
+        known = np.append(reference, np.full(ahead, reference[-1])) if ahead else reference
         for k, wanted in enumerate(reference.tolist()):  # Python's own numbers: numpy's are slow one by one
+            if ahead:
+                cast(Any, self._controller).foresee(known[k : k + ahead + 1])
             x[k] = self._x
             self._held[1:] = u[k, 1:]
             command, demanded[k] = self._sample(wanted)

@@ -57,7 +57,7 @@ class JackObserver:
     def rest(self, measurement: Mapping[str, float], offset: float) -> None:
         """A jack at rest at these signals, to whose command the drive adds `offset` [1]."""
         self.look(measurement)
-        position = self.seen[0, : self.n]
+        position = self.signals["position"][: self.n]
         self.state = np.concatenate((position * self._signals[0], [offset, self._signals[1]]))
 
     def look(self, measurement: Mapping[str, float]) -> np.ndarray:

@@ -113,7 +113,7 @@ class Planner:
         self._solver.update(l=-1 - free, u=1 - free)
         self._solver.warm_start(*self._start)
         result = self._solver.solve(raise_error=False)
-        self._failed = result.info.status_val != osqp.SolverStatus.OSQP_SOLVED
+        self._failed = result.info.status != "solved"
         self._found = result.x, result.y
         if self._failed:
             return float(self._plan[0]) if len(self._plan) else None

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from .errors import InputError, nearest
-from .rig import Rig
+from .rig import EffectUse, Number, Rig
 
 _FACTORS = {
     "nominal": {},
@@ -12,6 +12,7 @@ _FACTORS = {
     "beta-50": {"beta": 0.5},
     "supply-20": {"Ps": 0.8},
 }
+_DELAY = "drive.delay"
 _STIFFNESSES = {f"stiffness-1e{power}": 10.0**power for power in range(6, 9)}  # N/m
 RIG_SET = (*_FACTORS, *_STIFFNESSES)
 
@@ -26,3 +27,13 @@ def rig_of(rig: Rig, name: str) -> Rig:
     if name in _STIFFNESSES:
         return replace(rig.with_values(ks=_STIFFNESSES[name]), name=name)
     return replace(rig.with_values(**{key: factor * rig[key] for key, factor in _FACTORS[name].items()}), name=name)
+
+
+def late(rig: Rig, delay: float) -> Rig:
+    """The rig whose commands come `delay` [s] later, on top of what its drive takes, such as a controller computes."""
+    there = {use.name: use for use in rig.effects}
+    before = there.get(_DELAY, EffectUse(_DELAY, "shift", {}))
+    whole = delay + (before.numbers["delay"].value if "delay" in before.numbers else 0.0)
+    number = Number("delay", whole, "s", "s", f"{delay:g} s of them to compute the command")
+    after = replace(before, numbers={**before.numbers, "delay": number})
+    return replace(rig, effects=tuple({**there, _DELAY: after}.values()))

@@ -13,6 +13,8 @@ from .toml import check_keys
 from .units import to_si
 
 T = TypeVar("T")
+_OF_THE_LOOP = ("compensators", "stiffness", "computing_delay")
+_COMPUTING = number("s", 0.0, 0.1, "time from a sample to its command")
 _STIFFNESS = number("N/m", 1e3, 1e10, "stiffness of the specimen that the loop is designed on")
 
 
@@ -21,7 +23,8 @@ class Recipe:
     """A named controller of a config: where its class is, its design numbers in SI, and the compensators around it.
 
     With a `stiffness` [N/m] the loop is on the load cell, of force over stiffness: the controller and every compensator
-    see the reference as a deflection [m].
+    see the reference as a deflection [m]. `computing_delay` [s] is how long after a sample its command comes: what the
+    rig's computer needs, which `make` knows nothing of.
     """
 
     name: str
@@ -29,10 +32,23 @@ class Recipe:
     design: Any
     compensators: tuple["Recipe", ...] = ()
     stiffness: float | None = None
+    computing_delay: float = 0.0
+
+    def expecting_its_delay(self) -> "Recipe":
+        """The same for a loop that has the computing delay: a design with the number `delay` has it added."""
+        if not hasattr(self.design, "delay"):
+            return self
+        return replace(self, design=replace(self.design, delay=self.design.delay + self.computing_delay))
 
     def make(self, period: float) -> Controller:
-        """The controller for a control period [s], its compensators around it from first to last."""
-        made = cast(Controller, _load(self.use, self.name)(self.design, period))
+        """The controller for a control period [s], its compensators around it from first to last.
+
+        Raises InputError, with its name, for a design that is out of reach.
+        """
+        try:
+            made = cast(Controller, _load(self.use, self.name)(self.design, period))
+        except InputError as error:
+            raise InputError(f"[controllers.{self.name}]: {error}") from None
         if self.stiffness is not None:
             made = OnLoadCell(made, self.stiffness)
         for part in self.compensators:
@@ -43,18 +59,20 @@ class Recipe:
 def recipe(name: str, table: Mapping[str, Any], where: str) -> Recipe:
     """The controller of a table with `use = "module:Class"` and its design numbers `{value, unit}`.
 
-    `compensators` is a list of such tables, the first innermost; `stiffness` puts the loop on the load cell. Raises
-    InputError, opened by `where`.
+    `compensators` is a list of such tables, the first innermost; `stiffness` puts the loop on the load cell;
+    `computing_delay` says what `jackbench time` measured. Raises InputError, opened by `where`.
     """
-    stack, stiffness = table.get("compensators", []), table.get("stiffness")
+    stack, stiffness, computing = (table.get(key) for key in ("compensators", "stiffness", "computing_delay"))
+    stack = [] if stack is None else stack
     if not isinstance(stack, list) or not all(isinstance(part, Mapping) for part in stack):
         raise InputError(f"{where}: compensators must be a list of tables; write [[controllers.{name}.compensators]]")
     around = (_part(name, part, f"{where}: compensator {i + 1}", Compensator) for i, part in enumerate(stack))
-    own = {key: entry for key, entry in table.items() if key not in ("compensators", "stiffness")}
+    own = {key: entry for key, entry in table.items() if key not in _OF_THE_LOOP}
     return replace(
         _part(name, own, where, Controller),
         compensators=tuple(around),
         stiffness=None if stiffness is None else _number(stiffness, _STIFFNESS, f"{where}: stiffness"),
+        computing_delay=0.0 if computing is None else _number(computing, _COMPUTING, f"{where}: computing_delay"),
     )
 
 

@@ -11,6 +11,7 @@ from ..plant_set import rig_of
 from ..workers import team
 from .bench_cell import STIFFNESS_HZ, Cell, cell
 from .bench_page import bench_page, bench_picture
+from .compute_time import summary
 from .loop_rows import Bench, bench
 from .outcome import Outcome, Progress, Stage
 
@@ -36,7 +37,9 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int =
         "energy": [one for found in cells.values() for one in found["energy"]],
         "moving_end": [one for found in cells.values() for one in found["moving"]],
         "spread": spread(rows),
-        "timing": _timing(cells),
+        "delayed": [one for found in cells.values() for one in found["delayed"]],
+        "fallbacks": [one for found in cells.values() for one in found["fallbacks"]],
+        "timing": _timing(config, cells),
     }
     page = bench_page(config, cells, metrics)
     return Outcome(metrics, page, bench_picture(config, cells), _tables(cells))
@@ -84,13 +87,12 @@ def _stiffness(key: tuple[str, str], size: np.ndarray | None) -> dict[str, Any]:
     return {**named, "least": size[least], "least_hz": STIFFNESS_HZ[least], **at}
 
 
-def _timing(cells: Cells) -> dict[str, dict[str, float]]:
-    """Median and 99th percentile [us] of what a controller computes in a sample, over all its courses."""
+def _timing(config: BenchConfig, cells: Cells) -> dict[str, dict[str, float | int]]:
+    """What a controller computes in a sample, over all its courses."""
     found = {}
     for controller in dict.fromkeys(name for name, _ in cells):
         spent = np.concatenate([one["solve_us"] for (name, _), one in cells.items() if name == controller])
-        p50, p99 = np.percentile(spent, (50, 99))
-        found[controller] = {"solve_p50_us": float(p50), "solve_p99_us": float(p99)}
+        found[controller] = summary(spent, config.rig.period.value)
     return found
 
 

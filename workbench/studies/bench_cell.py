@@ -1,7 +1,6 @@
 """One controller on one rig of a bench: rows, courses, linear loop, stiffness, noise, energy and compute times."""
 
 from collections.abc import Mapping
-from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
@@ -10,11 +9,13 @@ from ..bench_config import BenchLoop
 from ..loop import LoopRun
 from ..margins import LinearLoop
 from ..plant.supply import supply_power
+from ..plant_set import late
 from ..recipe import Recipe
 from ..rig import Rig
 from ..scenario import Scenario
 from .bench_linear import command_noise, dynamic_stiffness
-from .loop_rows import Bench, linear_loops, play, row
+from .compute_time import computing
+from .loop_rows import Bench, bench, linear_loops, play, row
 from .sines import sines
 
 Cell = dict[str, Any]  # what a stage can store
@@ -27,13 +28,21 @@ def cell(chosen: Recipe, loop: BenchLoop, on: Bench) -> Cell:
     loops = linear_loops(chosen, on)
     runs = {wanted.name: (wanted, play(chosen, wanted, on)) for wanted in loop.scenarios}
     pair = {"controller": chosen.name, "rig": on.rig.name}
+    computed = {name: computing(chosen, on.rig, run) for name, (_, run) in runs.items()}
+    first = on.rig.name == loop.rigs[0]
     stiffness = np.abs(dynamic_stiffness(chosen, on, STIFFNESS_HZ)) if loops.null.stable else None
     return {
         "rows": [row(chosen, wanted, on, run, loops) for wanted, run in runs.values()],
         "courses": {name: _course(wanted, run) for name, (wanted, run) in runs.items()},
         "linear": _linear(loops.null),
         "stiffness": stiffness,
-        "sines": sines(chosen, loop.signal, loop.bode, on) if on.rig.name == loop.rigs[0] else {},
+        "sines": sines(chosen, loop.signal, loop.bode, on) if first else {},
+        "delayed": _delayed(chosen, loop, on) if first and chosen.computing_delay else [],
+        "fallbacks": [
+            {**pair, "scenario": name, "samples": len(spent), "fallbacks": count}
+            for name, (spent, count) in computed.items()
+            if count is not None
+        ],
         "noise": {**pair, "command_rms": command_noise(chosen, on, loops.null)},
         "energy": [{**pair, "scenario": name, **_energy(on.rig, run)} for name, (_, run) in runs.items()],
         "moving": [
@@ -41,8 +50,21 @@ def cell(chosen: Recipe, loop: BenchLoop, on: Bench) -> Cell:
             for name, (wanted, run) in runs.items()
             if wanted.travel
         ],
-        "solve_us": np.concatenate([_solve_times(chosen, on.rig, run) for _, run in runs.values()]),
+        "solve_us": np.concatenate([spent for spent, _ in computed.values()]),
     }
+
+
+def _delayed(chosen: Recipe, loop: BenchLoop, on: Bench) -> list[dict[str, Any]]:
+    """Rows of the loop whose commands come late by what the controller computes; again where it can expect that."""
+    there = bench(late(on.rig, chosen.computing_delay))
+    expecting = chosen.expecting_its_delay()
+    found = []
+    for known, one in ((False, chosen), *([] if expecting == chosen else [(True, expecting)])):
+        loops = linear_loops(one, there)
+        for wanted in loop.scenarios:
+            numbers = row(one, wanted, there, play(one, wanted, there), loops)
+            found.append({**numbers, "computing_delay_s": chosen.computing_delay, "expected": known})
+    return found
 
 
 def error_per_speed(wanted: Scenario, run: LoopRun) -> float | None:
@@ -78,18 +100,3 @@ def _energy(rig: Rig, run: LoopRun) -> dict[str, float]:
     power = supply_power(rig, *(signals[name] for name in ("spool", "pa", "pb", "supply")))
     taken = float(np.trapezoid(power, run.record.t))
     return {"energy_j": taken, "beyond_rest_j": taken - float(power[0] * (run.record.t[-1] - run.record.t[0]))}
-
-
-def _solve_times(chosen: Recipe, rig: Rig, run: LoopRun) -> np.ndarray:
-    """Time [us] of each sample of a course played again to the controller alone."""
-    controller, signals = chosen.make(rig.period.value), run.record.signals
-    columns = [signals[name].tolist() for name in controller.measures]
-    seen = [dict(zip(controller.measures, values, strict=True)) for values in zip(*columns, strict=True)]
-    controller.reset(seen[0][controller.measures[0]], seen[0], float(signals["command"][0]))
-    spent = []
-    for reference, measured, sent in zip(signals["reference"].tolist(), seen, signals["command"].tolist(), strict=True):
-        began = perf_counter_ns()
-        controller.compute(reference, measured)
-        controller.update(sent)
-        spent.append((perf_counter_ns() - began) / 1e3)
-    return np.array(spent)

@@ -29,6 +29,7 @@ def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
             Section(f"{title}: closed loop by stepped sine, on {first}", sine_figures(loop, cells)),
             Section(f"{title}: Nichols chart", [nichols(loop, first, cells)]),
             Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, cells) for name in loop.rigs]),
+            Section(f"{title}: with computing delays", _delayed(loop, metrics)),
             Section(f"{title}: every row", [_every(loop, metrics)]),
         ]
     sections = [section for section in sections if section.items]
@@ -109,6 +110,28 @@ def _line(loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[st
         "compute, median [us]": timing["solve_p50_us"],
         "compute, 99 % [us]": timing["solve_p99_us"],
     }
+
+
+def _delayed(loop: BenchLoop, metrics: Metrics) -> list[Table]:
+    """What declared computing delays cost, and what it is worth to expect them; how often a solver did not arrive."""
+    names = {chosen.name for chosen in loop.controllers}
+    kept = ("settling_s", "overshoot_percent", "iae", "gain_margin_db", "ms")
+    found = []
+    if late := [row for row in metrics["delayed"] if row["controller"] in names]:
+        rows = []
+        for row in late:
+            shown = [_shown(row[key], loop) if key == "iae" else row[key] for key in kept]
+            expected = "expected" if row["expected"] else "not expected"
+            rows.append([row["controller"], row["scenario"], row["computing_delay_s"] * 1e6, expected, *shown])
+        heads = ["settling [s]", "overshoot [%]", f"IAE [{loop.signal.unit} s]", "gain margin [dB]", "Ms [1]"]
+        note = f"On {loop.rigs[0]}. Expected: the controller's model has the delay in it."
+        heads = ["controller", "scenario", "delay [us]", "by the controller", *heads]
+        found.append(Table("With the computing delay", heads, rows, note=note))
+    if solved := [one for one in metrics["fallbacks"] if one["controller"] in names]:
+        rows = [[one[key] for key in ("controller", "rig", "scenario", "samples", "fallbacks")] for one in solved]
+        note = "Samples in which the solver did not arrive within its iterations, and the plan before went on."
+        found.append(Table("Fallbacks", ["controller", "rig", "scenario", "samples", "fallbacks"], rows, note=note))
+    return found
 
 
 def _every(loop: BenchLoop, metrics: Metrics) -> Table:

@@ -1,0 +1,108 @@
+"""Computing times: measured, written into an experiment, and what a loop with such a delay does."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.bench_config import load_bench
+from workbench.cli import main
+from workbench.config import StepConfig, load_config
+from workbench.errors import InputError
+from workbench.plant import build
+from workbench.plant_set import late
+from workbench.studies import bench as study
+from workbench.studies.compute_time import summary
+from workbench.studies.outcome import at_once
+
+STEP = """
+experiment = "step"
+rig = "jack-10t"
+scenarios = ["position-10mm"]
+[controllers.p]
+use = "controllers.p:P"
+gain = {value = 0.24, unit = "1/m"}
+[controllers.lqg]
+use = "controllers.lqg:Lqg"
+velocity_gain = {value = 7.3198, unit = "m/s"}
+jack_frequency = {value = 27.453, unit = "Hz"}
+jack_damping = {value = 0.054095, unit = "1"}
+valve_frequency = {value = 115.32, unit = "Hz"}
+valve_damping = {value = 0.55505, unit = "1"}
+delay = {value = 0.00092978, unit = "s"}
+error = {value = 80, unit = "mm"}
+[bode]
+low_hz = 5
+high_hz = 20
+points = 3
+amplitudes_mm = [1]
+"""
+
+
+@pytest.fixture(scope="module")
+def timed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("time")
+    (folder / "step.toml").write_text(STEP)
+    assert main(["time", str(folder / "step.toml"), "--out", str(folder / "out")]) == 0
+    return folder / "out"
+
+
+def test_the_experiment_that_is_left_has_the_delay_of_each_controller(timed):
+    timing = json.loads((timed / "metrics.json").read_text())["timing"]
+    config = load_config(timed / "timed.toml")
+    assert isinstance(config, StepConfig)
+    for chosen in config.controllers:
+        assert chosen.computing_delay == pytest.approx(timing[chosen.name]["solve_p99_us"] * 1e-6, abs=1e-7)
+        assert 0 < timing[chosen.name]["solve_p50_us"] <= timing[chosen.name]["solve_p99_us"]
+    assert timing["lqg"]["solve_p50_us"] > timing["p"]["solve_p50_us"]
+
+
+def test_only_a_design_with_a_model_expects_its_delay(timed):
+    config = load_config(timed / "timed.toml")
+    assert isinstance(config, StepConfig)
+    p, lqg = config.controllers
+    assert p.expecting_its_delay() is p
+    assert lqg.expecting_its_delay().design.delay == pytest.approx(0.00092978 + lqg.computing_delay)
+
+
+def test_late_samples_are_counted():
+    assert summary(np.array([10.0, 20.0, 1500.0]), 1e-3)["late"] == 1
+
+
+def test_a_computing_delay_comes_on_top_of_the_drive_s(rig):
+    once = late(rig, 3e-4)
+    assert build(rig).lateness() == 0
+    assert build(once).lateness() == pytest.approx(3e-4)
+    assert build(late(once, 2e-3)).lateness() == pytest.approx(2.3e-3)
+
+
+def test_a_bench_plays_again_with_declared_delays(tmp_path):
+    """A delay of 5 ms costs phase; a model that has it in it gets most of that back."""
+    delay = 'computing_delay = {value = 5, unit = "ms"}\n'
+    controllers = STEP[STEP.index("[controllers.p]") : STEP.index("[bode]")].replace("use =", f"{delay}use =")
+    head = 'experiment = "bench"\nrig = "jack-10t"\nrigs = ["nominal"]\nscenarios = ["position-10mm"]\n'
+    (tmp_path / "late.toml").write_text(
+        head + controllers + "[bode]\nlow_hz = 5\nhigh_hz = 10\npoints = 3\namplitudes_percent = [1]\n"
+    )
+    metrics = study.run_bench(load_bench(tmp_path / "late.toml"), at_once, lambda _: None).metrics
+    rows = {(row["controller"], row["expected"]): row for row in metrics["delayed"]}
+    assert set(rows) == {("p", False), ("lqg", False), ("lqg", True)}
+    assert rows["p", False]["f90_hz"] < next(row["f90_hz"] for row in metrics["rows"] if row["controller"] == "p")
+    assert rows["p", False]["computing_delay_s"] == 5e-3
+    assert rows["lqg", True]["stable"]
+    assert not rows["lqg", False]["stable"] or rows["lqg", True]["ms"] < rows["lqg", False]["ms"]
+    assert metrics["fallbacks"] == []
+
+
+def test_an_experiment_without_controllers_is_refused(capsys):
+    paper = Path(__file__).parents[1] / "experiments" / "paper.toml"
+    assert main(["time", str(paper)]) == 2
+    assert "has no controllers" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["tune", "bench"])
+def test_run_points_to_the_command_that_takes_an_experiment(tmp_path, kind):
+    (tmp_path / "other.toml").write_text(f'experiment = "{kind}"\n')
+    with pytest.raises(InputError, match=f"jackbench {kind} takes it"):
+        load_config(tmp_path / "other.toml")
