@@ -24,6 +24,8 @@ from .studies.outcome import Outcome, Progress, Stage
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Status 0: done; 2: bad input, with one line on stderr; 130: interrupted, resumable."""
     words = sys.argv[1:] if arguments is None else list(arguments)
+    if "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))  # where an experiment's own controllers are looked for
     try:
         options = _parser().parse_args(words)
         options.call(options, words)
