@@ -18,7 +18,9 @@ from made_campaigns import (
     written,
 )
 
-from workbench.identify.refit import case_of, refit
+from workbench.identify.normal import numbers_at
+from workbench.identify.refit import case_of, fit_rig, judged, refit
+from workbench.identify.states import predicted_states
 from workbench.identify.trace import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
@@ -116,6 +118,25 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
     assert answer["effects"] == ["jack.friction"]
     assert list(more["failed"]) == ["jack.friction stribeck"]
     assert candidates_table(left).rows[-1][1] == "stribeck"
+
+
+def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch):
+    """Friction is declared, so nothing is missing; the rig's fit is left off its optimum, a spring's fit finds it."""
+
+    def stuck(case):
+        good = fit_rig(case)
+        x = good.fit.x + 0.4
+        p = numbers_at(good.model, good.fit.free, x, good.fit.p)
+        x0, squares = predicted_states(good.model, case.train, p)
+        return judged(case, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
+
+    monkeypatch.setattr("workbench.identify.trace.fit_rig", stuck)
+    with one_blas_thread():
+        case = case_of(rubbing_campaign(), rubbing())
+        assert stuck(case).chi2 > 1.5
+        left = trace(case, [find("load.spring", "linear")], at_once, lambda _: None)
+    assert (left.verdict, left.effects) == ("none", ())
+    assert left.base.chi2 < 1.05
 
 
 def test_a_user_s_own_effect_is_found_and_its_file_is_kept(tmp_path):

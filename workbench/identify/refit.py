@@ -154,6 +154,23 @@ def restarted(case: Case, stand: Stand) -> Stand:
     return judged(case, stand.model, found, stand.known)
 
 
+def relieved(case: Case, before: Stand, after: Stand) -> Stand:
+    """The stand `before`, fitted again from where `after`, with one more effect, has its numbers, if that is better.
+
+    An effect may seem to explain what a fit that stopped half way left: if the numbers found with it do better without
+    it than the fit before, that fit was no optimum, and says nothing of what is missing.
+    """
+    own = len(before.fit.free)
+    p = numbers_at(before.model, before.fit.free, after.fit.x[:own], before.fit.p)
+    x0, squares = predicted_states(before.model, case.train, p)
+    if not squares.sum() < before.fit.squares.sum():
+        return before
+    found = fit_numbers(before.model, case.train, before.fit.free, after.fit.x[:own], p, x0, case.kappas)
+    if not found.squares.sum() < before.fit.squares.sum():
+        return before
+    return judged(case, before.model, found, before.known)
+
+
 def vanished(stand: Stand) -> bool:
     """Whether the effect that was added last stands where it is off: it is named by nothing but its free states."""
     effect, values = stand.known[-1].effect, dict(zip(stand.model.plant.parameters, stand.fit.p, strict=True))

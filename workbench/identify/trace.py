@@ -15,7 +15,7 @@ from ..stage import Progress, Stage
 from . import decide
 from .candidate import Candidate
 from .locate import Located, located
-from .refit import Case, Stand, fit_rig, refined, refit, restarted, vanished
+from .refit import Case, Stand, fit_rig, refined, refit, relieved, restarted, vanished
 from .score import Remainder, Score, cosines, score, telling
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
 
@@ -96,13 +96,17 @@ class _Tracer:
             raise InputError(
                 f"{self._case.campaign.path}: {self._case.rig.name} can not follow the held-out records; check them"
             )
-        self._say(f"rig alone: chi2 {base.chi2:.4g} on held-out records")
-        if not self._misfit(base):
-            return self._result(base, base, "none", (), (), None)
-        place = self._located(base)
-        if place.evidence[0][1] < decide.SIGNIFICANT * self._case.kappa:
-            return self._result(base, base, "none", (), (), place)
-        effects, tied = self._search(base)
+        while True:
+            self._say(f"rig alone: chi2 {base.chi2:.4g} on held-out records")
+            if not self._misfit(base):
+                return self._result(base, base, "none", (), (), None)
+            place = self._located(base)
+            if place.evidence[0][1] < decide.SIGNIFICANT * self._case.kappa:
+                return self._result(base, base, "none", (), (), place)
+            effects, tied, better = self._search(base)
+            if better is None:
+                break
+            base = better
         final = self._again("final", effects[-1].stand or base) if effects else base
         return self._result(base, final, self._verdict(final, effects, tied), effects, tied, place)
 
@@ -113,14 +117,21 @@ class _Tracer:
             return "incomplete"
         return "tied" if tied and len(effects) == 1 else "named"
 
-    def _search(self, base: Stand) -> tuple[tuple[Tried, ...], tuple[str, ...]]:
-        """Effects one after the other, until nothing is missing or nothing passes."""
+    def _search(self, base: Stand) -> tuple[tuple[Tried, ...], tuple[str, ...], Stand | None]:
+        """Effects one after the other, until nothing is missing or nothing passes; the names that tie with the first.
+
+        Where the first pass shows that the rig alone can do better than `base`, nothing but that fit, which is last.
+        """
         effects: tuple[Tried, ...] = ()
         tied: tuple[str, ...] = ()
         stand = base
         while len(effects) < _PASSES and self._misfit(stand) and self._matters(base, stand.squares - stand.samples):
             one = self._pass(stand, stand)
-            if one.found and self._matters(base, stand.squares - _stand(one.found[0]).squares):
+            if (better := self._relieved(stand, one)) is not stand:
+                if not effects:
+                    return (), (), better
+                stand, effects = better, (*effects[:-1], replace(effects[-1], stand=better))
+            elif one.found and self._matters(base, stand.squares - _stand(one.found[0]).squares):
                 tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
                 effects = (*effects, one.found[0])
             elif self._several and (part := self._one_of_several(stand, one.tried)):
@@ -130,7 +141,20 @@ class _Tracer:
             else:
                 break
             stand = effects[-1].stand or stand
-        return effects, tied
+        return effects, tied, None
+
+    def _relieved(self, stand: Stand, one: Pass) -> Stand:
+        """The stand of a pass, or where the numbers of its best effect show a way to it a better fit without it."""
+        fits = [tried.stand for tried in one.tried if tried.stand is not None and np.isfinite(tried.stand.squares)]
+        if not fits:
+            return stand
+        found = self._stored(f"without-{len(self._passes)}", lambda: relieved(self._case, stand, fits[0]))
+        return found if self._matters_for_fit(stand, found) else stand
+
+    def _matters_for_fit(self, stand: Stand, found: Stand) -> bool:
+        """Whether a fit without a further effect is better by more than the rule asks of an effect."""
+        before, after = (float(one.fit.squares.sum()) for one in (stand, found))
+        return decide.worth_adding(before - after, before, stand.fit.samples)
 
     def _one_of_several(self, stand: Stand, refits: Sequence[Tried]) -> Tried | None:
         """The effect that explains most of the fitted records, if that is enough; of its formulas the best on all.
@@ -270,7 +294,7 @@ class _Tracer:
             found = located(self._case, base)
             return asdict(found) | {"evidence": [list(one) for one in found.evidence]}  # a stage keeps no tuples
 
-        stored = self._stage("localise", compute)
+        stored = self._stage(f"localise-{len(self._passes)}" if self._passes else "localise", compute)
         return Located(stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["cuts"])
 
     def _again(self, name: str, stand: Stand) -> Stand:
