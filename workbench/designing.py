@@ -2,7 +2,8 @@
 
 import argparse
 import json
-from dataclasses import asdict, fields
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -89,7 +90,8 @@ def _read(options: argparse.Namespace) -> StepConfig:
     names = [chosen.name for chosen in config.controllers]
     if options.controller not in (None, *names):
         raise InputError(f"{options.experiment}: no controller {options.controller}; it has {', '.join(names)}")
-    return config
+    chosen = tuple(one for one in config.controllers if options.controller in (None, one.name))
+    return replace(config, controllers=chosen)
 
 
 def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
@@ -99,50 +101,47 @@ def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
     points = {"null": equilibrium(plant, p=smooth), "moving": equilibrium(plant, speed=MOVING, p=smooth)}
     found: dict[str, dict[str, dict[str, float]]] = {}
     for chosen in config.controllers:
-        if options.controller in (None, chosen.name):
-            parts = [cast(Compensator, part.make(period)) for part in chosen.compensators]
-            found[chosen.name] = {
-                where: asdict(fit_jack_model(damped(plant, about, period, parts, smooth)))
-                for where, about in points.items()
-            }
+        parts = [cast(Compensator, part.make(period)) for part in chosen.compensators]
+        found[chosen.name] = {
+            where: asdict(fit_jack_model(damped(plant, about, period, parts, smooth)))
+            for where, about in points.items()
+        }
     units = {entry.name: entry.metadata["unit"] for entry in fields(JackModel)}
-    if options.json:
-        print(json.dumps(found, indent=2))
-        return
-    for name, models in found.items():
-        for where, numbers in models.items():
-            print(f"# {name}, {where}")
-            print(
-                "\n".join(f'{key} = {{value = {value:.5g}, unit = "{units[key]}"}}' for key, value in numbers.items())
-            )
+
+    def told(name: str) -> str:
+        return "\n".join(
+            f"# {name}, {where}\n"
+            + "\n".join(f'{key} = {{value = {value:.5g}, unit = "{units[key]}"}}' for key, value in numbers.items())
+            for where, numbers in found[name].items()
+        )
+
+    _print(options, found, told)
 
 
 def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     config = _read(options)
     period = config.rig.period.value
-    found = {
-        chosen.name: coefficients(chosen.make(period), period)
-        for chosen in config.controllers
-        if options.controller in (None, chosen.name)
-    }
-    if options.json:
-        print(json.dumps({name: as_json(part) for name, part in found.items()}, indent=2))
-        return
-    print("\n\n".join(as_text(name, part) for name, part in found.items()))
+    found = {chosen.name: coefficients(chosen.make(period), period) for chosen in config.controllers}
+    _print(options, {name: as_json(one) for name, one in found.items()}, lambda name: as_text(name, found[name]))
 
 
 def _spread(options: argparse.Namespace, _words: list[str]) -> None:
     config = _read(options)
-    chosen = [part for part in config.controllers if options.controller in (None, part.name)]
-    found = {part.name: overshoot_spread(config.rig, part) for part in chosen}
-    if options.json:
-        print(json.dumps(found, indent=2))
-        return
-    for name, variations in found.items():
-        print(f"{name}: overshoot [%] of a linear step")
-        for what, overshoot in variations.items():
+    found = {chosen.name: overshoot_spread(config.rig, chosen) for chosen in config.controllers}
+
+    def told(name: str) -> str:
+        lines = [f"{name}: overshoot [%] of a linear step"]
+        for what, overshoot in found[name].items():
             row = "  ".join(f"{how}: {_percent(value)}" for how, value in overshoot.items())
-            print(f"  {what:6s} spread {_percent(spread(overshoot)):>8s}   {row}")
+            lines.append(f"  {what:6s} spread {_percent(spread(overshoot)):>8s}   {row}")
+        return "\n".join(lines)
+
+    _print(options, found, told)
+
+
+def _print(options: argparse.Namespace, found: Mapping[str, Any], told: Callable[[str], str]) -> None:
+    """What was found of each controller, as JSON or as it is told to people."""
+    print(json.dumps(found, indent=2) if options.json else "\n\n".join(told(name) for name in found))
 
 
 def _percent(value: float | None) -> str:

@@ -66,6 +66,7 @@ SCENARIOS = {
         Scenario("position-1mm", "position", 1e-3, 3.0),
         Scenario("position-10mm", "position", 10e-3, 3.0),
         Scenario("position-100mm", "position", 100e-3, 4.0),
+        Scenario("position-200mm", "position", 200e-3, 4.0),
         Scenario("position-ramp", "position", 100e-3, 3.0, rate=0.1),
         # all of the same speed
         *(Scenario(f"position-sine-{f}hz", "position", 10e-3 / f, 2.0, frequency=f) for f in (1, 2, 5, 10, 20, 30)),

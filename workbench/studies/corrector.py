@@ -10,6 +10,7 @@ from ..identify.corrector import REFERENCE, Corrected, Maker, SpoolLoop
 from ..report import Curve, Figure, FrequencyCurve, Page, Section, Table, bode
 from ..response import SteppedSine, decibels, degrees
 from .outcome import Outcome, Progress, Stage
+from .sines import packed, unpacked
 
 TITLES = {"paper_p": "P, the paper's model", "p_lead": "P + lead", "pi_lead": "PI + lead"}
 FORMULAS = {"p_lead": "lead", "pi_lead": "pi-lead"}
@@ -48,16 +49,16 @@ def _stored(
 ) -> Corrected:
     def compute() -> dict[str, Any]:
         one = loop.shown(numbers, points, share)
-        flow: np.ndarray = np.asarray(one.sine.response["flow"], complex)
-        kept = {"f_hz": one.sine.f, "real": np.real(flow), "imag": np.imag(flow), "saturated": one.sine.saturated}
-        kept |= {"settled": one.sine.settled, "cycles": one.sine.cycles, "cavitated": one.sine.cavitated}
-        return {"sine": kept, "f3db": one.f3db, "f90": one.f90, "peak": one.peak, "null_zeta": one.null_zeta}
+        return {
+            "sine": packed(one.sine, "flow"),
+            "f3db": one.f3db,
+            "f90": one.f90,
+            "peak": one.peak,
+            "null_zeta": one.null_zeta,
+        }
 
     d = stage(name, compute)
-    c = {key: np.asarray(column) for key, column in d["sine"].items()}
-    flow = {"flow": c["real"] + 1j * c["imag"]}
-    sine = SteppedSine(c["f_hz"], share, flow, c["cycles"], c["settled"], c["saturated"], c["cavitated"])
-    return Corrected(numbers, sine, d["f3db"], d["f90"], d["peak"], d["null_zeta"])
+    return Corrected(numbers, unpacked(d["sine"], share, "flow"), d["f3db"], d["f90"], d["peak"], d["null_zeta"])
 
 
 def _maker(maker: Maker) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The paper's figures on a rig: static flow of pilot and main stage, and their frequency responses by stepped sine."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ..rig import Rig
 from ..units import from_si
 from ..views import equilibrium, valve_blocks
 from .outcome import Outcome, Progress, Stage
+from .sines import packed, unpacked
 
 HIGHEST = 300.0  # Hz
 
@@ -72,8 +73,8 @@ def run_paper(config: PaperConfig, stage: Stage, progress: Progress) -> Outcome:
         values[f"{part}_flow"] = float(flows[part][1][-1])
     for sweep in SWEEPS:
         progress(f"{sweep.title}: stepped sine")
-        stored = stage(sweep.id, lambda sweep=sweep: _pack(_sweep(sweep, rig, config.points)))
-        sines[sweep.id] = _unpack(stored, sweep)
+        stored = stage(sweep.id, lambda sweep=sweep: packed(_sweep(sweep, rig, config.points), "flow"))
+        sines[sweep.id] = unpacked(stored, sweep.share, "flow")
         response = sines[sweep.id].response["flow"]
         values[f"{sweep.id}_f3db"] = crossing(sines[sweep.id].f, decibels(response), -3.0)
         values[f"{sweep.id}_f90"] = crossing(sines[sweep.id].f, degrees(response), -90.0)
@@ -91,19 +92,9 @@ def _sweep(sweep: Sweep, rig: Rig, points: int) -> SteppedSine:
     limits = {"flapper": rig["xo"]}
     if "command" in plant.outputs:
         limits["current"] = rig["imax"] * rig["isat"]
-    return scan(Engine(plant), rest.x, rest.u, f, sweep.share * full, "flow", limits)
-
-
-def _pack(sine: SteppedSine) -> dict[str, np.ndarray]:
-    response = sine.response["flow"] / np.abs(sine.response["flow"][0])
-    columns = {"f_hz": sine.f, "real": response.real, "imag": response.imag, "cycles": sine.cycles}
-    return columns | {"settled": sine.settled, "saturated": sine.saturated, "cavitated": sine.cavitated}
-
-
-def _unpack(c: dict[str, np.ndarray], sweep: Sweep) -> SteppedSine:
-    flags = [np.asarray(c[name]) for name in ("cycles", "settled", "saturated", "cavitated")]
-    response = {"flow": np.asarray(c["real"]) + 1j * np.asarray(c["imag"])}
-    return SteppedSine(np.asarray(c["f_hz"]), sweep.share, response, *flags)
+    sine = scan(Engine(plant), rest.x, rest.u, f, sweep.share * full, "flow", limits)
+    flow = sine.response["flow"]
+    return replace(sine, response={"flow": flow / np.abs(flow[0])})
 
 
 def _flow_curve(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
@@ -126,10 +117,9 @@ def _tables(
 ) -> dict[str, dict[str, np.ndarray]]:
     tables = {f"{part}_flow": {"share_of_full": x, "flow_l_min": y} for part, (x, y) in flows.items()}
     for name, sine in sines.items():
-        packed = _pack(sine)
-        response = sine.response["flow"]
+        columns, response = packed(sine, "flow"), sine.response["flow"]
         tables[name] = {"f_hz": sine.f, "gain_db": decibels(response), "phase_deg": degrees(response)}
-        tables[name] |= {key: packed[key] for key in ("cycles", "settled", "saturated", "cavitated")}
+        tables[name] |= {key: column for key, column in columns.items() if key not in ("real", "imag")}
     return tables
 
 

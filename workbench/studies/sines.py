@@ -1,6 +1,6 @@
 """A closed loop swept by sines: a stepped sine at every amplitude of an experiment, and its Bode plot."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -8,9 +8,12 @@ from ..config import BodeConfig
 from ..loop_response import closed_loop_sine, sampled_frequencies
 from ..recipe import Recipe
 from ..report import Figure, FrequencyCurve, bode
+from ..response import SteppedSine
 from ..signals import Signal
 from ..units import from_si
 from .loop_rows import Bench
+
+_FLAGS = ("cycles", "settled", "saturated", "cavitated")  # as SteppedSine has them
 
 Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
 
@@ -22,16 +25,21 @@ def sines(chosen: Recipe, signal: Signal, wanted: BodeConfig, on: Bench) -> Sine
     found: Sines = {}
     for amplitude in wanted.amplitudes:
         sine = closed_loop_sine(on.engine, on.rig, lambda: chosen.make(period), on.null, f, amplitude)
-        response = sine.response[signal.name]
-        found[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = {
-            "f_hz": sine.f,
-            "real": np.real(response),
-            "imag": np.imag(response),
-            "settled": sine.settled,
-            "saturated": sine.saturated,
-            "cavitated": sine.cavitated,
-        }
+        found[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = packed(sine, signal.name)
     return found
+
+
+def packed(sine: SteppedSine, output: str) -> dict[str, np.ndarray]:
+    """The response of one output as columns, which a stage and a table can store."""
+    response = np.asarray(sine.response[output], complex)
+    columns = {"f_hz": sine.f, "real": np.real(response), "imag": np.imag(response)}
+    return columns | {name: getattr(sine, name) for name in _FLAGS}
+
+
+def unpacked(columns: Mapping[str, np.ndarray], amplitude: float, output: str) -> SteppedSine:
+    """What was packed, of a sine of this amplitude."""
+    c = {name: np.asarray(column) for name, column in columns.items()}
+    return SteppedSine(c["f_hz"], amplitude, {output: c["real"] + 1j * c["imag"]}, *(c[name] for name in _FLAGS))
 
 
 def closed_loop_figure(name: str, linear: Sequence[FrequencyCurve], swept: Sines) -> Figure:
