@@ -206,6 +206,8 @@ def test_the_shipped_bench_has_every_controller_in_loops_of_position_and_force()
         "tvc",
         "crone1",
         "crone2",
+        "crone3",
+        "mpc",
         "lqg",
     ]
     assert position.rigs == ("nominal", "mass-50", "mass+50", "beta-50", "supply-20", "stiffness-1e6")

@@ -48,6 +48,34 @@ def test_pressure_and_acceleration_make_the_jack_fourteen_times_as_fast_as_p_at_
     assert found("position_step", controller, "position-100mm")["settling_s"] <= 0.15
 
 
+@pytest.mark.parametrize("name", SET)
+def test_pressure_feedback_keeps_small_steps_in_hand_on_every_rig(name):
+    """1 mm is inside the lap's doubled gain."""
+    assert found("position_step", "p-dp", "position-1mm", **SET[name])["overshoot_percent"] <= 15
+
+
+@pytest.mark.parametrize("controller", ["mpc", "p-dp", "pid-lead"])
+@pytest.mark.parametrize("name", SET)
+def test_tuned_loops_hold_on_the_rigs_that_they_were_tuned_on(controller, name):
+    for scenario, most in (("position-1mm", 3.0), ("position-10mm", 1.5)):
+        got = found("position_tuned", controller, scenario, **SET[name])
+        assert got["stable"]
+        assert got["tripped"] is None
+        assert got["settling_s"] <= 0.15
+        assert got["overshoot_percent"] <= most
+        assert got["residual_oscillation"] < 0.002
+
+
+def test_linear_mpc_is_faster_over_100_mm_than_pressure_feedback_at_a_better_margin():
+    """On the nominal rig, by a design for large steps; the tuned one gives that up for the set of rigs."""
+    mpc = found("position_mpc", "mpc-bare", "position-100mm")
+    damped = found("position_step", "p-dp", "position-100mm")
+    assert mpc["settling_s"] < 0.8 * damped["settling_s"]
+    assert mpc["ms"] < damped["ms"]
+    assert mpc["overshoot_percent"] < 1
+    assert found("position_mpc", "mpc-bare", "position-10mm")["settling_s"] <= 0.10
+
+
 @pytest.mark.parametrize("controller", ["p-dp", "tvc"])
 @pytest.mark.parametrize("name", SET)
 def test_other_masses_oils_and_supplies_do_not_take_the_loop_apart(controller, name):
