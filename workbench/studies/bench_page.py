@@ -48,23 +48,28 @@ def _arriving(loop: BenchLoop) -> list[Scenario]:
 
 
 def _verdict(config: BenchConfig, metrics: Metrics) -> str:
-    """Who is quickest where it is slowest, in each scenario that ends."""
-    said = []
-    for wanted in (wanted for loop in config.loops for wanted in _arriving(loop)):
-        sound = [
-            line
-            for line in metrics["spread"]
-            if line["scenario"] == wanted.name and not line["unsettled"] and not line["unstable"]
-        ]
-        if not sound:
-            said.append(f"{wanted.name}: no controller settles on every rig.")
-            continue
-        best = min(sound, key=lambda line: line["settling_s_most"])
-        said.append(
-            f"{wanted.name}: {best['controller']} is settled on every rig first, by {best['settling_s_most']:.3g} s, "
-            f"with {best['overshoot_percent_most']:.2g} % overshoot at most."
-        )
+    """Who is quickest where it is slowest, in each scenario that ends; rigs on which nobody settles are said first."""
+    said = [_first(loop, wanted, metrics) for loop in config.loops for wanted in _arriving(loop)]
     return " ".join(said) or "No scenario ends, so nothing settles."
+
+
+def _first(loop: BenchLoop, wanted: Scenario, metrics: Metrics) -> str:
+    rows = [row for row in metrics["rows"] if row["scenario"] == wanted.name and row["stable"]]
+    settled = {(row["controller"], row["rig"]): row for row in rows if row["settling_s"] is not None}
+    never = [rig for rig in loop.rigs if not any((c.name, rig) in settled for c in loop.controllers)]
+    rigs = [rig for rig in loop.rigs if rig not in never]
+    able = [c.name for c in loop.controllers if rigs and all((c.name, rig) in settled for rig in rigs)]
+    nobody = f"on {', '.join(never)} no controller settles; " if never else ""
+    if not able:
+        return f"{wanted.name}: {nobody or 'no controller settles on every rig; '}".rstrip("; ") + "."
+    worst = {name: max(settled[name, rig]["settling_s"] for rig in rigs) for name in able}
+    best = min(worst, key=lambda name: worst[name])
+    most = max(settled[best, rig]["overshoot_percent"] for rig in rigs)
+    where = "on every other rig" if never else "on every rig"
+    return (
+        f"{wanted.name}: {nobody}{best} is settled {where} first, by {worst[best]:.3g} s, with {most:.1f} % overshoot "
+        "at most."
+    )
 
 
 def _summary(loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
