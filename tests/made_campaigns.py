@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from workbench.engine import Engine
+from workbench.identify.findings import Trace
 from workbench.identify.refit import case_of
-from workbench.identify.trace import Trace, trace
+from workbench.identify.trace import trace
 from workbench.plant import build
 from workbench.plant.effects import find
 from workbench.records import Campaign, Record

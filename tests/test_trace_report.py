@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_campaigns import LIBRARY, found, named, none, rubbing, unknown
 
-from workbench.identify.trace import Trace
+from workbench.identify.findings import Trace
 from workbench.plant.effects import EQUATIONS, find
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.report import Curve, Figure, Page, Panel, Section, Table, page_looks, render

@@ -170,7 +170,10 @@ def _scenarios(names: Any, where: str) -> tuple[Scenario, ...]:
 
 def _controller(name: str, table: Any, signal: Signal, rig: Rig, where: str) -> Recipe:
     read = recipe(name, _table(table, where), where)
-    controlled = read.make(rig.period.value).measures[0]
+    try:
+        controlled = read.make(rig.period.value).measures[0]
+    except InputError as error:
+        raise InputError(f"{where.removesuffix(f': [controllers.{name}]')}: {error}") from None
     if controlled != signal.name:
         hint = "give it a stiffness" if signal.name == "force" else "take its stiffness out"
         raise InputError(f"{where}: controls the {controlled}, the scenarios ask for a {signal.name}; {hint}")

@@ -80,7 +80,8 @@ def load_tune(path: str | Path, rig: str | None = None) -> TuneConfig:
     path = Path(path)
     table, where = read_toml(path), str(path)
     if table.get("experiment") != "tune":
-        hint = "jackbench run takes it" if table.get("experiment") else 'write experiment = "tune"'
+        other = "bench" if table.get("experiment") == "bench" else "run"
+        hint = f"jackbench {other} takes it" if table.get("experiment") else 'write experiment = "tune"'
         raise InputError(f'{where}: experiment = "{table.get("experiment")}" is not "tune"; {hint}')
     named = rig or table.get("rig")
     if not isinstance(named, str):

@@ -3,8 +3,8 @@
 Every step is a stage that a resumed trace reads back. The rule is in decide.py: a wrong name is worse than "unknown".
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..plant.effects import Effect, applies
 from ..stage import Progress, Stage
 from . import decide
 from .candidate import Candidate
+from .findings import Pass, Trace, Tried
 from .locate import Located, located
 from .refit import Case, Stand, fit_rig, refined, refit, relieved, restarted, vanished
 from .score import Remainder, Score, cosines, score, telling
@@ -24,54 +25,6 @@ _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is
 _RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 _PASSES = 6  # effects at most
-
-
-@dataclass(frozen=True, eq=False)
-class Tried:
-    """A refitted effect and what the rule says of it; `failed` says why there is no fit."""
-
-    candidate: Candidate
-    score: float
-    judgement: decide.Judgement
-    stand: Stand | None
-    failed: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class Pass:
-    """One search for an effect: shortlist with scores (share of the misfit) and cosines, and what was refitted."""
-
-    before: Stand
-    scores: tuple[tuple[Candidate, float], ...]
-    compared: tuple[str, ...]
-    cosines: np.ndarray
-    tried: tuple[Tried, ...]
-    found: tuple[Tried, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Trace:
-    """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
-
-    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; `cuts`: chi2 of the equations that
-    measured signals test by themselves. Both are empty where chi2 is at the floor.
-    """
-
-    case: Case
-    base: Stand
-    final: Stand
-    verdict: str
-    effects: tuple[Tried, ...]
-    tied: tuple[str, ...]
-    equation: str | None
-    evidence: tuple[tuple[str, float], ...]
-    cuts: Mapping[str, float]
-    passes: tuple[Pass, ...]
-
-    @property
-    def chi2(self) -> tuple[float, float]:
-        """Before and after, on held-out records."""
-        return self.base.chi2, self.final.chi2
 
 
 def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Progress, several: bool = False) -> Trace:

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ..identify.findings import Trace, Tried
 from ..identify.predict import Prediction, predictions
 from ..identify.refit import Stand
-from ..identify.trace import Trace, Tried
 from .error_page import rms_of
 from .fit_result import base_intervals, effect_intervals, finite
 

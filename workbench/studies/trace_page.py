@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..identify import decide
-from ..identify.trace import Trace
+from ..identify.findings import Trace
 from ..plant.effects import Effect
 from ..report import Figure, Page, Section, Table
 from .error_page import error_figure, error_table

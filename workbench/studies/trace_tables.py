@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..identify import decide
+from ..identify.findings import Pass, Trace, Tried
 from ..identify.refit import Case
-from ..identify.trace import Pass, Trace, Tried
 from ..plant.effects import Effect, applies, known_effects
 from ..records import Record
 from ..report import Table

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..identify import decide
-from ..identify.trace import Pass, Trace, Tried
+from ..identify.findings import Pass, Trace, Tried
 from ..plant.effects import Effect
 from .fit_result import fitted
 from .trace_answer import ranking
