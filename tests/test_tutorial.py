@@ -32,7 +32,8 @@ def test_its_configs_run(tmp_path, monkeypatch):
     assert main(["tune", str(tmp_path / "tune_mine.toml"), "--out", str(tmp_path / "tuned"), "--jobs", "1"]) == 0
     text = (TUTORIAL / "bench_mine.toml").read_text()
     text = text.replace("../../out/tune_mine", str(tmp_path / "tuned")).replace("..", str(ROOT / "experiments"))
-    (tmp_path / "bench_mine.toml").write_text(text.replace('"nominal", "mass-50", "mass+50"', '"nominal"'))
+    text = text.replace('"nominal", "mass-50", "mass+50"', '"nominal"').replace("points = 8", "points = 3")
+    (tmp_path / "bench_mine.toml").write_text(text.replace("[1, 10]", "[1]").replace("low_hz = 0.5", "low_hz = 5"))
     assert main(["bench", str(tmp_path / "bench_mine.toml"), "--out", str(tmp_path / "bench"), "--jobs", "1"]) == 0
     rows = json.loads((tmp_path / "bench" / "metrics.json").read_text())["rows"]
     assert {row["controller"] for row in rows if row["stable"]} == {"mine", "p", "p-dp"}
