@@ -208,6 +208,7 @@ def test_the_shipped_bench_has_every_controller_in_loops_of_position_and_force()
         "crone2",
         "crone3",
         "mpc",
+        "mpc-bare",
         "lqg",
     ]
     assert position.rigs == ("nominal", "mass-50", "mass+50", "beta-50", "supply-20", "stiffness-1e6")
