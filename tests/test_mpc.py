@@ -154,3 +154,12 @@ def test_a_sine_that_is_known_ahead_is_followed_closer(engine, rig, rest):
         run = looped(engine, rig, rest, Compensated(made(preview=seconds), fast), wanted)
         errors.append(np.abs(run.record.signals["position"] - wanted)[500:].mean())
     assert errors[1] < 0.5 * errors[0]
+
+
+def test_a_spool_sensor_serves_the_filter(engine, rig, rest):
+    """Measured or not, the step arrives; the filter's valve state is what the spool shows."""
+    mpc = made(spool_travel=rig["z3max"])
+    assert mpc.measures == ("position", "pa", "pb", "spool")
+    signals = looped(engine, rig, rest, mpc, np.full(400, 0.01)).record.signals
+    assert signals["position"][-1] == pytest.approx(0.01, rel=0.02)
+    assert mpc._observer.state[3] == pytest.approx(signals["spool"][-1] / rig["z3max"], abs=2e-3)
