@@ -1,6 +1,7 @@
 """Computing times: measured, written into an experiment, and what a loop with such a delay does."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from workbench.config import StepConfig, load_config
 from workbench.errors import InputError
 from workbench.plant import build
 from workbench.plant_set import late
+from workbench.rig import EffectUse
 from workbench.studies import bench as study
 from workbench.studies.compute_time import summary
 from workbench.studies.outcome import at_once
@@ -75,6 +77,9 @@ def test_a_computing_delay_comes_on_top_of_the_drive_s(rig):
     assert build(rig).lateness() == 0
     assert build(once).lateness() == pytest.approx(3e-4)
     assert build(late(once, 2e-3)).lateness() == pytest.approx(2.3e-3)
+    typical = replace(rig, effects=(EffectUse("drive.delay", "", {}),))
+    assert build(late(typical, 1e-3)).lateness() == pytest.approx(build(typical).lateness() + 1e-3)
+    assert build(typical).lateness() > 0
 
 
 def test_a_bench_plays_again_with_declared_delays(tmp_path):

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from .errors import InputError, nearest
+from .plant import build
 from .rig import EffectUse, Number, Rig
 
 _FACTORS = {
@@ -33,7 +34,7 @@ def late(rig: Rig, delay: float) -> Rig:
     """The rig whose commands come `delay` [s] later, on top of what its drive takes, such as a controller computes."""
     there = {use.name: use for use in rig.effects}
     before = there.get(_DELAY, EffectUse(_DELAY, "shift", {}))
-    whole = delay + (before.numbers["delay"].value if "delay" in before.numbers else 0.0)
+    whole = delay + build(rig).lateness()  # a delay that is declared without a number has its typical one
     number = Number("delay", whole, "s", "s", f"{delay:g} s of them to compute the command")
     after = replace(before, numbers={**before.numbers, "delay": number})
     return replace(rig, effects=tuple({**there, _DELAY: after}.values()))
