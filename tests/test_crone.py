@@ -1,5 +1,6 @@
 """CRONE designs: what they promise on the jack's model, on the damped jack itself, and beside PID + lead."""
 
+import json
 import re
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from controllers.crone1 import Crone1
 from controllers.crone2 import Crone2
 from controllers.pid_lead import PidLead
 from controllers.pressure import PressureFeedback
+from workbench.cli import main
 from workbench.config import StepConfig, load_config
 from workbench.errors import InputError
 from workbench.fractional import damped, fit_jack_model, overshoot_spread, overshoots
@@ -21,6 +23,7 @@ from workbench.response import sampled_response
 from workbench.views import sampled
 
 PERIOD = 1e-3
+EXPERIMENT = Path(__file__).parents[1] / "experiments" / "position_crone.toml"
 GAINS = 2.0 ** np.linspace(-1, 1, 9)
 PRESSURE = PressureFeedback(PressureFeedback.Design(gain=2e-9, corner=1.0), PERIOD)
 
@@ -175,7 +178,7 @@ def test_an_unstable_gain_has_no_overshoot(jack, model):
 
 @pytest.fixture(scope="module")
 def shipped():
-    config = load_config(Path(__file__).parents[1] / "experiments" / "position_crone.toml")
+    config = load_config(EXPERIMENT)
     assert isinstance(config, StepConfig)
     return config.rig, {chosen.name: chosen for chosen in config.controllers}
 
@@ -205,3 +208,12 @@ def test_a_spread_with_an_unstable_loop_is_none():
 def test_a_spread_of_a_law_that_measures_more_is_refused(shipped):
     with pytest.raises(InputError, match="lqg: measures position, pa, pb"):
         overshoot_spread(shipped[0], shipped[1]["lqg"])
+
+
+def test_the_command_of_the_readme_leaves_out_what_is_no_position_law_and_says_so(capsys):
+    assert main(["spread", str(EXPERIMENT), "--json"]) == 0
+    said = capsys.readouterr()
+    assert list(json.loads(said.out)) == ["p-dp", "pid-lead", "crone1", "crone2"]
+    assert said.err == "left out: lqg; a spread is of position laws\n"
+    assert main(["spread", str(EXPERIMENT), "--controller", "lqg"]) == 2
+    assert "lqg: measures position, pa, pb" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields, replace
 from functools import partial
@@ -127,7 +128,12 @@ def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
 
 def _spread(options: argparse.Namespace, _words: list[str]) -> None:
     config = _read(options)
-    found = {chosen.name: overshoot_spread(config.rig, chosen) for chosen in config.controllers}
+    period = config.rig.period.value
+    able = [one for one in config.controllers if replace(one, compensators=()).make(period).measures == ("position",)]
+    chosen = able or config.controllers  # where there is none, the first says why
+    if left := [one.name for one in config.controllers if one not in chosen]:
+        print(f"left out: {', '.join(left)}; a spread is of position laws", file=sys.stderr)
+    found = {one.name: overshoot_spread(config.rig, one) for one in chosen}
 
     def told(name: str) -> str:
         lines = [f"{name}: overshoot [%] of a linear step"]
