@@ -4,8 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.controller import number
-from workbench.fractional import ErrorLaw, Factors, JackModel, band, gain_for, integral, order_for, tustin
+from workbench.control.crone.crossover import gain_for, order_for
+from workbench.control.crone.oustaloup import band
+from workbench.control.jack_model import JackModel
+from workbench.control.protocol import number
+from workbench.control.second_order_sections import Factors, integral, tustin
+from workbench.control.section_controller import ErrorLaw
 
 CELLS = 5
 

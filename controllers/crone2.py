@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
-from workbench.controller import number
-from workbench.fractional import JackModel, TemplateLaw
+from workbench.control.crone.template import TemplateLaw
+from workbench.control.jack_model import JackModel
+from workbench.control.protocol import number
 
 
 class Crone2(TemplateLaw):

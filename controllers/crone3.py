@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import control
 import numpy as np
 
-from workbench.controller import number
-from workbench.errors import InputError
-from workbench.fractional import TemplateLaw, peak
+from workbench.base.errors import InputError
+from workbench.control.crone.template import TemplateLaw
+from workbench.control.inner_loop import peak
+from workbench.control.protocol import number
 
 from .crone2 import Crone2
 

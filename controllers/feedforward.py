@@ -5,8 +5,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from workbench.controller import number
-from workbench.filter import weighted
+from workbench.control.discrete_filter import weighted
+from workbench.control.protocol import number
 
 
 class FeedForward:

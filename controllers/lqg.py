@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import control
 import numpy as np
 
-from workbench.controller import number
-from workbench.observer import JackObserver, ObservedJack
+from workbench.control.kalman_observer import JackObserver, ObservedJack
+from workbench.control.protocol import number
 
 
 class Lqg:

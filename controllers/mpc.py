@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import control
 import numpy as np
 
-from workbench.controller import number
-from workbench.observer import JackObserver, ObservedJack
-from workbench.planning import Limits, Planner, look_ahead
+from workbench.control.kalman_observer import JackObserver, ObservedJack
+from workbench.control.mpc_qp import Limits, Planner, look_ahead
+from workbench.control.protocol import number
 
 from .lqg import lq_gain, preview_gains
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import control
 import numpy as np
 
-from workbench.controller import number
+from workbench.control.protocol import number
 
 
 class PidLead:

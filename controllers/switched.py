@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import control
 import numpy as np
 
-from workbench.controller import Controller
+from workbench.control.protocol import Controller
 
 
 class Switched:

@@ -8,8 +8,8 @@ import control
 import numpy as np
 from scipy.linalg import block_diag, expm
 
-from workbench.controller import number
-from workbench.filter import Filter
+from workbench.control.discrete_filter import Filter
+from workbench.control.protocol import number
 
 
 class Tvc:

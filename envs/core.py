@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.linear import equilibrium
 from workbench.plant import build
-from workbench.views import equilibrium
 
 from .drives import LateDrives
 from .lane_guard import LaneGuard, Trip

@@ -5,9 +5,9 @@ from math import isfinite
 
 import numpy as np
 
-from workbench.guard import stride
-from workbench.loop import SIMULATION_FAILED
-from workbench.rig import Rig
+from workbench.loop.closed_loop import SIMULATION_FAILED
+from workbench.loop.guard import stride
+from workbench.rigs.rig import Rig
 
 
 class Trip(IntEnum):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.rig import Rig
+from workbench.rigs.rig import Rig
 
 
 class LaneSensors:

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import InputError
+from workbench.base.errors import InputError
+from workbench.base.signals import SIGNALS
+from workbench.base.units import from_si
 from workbench.plant import Plant
-from workbench.rig import Rig
-from workbench.signals import SIGNALS
-from workbench.units import from_si
+from workbench.rigs.rig import Rig
 
 from .task import Task
 

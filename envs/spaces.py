@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from workbench.errors import InputError
+from workbench.base.errors import InputError
 
 from .sight import BOUND, Channel
 

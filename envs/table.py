@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from workbench.errors import InputError, nearest
-from workbench.toml import check_keys
-from workbench.units import to_si
+from workbench.base.errors import InputError, nearest
+from workbench.base.toml import check_keys
+from workbench.base.units import to_si
 
 from .references import Range
 

@@ -38,10 +38,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, get_args
 
-from workbench.errors import InputError, nearest
-from workbench.rig import Rig, load_rig
-from workbench.signals import SIGNALS
-from workbench.toml import read_toml
+from workbench.base.errors import InputError, nearest
+from workbench.base.signals import SIGNALS
+from workbench.base.toml import read_toml
+from workbench.rigs.rig import Rig, load_rig
 
 from .references import FAMILIES, Family, Range
 from .table import Table

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.base.units import to_si
 from workbench.plant import Plant
 from workbench.plant.effects import find
-from workbench.rig import Rig
-from workbench.units import to_si
+from workbench.rigs.rig import Rig
 
 from .references import Family
 from .task import Motion, Task

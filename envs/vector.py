@@ -10,7 +10,7 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from workbench.errors import InputError
+from workbench.base.errors import InputError
 
 from .core import Core, Stepped
 from .lane_guard import Trip

@@ -9,10 +9,10 @@ from hypothesis import settings
 from made_tasks import write_task
 
 from workbench.engine import Engine
+from workbench.linear import equilibrium
 from workbench.plant import build, build_pilot_bench, build_valve_bench
-from workbench.rig import EffectUse, Number, load_rig
-from workbench.rig_schema import CORRECTORS
-from workbench.views import equilibrium
+from workbench.rigs.rig import EffectUse, Number, load_rig
+from workbench.rigs.schema import CORRECTORS
 
 settings.register_profile("jackbench", deadline=None)  # a busy machine is no failure
 settings.load_profile("jackbench")

@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.base.process_pool import one_blas_thread
+from workbench.commands.common.outcome import Outcome, at_once
+from workbench.commands.trace.study import run_trace
 from workbench.engine import Engine
-from workbench.identify.findings import Trace
-from workbench.identify.refit import case_of
-from workbench.identify.trace import trace
+from workbench.identify.trace.findings import Trace
+from workbench.identify.trace.refit import case_of
+from workbench.identify.trace.tracer import trace
+from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.plant.effects import find
 from workbench.records import Campaign, Record
 from workbench.records.write import write_csv
-from workbench.rig import EffectUse, Number, Rig, load_rig
-from workbench.studies.outcome import Outcome, at_once
-from workbench.studies.trace import run_trace
-from workbench.views import equilibrium
-from workbench.workers import one_blas_thread
+from workbench.rigs.rig import EffectUse, Number, Rig, load_rig
 
 SIGMA = {"pa": 2e4, "pb": 2e4, "position": 1e-4, "spool": 2e-6}
 PERIOD = 2e-3

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from workbench.commands.common.run_folder import Run, open_run, resolved_config
 from workbench.report import Page
-from workbench.runs import Run, open_run, resolved_config
 
 COMMAND = {"command": "bench", "config": {"rigs": ["nominal", "mass+50"], "step": 1e-3}, "seed": 7}
 PAGE = Page("Bench", "It runs.", [])

@@ -6,17 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.bench_config import load_bench
-from workbench.config import StepConfig, load_config
-from workbench.errors import InputError
-from workbench.loop import ClosedLoop
-from workbench.response import first_harmonic
-from workbench.runs import metrics_json
-from workbench.scenario import SCENARIOS
-from workbench.studies import bench as study
-from workbench.studies.bench_linear import command_noise, dynamic_stiffness
-from workbench.studies.loop_rows import bench, linear_loops, play, row
-from workbench.studies.outcome import at_once
+from workbench.base.errors import InputError
+from workbench.commands.bench import study as study
+from workbench.commands.bench.config import load_bench
+from workbench.commands.common.outcome import at_once
+from workbench.commands.common.run_folder import metrics_json
+from workbench.commands.run.config import StepConfig, load_config
+from workbench.linear.frequency_response import first_harmonic
+from workbench.loop.closed_loop import ClosedLoop
+from workbench.loop.rows import bench, linear_loops, play, row
+from workbench.loop.scenarios import SCENARIOS
+from workbench.loop.stiffness_and_noise import command_noise, dynamic_stiffness
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 BODE = """

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.errors import InputError
+from workbench.base.errors import InputError
+from workbench.base.toml import check_keys, read_toml
 from workbench.records import load_campaign
-from workbench.toml import check_keys, read_toml
 
 SHARED = Path(__file__).parents[2] / "shared"
 FESTO = SHARED / "data" / "festo_tp511"

@@ -4,11 +4,12 @@ import json
 
 import pytest
 
-from workbench.catalogue import KINDS, describe, describe_text, listing, listing_text
-from workbench.errors import InputError
+from workbench.base.errors import InputError
+from workbench.commands.list.catalogue import KINDS, listing, listing_text
+from workbench.commands.show.describe import describe, describe_text
+from workbench.control.controller_spec import recipe
 from workbench.plant.effects import LIBRARY
-from workbench.recipe import recipe
-from workbench.rig import bundled, load_rig
+from workbench.rigs.rig import bundled, load_rig
 
 
 @pytest.fixture(scope="module")

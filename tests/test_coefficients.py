@@ -9,9 +9,9 @@ import pytest
 from scipy.signal import sosfilt
 from test_controllers import CONTROLLERS, PERIOD, make
 
+from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.coefficients import as_json, as_text, coefficients, replay
-from workbench.errors import InputError
+from workbench.control.export import as_json, as_text, coefficients, replay
 
 
 def answer(printed):

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.errors import InputError
+from workbench.base.errors import InputError
+from workbench.commands.common.run_folder import metrics_json, open_run, resolved_config
+from workbench.commands.compare.finished import Finished, fingerprint, load
+from workbench.commands.compare.study import differences, run_compare
 from workbench.report import Page
-from workbench.runs import metrics_json, open_run, resolved_config
-from workbench.studies.compare import differences, run_compare
-from workbench.studies.finished import Finished, fingerprint, load
 
 
 def finish(out, rows, tables=None, **config):

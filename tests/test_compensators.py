@@ -11,7 +11,7 @@ from controllers.pressure import PressureFeedback
 from controllers.shaping import Shaping
 from controllers.tvc import Tvc
 from controllers.velocity import VelocityCompensation
-from workbench.compensator import Compensated, Deflection, OnLoadCell
+from workbench.control.compensators import Compensated, Deflection, OnLoadCell
 
 PERIOD = 1e-5  # s: next to continuous
 GAIN, MODE, DAMPING, MASS, AREA = 7.1, 2 * np.pi * 27.4, 0.02, 1000.0, 4.67e-3

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.config import StepConfig, load_config
-from workbench.errors import InputError
-from workbench.recipe import recipe
-from workbench.signals import SIGNALS
-from workbench.units import to_si
+from workbench.base.errors import InputError
+from workbench.base.signals import SIGNALS
+from workbench.base.units import to_si
+from workbench.commands.run.config import StepConfig, load_config
+from workbench.control.controller_spec import recipe
 
 PERIOD = 1e-3  # s
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"

@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.config import CorrectorConfig, load_config
-from workbench.errors import InputError
-from workbench.identify import corrector
-from workbench.identify.corrector import Maker, SpoolLoop
-from workbench.rig import load_rig
-from workbench.stage import at_once
-from workbench.studies.corrector import run_corrector
+from workbench.base.checkpoint import at_once
+from workbench.base.errors import InputError
+from workbench.commands.run.config import CorrectorConfig, load_config
+from workbench.commands.run.corrector import run_corrector
+from workbench.identify.datasheet import corrector
+from workbench.identify.datasheet.corrector import Maker, SpoolLoop
+from workbench.rigs.rig import load_rig
 
 EXPERIMENT = Path(__file__).parents[1] / "experiments" / "corrector.toml"
 MAKER = Maker(70.0, 85.0, (1.0, 2.0))

@@ -14,13 +14,15 @@ from controllers.crone1 import Crone1
 from controllers.crone2 import Crone2
 from controllers.pid_lead import PidLead
 from controllers.pressure import PressureFeedback
+from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.config import StepConfig, load_config
-from workbench.errors import InputError
-from workbench.fractional import damped, fit_jack_model, overshoot_spread, overshoots
-from workbench.fractional import spread as spread_of
-from workbench.response import sampled_response
-from workbench.views import sampled
+from workbench.commands.run.config import StepConfig, load_config
+from workbench.control.inner_loop import damped, overshoots
+from workbench.control.jack_model import fit_jack_model
+from workbench.linear import sampled
+from workbench.linear.frequency_response import sampled_response
+from workbench.loop.overshoot_spread import overshoot_spread
+from workbench.loop.overshoot_spread import spread as spread_of
 
 PERIOD = 1e-3
 EXPERIMENT = Path(__file__).parents[1] / "experiments" / "position_crone.toml"

@@ -8,9 +8,11 @@ import pytest
 from controllers.crone2 import Crone2
 from controllers.crone3 import Crone3, least_peak
 from controllers.pressure import PressureFeedback
-from workbench.errors import InputError
-from workbench.fractional import damped, fit_jack_model, overshoots, peak, template_phase
-from workbench.response import sampled_response
+from workbench.base.errors import InputError
+from workbench.control.crone.template import template_phase
+from workbench.control.inner_loop import damped, overshoots, peak
+from workbench.control.jack_model import fit_jack_model
+from workbench.linear.frequency_response import sampled_response
 
 PERIOD = 1e-3
 PRESSURE = PressureFeedback(PressureFeedback.Design(gain=2e-9, corner=1.0), PERIOD)

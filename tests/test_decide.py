@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.identify import decide
-from workbench.identify.decide import Judgement, bic_fall, chance, explained, gate, misfit, named, passes
+from workbench.identify.trace import rule as decide
+from workbench.identify.trace.rule import Judgement, bic_fall, chance, explained, gate, misfit, named, passes
 
 GOOD = Judgement("jack.friction", "coulomb", 0.95, 1.03, 1, True)
 

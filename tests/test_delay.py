@@ -9,16 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.p import P
+from workbench.base.errors import InputError
 from workbench.engine import Engine, Line, periods
-from workbench.errors import InputError
-from workbench.identify.windows import delayed
-from workbench.loop import run_loop
-from workbench.loop_response import closed_loop_sine
-from workbench.margins import linear_loop
+from workbench.identify.fit.windows import delayed
+from workbench.linear import equilibrium, linearise, nonlinear_system, sampled
+from workbench.linear.frequency_response import sampled_response, stepped_sine
+from workbench.loop.closed_loop import run_loop
+from workbench.loop.describing_function import closed_loop_sine
+from workbench.loop.margins import linear_loop
 from workbench.plant import build, build_pilot_bench, build_valve_bench
-from workbench.response import sampled_response, stepped_sine
-from workbench.rig import EffectUse, Number
-from workbench.views import equilibrium, linearise, nonlinear_system, sampled
+from workbench.rigs.rig import EffectUse, Number
 
 PERIOD = 1e-3
 STEP = np.full(400, 2e-3)

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench.commands.trace_study.campaigns.cause import FOREIGN, OFF, OWN, cause
+from workbench.commands.trace_study.campaigns.draw import Case, draw
+from workbench.commands.trace_study.campaigns.noise import BLEMISHES, noise
+from workbench.commands.trace_study.campaigns.play import play, start
+from workbench.commands.trace_study.campaigns.strength import scaled, settle
 from workbench.engine import Engine
-from workbench.excitation import Excitation
-from workbench.identify.noise import noise_floor
-from workbench.identify.predict import predict_windows
+from workbench.identify.data.noise_floor import noise_floor
+from workbench.identify.fit.predict import predict_windows
 from workbench.plant import build
 from workbench.records import load_campaign
-from workbench.rig import EffectUse, Number
-from workbench.studies.draw import Case, draw
-from workbench.studies.draw_noise import BLEMISHES, noise
-from workbench.studies.draw_play import play, start
-from workbench.studies.draw_strength import scaled, settle
-from workbench.studies.foreign import FOREIGN, OFF, OWN, cause
+from workbench.records.excitation import Excitation
+from workbench.rigs.rig import EffectUse, Number
 
 PERIOD = 1e-3
 COULOMB = (("jack.friction", "coulomb"),)

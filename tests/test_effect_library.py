@@ -6,14 +6,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from workbench.base.errors import InputError
+from workbench.base.units import to_si
 from workbench.engine import Engine
 from workbench.engine.emit import first_unsupported
-from workbench.errors import InputError
+from workbench.linear import equilibrium, linearise
 from workbench.plant import assembly, build, build_force_port, build_pilot_bench, build_valve_bench
 from workbench.plant.effects import EQUATIONS, LIBRARY, SLOTS, applies, find
-from workbench.rig import EffectUse, load_rig
-from workbench.units import to_si
-from workbench.views import equilibrium, linearise
+from workbench.rigs.rig import EffectUse, load_rig
 
 NAMES = {
     "drive.delay": ("drive", "drive timing"),

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from workbench.base.errors import InputError
+from workbench.base.units import to_si
 from workbench.engine import Engine
-from workbench.errors import InputError
+from workbench.linear import equilibrium, linearise
 from workbench.plant import build
 from workbench.plant.effects import LIBRARY, find, resolve
-from workbench.rig import EffectUse
-from workbench.units import to_si
-from workbench.views import equilibrium, linearise
+from workbench.rigs.rig import EffectUse
 
 CREEP = 2e-3  # m/s, of the docstrings
 FORMULAS = ("coulomb", "stribeck", "lugre")

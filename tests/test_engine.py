@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from workbench.engine import Engine
-from workbench.engine.linear import SparseLU, markowitz_order
 from workbench.engine.rosenbrock import ORDER, adaptive_attempt, fixed_step
+from workbench.engine.sparse_lu import SparseLU, markowitz_order
 from workbench.plant.assembly import Assembly
 
 

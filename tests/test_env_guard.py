@@ -9,9 +9,9 @@ from made_tasks import hold_at, make
 from envs.lane_guard import LaneGuard, Trip
 from envs.sensing import LaneSensors
 from envs.single import JackPosition
-from workbench.guard import Guard
-from workbench.loop import ClosedLoop
-from workbench.rig import load_rig
+from workbench.loop.closed_loop import ClosedLoop
+from workbench.loop.guard import Guard
+from workbench.rigs.rig import load_rig
 
 REASONS = {
     "signal is not finite": Trip.SIGNAL, "position beyond": Trip.STROKE, "speed above": Trip.SPEED,

@@ -12,8 +12,8 @@ from envs.core import Core
 from envs.references import FAMILIES, Multisine, Ramps, Range, Sines, Steps
 from envs.single import JackPosition
 from envs.task import load_task
-from workbench.errors import InputError
-from workbench.rig import load_rig, save_rig
+from workbench.base.errors import InputError
+from workbench.rigs.rig import load_rig, save_rig
 
 # references
 

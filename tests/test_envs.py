@@ -18,7 +18,7 @@ from envs.references import Range
 from envs.registration import IDS
 from envs.single import JackForce, JackPosition
 from envs.task import bundled, load_task
-from workbench.rig import EffectUse, Number, save_rig
+from workbench.rigs.rig import EffectUse, Number, save_rig
 
 
 @pytest.fixture(scope="module")

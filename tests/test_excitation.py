@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.errors import InputError
-from workbench.excitation import (
+from workbench.base.errors import InputError
+from workbench.commands.excite.study import Design, designed, drive, excite, play, trouble, within_limits
+from workbench.records.excitation import (
     SIMPLE,
     chirp,
     crest_factor,
@@ -18,8 +19,7 @@ from workbench.excitation import (
     multisine,
     read_excitation,
 )
-from workbench.rig import load_rig
-from workbench.studies.excite import Design, designed, drive, excite, play, trouble, within_limits
+from workbench.rigs.rig import load_rig
 
 PERIOD = 1e-3
 WAVES = {

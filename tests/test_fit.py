@@ -10,16 +10,16 @@ import pytest
 from made_campaigns import campaign, rubbing_campaign, written
 
 from workbench.cli import main
+from workbench.commands.common.fit_result import _inside
+from workbench.commands.common.outcome import Outcome, at_once
+from workbench.commands.common.run_folder import metrics_json
+from workbench.commands.fit.page import groups
+from workbench.commands.fit.study import run_fit
+from workbench.commands.residual.study import run_residual
 from workbench.plant.effects import LIBRARY
 from workbench.records import Campaign
 from workbench.report import render
-from workbench.rig import Rig, load_rig, save_rig
-from workbench.runs import metrics_json
-from workbench.studies.fit import run_fit
-from workbench.studies.fit_page import groups
-from workbench.studies.fit_result import _inside
-from workbench.studies.outcome import Outcome, at_once
-from workbench.studies.residual import run_residual
+from workbench.rigs.rig import Rig, load_rig, save_rig
 
 RIG = load_rig("festo-tp511")
 TRUE = {"K3": 6.2e-5, "M": 7.0, "b": 120.0, "f0": 60.0}

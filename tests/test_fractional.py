@@ -6,19 +6,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import sosfilt
 
-from workbench.fractional import (
+from workbench.control.crone.oustaloup import band, oustaloup, power
+from workbench.control.second_order_sections import (
     Factors,
     SectionFilter,
-    band,
     integral,
-    oustaloup,
     pair,
-    power,
     sections_response,
     sections_system,
     tustin,
 )
-from workbench.response import sampled_response
+from workbench.linear.frequency_response import sampled_response
 
 PERIOD = 1e-3
 HZ = 2 * np.pi

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
+from workbench.base.errors import InputError
+from workbench.commands.common.outcome import at_once
+from workbench.commands.frequency.study import Task, _linear, load, run_frequency
 from workbench.engine import Engine
-from workbench.errors import InputError
-from workbench.excitation import chirp, harmonics, multisine
-from workbench.identify.frequency import excited, measured_response, same_estimate
-from workbench.identify.noise import Floor
-from workbench.identify.predict import predict_free
+from workbench.identify.data.frequency_response import excited, measured_response, same_estimate
+from workbench.identify.data.noise_floor import Floor
+from workbench.identify.fit.predict import predict_free
+from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
-from workbench.records.sheet import listed_sheets, read_sheet
-from workbench.rig import load_rig
-from workbench.studies.frequency import Task, _linear, load, run_frequency
-from workbench.studies.outcome import at_once
-from workbench.views import equilibrium
+from workbench.records.excitation import chirp, harmonics, multisine
+from workbench.records.frequency_sheet import listed_sheets, read_sheet
+from workbench.rigs.rig import load_rig
 
 SHARED = Path(__file__).parents[2] / "shared"
 PERIOD = 1e-3

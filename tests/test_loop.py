@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from controllers.p import P
-from workbench import metrics
+from workbench.base.errors import InputError
 from workbench.engine import Engine
-from workbench.errors import InputError
-from workbench.loop import SIMULATION_FAILED, ClosedLoop, Sensors, run_loop
-from workbench.margins import linear_loop
+from workbench.linear import equilibrium
+from workbench.loop import step_metrics as metrics
+from workbench.loop.closed_loop import SIMULATION_FAILED, ClosedLoop, Sensors, run_loop
+from workbench.loop.margins import linear_loop
 from workbench.plant import build
-from workbench.rig import load_rig
-from workbench.views import equilibrium
+from workbench.rigs.rig import load_rig
 
 PERIOD = 1e-3
 RATE = 200.0  # 1/s, the rig's

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from controllers.lqg import Lqg
-from workbench.fractional import fit_jack_model
-from workbench.loop import run_loop
-from workbench.margins import linear_loop
-from workbench.metrics import overshoot, settling_time
-from workbench.views import sampled
+from workbench.control.jack_model import fit_jack_model
+from workbench.linear import sampled
+from workbench.loop.closed_loop import run_loop
+from workbench.loop.margins import linear_loop
+from workbench.loop.step_metrics import overshoot, settling_time
 
 PERIOD = 1e-3
 INERTIA = 1000 / 4.67e-3  # Pa s^2/m: the rig's mass over its area

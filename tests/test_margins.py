@@ -8,10 +8,10 @@ import pytest
 
 from controllers.p import P
 from controllers.pid_lead import PidLead
-from workbench.margins import linear_loop
+from workbench.linear import Equilibrium, sampled
+from workbench.linear.frequency_response import sampled_response
+from workbench.loop.margins import linear_loop
 from workbench.plant.assembly import Assembly
-from workbench.response import sampled_response
-from workbench.views import Equilibrium, sampled
 
 PERIOD = 1e-3
 LEAD = PidLead.Design(

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench import metrics
+from workbench.loop import step_metrics as metrics
 
 DT = 1e-4
 T = np.arange(30001) * DT  # 3 s

@@ -8,10 +8,10 @@ from controllers.lqg import Lqg, lq_gain
 from controllers.mpc import Mpc
 from controllers.pressure import PressureFeedback
 from controllers.shaping import Shaping
-from workbench.compensator import Compensated
-from workbench.loop import ClosedLoop
-from workbench.observer import JackObserver
-from workbench.planning import Limits, Planner, look_ahead
+from workbench.control.compensators import Compensated
+from workbench.control.kalman_observer import JackObserver
+from workbench.control.mpc_qp import Limits, Planner, look_ahead
+from workbench.loop.closed_loop import ClosedLoop
 
 PERIOD = 1e-3
 JACK = {

@@ -8,20 +8,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.datasheet import Response, build_rig, load_datasheet
-from workbench.errors import InputError
-from workbench.identify import datasheet as fitting
-from workbench.identify.corners import FigureErrors
-from workbench.identify.datasheet import fit_three_stage, second_order_numbers, source_of, unknowns
-from workbench.identify.determined import FIGURE_ERROR, Free, determine
+from workbench.base.errors import InputError
+from workbench.base.units import to_si
+from workbench.commands.common.outcome import at_once
+from workbench.commands.common.run_folder import metrics_json
+from workbench.commands.new_rig import study as new_rig
+from workbench.commands.new_rig.study import run_new_rig
+from workbench.identify.datasheet import valve_fit as fitting
+from workbench.identify.datasheet.corners import FigureErrors
+from workbench.identify.datasheet.valve_fit import fit_three_stage, second_order_numbers, source_of, unknowns
+from workbench.identify.fit.determined import FIGURE_ERROR, Free, determine
+from workbench.linear import equilibrium
 from workbench.plant import build
-from workbench.rig import load_rig, save_rig
-from workbench.runs import metrics_json
-from workbench.studies import new_rig
-from workbench.studies.new_rig import run_new_rig
-from workbench.studies.outcome import at_once
-from workbench.units import to_si
-from workbench.views import equilibrium
+from workbench.rigs.datasheet import Response, build_rig, load_datasheet
+from workbench.rigs.rig import load_rig, save_rig
 
 SERVO = """
 experiment = "new-rig"

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from workbench.errors import InputError
-from workbench.identify.noise import Run, noise_floor, spread
+from workbench.base.errors import InputError
+from workbench.identify.data.noise_floor import Run, noise_floor, spread
 from workbench.records import Campaign, Record, load_campaign
 
 SHARED = Path(__file__).parents[2] / "shared"

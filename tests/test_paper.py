@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.config import load_config
-from workbench.studies import study_of
-from workbench.studies.outcome import at_once
+from workbench.commands.common.outcome import at_once
+from workbench.commands.run.config import load_config
+from workbench.commands.run.study import study_of
 
 EXPERIMENT = Path(__file__).parents[1] / "experiments" / "paper.toml"
 PUBLISHED = {

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from workbench.base.signals import SIGNALS
 from workbench.engine import Engine
+from workbench.linear import equilibrium
 from workbench.plant import build, build_force_port, orifice
-from workbench.rig import load_rig
-from workbench.signals import SIGNALS
-from workbench.views import equilibrium
+from workbench.rigs.rig import load_rig
 
 
 def q(drop):

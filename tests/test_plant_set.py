@@ -2,9 +2,9 @@
 
 import pytest
 
-from workbench.errors import InputError
-from workbench.plant_set import RIG_SET, rig_of
-from workbench.rig import load_rig
+from workbench.base.errors import InputError
+from workbench.loop.rig_variations import RIG_SET, rig_of
+from workbench.rigs.rig import load_rig
 
 
 def test_each_name_moves_one_number_and_is_the_name_of_the_rig():

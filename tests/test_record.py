@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.errors import InputError
-from workbench.excitation import Excitation, excitation, excitation_text, steps, triangle
-from workbench.loop import LoopRun
+from workbench.base.errors import InputError
+from workbench.commands.common.outcome import Outcome, at_once
+from workbench.commands.excite.study import drive, play, trouble
+from workbench.commands.record.study import identity, logged, plan, run_record, standard_set
+from workbench.commands.residual.study import run_residual
+from workbench.loop.closed_loop import LoopRun
 from workbench.records import load_campaign
-from workbench.rig import EffectUse, Number, load_rig, save_rig
-from workbench.studies.excite import drive, play, trouble
-from workbench.studies.outcome import Outcome, at_once
-from workbench.studies.record import identity, logged, plan, run_record, standard_set
-from workbench.studies.residual import run_residual
+from workbench.records.excitation import Excitation, excitation, excitation_text, steps, triangle
+from workbench.rigs.rig import EffectUse, Number, load_rig, save_rig
 
 PERIOD = 1e-3
 

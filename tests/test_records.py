@@ -14,15 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from workbench.errors import InputError
-from workbench.records import (
-    ColumnMap,
-    Record,
-    block_mean,
-    read_record,
-    write_csv,
-    write_parquet,
-)
+from workbench.base.errors import InputError
+from workbench.records import ColumnMap, Record, block_mean, read_record, write_csv, write_parquet
 
 SHARED = Path(__file__).parents[2] / "shared"
 FESTO = SHARED / "data" / "festo_tp511"

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.commands.common.outcome import at_once
+from workbench.commands.residual.study import run_residual
 from workbench.engine import Engine
-from workbench.identify.noise import Floor, noise_floor
-from workbench.identify.repeats import MOVING, STANDING, WHOLE, against_mean, mean_of, repeated
+from workbench.identify.data.noise_floor import Floor, noise_floor
+from workbench.identify.fit.repeats import MOVING, STANDING, WHOLE, against_mean, mean_of, repeated
+from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
-from workbench.rig import load_rig
-from workbench.studies.outcome import at_once
-from workbench.studies.residual import run_residual
-from workbench.views import equilibrium
+from workbench.rigs.rig import load_rig
 
 SIGMA = {"pa": 3e4, "pb": 3e4, "position": 3e-4}
 DATA = Path(__file__).parents[2] / "shared" / "data" / "festo_tp511"

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.commands.common.outcome import at_once
+from workbench.commands.residual.study import chi2, fingerprint, run_residual
 from workbench.engine import Engine
-from workbench.identify.noise import Floor
-from workbench.identify.predict import predict_free, predict_windows
+from workbench.identify.data.noise_floor import Floor
+from workbench.identify.fit.predict import predict_free, predict_windows
+from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
-from workbench.rig import load_rig
-from workbench.studies.outcome import at_once
-from workbench.studies.residual import chi2, fingerprint, run_residual
-from workbench.views import equilibrium
+from workbench.rigs.rig import load_rig
 
 SHARED = Path(__file__).parents[2] / "shared"
 SIGMA = {"pa": 3e4, "pb": 3e4, "position": 3e-4}

@@ -6,13 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.p import P
+from workbench.base.errors import InputError
 from workbench.engine import Engine
-from workbench.errors import InputError
-from workbench.loop_response import closed_loop_sine, sampled_frequencies
-from workbench.margins import linear_loop
-from workbench.plant import build
-from workbench.plant.assembly import Assembly
-from workbench.response import (
+from workbench.linear import equilibrium, linearise
+from workbench.linear.frequency_response import (
     crossing,
     decibels,
     degrees,
@@ -22,7 +19,10 @@ from workbench.response import (
     scan,
     stepped_sine,
 )
-from workbench.views import equilibrium, linearise
+from workbench.loop.describing_function import closed_loop_sine, sampled_frequencies
+from workbench.loop.margins import linear_loop
+from workbench.plant import build
+from workbench.plant.assembly import Assembly
 
 
 def a_plant(name, states, rates, output):

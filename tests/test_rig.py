@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench import rig_schema
-from workbench.errors import InputError
-from workbench.rig import bundled, load_rig, number_specs, save_rig
-from workbench.signals import SIGNALS
-from workbench.units import to_si
+from workbench.base.errors import InputError
+from workbench.base.signals import SIGNALS
+from workbench.base.units import to_si
+from workbench.rigs import schema as rig_schema
+from workbench.rigs.rig import bundled, load_rig, number_specs, save_rig
 
 BUNDLED = ("festo-tp511", "jack-10t", "jack-10t-rounded")
 

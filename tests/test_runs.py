@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_runs import COMMAND, complete, finish, stop
 
-from workbench.runs import Run, metrics_json, open_run, resolved_config, versions
+from workbench.commands.common.run_folder import Run, metrics_json, open_run, resolved_config, versions
 
 # --- a whole run
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from made_runs import COMMAND, complete, finish, stop, value_of
 
-from workbench.errors import InputError
-from workbench.runs import open_run
+from workbench.base.errors import InputError
+from workbench.commands.common.run_folder import open_run
 
 
 def test_an_existing_folder_is_refused_before_anything_is_computed(tmp_path: Path):
@@ -48,7 +48,7 @@ def test_an_unfinished_run_of_another_command_is_refused_and_kept(tmp_path: Path
 
 def test_an_unfinished_run_of_other_versions_is_refused(tmp_path: Path, monkeypatch):
     stop(tmp_path / "out", lambda run: None)
-    monkeypatch.setattr("workbench.runs.versions", lambda: {"numpy": "0"})
+    monkeypatch.setattr("workbench.commands.common.run_folder.versions", lambda: {"numpy": "0"})
     with pytest.raises(InputError, match="other package versions"), open_run(tmp_path / "out", COMMAND):
         pass
 

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from made_runs import COMMAND, complete, finish, value_of
 
-from workbench.errors import InputError
-from workbench.runs import open_run
+from workbench.base.errors import InputError
+from workbench.commands.common.run_folder import open_run
 
 ROOT = Path(__file__).parents[1]
 

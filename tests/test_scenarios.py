@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.scenario import SCENARIOS, scenario
+from workbench.loop.scenarios import SCENARIOS, scenario
 
 T = np.arange(40001) * 1e-4
 every = pytest.mark.parametrize("wanted", SCENARIOS.values(), ids=lambda wanted: wanted.name)

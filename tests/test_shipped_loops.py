@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.config import load_config
-from workbench.scenario import SCENARIOS
-from workbench.studies.loop_rows import bench, linear_loops, play, row
+from workbench.commands.run.config import load_config
+from workbench.loop.rows import bench, linear_loops, play, row
+from workbench.loop.scenarios import SCENARIOS
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 SET = {"mass-50": {"M": 500.0}, "mass+50": {"M": 1500.0}, "beta-50": {"beta": 0.5e9}, "supply-20": {"Ps": 168e5}}

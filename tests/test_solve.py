@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from made_campaigns import PERIOD, SIGMA, commands, made
 
-from workbench.errors import InputError
-from workbench.identify.candidate import uncertain
-from workbench.identify.determined import Free
-from workbench.identify.model import Model
-from workbench.identify.noise import Floor
-from workbench.identify.shape import shape
-from workbench.identify.solve import Fit, fit_numbers
-from workbench.identify.states import fit_states
-from workbench.identify.windows import Windows, cut, delayed
+from workbench.base.errors import InputError
+from workbench.base.signals import MEASURED
+from workbench.identify.data.noise_floor import Floor
+from workbench.identify.fit.determined import Free
+from workbench.identify.fit.free_parameters import uncertain
+from workbench.identify.fit.initial_states import fit_states
+from workbench.identify.fit.model import Model
+from workbench.identify.fit.solver import Fit, fit_numbers
+from workbench.identify.fit.windows import Windows, cut, delayed
+from workbench.identify.trace.shape import shape
 from workbench.plant import build
 from workbench.records import Record
-from workbench.rig import load_rig
-from workbench.signals import MEASURED
+from workbench.rigs.rig import load_rig
 
 FLOOR = Floor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "made"))
 QUIET = dict.fromkeys(SIGMA, 0.0)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from workbench.studies import speed
-from workbench.studies.outcome import at_once
+from workbench.commands.common.outcome import at_once
+from workbench.commands.speed import study as speed
 
 
 @pytest.fixture(scope="module")

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from workbench.bench_config import load_bench
-from workbench.config import load_config
-from workbench.datasheet import load_datasheet
-from workbench.errors import InputError
-from workbench.rig import load_rig, save_rig
-from workbench.studies import study_of
-from workbench.studies.outcome import at_once
-from workbench.tune_config import load_tune
+from workbench.base.errors import InputError
+from workbench.commands.bench.config import load_bench
+from workbench.commands.common.outcome import at_once
+from workbench.commands.run.config import load_config
+from workbench.commands.run.study import study_of
+from workbench.commands.tune.config import load_tune
+from workbench.rigs.datasheet import load_datasheet
+from workbench.rigs.rig import load_rig, save_rig
 
 KEYS = [
     *("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "steady_state_error", "iae"),

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from controllers.switched import Switched
+from workbench.control.controller_spec import recipe
 from workbench.engine import Engine
-from workbench.loop import ClosedLoop
+from workbench.linear import equilibrium
+from workbench.loop.closed_loop import ClosedLoop
 from workbench.plant import build
-from workbench.recipe import recipe
-from workbench.views import equilibrium
 
 PERIOD, FADE, STIFFNESS = 1e-3, 0.02, 1e7
 PRESSURE = {

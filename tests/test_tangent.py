@@ -8,7 +8,7 @@ from workbench.engine import Engine
 from workbench.engine.driver import Stepping
 from workbench.engine.engine import back_end_of
 from workbench.engine.tangent import tangent_attempt, tangent_outputs
-from workbench.views import equilibrium
+from workbench.linear import equilibrium
 
 TOLERANCE, FIRST, PERIOD, ROWS = 1e-6, 2e-5, 1e-3, 12
 

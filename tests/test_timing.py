@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.bench_config import load_bench
+from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.config import StepConfig, load_config
-from workbench.errors import InputError
+from workbench.commands.bench import study as study
+from workbench.commands.bench.config import load_bench
+from workbench.commands.common.outcome import at_once
+from workbench.commands.run.config import StepConfig, load_config
+from workbench.loop.compute_time import summary
+from workbench.loop.rig_variations import late
 from workbench.plant import build
-from workbench.plant_set import late
-from workbench.rig import EffectUse
-from workbench.studies import bench as study
-from workbench.studies.compute_time import summary
-from workbench.studies.outcome import at_once
+from workbench.rigs.rig import EffectUse
 
 STEP = """
 experiment = "step"

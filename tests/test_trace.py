@@ -18,22 +18,22 @@ from made_campaigns import (
     written,
 )
 
-from workbench.identify.normal import numbers_at
-from workbench.identify.refit import case_of, fit_rig, judged, refit
-from workbench.identify.states import predicted_states
-from workbench.identify.trace import trace
+from workbench.base.process_pool import one_blas_thread
+from workbench.commands.common.outcome import at_once
+from workbench.commands.common.run_folder import metrics_json
+from workbench.commands.residual.study import run_residual
+from workbench.commands.trace.answer import more_json, trace_json
+from workbench.commands.trace.study import effects_for, run_trace, traced
+from workbench.commands.trace.tables import candidates_table
+from workbench.identify.fit.initial_states import predicted_states
+from workbench.identify.fit.normal_equations import numbers_at
+from workbench.identify.trace.refit import case_of, fit_rig, judged, refit
+from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
 from workbench.records import Record, load_campaign
 from workbench.report import render
-from workbench.rig import load_rig, rig_text
-from workbench.runs import metrics_json
-from workbench.studies.outcome import at_once
-from workbench.studies.residual import run_residual
-from workbench.studies.trace import effects_for, run_trace, traced
-from workbench.studies.trace_answer import more_json, trace_json
-from workbench.studies.trace_tables import candidates_table
-from workbench.workers import one_blas_thread
+from workbench.rigs.rig import load_rig, rig_text
 
 ROOT = Path(__file__).parents[1]
 SHARED = ROOT.parent / "shared" / "campaigns"
@@ -109,7 +109,7 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
             return replace(stand, known=(candidate,), heldout=np.full(case.heldout.count, np.inf))
         return refit(case, stand, candidate, again)
 
-    monkeypatch.setattr("workbench.identify.trace.refit", spoilt)
+    monkeypatch.setattr("workbench.identify.trace.tracer.refit", spoilt)
     library = [find("jack.friction", formula) for formula in ("coulomb", "stribeck")]
     with one_blas_thread():
         left = trace(case_of(rubbing_campaign(), RIG), library, at_once, lambda _: None)
@@ -130,7 +130,7 @@ def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch)
         x0, squares = predicted_states(good.model, case.train, p)
         return judged(case, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
 
-    monkeypatch.setattr("workbench.identify.trace.fit_rig", stuck)
+    monkeypatch.setattr("workbench.identify.trace.tracer.fit_rig", stuck)
     with one_blas_thread():
         case = case_of(rubbing_campaign(), rubbing())
         assert stuck(case).chi2 > 1.5

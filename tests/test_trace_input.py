@@ -19,13 +19,13 @@ from made_campaigns import (
     written,
 )
 
-from workbench.errors import InputError
+from workbench.base.errors import InputError
+from workbench.commands.common.outcome import at_once
+from workbench.commands.common.run_folder import metrics_json, open_run
+from workbench.commands.trace.study import effects_for, run_trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.records import Record
-from workbench.rig import load_rig
-from workbench.runs import metrics_json, open_run
-from workbench.studies.outcome import at_once
-from workbench.studies.trace import effects_for, run_trace
+from workbench.rigs.rig import load_rig
 
 ROOT = Path(__file__).parents[1]
 RIG = load_rig("festo-tp511")

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from made_campaigns import LIBRARY, found, named, none, rubbing, unknown
 
-from workbench.identify.findings import Trace
+from workbench.base.signals import MEASURED
+from workbench.commands.common.error_page import error_figure, error_table
+from workbench.commands.trace import words as words
+from workbench.commands.trace.answer import compared, trace_json
+from workbench.commands.trace.detectability import hidden
+from workbench.commands.trace.figures import telling
+from workbench.commands.trace.page import trace_page
+from workbench.commands.trace.shape import Missing, shape_tables
+from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
+from workbench.identify.trace.findings import Trace
 from workbench.plant.effects import EQUATIONS, find
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.report import Curve, Figure, Page, Panel, Section, Table, page_looks, render
 from workbench.report.chart import chart
 from workbench.report.still import still_picture
-from workbench.signals import MEASURED
-from workbench.studies import trace_words as words
-from workbench.studies.error_page import error_figure, error_table
-from workbench.studies.trace_answer import compared, trace_json
-from workbench.studies.trace_figures import telling
-from workbench.studies.trace_page import trace_page
-from workbench.studies.trace_seen import hidden
-from workbench.studies.trace_shape import Missing, shape_tables
-from workbench.studies.trace_tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
 
 
 def sections(page: Page) -> dict[str, Section]:

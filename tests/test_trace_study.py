@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import InputError
+from workbench.base.errors import InputError
+from workbench.commands.common.outcome import at_once
+from workbench.commands.common.run_folder import metrics_json, open_run
+from workbench.commands.trace_study.campaigns.draw import Case
+from workbench.commands.trace_study.score import confusion, failed, judged, scores
+from workbench.commands.trace_study.study import default_plan, given, run_trace_study
 from workbench.plant.effects import LIBRARY
 from workbench.report import render
-from workbench.runs import metrics_json, open_run
-from workbench.studies.draw import Case
-from workbench.studies.outcome import at_once
-from workbench.studies.trace_study import default_plan, given, run_trace_study
-from workbench.studies.trace_study_score import confusion, failed, judged, scores
 
 QUIET = {"pa [bar]": {"before": 4.1, "after": 0.52, "floor": 0.50}}
 LOUD = {"pa [bar]": {"before": 4.1, "after": 0.60, "floor": 0.50}}

@@ -4,13 +4,13 @@ import json
 
 import pytest
 
+from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.config import StepConfig, load_config
-from workbench.errors import InputError
-from workbench.rig import load_rig, save_rig
-from workbench.studies.outcome import at_once
-from workbench.studies.tune import run_tune
-from workbench.tune_config import load_tune
+from workbench.commands.common.outcome import at_once
+from workbench.commands.run.config import StepConfig, load_config
+from workbench.commands.tune.config import load_tune
+from workbench.commands.tune.study import run_tune
+from workbench.rigs.rig import load_rig, save_rig
 
 CONFIG = """
 experiment = "tune"

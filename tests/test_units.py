@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.errors import InputError
-from workbench.units import from_si, to_si
+from workbench.base.errors import InputError
+from workbench.base.units import from_si, to_si
 
 
 @pytest.mark.parametrize(

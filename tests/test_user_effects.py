@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.base.errors import InputError
 from workbench.engine import Engine
-from workbench.errors import InputError
+from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.plant.effects import LIBRARY, find, known_effects, load_effects, resolve
-from workbench.rig import load_rig, save_rig
-from workbench.views import equilibrium
+from workbench.rigs.rig import load_rig, save_rig
 
 DRAG = '''
 """Effects of our rig."""

@@ -14,7 +14,7 @@ from envs.lane_guard import Trip
 from envs.single import JackForce, JackPosition
 from envs.task import load_task
 from envs.vector import JackForceVector, JackPositionVector
-from workbench.errors import InputError
+from workbench.base.errors import InputError
 
 KINDS = {
     "position": (JackPosition, JackPositionVector),

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from workbench.base.errors import InputError
 from workbench.engine import Engine
-from workbench.errors import InputError
+from workbench.linear import equilibrium, linearise, nonlinear_system, null_pressure, valve_blocks
+from workbench.linear.frequency_response import decibels, linear_response
 from workbench.plant import build, build_valve_bench
-from workbench.response import decibels, linear_response
-from workbench.rig import bundled, load_rig
-from workbench.views import equilibrium, linearise, nonlinear_system, null_pressure, valve_blocks
+from workbench.rigs.rig import bundled, load_rig
 
 
 def modes(plant, **numbers):

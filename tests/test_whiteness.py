@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from workbench.identify.whiteness import whiteness
+from workbench.identify.data.whiteness import whiteness
 
 PERIOD = 1e-3
 

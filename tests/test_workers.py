@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from workbench.errors import InputError
-from workbench.studies.outcome import at_once
-from workbench.workers import team
+from workbench.base.errors import InputError
+from workbench.base.process_pool import team
+from workbench.commands.common.outcome import at_once
 
 
 def squares():

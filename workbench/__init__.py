@@ -1,40 +1,38 @@
 """jackbench's workbench: the physics of a jack, its views, and what is measured on it.
 
-rig, rig_schema     a rig's numbers with units, sources and bounds; the bundled ones are in rigs/
-plant               the symbolic graph, assembled in plant/graph.py only; effects in plant/effects/
-engine              simulation with inputs held over intervals
-views               equilibria, linear and nonlinear python-control systems
-records             recordings and campaign folders
-controller, guard   what a controller is, and the guard that every loop passes
-loop, margins       closed loops: simulated, and linear with their margins
-plant_set           the set of rigs that a loop has to hold on
-response, metrics   frequency response by stepped sine; step metrics
-excitation          steps, ramps, triangles, chirps, multisines as files that a rig can play
-identify            noise floor, prediction in windows, fits, what a rig lacks, measured frequency response
-datasheet, catalogue    a rig from datasheet numbers; what there is to choose from
-report, runs        HTML pages, run folders
-config, studies     experiment files, what the commands compute
-command, tracing, cli   what commands share, fit and trace, the command line
+From the ground up, each room importing only from those above it in this list:
+
+base        errors, units, signals, TOML, worker processes
+records     recordings, campaign folders, excitations
+rigs        a rig's numbers with units, sources and bounds
+report      figures as data, HTML pages, still pictures
+plant       the physics, written once as a symbolic graph; valves in plant/valve, what a model may lack in plant/effects
+engine      simulation with inputs held over intervals
+linear      equilibria, linear and nonlinear python-control systems, frequency response
+control     control laws: what a controller is, and what designs are made of
+loop        closed loops, and every number that is measured on one
+identify    noise floor, fits, and traces: what a rig's model lacks
+commands    one folder a command of the command line
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .base.errors import InputError
     from .engine import Engine, Trajectory
-    from .errors import InputError
+    from .linear import equilibrium, linearise, nonlinear_system
     from .plant import Plant, build, build_force_port
     from .records import Record, load_campaign
-    from .rig import Rig, load_rig
-    from .views import equilibrium, linearise, nonlinear_system
+    from .rigs.rig import Rig, load_rig
 
 _HOMES = {
     "engine": ("Engine", "Trajectory"),
-    "errors": ("InputError",),
+    "base.errors": ("InputError",),
     "plant": ("Plant", "build", "build_force_port"),
     "records": ("Record", "load_campaign"),
-    "rig": ("Rig", "load_rig"),
-    "views": ("equilibrium", "linearise", "nonlinear_system"),
+    "rigs.rig": ("Rig", "load_rig"),
+    "linear": ("equilibrium", "linearise", "nonlinear_system"),
 }
 
 __all__ = [

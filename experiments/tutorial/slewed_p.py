@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import control
 
-from workbench.controller import number
+from workbench.control.protocol import number
 
 
 class SlewedP:

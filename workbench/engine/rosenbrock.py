@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ..plant import Plant
-from .linear import SparseLU
+from .sparse_lu import SparseLU
 
 ORDER = 3
 _GAMMA = 0.43586652150845899941601945119356

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..errors import InputError
+from ..base.errors import InputError
 from .effects.effect import Effect, Scope
 from .effects.slots import SLOTS
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import casadi as ca
 
 from .assembly import Assembly
-from .main_stage import ValveFlows
 from .orifice import end_stop, volume
+from .valve.main_stage import ValveFlows
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 import casadi as ca
 
-from ..rig import Rig
+from ..rigs.rig import Rig
 from .effects import Effect, EffectInput, Scope
 
 _Pair = tuple[ca.SX, ca.SX]

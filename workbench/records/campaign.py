@@ -7,12 +7,12 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, nearest
-from ..toml import check_keys, read_toml
+from ..base.errors import InputError, nearest
+from ..base.toml import check_keys, read_toml
 from .columns import ColumnMap, check_signal
+from .frequency_sheet import FrequencySheet, listed_sheets
 from .read import read_record, record_name
 from .record import Record
-from .sheet import FrequencySheet, listed_sheets
 
 FILE = "campaign.toml"
 ROLES = ("static", "train", "heldout")

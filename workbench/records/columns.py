@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import InputError, nearest
-from ..signals import SIGNALS
-from ..units import to_si
+from ..base.errors import InputError, nearest
+from ..base.signals import SIGNALS
+from ..base.units import to_si
 
 _CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..base.errors import InputError
 
 
 def vectors(path: Path) -> dict[str, np.ndarray]:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..signals import SIGNALS
-from ..units import to_si
-from . import mend
+from ..base.errors import InputError
+from ..base.signals import SIGNALS
+from ..base.units import to_si
+from . import repair as mend
 from .columns import Column, ColumnMap, choose
 from .record import Record
 from .table import FORMATS, open_table

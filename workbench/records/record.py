@@ -11,7 +11,7 @@ class Record:
     """Signals sampled together; row k is y = h(x(t_k), u_k), the command u_k being held until t_(k+1).
 
     t        [n] s, strictly increasing; a dropped sample leaves a longer interval, nothing is resampled
-    signals  name -> [n] in the SI unit of `workbench.signals.SIGNALS`, finite everywhere
+    signals  name -> [n] in the SI unit of `workbench.base.signals.SIGNALS`, finite everywhere
     valid    name -> [n] bool; False where a sample is filled or clipped and not to be compared; left out: all True
     notes    what was mended on reading, one sentence each
     """

@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 
-from ..errors import InputError
+from ..base.errors import InputError
 from .mat import vectors
 
 FORMATS = (".csv", ".csv.gz", ".parquet", ".mat")

@@ -7,8 +7,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ..signals import SIGNALS
-from ..units import from_si
+from ..base.signals import SIGNALS
+from ..base.units import from_si
 from .record import Record
 
 

@@ -3,7 +3,7 @@
 Whoever writes one imports `effect`, `number` and `state` from here; SLOTS says where it can act.
 """
 
-from .author import effect, number, state
+from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
 from .known import LIBRARY, applies, find, known_effects, load_effects, resolve
 from .slots import SLOTS, Slot

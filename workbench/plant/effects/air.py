@@ -4,7 +4,7 @@ from functools import partial
 
 import casadi as ca
 
-from .author import effect, number
+from .decorator import effect, number
 from .effect import Scope
 
 _ATMOSPHERE = 1.013e5  # Pa: where the share of air is stated

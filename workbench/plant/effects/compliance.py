@@ -4,7 +4,7 @@ from functools import partial
 
 import casadi as ca
 
-from .author import effect, number, state
+from .decorator import effect, number, state
 from .effect import Scope
 
 _SPACED = tuple(round(8 * 1.3**k, 1) for k in range(13))  # Hz, up to 190: nearer than a resonance is wide

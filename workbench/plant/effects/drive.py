@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import casadi as ca
 
-from .author import effect, number, state
+from .decorator import effect, number, state
 from .effect import Effect, Scope
 from .lag import first_order
 

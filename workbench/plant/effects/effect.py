@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from ...errors import InputError, nearest
+from ...base.errors import InputError, nearest
 from .slots import SLOTS
 
 EQUATIONS = ("drive", "pilot", "main", "flow", "force", "sensor")

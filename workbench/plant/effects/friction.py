@@ -9,7 +9,7 @@ from functools import partial
 
 import casadi as ca
 
-from .author import effect, number, state
+from .decorator import effect, number, state
 from .effect import Effect, EffectNumber, Scope
 
 _ARMSTRONG = "Armstrong-Helouvry et al., Automatica 30(7), 1994"

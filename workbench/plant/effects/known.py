@@ -4,11 +4,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 
-from ...errors import InputError, nearest
-from ...rig import EffectUse, Rig
-from ...units import to_si
+from ...base.errors import InputError, nearest
+from ...base.units import to_si
+from ...rigs.rig import EffectUse, Rig
 from . import air, compliance, drive, friction, lands, leakage, load, pilot, sensor, supply
-from .author import check, declared
+from .decorator import check, declared
 from .effect import Effect
 
 _MODULES = (drive, pilot, friction, lands, supply, air, leakage, load, compliance, sensor)

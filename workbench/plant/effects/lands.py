@@ -3,7 +3,7 @@
 import casadi as ca
 
 from ..orifice import exponential_lap
-from .author import effect, number
+from .decorator import effect, number
 from .effect import EffectNumber, Scope
 
 _Pair = tuple[ca.SX, ca.SX]

@@ -5,7 +5,7 @@ from functools import partial
 import casadi as ca
 
 from ..orifice import root
-from .author import effect, number
+from .decorator import effect, number
 from .effect import EffectNumber, Scope
 
 _Pair = tuple[ca.SX, ca.SX]

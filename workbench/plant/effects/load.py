@@ -7,7 +7,7 @@ from functools import partial
 
 import casadi as ca
 
-from .author import effect, number
+from .decorator import effect, number
 from .effect import Scope
 
 _BIAS = number("F", 5e3, "N", shown="kN", low=-1e5, high=1e5, off=0.0, meaning="constant force against positive motion")

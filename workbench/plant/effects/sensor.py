@@ -4,7 +4,7 @@ from functools import partial
 
 import casadi as ca
 
-from .author import effect, number, state
+from .decorator import effect, number, state
 from .effect import Scope
 from .lag import first_order, second_order
 

@@ -8,7 +8,7 @@ from functools import partial
 
 import casadi as ca
 
-from .author import effect, number, state
+from .decorator import effect, number, state
 from .effect import Scope
 
 _BAND = 5e5  # Pa: a pressure-compensated pump goes from no to full delivery over about this much

@@ -1,0 +1,8 @@
+"""What everything else stands on: nothing here knows a rig.
+
+errors          the one exception for bad input
+units, signals  units at the borders; the signals of a jack rig by name
+toml            TOML files read strictly
+checkpoint      stages of a long computation, and progress
+process_pool    worker processes
+"""

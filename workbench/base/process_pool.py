@@ -1,0 +1,94 @@
+"""Worker processes that do the stages of a study, a core each."""
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import cache
+from threading import Lock, Thread
+from typing import Any, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+from .checkpoint import Stage
+
+A = TypeVar("A")
+B = TypeVar("B")
+Team = Callable[[Mapping[str, A], Stage, Callable[[B], None]], list[B]]
+
+_work: Callable[[], Callable[[Any], Any]]  # of a worker process: made at its first item
+
+
+def one_blas_thread() -> threadpool_limits:
+    """BLAS on one thread inside this context.
+
+    The engine has a thread a core, and matrices here are so small that more threads gain nothing; but idle BLAS
+    threads spin, and on two cores the engine then takes three to six times as long.
+    """
+    return threadpool_limits(limits=1, user_api="blas")
+
+
+@contextmanager
+def team(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[Team[A, B]]:
+    """A function (items by name, stage, done) -> results in their order: every item is a stage, done by a worker.
+
+    Each of `jobs` worker processes calls `make` once for the work that it does on items; with one job, and only when
+    there is something to do, this process. `make` and items have to be picklable. `done` hears of every result as it
+    comes. The workers are spawned: forking a process with threads may lock it up.
+    """
+    if jobs == 1:
+        made = cache(make)
+        with one_blas_thread():
+            yield lambda items, stage, done: _in_turn(items, lambda item: made()(item), stage, done)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, context, initializer=_begin, initargs=(make,)) as pool:
+        lock = Lock()
+
+        def run(items: Mapping[str, A], stage: Stage, done: Callable[[B], None]) -> list[B]:
+            def told(found: B) -> None:
+                with lock:
+                    done(found)
+
+            def work(item: A) -> B:
+                return pool.submit(_call, item).result()
+
+            with ThreadPoolExecutor(jobs) as threads:  # each waits for one worker, and stores what it did
+                waiting = [threads.submit(_in_turn, {name: item}, work, stage, told) for name, item in items.items()]
+                try:
+                    return [found for one in waiting for found in one.result()]
+                finally:
+                    threads.shutdown(wait=False, cancel_futures=True)
+
+        try:
+            yield run
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _in_turn(items: Mapping[str, A], work: Callable[[A], B], stage: Stage, done: Callable[[B], None]) -> list[B]:
+    found = []
+    for name, item in items.items():
+        found.append(stage(name, lambda item=item: work(item)))
+        done(found[-1])
+    return found
+
+
+def _begin(make: Callable[[], Callable[[Any], Any]]) -> None:
+    """A worker whose parent was killed would wait for ever."""
+    global _work
+    parent = multiprocessing.parent_process()
+
+    def wait() -> None:
+        if parent is not None:
+            parent.join()
+        os._exit(1)
+
+    Thread(target=wait, daemon=True).start()
+    threadpool_limits(limits=1, user_api="blas")
+    _work = cache(make)
+
+
+def _call(item: Any) -> Any:
+    return _work()(item)

@@ -1,0 +1,28 @@
+"""The commands, one folder each, and `common`, what they share.
+
+A command's folder has `options.py` (what it is asked, and how the study is called) and `study.py` (a configuration in,
+metrics, tables and a page out). Where it reads a file of its own there is a `config.py`, and where its report is more
+than a few lines a `page.py`. The command line imports the chosen command only.
+"""
+
+COMMANDS = {
+    "run": "run an experiment file",
+    "bench": "controllers on a set of rigs in scenarios",
+    "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
+    "time": "how long controllers compute, and an experiment that knows it",
+    "residual": "hold a rig's model against recordings",
+    "fit": "fit a rig's numbers to recordings",
+    "trace": "why do model and rig disagree",
+    "trace-study": "how often is a trace right",
+    "frequency": "measured frequency response of a pair of signals, beside the model's",
+    "excite": "design an excitation that a rig can play",
+    "record": "record a rig in simulation",
+    "new-rig": "build a rig from a datasheet",
+    "compare": "hold finished runs against each other",
+    "spread": "how the overshoot spreads over gain, speed, mass, oil and specimen",
+    "jack-model": "the jack in six numbers, as CRONE and LQG take it",
+    "coefficients": "second-order sections and a test vector, for a rig's own digital controller",
+    "list": "list what there is",
+    "show": "show a rig and what follows from its numbers",
+    "speed": "time the engine beside public solvers",
+}

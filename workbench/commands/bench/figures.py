@@ -1,0 +1,147 @@
+"""The figures of a bench: courses, clouds over the rigs, closed loop, sensitivity, Nichols chart, stiffness."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
+from ...linear.frequency_response import decibels
+from ...loop.scenarios import Scenario
+from ...report import Curve, Figure, FrequencyCurve, Panel, bode
+from ..common.sines import closed_loop_figure
+from .config import BenchLoop
+from .entry import STIFFNESS_HZ, Cell
+
+Cells = Mapping[tuple[str, str], Cell]
+
+_SHOWN_HZ = (0.05, 100.0)
+_SHORTEST = 0.2  # s
+_DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
+_CLOSED_DB = (-3.0, -6.0)
+
+
+def courses(loop: BenchLoop, wanted: Scenario, rig: str, cells: Cells) -> Figure:
+    """One scenario on one rig under every controller: controlled signal, command, pressure. A step as far as it tells.
+
+    That is three times what the quickest controller needs; a longer course would hide all but the slowest.
+    """
+    i = loop.scenarios.index(wanted)
+    settled = [cells[c.name, rig]["rows"][i]["settling_s"] for c in loop.controllers]
+    quickest = min((value for value in settled if value is not None), default=wanted.duration)
+    shown = max(_SHORTEST, 3 * quickest) if wanted.is_step else wanted.duration
+    chosen = {c.name: _until(shown, cells[c.name, rig]["courses"][wanted.name]) for c in loop.controllers}
+    first = next(iter(chosen.values()))
+
+    def curves(name: str, unit: str, si: str) -> list[Curve]:
+        return [Curve(c, run["t [s]"], from_si(run[name], unit, si)) for c, run in chosen.items()]
+
+    signal, pressure = loop.signal, SIGNALS["pa"]
+    reference = Curve("reference", first["t [s]"], from_si(first["reference"], signal.unit, signal.si), "dot")
+    note = "" if shown >= wanted.duration else f"The first {shown:.2g} s of {wanted.duration:g} s."
+    return Figure(
+        f"{wanted.name} on {rig}",
+        "time [s]",
+        [
+            Panel(signal.label, [reference, *curves(signal.name, signal.unit, signal.si)]),
+            Panel("command [1]", curves("command", "1", "1")),
+            Panel(pressure.label, curves("pa", pressure.unit, pressure.si)),
+        ],
+        note=note,
+    )
+
+
+def _until(end: float, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: column[columns["t [s]"] <= end] for name, column in columns.items()}
+
+
+def clouds(loop: BenchLoop, wanted: Scenario, cells: Cells) -> Figure:
+    """Overshoot against settling, a mark a rig: a robust controller's marks are close together."""
+    i = loop.scenarios.index(wanted)
+    curves = []
+    for chosen in loop.controllers:
+        rows = [cells[chosen.name, rig]["rows"][i] for rig in loop.rigs]
+        settled = [row for row in rows if row["settling_s"] is not None]
+        at = np.array([[row["settling_s"], row["overshoot_percent"]] for row in settled]).reshape(-1, 2)
+        curves.append(Curve(chosen.name, at[:, 0], at[:, 1], "markers"))
+    note = f"A mark for each of {', '.join(loop.rigs)}; none where a loop does not settle."
+    panel = Panel("overshoot [%]", curves)
+    return Figure(f"{wanted.name}: spread", "settling [s]", [panel], log_x=True, note=note, height=420)
+
+
+def linear_figures(loop: BenchLoop, rig: str, cells: Cells) -> list[Figure]:
+    """Bode plot of the closed loops, and their sensitivity; an unstable loop has neither."""
+    there = _linear(loop, rig, cells)
+    closed, sensitivity = [], []
+    for name, columns in there.items():
+        f = columns["f_hz"]
+        seen = (f > _SHOWN_HZ[0]) & (f < _SHOWN_HZ[1])
+        closed.append(FrequencyCurve(name, f[seen], _complex(columns, "closed")[seen]))
+        sensitivity.append(Curve(name, f[seen], decibels(_complex(columns, "sensitivity")[seen])))
+    panel = Panel("|S| [dB]", sensitivity)
+    return [bode("Closed loop", closed), Figure("Sensitivity", "frequency [Hz]", [panel], log_x=True)] if there else []
+
+
+def sine_figures(loop: BenchLoop, cells: Cells) -> list[Figure]:
+    """For each controller on the first rig: the linear closed loop, and what sines of several sizes find."""
+    linear, rig = _linear(loop, loop.rigs[0], cells), loop.rigs[0]
+    found = []
+    for chosen in loop.controllers:
+        dashed = []
+        if columns := linear.get(chosen.name):
+            seen = (columns["f_hz"] > _SHOWN_HZ[0]) & (columns["f_hz"] < _SHOWN_HZ[1])
+            dashed.append(
+                FrequencyCurve("linear, null", columns["f_hz"][seen], _complex(columns, "closed")[seen], "dash")
+            )
+        found.append(closed_loop_figure(chosen.name, dashed, cells[chosen.name, rig]["sines"]))
+    return found
+
+
+def nichols(loop: BenchLoop, rig: str, cells: Cells) -> Figure:
+    """Open loops at the command over contours of constant closed-loop gain, some named by the damping of their peak."""
+    curves = [
+        _contour(f"damping {zeta:g}", -20 * np.log10(2 * zeta * np.sqrt(1 - zeta**2)), "dot") for zeta in _DAMPINGS
+    ]
+    curves += [_contour(f"{level:g} dB", level, "dash") for level in _CLOSED_DB]
+    for name, columns in _linear(loop, rig, cells).items():
+        f = columns["f_hz"]
+        curves.append(_on_chart(name, _complex(columns, "open")[f > _SHOWN_HZ[0]]))
+    note = (
+        "The loop is broken at the command. A contour is where L/(1 + L) has one gain: that of the resonance of a "
+        "second-order loop of the damping that it is named by, or in decibels."
+    )
+    panel = Panel("open-loop gain [dB]", curves, y_range=(-40.0, 40.0))
+    return Figure(f"Nichols chart on {rig}", "open-loop phase [deg]", [panel], note=note, height=560)
+
+
+def stiffness_figure(loop: BenchLoop, rig: str, cells: Cells) -> Figure:
+    """Disturbance force over position, linear, at null."""
+    found = {c.name: cells[c.name, rig]["stiffness"] for c in loop.controllers}
+    curves = [Curve(name, STIFFNESS_HZ, size / 1e6) for name, size in found.items() if size is not None]
+    panel = Panel("dynamic stiffness [kN/mm]", curves, log_y=True)
+    return Figure(f"Dynamic stiffness on {rig}", "frequency [Hz]", [panel], log_x=True)
+
+
+def _contour(name: str, level: float, style: str) -> Curve:
+    """L where |L/(1 + L)| is `level` [dB]."""
+    closed = 10 ** (level / 20) * np.exp(1j * np.linspace(0.001, 2 * np.pi - 0.001, 400))
+    curve = _on_chart(name, closed / (1 - closed))
+    return Curve(name, curve.x, curve.y, "dot" if style == "dot" else "dash", color="#afb8c1")
+
+
+def _on_chart(name: str, loop: np.ndarray) -> Curve:
+    """Gain [dB] over phase [deg] in (-360, 0], with a gap where the phase leaves the chart and comes back."""
+    phase = -np.mod(-np.degrees(np.angle(loop)), 360)
+    gain = decibels(loop)
+    gain[1:][np.abs(np.diff(phase)) > 180] = np.nan
+    return Curve(name, phase, gain)
+
+
+def _linear(loop: BenchLoop, rig: str, cells: Cells) -> dict[str, dict[str, np.ndarray]]:
+    """Columns of the stable linear loops."""
+    found = {c.name: cells[c.name, rig]["linear"] for c in loop.controllers}
+    return {name: columns for name, columns in found.items() if columns is not None}
+
+
+def _complex(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    return columns[f"{name}_real"] + 1j * columns[f"{name}_imag"]

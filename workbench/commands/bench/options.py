@@ -1,0 +1,23 @@
+"""`jackbench bench EXPERIMENT`: every controller on every rig of a set in every scenario."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from ...rigs.rig import rig_table
+from ..common.options import computes, finish, jobs, works
+from .config import load_bench
+from .study import run_bench
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("experiment", help="such as experiments/benchmark.toml")
+    works(parser)
+    computes(parser, _bench)
+
+
+def _bench(options: argparse.Namespace, words: list[str]) -> None:
+    config = load_bench(options.experiment, options.rig)
+    identity = {"command": "bench", "experiment": config.source, "rig": rig_table(config.rig)}
+    finish(options, words, Path(options.experiment).stem, identity, partial(run_bench, config, jobs=jobs(options)))

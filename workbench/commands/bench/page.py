@@ -1,0 +1,155 @@
+"""The report of a bench: one table of controllers with the best of each column marked, and every row."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from ...base.units import from_si
+from ...loop.scenarios import Scenario
+from ...report import Figure, Page, Section, Table
+from .config import BenchConfig, BenchLoop
+from .entry import Cell
+from .figures import clouds, courses, linear_figures, nichols, sine_figures, stiffness_figure
+
+Cells = Mapping[tuple[str, str], Cell]
+Metrics = Mapping[str, Any]
+Best = Literal["min", "max"]
+
+
+def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
+    """The report, from what a bench stored by controller and rig, and its metrics."""
+    sections = []
+    for loop in config.loops:
+        title = f"{loop.signal.name.capitalize()} loops"
+        first = loop.rigs[0]
+        sections += [
+            Section(title, [_summary(loop, cells, metrics)]),
+            Section(f"{title}: courses on {first}", [courses(loop, wanted, first, cells) for wanted in loop.scenarios]),
+            Section(f"{title}: over the rigs", [clouds(loop, wanted, cells) for wanted in _arriving(loop)]),
+            Section(f"{title}: linear, at null, on {first}", linear_figures(loop, first, cells)),
+            Section(f"{title}: closed loop by stepped sine, on {first}", sine_figures(loop, cells)),
+            Section(f"{title}: Nichols chart", [nichols(loop, first, cells)]),
+            Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, cells) for name in loop.rigs]),
+            Section(f"{title}: with computing delays", _delayed(loop, metrics)),
+            Section(f"{title}: every row", [_every(loop, metrics)]),
+        ]
+    sections = [section for section in sections if section.items]
+    return Page(f"Bench on {config.rig.name}", _verdict(config, metrics), sections)
+
+
+def bench_picture(config: BenchConfig, cells: Cells) -> Figure:
+    """The telling figure: the last step of the first loop on the first rig."""
+    loop = config.loops[0]
+    steps = [wanted for wanted in loop.scenarios if wanted.is_step] or list(loop.scenarios)
+    return courses(loop, steps[-1], loop.rigs[0], cells)
+
+
+def _arriving(loop: BenchLoop) -> list[Scenario]:
+    return [wanted for wanted in loop.scenarios if wanted.arrives is not None]
+
+
+def _verdict(config: BenchConfig, metrics: Metrics) -> str:
+    """Who is quickest where it is slowest, in each scenario that ends; rigs on which nobody settles are said first."""
+    said = [_first(loop, wanted, metrics) for loop in config.loops for wanted in _arriving(loop)]
+    return " ".join(said) or "No scenario ends, so nothing settles."
+
+
+def _first(loop: BenchLoop, wanted: Scenario, metrics: Metrics) -> str:
+    rows = [row for row in metrics["rows"] if row["scenario"] == wanted.name and row["stable"]]
+    settled = {(row["controller"], row["rig"]): row for row in rows if row["settling_s"] is not None}
+    never = [rig for rig in loop.rigs if not any((c.name, rig) in settled for c in loop.controllers)]
+    rigs = [rig for rig in loop.rigs if rig not in never]
+    able = [c.name for c in loop.controllers if rigs and all((c.name, rig) in settled for rig in rigs)]
+    nobody = f"on {', '.join(never)} no controller settles; " if never else ""
+    if not able:
+        return f"{wanted.name}: {nobody or 'no controller settles on every rig; '}".rstrip("; ") + "."
+    worst = {name: max(settled[name, rig]["settling_s"] for rig in rigs) for name in able}
+    best = min(worst, key=lambda name: worst[name])
+    most = max(settled[best, rig]["overshoot_percent"] for rig in rigs)
+    where = "on every other rig" if never else "on every rig"
+    return (
+        f"{wanted.name}: {nobody}{best} is settled {where} first, by {worst[best]:.3g} s, with {most:.1f} % overshoot "
+        "at most."
+    )
+
+
+def _summary(loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
+    """One line a controller."""
+    lines = [_line(loop, chosen.name, cells, metrics) for chosen in loop.controllers]
+    best: dict[str, Best] = {
+        name: "max" if name.startswith(("gain margin", "stiffness")) else "min" for name in list(lines[0])[1:]
+    }
+    return Table(
+        "Controllers",
+        list(lines[0]),
+        [list(line.values()) for line in lines],
+        note=f"On {loop.rigs[0]}, or where it says so the worst of {', '.join(loop.rigs)}; a dash where a loop "
+        "never settles or is unstable. Settling to 2 %. Margins: the worse of null and moving. Noise: RMS of the "
+        "command at rest from the declared sensors. Energy: what the main lands take beyond their leakage at rest.",
+        best=best,
+    )
+
+
+def _line(loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[str, Any]:
+    first = cells[name, loop.rigs[0]]
+    line: dict[str, Any] = {"controller": name}
+    for wanted, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
+        over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, wanted.name))
+        if wanted.arrives is not None:
+            line |= {
+                f"{wanted.name}: settling [s]": row["settling_s"],
+                f"{wanted.name}: worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
+                f"{wanted.name}: overshoot [%]": row["overshoot_percent"],
+                f"{wanted.name}: worst overshoot [%]": over["overshoot_percent_most"],
+            }
+        line[f"{wanted.name}: IAE [{loop.signal.unit} s]"] = _shown(row["iae"], loop)
+        line[f"{wanted.name}: energy [J]"] = energy["beyond_rest_j"]
+    worst = [cells[name, rig]["rows"][0]["ms"] for rig in loop.rigs]
+    rms, size = first["noise"]["command_rms"], first["stiffness"]
+    timing = metrics["timing"][name]
+    return line | {
+        "Ms [1]": first["rows"][0]["ms"],
+        "worst Ms [1]": None if None in worst else max(worst),
+        "gain margin [dB]": first["rows"][0]["gain_margin_db"],
+        "stiffness, least [kN/mm]": None if size is None else float(min(size)) / 1e6,
+        "command noise [0.1 %]": None if rms is None else rms * 1e3,
+        "compute, median [us]": timing["solve_p50_us"],
+        "compute, 99 % [us]": timing["solve_p99_us"],
+    }
+
+
+def _delayed(loop: BenchLoop, metrics: Metrics) -> list[Table]:
+    """What declared computing delays cost, and what it is worth to expect them; how often a solver did not arrive."""
+    names = {chosen.name for chosen in loop.controllers}
+    kept = ("settling_s", "overshoot_percent", "iae", "gain_margin_db", "ms")
+    found = []
+    if late := [row for row in metrics["delayed"] if row["controller"] in names]:
+        rows = []
+        for row in late:
+            shown = [_shown(row[key], loop) if key == "iae" else row[key] for key in kept]
+            expected = "expected" if row["expected"] else "not expected"
+            rows.append([row["controller"], row["scenario"], row["computing_delay_s"] * 1e6, expected, *shown])
+        heads = ["settling [s]", "overshoot [%]", f"IAE [{loop.signal.unit} s]", "gain margin [dB]", "Ms [1]"]
+        note = f"On {loop.rigs[0]}. Expected: the controller's model has the delay in it."
+        heads = ["controller", "scenario", "delay [us]", "by the controller", *heads]
+        found.append(Table("With the computing delay", heads, rows, note=note))
+    if solved := [one for one in metrics["fallbacks"] if one["controller"] in names]:
+        rows = [[one[key] for key in ("controller", "rig", "scenario", "samples", "fallbacks")] for one in solved]
+        note = "Samples in which the solver did not arrive within its iterations, and the plan before went on."
+        found.append(Table("Fallbacks", ["controller", "rig", "scenario", "samples", "fallbacks"], rows, note=note))
+    return found
+
+
+def _every(loop: BenchLoop, metrics: Metrics) -> Table:
+    """Every row of metrics.json of this loop."""
+    names = {chosen.name for chosen in loop.controllers}
+    rows = [row for row in metrics["rows"] if row["controller"] in names]
+    kept = ("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "iae", "peak_command")
+    kept += ("saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz", "peak_db")
+    kept += ("gain_margin_db", "phase_margin_deg", "ms")
+    shown = [[_shown(row[key], loop) if key == "iae" else row[key] for key in kept] for row in rows]
+    heads = [f"iae [{loop.signal.unit} s]" if key == "iae" else key for key in kept]
+    return Table("Every controller on every rig", heads, shown, note="The rows of metrics.json.")
+
+
+def _shown(value: float | None, loop: BenchLoop) -> float | None:
+    return None if value is None else float(from_si(value, loop.signal.unit, loop.signal.si))

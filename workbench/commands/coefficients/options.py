@@ -1,0 +1,18 @@
+"""`jackbench coefficients EXPERIMENT`: discrete coefficients of its controllers at the rig's period."""
+
+import argparse
+
+from ...control.export import as_json, as_text, coefficients
+from ..common.designs import of_controllers, print_each, read
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    of_controllers(parser, _coefficients)
+
+
+def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
+    config = read(options)
+    period = config.rig.period.value
+    found = {chosen.name: coefficients(chosen.make(period), period) for chosen in config.controllers}
+    print_each(options, {name: as_json(one) for name, one in found.items()}, lambda name: as_text(name, found[name]))

@@ -1,0 +1,36 @@
+"""What commands that print something of each controller of an experiment share."""
+
+import argparse
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from ...base.errors import InputError
+from ..run.config import StepConfig, load_config
+from .options import Call, prints
+
+
+def of_controllers(parser: argparse.ArgumentParser, call: Call) -> None:
+    """Options of such a command."""
+    parser.add_argument("experiment", help="such as experiments/position_crone.toml")
+    parser.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
+    parser.add_argument("--controller", metavar="NAME", help="only this one")
+    prints(parser, call)
+
+
+def read(options: argparse.Namespace) -> StepConfig:
+    """The experiment, with the wanted controllers only."""
+    config = load_config(options.experiment, options.rig)
+    if not isinstance(config, StepConfig):
+        raise InputError(f"{options.experiment}: has no controllers")
+    names = [chosen.name for chosen in config.controllers]
+    if options.controller not in (None, *names):
+        raise InputError(f"{options.experiment}: no controller {options.controller}; it has {', '.join(names)}")
+    chosen = tuple(one for one in config.controllers if options.controller in (None, one.name))
+    return replace(config, controllers=chosen)
+
+
+def print_each(options: argparse.Namespace, found: Mapping[str, Any], told: Callable[[str], str]) -> None:
+    """What was found of each controller, as JSON or as it is told to people."""
+    print(json.dumps(found, indent=2) if options.json else "\n\n".join(told(name) for name in found))

@@ -1,0 +1,88 @@
+"""Held-out errors before and after a change of the model, signal by signal, over the noise floor."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
+from ...identify.data.noise_floor import Floor
+from ...identify.fit.predict import Prediction
+from ...report import Curve, Figure, Panel, Table
+from ...report.figures import Mark
+from .fit_result import finite
+
+GIVEN, BEFORE, AFTER = "#8c959f", "#d55e00", "#0072b2"  # what is given is grey, as in every report
+_FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis
+
+Rms = Mapping[str, Mapping[str, float | None]]
+
+
+def rms_of(floor: Floor, before: Sequence[Prediction], after: Sequence[Prediction]) -> Rms:
+    """{"pa [bar]": {"before", "after", "floor"}} over all records, in each signal's unit; None where there is none."""
+    table = {}
+    for name in dict.fromkeys(name for one in after for name in one.signals):
+        signal = SIGNALS[name]
+        values = (*(_root_mean_square(some, name) for some in (before, after)), floor.sigma[name])
+        shown = [finite(from_si(v, signal.unit, signal.si)) for v in values]
+        table[signal.label] = dict(zip(("before", "after", "floor"), shown, strict=True))
+    return table
+
+
+def error_figure(rms: Rms, labels: Sequence[str]) -> Figure:
+    """Held-out error of every signal over its noise; `labels` of the model, or of that before and that after."""
+    names = [label for label, row in rms.items() if None not in row.values()]
+    table = np.array([[rms[name][key] for key in ("before", "after", "floor")] for name in names], dtype=float)
+    before, after = table[:, 0] / table[:, 2], table[:, 1] / table[:, 2]
+    places = np.arange(1.0, len(names) + 1)
+    if len(labels) > 1:
+        gap = np.full(len(names), np.nan)
+        across, up = np.column_stack((places, places, gap)).ravel(), np.column_stack((before, after, gap)).ravel()
+        curves = [
+            Curve(labels[0], places, before, "markers", BEFORE),
+            Curve(labels[1], places, after, "markers", AFTER),
+            Curve("change", across, up, "dot", GIVEN),
+        ]
+    else:
+        curves = [Curve(labels[0], places, before, "markers", AFTER)]
+    log = bool(before.max() > _FEW_TIMES)
+    low, high = min(0.9, float(after.min())), max(1.5, float(before.max()))
+    ends = (0.9 * low, 1.15 * high) if log else (0.0, 1.15 * high)
+    panel = Panel("error / noise [1]", curves, log_y=log, y_range=ends, marks=(Mark(1.0, "noise floor"),))
+    return Figure("Held-out error over the noise", "signal", [panel], x_names=[name.split(" [")[0] for name in names])
+
+
+def error_table(rms: Rms, labels: Sequence[str]) -> Table:
+    """Held-out error of every signal, in its unit."""
+    changed = len(labels) > 1
+    rows = []
+    for label, row in rms.items():
+        before, after, floor = row["before"], row["after"], row["floor"]
+        over = [None if value is None or floor is None else value / floor for value in (before, after)]
+        rows.append([label, before, after, floor, *over] if changed else [label, after, floor, over[1]])
+    columns = ["signal", "RMS error", "noise floor", "error / floor"]
+    if changed:
+        errors, over = ([text.format(label) for label in labels] for text in ("RMS, {}", "{} / floor"))
+        columns = ["signal", *errors, "noise floor", *over]
+    note = "Held-out records, windows of 0.5 s with refitted initial states; input: the recorded command."
+    return Table("Error by signal", columns, rows, note=note)
+
+
+def record_tables(models: Mapping[str, Sequence[Prediction]]) -> dict[str, dict[str, np.ndarray]]:
+    """For every record what was measured and what each model, by label, predicts, in the units that people read."""
+    tables = {}
+    for together in zip(*models.values(), strict=True):
+        record = together[0].record
+        columns = {"t [s]": record.t, "command [1]": record.signals["command"]}
+        for name in together[0].signals:
+            signal = SIGNALS[name]
+            columns[f"measured {signal.label}"] = from_si(record.signals[name], signal.unit, signal.si)
+            for label, one in zip(models, together, strict=True):
+                columns[f"{label} {signal.label}"] = from_si(one.signals[name], signal.unit, signal.si)
+        tables[f"heldout-{record.name.replace('/', '-')}"] = columns
+    return tables
+
+
+def _root_mean_square(some: Sequence[Prediction], name: str) -> float:
+    errors = np.concatenate([one.error(name) for one in some if name in one.signals])
+    return float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else np.nan

@@ -1,0 +1,136 @@
+"""What a fit found: numbers with intervals in the units that people read, and the rig file with them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...base.units import from_si, to_si
+from ...identify.fit.solver import Fit
+from ...identify.trace.refit import Case, Stand
+from ...plant.effects import Effect, EffectNumber
+from ...rigs.rig import EffectUse, Number, Rig
+
+UNSEEN = 0.8  # of the declared range: a 95 % interval that is not shorter says that the records do not tell
+Interval = list[float | None]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A number of the rig after a fit, SI: where it was, where it is, its 95 % interval, whether it is at an end."""
+
+    number: Number
+    value: float
+    low: float
+    high: float
+    held: bool
+
+    @property
+    def pushed(self) -> bool:
+        """Whether it went to an end of its range at which it was not declared: evidence that something is missing."""
+        return self.held and abs(self.value - self.number.value) > 1e-6 * (self._high - self._low)
+
+    @property
+    def unseen(self) -> bool:
+        """Whether the records leave it anywhere in its declared range."""
+        return not self.high - self.low < UNSEEN * (self._high - self._low)
+
+    @property
+    def _low(self) -> float:
+        return -np.inf if self.number.low is None else self.number.low
+
+    @property
+    def _high(self) -> float:
+        return np.inf if self.number.high is None else self.number.high
+
+
+def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
+    """The rig's own numbers that a fit moved."""
+    own = [(index, free) for index, free in enumerate(fit.free) if free.name in rig.numbers]
+    return [
+        Fitted(rig.numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.held)
+        for index, free in own
+    ]
+
+
+def base_intervals(rig: Rig, fit: Fit) -> dict[str, Interval]:
+    """{"beta [Pa]": [value, low, high]}, 95 %, of the rig's own numbers, SI."""
+    return {
+        f"{one.number.name} [{one.number.si}]": [finite(v) for v in (one.value, one.low, one.high)]
+        for one in fitted(rig, fit)
+    }
+
+
+def effect_intervals(effect: Effect, fit: Fit) -> dict[str, Interval]:
+    """{"Fc [N]": [value, low, high]}, 95 %, of an effect's numbers, each in the unit that people read.
+
+    A number that is given has no interval.
+    """
+    names = [free.name for free in fit.free]
+    found = {}
+    for number in effect.numbers:
+        values: tuple[float, float, float] = (number.typical, np.nan, np.nan)
+        if not number.given:
+            index = names.index(effect.key(number.name))
+            values = (_value(fit, index), *fit.interval(index))
+        found[f"{number.name} [{number.shown}]"] = [finite(from_si(v, number.shown, number.si)) for v in values]
+    return found
+
+
+def correlations(fit: Fit) -> np.ndarray:
+    """Correlations of the fitted numbers [k, k]."""
+    size = np.sqrt(np.diag(fit.covariance))
+    return fit.covariance / np.outer(size, size)
+
+
+def fitted_rig(case: Case, stand: Stand, files: Sequence[str] = ()) -> Rig:
+    """The rig with the numbers of a fit and the effects that were added; `files` have effects beside the library's."""
+    name = case.campaign.path.resolve().name
+    numbers = dict(case.rig.numbers)
+    for one in fitted(case.rig, stand.fit):
+        end = ", at an end of its range" if one.held else ""
+        low, high = (float(from_si(v, one.number.unit, one.number.si)) for v in (one.low, one.high))
+        source = f"fitted to {name}: 95 % from {low:.4g} to {high:.4g}{end}; it was {one.number.shown:.4g}"
+        numbers[one.number.name] = replace(one.number, value=one.value, source=source)
+    uses = tuple(_use(effect, stand.fit, f"fitted to {name}") for effect in stand.effects)
+    return replace(
+        case.rig,
+        name=f"{case.rig.name}-{name}",
+        numbers=numbers,
+        effects=(*case.rig.effects, *uses),
+        effect_files=tuple(dict.fromkeys((*case.rig.effect_files, *files))),
+    )
+
+
+def finite(value: Any) -> float | None:
+    """The number, or None where there is none."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _value(fit: Fit, index: int) -> float:
+    free = fit.free[index]
+    return min(max(free.value(float(fit.x[index])), free.low), free.high)
+
+
+def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
+    names = [free.name for free in fit.free]
+    found = {n.name: _value(fit, names.index(effect.key(n.name))) for n in effect.fitted}
+    values = [found.get(number.name, number.typical) for number in effect.numbers]
+    return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, values, source)))
+
+
+def _numbers(specs: Sequence[EffectNumber], values: Sequence[float], source: str) -> Iterable[tuple[str, Number]]:
+    for spec, value in zip(specs, values, strict=True):
+        said = "typical; given, not fitted" if spec.given else source
+        yield spec.name, Number(spec.name, _inside(spec, value), spec.shown, spec.si, said)
+
+
+def _inside(spec: EffectNumber, value: float) -> float:
+    """The value, moved by its last digits where a file that gives it in `shown` would read back beyond the range."""
+    for step in (0.0, 1e-13, 1e-12):
+        moved = value + step * (spec.high - spec.low) * (1 if value < (spec.low + spec.high) / 2 else -1)
+        text = f"{float(from_si(moved, spec.shown, spec.si)):.14g}"
+        if spec.low <= float(to_si(float(text), spec.shown, spec.si)) <= spec.high:
+            return moved
+    return value

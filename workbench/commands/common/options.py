@@ -1,0 +1,90 @@
+"""What every command of the command line shares: options, and a study that leaves a run folder."""
+
+import argparse
+import shlex
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ...base.errors import InputError
+from ...engine.backend import cores
+from ...report import page_looks
+from .outcome import Outcome, Progress, Stage
+from .run_folder import open_run, resolved_config, versions
+
+Study = Callable[[Stage, Progress], Outcome]
+Call = Callable[[argparse.Namespace, list[str]], None]
+
+
+def prints(command: argparse.ArgumentParser, call: Call) -> None:
+    """Options of a command that prints."""
+    command.add_argument("--json", action="store_true", help="print JSON, for scripts")
+    command.set_defaults(call=call)
+
+
+def computes(command: argparse.ArgumentParser, call: Call, rig: bool = True) -> None:
+    """Options of a command that leaves a run folder."""
+    if rig:
+        command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
+    command.add_argument("--out", type=Path, help="folder to leave the results in (default: out/NAME)")
+    command.add_argument("--picture", type=Path, help="also draw the report's telling figure into a .png or .svg file")
+    command.add_argument("--force", action="store_true", help="replace an existing folder")
+    command.set_defaults(call=call)
+
+
+def works(command: argparse.ArgumentParser) -> None:
+    """The option of a command whose stages several processes share."""
+    command.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one per core)")
+
+
+def jobs(options: argparse.Namespace) -> int:
+    """How many processes share the stages. Raises InputError."""
+    if options.jobs is not None and options.jobs < 1:
+        raise InputError(f"--jobs {options.jobs}: must be 1 or more")
+    return options.jobs or cores()
+
+
+def finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> Outcome:
+    """Compute in DIR.partial, then rename it."""
+    out = options.out or Path("out") / name
+    _check_picture(options.picture)
+    began = time.perf_counter()
+
+    def progress(what: str) -> None:
+        print(f"{time.perf_counter() - began:7.1f} s  {what}", file=sys.stderr, flush=True)
+
+    with open_run(out, identity, options.force) as run:
+        outcome = study(run.stage, progress)
+        footer = {"command": shlex.join(["jackbench", *words]), "versions": _versions(), **outcome.page.footer}
+        page = replace(outcome.page, footer=footer)
+        for file, text in outcome.files.items():
+            (run.dir / file).write_text(text, encoding="utf-8")
+        run.finish(outcome.metrics, resolved_config(identity), outcome.tables, page)
+    if options.picture:
+        from ...report.still import still_picture
+
+        still_picture(outcome.picture, options.picture, page_looks(page))
+    print(outcome.page.verdict)
+    print(f"report: {out / 'report.html'}")
+    return outcome
+
+
+def _check_picture(path: Path | None) -> None:
+    if path is None:
+        return
+    if path.suffix not in (".png", ".svg"):
+        raise InputError(f"--picture {path}: name a .png or an .svg file")
+    check_place(path, "--picture")
+
+
+def check_place(path: Path, option: str) -> None:
+    """Raises InputError where a file can not be written because its folder is not there."""
+    if not path.parent.is_dir():
+        raise InputError(f"{option} {path}: no folder {path.parent}; make it first")
+
+
+def _versions() -> str:
+    return ", ".join(f"{package} {number}" for package, number in versions().items())

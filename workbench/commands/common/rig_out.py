@@ -1,0 +1,31 @@
+"""Commands that also leave a rig: in the run folder as rig.toml, and where --rig-out says."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ...base.errors import InputError
+from ...records import Campaign
+from .options import Call, Study, check_place, computes, finish
+
+
+def leaves_rig(command: argparse.ArgumentParser, call: Call) -> None:
+    """Options of a command that computes, and leaves a rig."""
+    command.add_argument("--rig-out", type=Path, metavar="FILE", help="also write the rig as found, a .toml file")
+    computes(command, call)
+
+
+def finish_with_rig(
+    options: argparse.Namespace, words: list[str], campaign: Campaign, identity: dict[str, Any], study: Study
+) -> None:
+    """Finish a study that leaves a rig.toml, which --rig-out is a copy of."""
+    out = options.rig_out
+    if out is not None:
+        if out.suffix != ".toml":
+            raise InputError(f"--rig-out {out}: name a .toml file")
+        check_place(out, "--rig-out")
+        if out.exists() and not options.force:
+            raise InputError(f"--rig-out {out}: exists already; choose another or add --force to replace it")
+    outcome = finish(options, words, f"{identity['command']}-{campaign.path.resolve().name}", identity, study)
+    if out is not None:
+        out.write_text(outcome.files["rig.toml"], encoding="utf-8")

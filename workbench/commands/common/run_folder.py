@@ -1,0 +1,317 @@
+"""The folder that a command leaves behind: worked on as DIR.partial, resumable stage by stage, renamed DIR when whole.
+
+    with open_run(Path("out/bench"), {"command": "bench", "config": config, "seed": 7}) as run:
+        rows = run.stage("nominal", lambda: simulate(...))      # computed once, read back when the command is resumed
+        run.finish({"rows": rows}, resolved_config(command), tables, page)
+
+What only resuming needs is in DIR.partial/stages: @command.json (what the run is), @lock, and a file for each stage.
+"""
+
+import fcntl
+import json
+import math
+import os
+import platform
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, TypeVar
+from urllib.parse import quote
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import tomli_w
+
+from ...base.errors import InputError
+from ...report import Page, write_page
+
+T = TypeVar("T")
+
+_ARRAY = "__array__"
+_COMMAND, _LOCK = "@command.json", "@lock"  # quote() escapes "@": no stage can have these names
+_DIGITS = 10  # of the floats in metrics.json: last-bit differences between machines do not show
+
+
+class Run:
+    """An open run, made by open_run.
+
+    dir: DIR.partial, where a command may write files of its own (trace.json). resumed: an earlier call worked there.
+    """
+
+    def __init__(self, out: Path, partial: Path, resumed: bool) -> None:
+        self.out, self.dir, self.resumed = out, partial, resumed
+        self.finished = False
+        self._asked: set[str] = set()
+
+    def stage(self, name: str, compute: Callable[[], T]) -> T:
+        """The result of `compute`, which runs only when no earlier call of this command finished the stage `name`.
+
+        A result is made of dict (str keys), list, str, int, float, bool, None and numpy arrays, and comes back as it
+        was, NaN too; a numpy scalar comes back as Python's. Raises TypeError for anything else, ValueError for a name
+        that was used before.
+        """
+        if name in self._asked:
+            raise ValueError(f'stage "{name}" is there twice: the second would get the result of the first')
+        self._asked.add(name)
+        path = self.dir / "stages" / f"{quote(name, safe='')}.json"
+        if not path.exists():
+            _store(path, compute())
+        return _load(path)
+
+    def finish(
+        self,
+        metrics: Mapping[str, Any],
+        config_toml: str,
+        tables: Mapping[str, Mapping[str, np.ndarray]],
+        page: Page,
+    ) -> None:
+        """Write metrics.json, config.toml, NAME.parquet for each table and report.html, then rename DIR.partial to DIR.
+
+        tables: name -> column -> (n,), one n a table. An older DIR (force) is moved aside first and deleted last.
+        """
+        _write(self.dir / "metrics.json", metrics_json(metrics))
+        _write(self.dir / "config.toml", config_toml)
+        for name, columns in tables.items():
+            table = pa.table({key: pa.array(np.asarray(column)) for key, column in columns.items()})
+            pq.write_table(table, self.dir / f"{name}.parquet")
+        write_page(page, self.dir / "report.html")
+        _publish(self.dir, self.out)
+        self.finished = True
+
+
+@contextmanager
+def open_run(out: Path, command: Mapping[str, Any], force: bool = False) -> Iterator[Run]:
+    """Open DIR.partial for `command`, or resume what the same command left there.
+
+    command: JSON-able name, config and seeds, which with the package versions say what the run is; not its --out.
+    Raises InputError, before anything is computed, when DIR exists (unless force), when DIR.partial belongs to another
+    command (unless force) or to a process still at work, and when the place can not be written. An InputError from the
+    block removes what this call made; after any other end, an interrupt or a kill, the same command resumes.
+    """
+    out = _resolved(out)
+    partial = out.with_name(out.name + ".partial")
+    identity = _canonical({"command": command, "versions": versions()})
+    _check_free(out, force)
+    _check_ours(partial)
+    made = [folder for folder in (partial, *out.parents) if not folder.exists()]
+    with _locked(partial):
+        keep, finished = (partial / "stages" / _COMMAND).exists(), False
+        try:
+            _check_free(out, force)  # another process may have finished between the first look and the lock
+            keep = _claim(partial, identity, force)
+            run = Run(out, partial, resumed=keep)
+            yield run
+            finished = run.finished
+        except InputError:
+            if not keep and partial.exists():
+                shutil.rmtree(partial)
+                _remove_empty(made)
+            raise
+        if not finished:
+            raise RuntimeError(f"{out}: the run ended without finish()")
+
+
+def metrics_json(metrics: Mapping[str, Any]) -> str:
+    """Strict JSON in the order given: floats to ten significant digits, NaN and infinities null, arrays as lists.
+
+    Raises TypeError for a key that is no string and for a value that JSON does not know.
+    """
+    return json.dumps(_plain(metrics, _rounded), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def versions() -> dict[str, str]:
+    """Versions of what a result depends on."""
+    found = {"python": platform.python_version()}
+    for name in ("jackbench", "numpy", "scipy", "casadi", "control", "optuna"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def resolved_config(command: Mapping[str, Any]) -> str:
+    """TOML of `command` with a table of versions; what is None is left out, since TOML has no null."""
+    return tomli_w.dumps({**_without_none(command), "versions": versions()})
+
+
+def _resolved(out: Path) -> Path:
+    try:
+        out = out.resolve()
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{out}: {error}; choose another --out") from None
+    if not out.name:
+        raise InputError(f"{out}: can not be an output folder; choose another --out")
+    return out
+
+
+def _check_free(out: Path, force: bool) -> None:
+    if not os.path.lexists(out):
+        return
+    if not force:
+        raise InputError(f"{out}: exists already; choose another --out or add --force to replace it")
+    if not out.is_dir():
+        raise InputError(f"{out}: is a file, not a folder; choose another --out")
+    if not (out / "metrics.json").exists() and any(out.iterdir()):
+        raise InputError(f"{out}: is no run (no metrics.json), so --force does not replace it; remove it yourself")
+
+
+def _check_ours(partial: Path) -> None:
+    if not os.path.lexists(partial):
+        return
+    if not partial.is_dir():
+        raise InputError(f"{partial}: is a file in the way; remove it or choose another --out")
+    if not (partial / "stages" / _COMMAND).exists() and any(entry.name != "stages" for entry in partial.iterdir()):
+        raise InputError(f"{partial}: is there but no unfinished run; move it away or choose another --out")
+
+
+@contextmanager
+def _locked(partial: Path) -> Iterator[None]:
+    """DIR.partial exists and is ours alone. A POSIX lock ends with this process, not with workers that outlive it."""
+    try:
+        (partial / "stages").mkdir(parents=True, exist_ok=True)
+        lock = (partial / "stages" / _LOCK).open("a+")
+    except OSError as error:
+        raise InputError(f"{partial}: {error.strerror}; choose another --out") from None
+    with lock:
+        try:
+            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # The folder may have been published, with the file that we opened, before we got the lock.
+            alone = os.path.samestat(os.fstat(lock.fileno()), (partial / "stages" / _LOCK).stat())
+        except (BlockingIOError, PermissionError, FileNotFoundError):
+            alone = False
+        if not alone:
+            raise InputError(f"{partial}: another process is working there; wait for it or choose another --out")
+        yield
+
+
+def _claim(partial: Path, identity: str, force: bool) -> bool:
+    """Make `partial` the place of this command; whether an earlier call of it worked there."""
+    path = partial / "stages" / _COMMAND
+    if path.exists():
+        earlier = path.read_text(encoding="utf-8")
+        if earlier == identity:
+            return True
+        if not force:
+            same = json.loads(earlier)["command"] == json.loads(identity)["command"]
+            other = "this command with other package versions" if same else "another command"
+            advice = "choose another --out or add --force to discard it"
+            raise InputError(f"{partial}: is an unfinished run of {other}; {advice}")
+        _clear(partial)
+    _write(path, identity)
+    return False
+
+
+def _clear(partial: Path) -> None:
+    """Empty the folder, but for the lock that we hold."""
+    for entry in (*partial.iterdir(), *(partial / "stages").iterdir()):
+        if entry.name not in ("stages", _LOCK):
+            shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+
+
+def _publish(partial: Path, out: Path) -> None:
+    """Rename `partial` to `out`. At every moment a whole run, old or new, is on disk."""
+    for path in sorted(partial.iterdir()):
+        if path.is_file():
+            _sync(path)
+    _sync(partial)
+    aside = out.with_name(f".{out.name}.replaced")
+    if out.exists():
+        shutil.rmtree(aside, ignore_errors=True)  # left by a crash; `out` is newer
+        out.rename(aside)
+    partial.rename(out)
+    _sync(out.parent)
+    shutil.rmtree(out / "stages")
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def _remove_empty(made: list[Path]) -> None:
+    for folder in made:
+        with suppress(OSError):  # not empty any more: somebody else uses it now
+            folder.rmdir()
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a whole file or none."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8", newline="\n")
+    _sync(part)
+    part.replace(path)
+
+
+def _store(path: Path, result: object) -> None:
+    """Write a stage. The JSON file comes last: it is what says that the stage is done."""
+    arrays: list[np.ndarray] = []
+
+    def leaf(value: object) -> object:
+        if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+            arrays.append(value)
+            return {_ARRAY: f"arr_{len(arrays) - 1}"}  # the name that savez gives it
+        if isinstance(value, np.generic):
+            value = value.item()
+        if value is None or isinstance(value, (str, int, float)):
+            return value
+        raise TypeError(f"a stage's result is made of dict, list, numbers, str, None and arrays, not {type(value)}")
+
+    text = json.dumps(_plain(result, leaf))
+    if arrays:
+        with path.with_suffix(".npz").open("wb") as file:
+            np.savez(file, *arrays)
+        _sync(path.with_suffix(".npz"))
+    _write(path, text)
+
+
+def _load(path: Path) -> Any:
+    beside = path.with_suffix(".npz")
+    arrays: dict[str, np.ndarray] = {}
+    if beside.exists():
+        with np.load(beside, allow_pickle=False) as file:
+            arrays = dict(file)
+
+    def whole(value: dict[str, Any]) -> Any:
+        return arrays[value[_ARRAY]] if value.keys() == {_ARRAY} else value
+
+    return json.loads(path.read_text(encoding="utf-8"), object_hook=whole)
+
+
+def _plain(value: object, leaf: Callable[[object], object]) -> object:
+    """`value` with every leaf replaced. Raises TypeError for a key that is no string."""
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise TypeError(f"keys are str, not {key!r}")
+        return {key: _plain(item, leaf) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item, leaf) for item in value]
+    return leaf(value)
+
+
+def _rounded(value: object) -> object:
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist(), _rounded)
+    if isinstance(value, tuple):
+        return _plain(list(value), _rounded)
+    if isinstance(value, float):
+        return float(f"{value:.{_DIGITS}g}") + 0.0 if math.isfinite(value) else None  # + 0.0: no "-0.0"
+    return value
+
+
+def _canonical(value: object) -> str:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"))
+
+
+def _without_none(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    return [_without_none(item) for item in value] if isinstance(value, (list, tuple)) else value

@@ -1,0 +1,56 @@
+"""A closed loop swept by sines: a stepped sine at every amplitude of an experiment, and its Bode plot."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...base.signals import Signal
+from ...base.units import from_si
+from ...control.controller_spec import Recipe
+from ...linear.frequency_response import SteppedSine
+from ...loop.describing_function import closed_loop_sine, sampled_frequencies
+from ...loop.rows import Bench
+from ...report import Figure, FrequencyCurve, bode
+from ..run.config import BodeConfig
+
+_FLAGS = ("cycles", "settled", "saturated", "cavitated")  # as SteppedSine has them
+
+Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
+
+
+def sines(chosen: Recipe, signal: Signal, wanted: BodeConfig, on: Bench) -> Sines:
+    """Reference -> controlled signal about null, with what the guard and the chambers did at each point."""
+    period = on.rig.period.value
+    f = sampled_frequencies(wanted.low, wanted.high, wanted.points, period)
+    found: Sines = {}
+    for amplitude in wanted.amplitudes:
+        sine = closed_loop_sine(on.engine, on.rig, lambda: chosen.make(period), on.null, f, amplitude)
+        found[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = packed(sine, signal.name)
+    return found
+
+
+def packed(sine: SteppedSine, output: str) -> dict[str, np.ndarray]:
+    """The response of one output as columns, which a stage and a table can store."""
+    response = np.asarray(sine.response[output], complex)
+    columns = {"f_hz": sine.f, "real": np.real(response), "imag": np.imag(response)}
+    return columns | {name: getattr(sine, name) for name in _FLAGS}
+
+
+def unpacked(columns: Mapping[str, np.ndarray], amplitude: float, output: str) -> SteppedSine:
+    """What was packed, of a sine of this amplitude."""
+    c = {name: np.asarray(column) for name, column in columns.items()}
+    return SteppedSine(c["f_hz"], amplitude, {output: c["real"] + 1j * c["imag"]}, *(c[name] for name in _FLAGS))
+
+
+def closed_loop_figure(name: str, linear: Sequence[FrequencyCurve], swept: Sines) -> Figure:
+    """Linear curves, dashed, and sines; the note says from which frequency a limit acts."""
+    curves, notes = list(linear), []
+    for size, columns in swept.items():
+        curves.append(FrequencyCurve(f"sine, {size}", columns["f_hz"], columns["real"] + 1j * columns["imag"]))
+        for what, flagged in (
+            ("the command or the current is limited", "saturated"),
+            ("a chamber falls below 0 bar", "cavitated"),
+        ):
+            if np.any(columns[flagged]):
+                notes.append(f"at {size} {what} from {np.min(columns['f_hz'][columns[flagged]]):.3g} Hz")
+    return bode(f"Closed loop: {name}", curves, note="; ".join(notes))

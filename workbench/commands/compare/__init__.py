@@ -1,0 +1,1 @@
+"""`jackbench compare DIR DIR ...`: finished runs overlaid, with a table of differences."""

@@ -1,0 +1,1 @@
+"""`jackbench excite RIG KIND`: designs an excitation and writes the file that a drive plays."""

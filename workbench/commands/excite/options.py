@@ -1,0 +1,31 @@
+"""`jackbench excite RIG KIND`: designs an excitation and writes the file that a drive plays."""
+
+import argparse
+from pathlib import Path
+
+from ...rigs.rig import load_rig
+from .study import KINDS, Design, excite
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("rig", help="a bundled rig or a rig file: its control period and its limits")
+    parser.add_argument("kind", choices=KINDS)
+    parser.add_argument("--signal", choices=("command", "reference"), default="command")
+    parser.add_argument("--amplitude", type=float, required=True, help="peak: command [1] or reference [mm]")
+    parser.add_argument("--seconds", type=float, required=True, help="length of one period")
+    parser.add_argument("--repeat", type=int, default=1, help="periods (default: 1)")
+    parser.add_argument("--band", type=float, nargs=2, metavar="HZ", help="of a chirp or multisine")
+    parser.add_argument("--lines", type=int, help="of a multisine, about (default: every harmonic)")
+    parser.add_argument("--spectrum", choices=("flat", "1/f"), default="flat", help="of a multisine")
+    parser.add_argument("--sweep", choices=("log", "linear"), default="log", help="of a chirp")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .csv file")
+    parser.add_argument("--force", action="store_true", help="replace an existing file")
+    parser.set_defaults(call=_excite)
+
+
+def _excite(options: argparse.Namespace, _words: list[str]) -> None:
+    band = tuple(options.band) if options.band else None
+    shape = (options.repeat, band, options.lines, options.spectrum, options.sweep)
+    design = Design(options.kind, options.signal, options.amplitude, options.seconds, *shape)
+    print(excite(design, load_rig(options.rig), options.out, options.force))

@@ -1,0 +1,237 @@
+"""Excitation designed on a rig: played in simulation by the rig's drive before a real one plays it.
+
+The drive is a slow proportional position loop that holds the jack, or follows the reference of a file; the command of a
+file is added to what the loop commands.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import control
+import numpy as np
+
+from ...base.errors import InputError, nearest
+from ...base.signals import SIGNALS
+from ...base.units import from_si, to_si
+from ...control.controller_spec import Recipe, recipe
+from ...control.protocol import Controller
+from ...engine import Engine
+from ...linear import equilibrium
+from ...loop.closed_loop import ClosedLoop, LoopRun
+from ...loop.margins import linear_loop
+from ...plant import build
+from ...records.excitation import (
+    SIMPLE,
+    Excitation,
+    Spacing,
+    Spectrum,
+    chirp,
+    crest_factor,
+    excitation,
+    excitation_text,
+    harmonics,
+    multisine,
+)
+from ...rigs.rig import Rig
+
+KINDS = (*SIMPLE, "chirp", "multisine")
+MARGIN = 8.0  # dB of gain at null, where the lap doubles it
+CROSSOVER = 1.0  # Hz, at most: the loop is there to hold the jack, not to explain it
+STIRRED = 5e-4  # of full command, at most: what the position sensor's noise makes the loop command
+SMALLER, TRIES = 0.7, 12
+_CHUNK = 0.25  # s: how soon a run that has failed is given up
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A rig in simulation with the position loop of its drive."""
+
+    rig: Rig
+    engine: Engine
+    loop: Recipe
+
+
+@dataclass(frozen=True)
+class Design:
+    """What `jackbench excite` is asked for: amplitude in the unit of the signal (1 or mm), band in Hz, seconds."""
+
+    kind: str
+    signal: str
+    amplitude: float
+    seconds: float
+    repeat: int = 1
+    band: tuple[float, float] | None = None
+    lines: int | None = None
+    spectrum: Spectrum = "flat"
+    spacing: Spacing = "log"
+
+
+def drive(rig: Rig) -> Drive:
+    """The rig with its position loop: as stiff as MARGIN at null, CROSSOVER and STIRRED allow."""
+    plant = build(rig)
+    smooth = plant.without_dry_friction()
+    period = rig.period.value
+
+    def loop(gain: float) -> Recipe:
+        return recipe("position loop", {"use": "controllers.p:P", "gain": {"value": gain, "unit": "1/m"}}, rig.name)
+
+    trial = 0.01
+    found = linear_loop(plant, equilibrium(plant, p=smooth), loop(trial).make(period), period, smooth)
+    speed = float(np.abs(found.open[0]) * 2 * np.pi * found.f[0] / trial)  # of the jack, per unit of command [m/s]
+    margin, sensor = found.gain_margin_db, rig.sensors.get("position")
+    gains = [
+        2 * np.pi * CROSSOVER / speed,
+        np.inf if margin is None else trial * 10 ** ((margin - MARGIN) / 20),
+        STIRRED / sensor.noise if sensor and sensor.noise > 0 else np.inf,
+    ]
+    return Drive(rig, Engine(plant), loop(float(f"{min(gains):.2g}")))
+
+
+def play(drive: Drive, played: Excitation, seed: int | None = None) -> LoopRun:
+    """Play an excitation from rest where its reference begins; with a seed, the loop sees noise and resolution."""
+    return _closed(drive, played, seed).run(played.reference)
+
+
+def trouble(run: LoopRun) -> str | None:
+    """Why a simulated rig should not play that: a trip, or a chamber below 0 bar, where no model holds."""
+    lowest = run.record.signals["lowest_pressure"].min()
+    if run.tripped is not None:
+        return f"{run.tripped} after {run.record.t[-1]:.2f} s"
+    return f"a chamber falls to {lowest / 1e5:.3g} bar" if lowest < 0 else None
+
+
+def within_limits(drive: Drive, played: Excitation, first: float = 1.0) -> Excitation | None:
+    """The excitation at the first of the sizes `first`, 0.7 of it, and so on, that the rig takes; None if at none."""
+    smaller = (played.scaled(float(factor)) for factor in first * SMALLER ** np.arange(TRIES))
+    return next((trial for trial in smaller if _is_taken(drive, trial)), None)
+
+
+def designed(design: Design, rig: Rig) -> Excitation:
+    """The excitation that is asked for, on the rig's control period about its middle. Raises InputError."""
+    if design.kind not in KINDS:
+        raise InputError(f'no excitation "{design.kind}"; {nearest(design.kind, KINDS)}')
+    if design.signal not in ("command", "reference"):
+        raise InputError(f'signal "{design.signal}": write command or reference')
+    if design.repeat < 1:
+        raise InputError(f"repeat {design.repeat}: must be 1 or more")
+    signal = SIGNALS[design.signal]
+    size, period = float(to_si(design.amplitude, signal.unit, signal.si)), rig.period.value
+    most = 1.0 if design.signal == "command" else rig.limit("stroke")
+    if not 0 < size <= most:
+        limit = float(from_si(most, signal.unit, signal.si))
+        raise InputError(f"amplitude {design.amplitude:g} {signal.unit}: must be above 0, at most {limit:g}")
+    if design.kind in SIMPLE:
+        wave = SIMPLE[design.kind](size, design.seconds, period)
+    elif design.band is None:
+        raise InputError(f"a {design.kind} needs its band, two frequencies in Hz")
+    elif design.kind == "chirp":
+        wave = chirp(size, design.seconds, period, design.band, design.spacing)
+    else:
+        wave = multisine(size, design.seconds, period, design.band, design.spectrum, design.lines)
+    return excitation(design.kind, design.signal, wave, period, rig["xmid"], design.repeat)
+
+
+def excite(design: Design, rig: Rig, out: Path, force: bool = False) -> str:
+    """Design, play on the simulated rig, write the file; the sentences to print. Raises InputError, writing nothing."""
+    if not out.parent.is_dir():
+        raise InputError(f"{out}: no folder {out.parent}; make it first")
+    if out.suffix != ".csv":
+        raise InputError(f"{out}: name a .csv file")
+    if out.exists() and not force:
+        raise InputError(f"{out}: exists already; choose another --out or add --force to replace it")
+    played, ready = designed(design, rig), drive(rig)
+    run = play(ready, played)
+    if reason := trouble(run):
+        smaller = within_limits(ready, played, SMALLER)
+        fits = "nor does it at smaller ones" if smaller is None else f"{_peak(design, smaller):.2g} fits"
+        raise InputError(f"amplitude {design.amplitude:g}: on {rig.name}, {reason}; {fits}")
+    out.write_text(excitation_text(played), encoding="utf-8", newline="\n")
+    return "\n".join([_shape(design, played), _effort(ready, run), f"written: {out}"])
+
+
+def effort(run: LoopRun, rig: Rig) -> dict[str, float]:
+    """What a run reached, in the units that people read."""
+    signals = run.record.signals
+    altered = ~np.isclose(run.demanded, signals["command"], atol=1e-9)
+    return {
+        "seconds": float(run.record.t[-1]),
+        "peak_position_mm": float(np.abs(signals["position"] - rig["xmid"]).max() * 1e3),
+        "peak_speed_m_s": float(np.abs(signals["velocity"]).max()),
+        "peak_command": float(np.abs(signals["command"]).max()),
+        "lowest_pressure_bar": float(signals["lowest_pressure"].min() / 1e5),
+        "limited_s": float(altered.sum() * rig.period.value),
+    }
+
+
+def _shape(design: Design, played: Excitation) -> str:
+    values = _wave(design, played)
+    rms = _shown(design, float(np.sqrt(np.mean(values**2))))
+    what = f"{design.kind} on {SIGNALS[design.signal].label}"
+    text = f"{what}: peak {_peak(design, played):.4g}, RMS {rms:.4g}, crest factor {crest_factor(values):.3g}"
+    if design.kind == "multisine" and design.band:
+        lines = harmonics(design.band, design.seconds, played.period, design.lines) / design.seconds
+        return f"{text}; {lines.size} lines from {lines[0]:.3g} to {lines[-1]:.4g} Hz, {design.spectrum}"
+    return f"{text}; {design.band[0]:g} to {design.band[1]:g} Hz" if design.kind == "chirp" and design.band else text
+
+
+def _wave(design: Design, played: Excitation) -> np.ndarray:
+    return played.command if design.signal == "command" else played.reference - played.reference[0]
+
+
+def _peak(design: Design, played: Excitation) -> float:
+    return _shown(design, float(np.abs(_wave(design, played)).max()))
+
+
+def _shown(design: Design, value: float) -> float:
+    signal = SIGNALS[design.signal]
+    return float(from_si(value, signal.unit, signal.si))
+
+
+def _effort(drive: Drive, run: LoopRun) -> str:
+    found, rig = effort(run, drive.rig), drive.rig
+    return (
+        f"on {rig.name}, under a position loop of {drive.loop.design.gain:g} 1/m: position within "
+        f"{found['peak_position_mm']:.3g} of {rig.limit('stroke') * 1e3:g} mm, speed {found['peak_speed_m_s']:.3g} of "
+        f"{rig.limit('speed'):g} m/s, command {found['peak_command']:.3g}, lowest pressure "
+        f"{found['lowest_pressure_bar']:.3g} bar, limited for {found['limited_s']:.3g} s"
+    )
+
+
+def _is_taken(drive: Drive, played: Excitation) -> bool:
+    loop = _closed(drive, played, None)
+    pieces = np.array_split(played.reference, max(1, round(len(played.reference) * played.period / _CHUNK)))
+    return all(trouble(loop.run(piece)) is None for piece in pieces)
+
+
+def _closed(drive: Drive, played: Excitation, seed: int | None) -> ClosedLoop:
+    start = equilibrium(drive.engine.plant, position=float(played.reference[0]) - drive.rig["xmid"])
+    controller = _Adding(drive.loop.make(played.period), played.command)
+    return ClosedLoop(drive.engine, drive.rig, controller, start, seed)
+
+
+class _Adding:
+    """A position loop that adds a command, sample by sample, to its own."""
+
+    measures: tuple[str, ...] = ("position",)
+
+    def __init__(self, inner: Controller, command: np.ndarray) -> None:
+        self._inner, self._command, self._k = inner, command, 0
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Begin with the first sample, which is no bump for the inner controller."""
+        self._k = 0
+        self._inner.reset(reference, measurement, command)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The inner controller's command and this sample's."""
+        return self._inner.compute(reference, measurement) + float(self._command[self._k])
+
+    def update(self, realised: float) -> None:
+        """The inner controller sees what is left for it; then the next sample's turn."""
+        self._inner.update(realised - float(self._command[self._k]))
+        self._k += 1
+
+    def linear(self) -> control.StateSpace:
+        """What is added changes no response."""
+        return self._inner.linear()

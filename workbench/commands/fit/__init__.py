@@ -1,0 +1,1 @@
+"""`jackbench fit CAMPAIGN`: the numbers of a rig that have bounds, fitted to its records."""

@@ -1,0 +1,121 @@
+"""The report of a fit: each number in its declared range, what the records can not see, what moves together."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+from ...base.units import from_si
+from ...identify.trace import rule as decide
+from ...identify.trace.refit import Case
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report.figures import Mark
+from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
+from ..common.fit_result import Fitted
+from ..residual.study import noise_table
+
+STRONG = 0.95  # a correlation above says that only a combination of two numbers is known
+_MOST = 10  # pairs listed
+
+
+def fit_page(case: Case, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
+    """The page, and the figure of the numbers in their ranges."""
+    picture, labels = ranges_figure({"fitted": found}), ["rig file", "fitted"]
+    sections = [
+        Section("Numbers", [picture, numbers_table(found)]),
+        Section("Held-out error", [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels)]),
+        Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
+        Section("Noise floor", [noise_table(case.floor)]),
+    ]
+    name = case.campaign.path.resolve().name
+    return Page(f"{case.rig.name} fitted to {name}", _verdict(case, found, metrics), sections), picture
+
+
+def numbers_table(found: Sequence[Fitted]) -> Table:
+    """Each number before and after, with interval and range, in the unit that the rig file has."""
+    rows = []
+    for one in found:
+        number = one.number
+        values = (number.value, one.value, one.low, one.high, number.low, number.high)
+        shown = [float(from_si(v, number.unit, number.si)) for v in values if v is not None]
+        state = "at an end" if one.held else "not seen" if one.unseen else ""
+        rows.append([number.name, number.unit, *shown, state])
+    return Table(
+        "Numbers of the rig",
+        ["number", "unit", "rig file", "fitted", "95 % low", "95 % high", "range low", "range high", ""],
+        rows,
+        note="At an end of its declared range: something that the model lacks may have pushed it there. Not seen: the "
+        "interval is not shorter than 80 % of the range, so that the records do not tell.",
+    )
+
+
+def ranges_figure(fits: Mapping[str, Sequence[Fitted]]) -> Figure:
+    """Where each number stands in its declared range: in the rig file, and after each of some fits, by label.
+
+    The 95 % interval is that of the last fit.
+    """
+    *_, last = fits.values()
+    places = np.arange(1.0, len(last) + 1)
+    curves = [Curve("rig file", places, _shares(last, [one.number.value for one in last]), "markers", GIVEN)]
+    for (label, found), colour in zip(fits.items(), (BEFORE, AFTER)[-len(fits) :], strict=True):
+        curves.append(Curve(label, places, _shares(found, [one.value for one in found]), "markers", colour))
+    ends = np.column_stack([_shares(last, [getattr(one, end) for one in last]) for end in ("low", "high")])
+    across = np.column_stack((places, places, np.full(len(last), np.nan))).ravel()
+    up = np.column_stack((ends, np.full(len(last), np.nan))).ravel()
+    curves.append(Curve("95 % interval", across, up, color=AFTER))
+    marks = (Mark(0.0, "low end"), Mark(1.0, "high end"))
+    panel = Panel("place in the declared range [1]", curves, y_range=(-0.08, 1.08), marks=marks)
+    return Figure(
+        "The rig's numbers in their declared ranges", "number", [panel], x_names=[one.number.name for one in last]
+    )
+
+
+def _shares(found: Sequence[Fitted], values: Sequence[float]) -> np.ndarray:
+    """Values as parts of the declared ranges."""
+    ends = np.array([(one.number.low, one.number.high) for one in found], dtype=float)
+    return (np.array(values) - ends[:, 0]) / (ends[:, 1] - ends[:, 0])
+
+
+def _strongest(correlation: Mapping[str, Any]) -> list[tuple[str, str, float]]:
+    """Pairs of numbers, most correlated first."""
+    names, matrix = correlation["names"], np.asarray(correlation["matrix"])
+    pairs = [(names[j], names[i], float(matrix[i, j])) for i in range(len(names)) for j in range(i)]
+    return sorted(pairs, key=lambda pair: -abs(pair[2]))
+
+
+def groups(correlation: Mapping[str, Any]) -> list[list[str]]:
+    """Names of numbers of which the records know a combination only, each group linked by correlations above STRONG."""
+    names, matrix = correlation["names"], np.asarray(correlation["matrix"])
+    _, group = connected_components(np.abs(matrix) > STRONG, directed=False)
+    members = [[name for name, its in zip(names, group, strict=True) if its == k] for k in range(max(group) + 1)]
+    return [names for names in members if len(names) > 1]
+
+
+def _pairs(correlation: Mapping[str, Any]) -> Table:
+    rows = [[one, other, round(value, 3)] for one, other, value in _strongest(correlation)[:_MOST]]
+    note = "Near 1 or -1 the records only know a combination of the two."
+    return Table("Strongest correlations", ["number", "with", "correlation"], rows, note=note)
+
+
+def _matrix(correlation: Mapping[str, Any]) -> Table:
+    names, matrix = correlation["names"], np.asarray(correlation["matrix"])
+    rows = [[name, *row] for name, row in zip(names, np.round(matrix, 2).tolist(), strict=True)]
+    return Table("All correlations", ["", *names], rows)
+
+
+def _verdict(case: Case, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
+    chi2 = metrics["chi2"]["heldout"]
+    said = f"{len(metrics['parameters'])} numbers of {case.rig.name} are fitted; "
+    if chi2 is None:
+        return f"{said}some held-out windows can not be simulated with them."
+    said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"
+    missing = decide.misfit(chi2, case.heldout.samples, case.kappa)
+    said += ": the model misses something, and jackbench trace asks what." if missing else ", as it should be."
+    if pushed := [one.number.name for one in found if one.pushed]:
+        said += f" At an end of its range: {', '.join(pushed)}."
+        said += " Something that the model lacks may have pushed it there." if missing else ""
+    if metrics["unseen"]:
+        said += f" Not seen by these records: {', '.join(metrics['unseen'])}."
+    together = [" with ".join((", ".join(names[:-1]), names[-1])) for names in groups(metrics["correlations"])]
+    return said + (f" Known only together: {'; '.join(together)}." if together else "")

@@ -1,0 +1,42 @@
+"""Fit a rig's uncertain numbers to a campaign, and say which of them the recordings can not see."""
+
+from typing import Any
+
+from ...base.errors import InputError
+from ...base.process_pool import one_blas_thread
+from ...identify.fit.predict import predict_windows, predictions
+from ...identify.trace.refit import case_of, fit_rig
+from ...identify.trace.stored import packed, unpacked
+from ...plant import build
+from ...records import Campaign
+from ...rigs.rig import Rig, rig_text
+from ..common.error_page import record_tables, rms_of
+from ..common.fit_result import base_intervals, correlations, finite, fitted, fitted_rig
+from ..common.outcome import Outcome, Progress, Stage
+from .page import fit_page
+
+STARTS = 3
+
+
+def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: Progress) -> Outcome:
+    """Fit from several starts; parameters with intervals and correlations, errors on train and held-out records."""
+    if starts < 1:
+        raise InputError(f"--starts {starts}: must be 1 or more")
+    with one_blas_thread():
+        case = case_of(campaign, rig)
+        stand = unpacked(stage("fit", lambda: packed(fit_rig(case, starts, progress))), case, ())
+        progress("errors of the rig file and of the fit")
+        declared = [predict_windows(build(rig), record, case.floor) for record in campaign.heldout]
+    after = predictions(stand.model, case.heldout, stand.x0, stand.fit.p)
+    found = fitted(rig, stand.fit)
+    metrics: dict[str, Any] = {
+        "parameters": base_intervals(rig, stand.fit),
+        "chi2": {"train": stand.fit.chi2, "heldout": finite(stand.chi2)},
+        "rms": rms_of(case.floor, declared, after),
+        "unseen": [one.number.name for one in found if one.unseen],
+        "at_an_end": [one.number.name for one in found if one.held],
+        "correlations": {"names": [one.number.name for one in found], "matrix": correlations(stand.fit)},
+    }
+    page, picture = fit_page(case, found, metrics)
+    tables = record_tables({"rig file": declared, "fitted": after})
+    return Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(fitted_rig(case, stand))})

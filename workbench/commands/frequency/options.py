@@ -1,0 +1,27 @@
+"""`jackbench frequency CAMPAIGN|SHEET.csv --output SIGNAL`: a measured frequency response beside the model's."""
+
+import argparse
+from functools import partial
+
+from ...rigs.rig import rig_table
+from ..common.options import computes, finish
+from .study import identity, load, run_frequency
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("source", help="folder with a campaign.toml, or a sheet: frequency, gain, phase")
+    parser.add_argument("--input", default="command", help="signal (default: command)")
+    parser.add_argument("--output", required=True, help="signal, such as spool")
+    parser.add_argument("--record", action="append", default=[], help="a record by name, instead of those held out")
+    parser.add_argument("--period", type=float, help="length of one period [s], where it is not found by itself")
+    parser.add_argument("--amplitude", type=float, help="of a sheet, in the unit of its input: 1, mA, mm")
+    computes(parser, _frequency)
+
+
+def _frequency(options: argparse.Namespace, words: list[str]) -> None:
+    pair = (options.input, options.output)
+    task = load(options.source, pair, options.rig, options.record, options.period, options.amplitude)
+    name = "-".join(["frequency", task.source, *pair])
+    whole = {"command": "frequency", "rig": rig_table(task.rig), **identity(task)}
+    finish(options, words, name, whole, partial(run_frequency, task))

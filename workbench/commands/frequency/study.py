@@ -1,0 +1,223 @@
+"""Frequency response of a pair of signals, of recordings and of datasheet curves, with that of a rig's model beside."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError, nearest
+from ...base.signals import SIGNALS
+from ...base.units import from_si, to_si
+from ...engine import Engine
+from ...identify.data.frequency_response import HELD, FrequencyResponse, measured_response, same_estimate
+from ...identify.data.noise_floor import Floor, noise_floor
+from ...identify.fit.predict import predict_free
+from ...linear import Equilibrium, equilibrium, sampled
+from ...linear.frequency_response import decibels, degrees, sampled_response, stepped_sine
+from ...loop.describing_function import closed_loop_sine
+from ...plant import Plant, build, build_pilot_bench, build_valve_bench
+from ...records import Campaign, Record, load_campaign
+from ...records.frequency_sheet import FrequencySheet, read_sheet
+from ...rigs.rig import Rig, load_rig
+from ..common.outcome import Outcome, Progress, Stage
+from ..excite.study import drive
+from ..residual.study import fingerprint
+from .page import Found, columns, figure, page, rows
+
+MOVING = 0.1  # m/s: the second operating point of the linear model, outside the lap's doubled gain
+BENCHES: Mapping[str, Callable[[Rig], Plant]] = {"command": build_valve_bench, "current": build_pilot_bench}
+"""Where the sheet of an input is measured: ports at 35 bar, lands fed at 70 bar, as maker's curves are."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is compared: `records` of a campaign, or sheets, with a rig; `pair` is input and output."""
+
+    rig: Rig
+    source: str
+    pair: tuple[str, str]
+    records: tuple[Record, ...] = ()
+    sheets: tuple[FrequencySheet, ...] = ()
+    campaign: Campaign | None = None
+    period: float | None = None
+
+
+def load(
+    path: str | Path,
+    pair: tuple[str, str],
+    rig: str | None = None,
+    only: Sequence[str] = (),
+    period: float | None = None,
+    amplitude: float | None = None,
+) -> Task:
+    """A campaign folder, of which the held-out records or those named in `only`; or the file of a sheet.
+
+    `period` [s] of periodic records; `amplitude` of a sheet in the unit of its input (1, mA, mm). Raises InputError.
+    """
+    for name in pair:
+        if name not in SIGNALS or name == "t":
+            raise InputError(f'no signal "{name}"; {nearest(name, [known for known in SIGNALS if known != "t"])}')
+    path = Path(path)
+    if path.is_file() and path.suffix != ".toml":
+        if rig is None:
+            raise InputError(f"{path}: a sheet names no rig; add --rig")
+        signal = SIGNALS[pair[0]]
+        size = None if amplitude is None else float(to_si(amplitude, signal.unit, signal.si))
+        return Task(load_rig(rig), path.stem, pair, sheets=(read_sheet(path, size, *pair),))
+    campaign = load_campaign(path)
+    every = {record.name: record for record in (*campaign.static, *campaign.train, *campaign.heldout)}
+    for name in only:
+        if name not in every:
+            raise InputError(f'{path}: no record "{name}"; {nearest(name, every)}')
+    records = tuple(every[name] for name in only) or campaign.heldout
+    source = campaign.path.resolve().name
+    sheets = tuple(sheet for sheet in campaign.sheets if (sheet.input, sheet.output) == pair)
+    return Task(load_rig(rig or campaign.rig), source, pair, records, sheets, campaign, period)
+
+
+def identity(task: Task) -> dict[str, Any]:
+    """What says, beside the rig, that a comparison is the same one."""
+    sheets = {
+        sheet.name: sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in (sheet.f, sheet.response))).hexdigest()[
+            :16
+        ]
+        for sheet in task.sheets
+    }
+    return {
+        "campaign": None if task.campaign is None else fingerprint(task.campaign),
+        "records": [record.name for record in task.records],
+        "sheets": sheets,
+        "amplitudes": [sheet.amplitude for sheet in task.sheets],
+        "pair": list(task.pair),
+        "period": task.period,
+    }
+
+
+def run_frequency(task: Task, stage: Stage, progress: Progress) -> Outcome:
+    """Measured and model responses of every record and sheet, with coherence and 95 % bands."""
+    found = []
+    if task.campaign is not None:
+        plant, floor = build(task.rig), noise_floor(task.campaign)
+        for record in task.records:
+            progress(f"{record.name}: {task.pair[1]} over {task.pair[0]}")
+            measured = measured_response(record, *task.pair, task.period)
+            compute = partial(_predicted, plant, record, floor, measured)
+            model = stage(f"model-{record.name.replace('/', '-')}", compute)["response"]
+            found.append(_of_record(task.rig, record, measured, np.asarray(model)))
+    for sheet in task.sheets:
+        progress(f"{sheet.name}: stepped sine")
+        model = stage(f"sheet-{sheet.name}", partial(_sine, task.rig, sheet))["response"]
+        found.append(_of_sheet(sheet, np.asarray(model)))
+    tables = {f"response-{one.name.replace('/', '-')}": columns(one) for one in found}
+    metrics = {"rows": [row for one in found for row in rows(one)]}
+    return Outcome(metrics, page(task.source, task.rig.name, found), figure(found[0]), tables)
+
+
+def _predicted(plant: Plant, record: Record, floor: Floor, measured: FrequencyResponse) -> dict[str, np.ndarray]:
+    """The model's response [k] by the same estimator on what it predicts of the record; NaN where it fails."""
+    for name in (measured.input, measured.output):
+        if name not in plant.outputs and name not in HELD:
+            raise InputError(f"rig {plant.name} does not predict {name}; {nearest(name, plant.outputs)}")
+    free = predict_free(plant, record, floor)
+    signals = {name: values for name, values in record.signals.items() if name in HELD} | free.signals
+    if free.failed:
+        return {"response": np.full(measured.f.size, complex(np.nan, np.nan))}
+    return {"response": same_estimate(measured, Record(record.name, record.t, signals))}
+
+
+def _of_record(rig: Rig, record: Record, measured: FrequencyResponse, model: np.ndarray) -> Found:
+    pair, notes = (measured.input, measured.output), list(measured.notes)
+    if measured.instrument.any():
+        lines, last = measured.instrument.sum(), measured.f[measured.instrument].max()
+        notes.append(f"closed loop: the reference is the instrument at {lines} lines, the last at {last:.3g} Hz")
+    if not np.isfinite(model).any():
+        notes.append("the model fails in a run through the whole record")
+    factor = _factor(pair)
+    linear = _linear(rig, pair, measured.f, record.period)
+    return Found(
+        record.name,
+        pair,
+        measured.f,
+        measured.response * factor,
+        model * factor,
+        measured.method,
+        measured.coherence,
+        measured.radius * factor,
+        {name: response * factor for name, response in linear.items()},
+        tuple(notes),
+    )
+
+
+def _linear(rig: Rig, pair: tuple[str, str], f: np.ndarray, period: float) -> dict[str, np.ndarray]:
+    """Linear models of the pair, sampled and held as the record is; none where the controller would be needed."""
+    if pair[0] == "reference":
+        return {}
+    plant = build(rig)
+    smooth = plant.without_dry_friction()
+    curves = {}
+    for name, speed in (("linear, null", 0.0), (f"linear, {MOVING:g} m/s", MOVING)):
+        about = equilibrium(plant, speed=speed, p=smooth)
+        below, above = (_held(plant, about, signal, smooth, f, period) for signal in pair)
+        curves[name] = above / np.where(below == 0, np.nan, below)
+    return curves
+
+
+def _held(plant: Plant, about: Equilibrium, signal: str, p: np.ndarray, f: np.ndarray, period: float) -> np.ndarray:
+    """Response [k] of a signal to the held command at the samples."""
+    if signal == "command":
+        return np.ones(f.size, dtype=complex)
+    return sampled_response(sampled(plant, about, period, (signal,), p), np.exp(2j * np.pi * f * period))[0, 0]
+
+
+def _sine(rig: Rig, sheet: FrequencySheet) -> dict[str, np.ndarray]:
+    """The response [k] of the nonlinear model to sines of the sheet's amplitude, where the sheet was measured."""
+    if sheet.input == "reference" and sheet.output == "position":
+        response = _closed_loop(rig, sheet)
+    elif sheet.input in BENCHES:
+        plant = BENCHES[sheet.input](rig)
+        if sheet.output not in plant.outputs:
+            known = nearest(sheet.output, plant.outputs)
+            raise InputError(f"sheet {sheet.name}: the bench of {plant.name} gives no {sheet.output}; {known}")
+        rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
+        found = stepped_sine(Engine(plant), rest.x, rest.u, sheet.f, sheet.amplitude, [sheet.output])
+        response = found.response[sheet.output]
+    else:
+        pairs = "command or current to a signal of the valve, or reference to position"
+        raise InputError(f"sheet {sheet.name}: {sheet.input} to {sheet.output} is on no bench; take {pairs}")
+    return {"response": response / response[0] if sheet.relative else response}
+
+
+def _closed_loop(rig: Rig, sheet: FrequencySheet) -> np.ndarray:
+    """reference -> position in the position loop of `record`, on straight lines between whole samples a cycle."""
+    ready, period = drive(rig), rig.period.value
+    cycles = 1 / (sheet.f * period)
+    samples = np.unique(np.concatenate((np.floor(cycles), np.ceil(cycles))).astype(int))[::-1]
+    f = 1 / (samples * period)
+    start = equilibrium(ready.engine.plant)
+    sine = closed_loop_sine(ready.engine, rig, lambda: ready.loop.make(period), start, f, sheet.amplitude)
+    response = sine.response["position"]
+    gain, phase = (np.interp(np.log(sheet.f), np.log(f), part(response)) for part in (decibels, degrees))
+    return 10 ** (gain / 20) * np.exp(1j * np.radians(phase))
+
+
+def _of_sheet(sheet: FrequencySheet, model: np.ndarray) -> Found:
+    pair, signal = (sheet.input, sheet.output), SIGNALS[sheet.input]
+    factor = 1.0 if sheet.relative else _factor(pair)
+    how = f"sines of {float(from_si(sheet.amplitude, signal.unit, signal.si)):g} {signal.unit}"
+    notes = ["gains are referred to the lowest frequency"] if sheet.relative else []
+    if sheet.input == "reference":
+        notes.append("the model's loop is the position loop of `jackbench record`")
+    return Found(sheet.name, pair, sheet.f, sheet.response * factor, model * factor, how, notes=tuple(notes))
+
+
+def _factor(pair: tuple[str, str]) -> float:
+    """From SI of output over input to the units that people read."""
+    below, above = (
+        float(from_si(1.0, signal.unit, signal.si) - from_si(0.0, signal.unit, signal.si))
+        for signal in (SIGNALS[name] for name in pair)
+    )
+    return above / below

@@ -1,0 +1,43 @@
+"""`jackbench jack-model EXPERIMENT`: the jack in six numbers, with the compensators of each controller closed."""
+
+import argparse
+from dataclasses import asdict, fields
+from typing import cast
+
+from ...control.compensators import Compensator
+from ...control.inner_loop import damped
+from ...control.jack_model import JackModel, fit_jack_model
+from ...linear import equilibrium
+from ...plant import build
+from ..common.designs import of_controllers, print_each, read
+
+MOVING = 0.1  # m/s
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    of_controllers(parser, _jack_model)
+
+
+def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
+    config = read(options)
+    plant, period = build(config.rig), config.rig.period.value
+    smooth = plant.without_dry_friction()
+    points = {"null": equilibrium(plant, p=smooth), "moving": equilibrium(plant, speed=MOVING, p=smooth)}
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for chosen in config.controllers:
+        parts = [cast(Compensator, part.make(period)) for part in chosen.compensators]
+        found[chosen.name] = {
+            where: asdict(fit_jack_model(damped(plant, about, period, parts, smooth)))
+            for where, about in points.items()
+        }
+    units = {entry.name: entry.metadata["unit"] for entry in fields(JackModel)}
+
+    def told(name: str) -> str:
+        return "\n".join(
+            f"# {name}, {where}\n"
+            + "\n".join(f'{key} = {{value = {value:.5g}, unit = "{units[key]}"}}' for key, value in numbers.items())
+            for where, numbers in found[name].items()
+        )
+
+    print_each(options, found, told)

@@ -1,0 +1,1 @@
+"""`jackbench list rigs|controllers|effects|experiments`."""

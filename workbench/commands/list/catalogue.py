@@ -1,0 +1,97 @@
+"""What there is to choose from (rigs, controllers, effects, experiments)."""
+
+import inspect
+import pkgutil
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, fields
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from ...base.errors import InputError, nearest
+from ...plant.effects import LIBRARY, EffectNumber
+from ...rigs.rig import bundled, load_rig
+from ..common.columns import columns
+
+KINDS = ("rigs", "controllers", "effects", "experiments")
+CONTROLLERS = "controllers"  # a package known by name alone: the workbench does not import it
+
+
+def listing(kind: str, folder: Path = Path("experiments")) -> list[dict[str, Any]]:
+    """One row for each rig, controller, effect or experiment (those in `folder`); JSON-able.
+
+    Raises InputError for another kind, and for experiments where there is no such folder.
+    """
+    if kind not in KINDS:
+        raise InputError(f'list "{kind}": {nearest(kind, KINDS)}')
+    if kind == "rigs":
+        return [{"name": name, "title": load_rig(name).title} for name in bundled()]
+    if kind == "controllers":
+        return list(_controllers())
+    return _effects() if kind == "effects" else _experiments(folder)
+
+
+def listing_text(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The rows in aligned columns; what a row lists below itself (its numbers) and its source are for JSON."""
+    if not rows:
+        return "none"
+    keys = [key for key in rows[0] if key != "source" and not isinstance(rows[0][key], list)]
+    return columns([[str(row[key]) for key in keys] for row in rows])
+
+
+def _controllers() -> Iterator[dict[str, Any]]:
+    """Every controller and compensator, a class with a Design in a module of their package, by the name of its file."""
+    for module in sorted(m.name for m in pkgutil.iter_modules(import_module(CONTROLLERS).__path__)):
+        loaded = import_module(f"{CONTROLLERS}.{module}")
+        found: list[Any] = [c for c in vars(loaded).values() if inspect.isclass(c) and c.__module__ == loaded.__name__]
+        found = [c for c in found if hasattr(c, "Design") and c.__name__[0] != "_"]
+        for chosen in found:
+            yield {
+                "name": (module if len(found) == 1 else _snake(chosen.__name__)).replace("_", "-"),
+                "kind": "compensator" if hasattr(chosen, "into") else "controller",
+                "use": f"{loaded.__name__}:{chosen.__name__}",
+                "summary": (inspect.getdoc(chosen) or "").partition("\n")[0],
+                "numbers": [_design_number(entry) for entry in fields(chosen.Design)],
+            }
+
+
+def _snake(name: str) -> str:
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+
+
+def _design_number(entry: Any) -> dict[str, Any]:
+    default = None if entry.default is MISSING else entry.default
+    return {"name": entry.name, **entry.metadata, "default": default}
+
+
+def _effects() -> list[dict[str, Any]]:
+    return [
+        {
+            "name": effect.name,
+            "formula": effect.formula,
+            "equation": effect.equation,
+            "family": effect.family,
+            "needs": ", ".join(number.name for number in effect.numbers),
+            "shows": effect.shows,
+            "source": effect.source,
+            "valves": sorted(effect.valves),
+            "numbers": [_effect_number(number) for number in effect.numbers],
+        }
+        for effect in LIBRARY
+    ]
+
+
+def _effect_number(number: EffectNumber) -> dict[str, Any]:
+    values = {key: getattr(number, key) for key in ("typical", "low", "high", "off")}
+    return {"name": number.name, "unit": number.si, **values, "meaning": number.meaning}
+
+
+def _experiments(folder: Path) -> list[dict[str, Any]]:
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; call it where your experiments/ is")
+    rows = []
+    for path in sorted(folder.glob("*.toml")):
+        comments = (line.lstrip("# ").strip() for line in path.read_text("utf-8-sig").splitlines() if line[:1] == "#")
+        rows.append({"name": str(path), "summary": next(comments, "")})
+    return rows

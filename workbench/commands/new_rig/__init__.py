@@ -1,0 +1,1 @@
+"""`jackbench new-rig DATASHEET.toml`: a rig from a maker's numbers."""

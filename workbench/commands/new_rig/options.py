@@ -1,0 +1,27 @@
+"""`jackbench new-rig DATASHEET.toml`: a rig from a maker's numbers."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from ...rigs.datasheet import load_datasheet
+from ...rigs.rig import rig_text
+from ..common.options import computes, finish
+from ..common.outcome import Outcome, Progress, Stage
+from .study import identity, run_new_rig
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("datasheet", help="such as experiments/new_rig.toml")
+    computes(parser, _new_rig, rig=False)
+
+
+def _new_rig(options: argparse.Namespace, words: list[str]) -> None:
+    sheet = load_datasheet(options.datasheet)
+
+    def study(stage: Stage, say: Progress) -> Outcome:
+        outcome, rig = run_new_rig(sheet, stage, say)
+        return replace(outcome, files={"rig.toml": rig_text(rig)})
+
+    finish(options, words, Path(options.datasheet).stem, {"command": "new-rig", **identity(sheet)}, study)

@@ -1,0 +1,25 @@
+"""`jackbench record RIG`: plays excitations on a rig in simulation and leaves a campaign folder."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from ...rigs.rig import rig_table
+from ..common.options import computes, finish
+from .study import identity, plan, run_record
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("rig", help="a bundled rig or a rig file, with [[effects]] or without")
+    parser.add_argument(
+        "--play", type=Path, nargs="+", default=[], metavar="FILE", help="excitations; the last is held out"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the sensor noise (default: 0)")
+    computes(parser, _record, rig=False)
+
+
+def _record(options: argparse.Namespace, words: list[str]) -> None:
+    planned = plan(options.rig, options.play, options.seed)
+    whole = {"command": "record", "rig": rig_table(planned.rig), **identity(planned)}
+    finish(options, words, f"record-{planned.rig.name}", whole, partial(run_record, planned))

@@ -1,0 +1,24 @@
+"""`jackbench residual CAMPAIGN`: a rig's model beside the held-out records of a campaign folder."""
+
+import argparse
+from functools import partial
+
+from ...rigs.rig import rig_table
+from ..common.options import computes, finish
+from .study import fingerprint, load, run_residual
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("campaign", help="folder with a campaign.toml")
+    parser.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
+    computes(parser, _residual)
+
+
+def _residual(options: argparse.Namespace, words: list[str]) -> None:
+    campaign, rig = load(options.campaign, options.rig)
+    identity = {"command": "residual", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
+    identity["free_run"] = options.free_run
+    name = f"residual-{campaign.path.resolve().name}"
+    study = partial(run_residual, campaign, rig, free_run=options.free_run)
+    finish(options, words, name, identity, study)

@@ -1,0 +1,213 @@
+"""The residual of a campaign: what a rig's model leaves unexplained of the held-out records."""
+
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
+from ...identify.data.noise_floor import Floor, noise_floor
+from ...identify.data.whiteness import Whiteness, whiteness
+from ...identify.fit.predict import Prediction, predict_free, predict_windows
+from ...identify.fit.windows import WINDOW, compared
+from ...plant import build
+from ...records import Campaign, Record, load_campaign
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.rig import Rig, load_rig
+from ..common.outcome import Outcome, Progress, Stage
+from .free_run import free_run_rows, free_run_section, free_runs
+
+
+def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress, free_run: bool = False) -> Outcome:
+    """Predict every held-out record and compare, signal by signal; `free_run` adds one run through each record.
+
+    Where held-out records repeat a command, one free run is held against their mean too.
+    """
+    floor = noise_floor(campaign)
+    plant = build(rig)
+    for record in campaign.heldout:
+        compared(plant, record, floor)  # bad input is told in one line: before any other
+    predictions = []
+    for record in campaign.heldout:
+        progress(f"{record.name}: windows of {WINDOW:g} s")
+
+        def compute(record: Record = record) -> dict[str, Any]:
+            found = predict_windows(plant, record, floor)
+            return {"signals": found.signals, "failed": list(found.failed)}
+
+        stored = stage(f"predict-{record.name.replace('/', '-')}", compute)
+        predictions.append(Prediction(record, stored["signals"], tuple(stored["failed"])))
+    rows = [row for prediction in predictions for row in _rows(prediction, floor)]
+    if free_run:
+        free = [predict_free(plant, record, floor) for record in campaign.heldout]
+        for row, other in zip(rows, (row for prediction in free for row in _rows(prediction, floor)), strict=True):
+            row["free_run_rms"] = other["rms"]
+    repeats = free_runs(plant, campaign.heldout, floor) if free_run else []
+    metrics: dict[str, Any] = {"rows": rows, "chi2": chi2(predictions, floor)}
+    if free_run:
+        metrics["free_run"] = free_run_rows(repeats)
+    tables = {f"residual-{p.record.name.replace('/', '-')}": _table(p) for p in predictions}
+    telling = _figure(predictions[0], next(iter(predictions[0].signals)))
+    more = [free_run_section(repeats)] if repeats else []
+    return Outcome(metrics, _page(campaign, rig, floor, predictions, metrics, more), telling, tables)
+
+
+def load(folder: str | Path, rig: str | None) -> tuple[Campaign, Rig]:
+    """A campaign with its own rig, or with the one that is named instead."""
+    campaign = load_campaign(folder)
+    return campaign, load_rig(rig or campaign.rig)
+
+
+def fingerprint(campaign: Campaign) -> dict[str, Any]:
+    """What says that a campaign is the same one: its folder's name, and a digest of every record."""
+    roles = {"static": campaign.static, "train": campaign.train, "heldout": campaign.heldout}
+    return {"name": campaign.path.resolve().name} | {
+        role: {record.name: _digest(record) for record in records} for role, records in roles.items()
+    }
+
+
+def _digest(record: Record) -> str:
+    arrays = [record.t, *(record.signals[n] for n in sorted(record.signals)), *record.valid.values()]
+    return sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()[:16]
+
+
+def chi2(predictions: list[Prediction], floor: Floor) -> float | None:
+    """Mean over signals and samples of (error / sigma)^2; 1 is the noise floor. None where a window failed."""
+    if any(prediction.failed for prediction in predictions):
+        return None
+    squares = [(p.error(name) / floor.sigma[name]) ** 2 for p in predictions for name in p.signals]
+    return float(np.nanmean(np.concatenate(squares)))
+
+
+def _rows(prediction: Prediction, floor: Floor) -> list[dict[str, Any]]:
+    """One row a signal of one record, in the units that people read."""
+    rows = []
+    for name in prediction.signals:
+        signal = SIGNALS[name]
+        error = prediction.error(name)
+        rms = float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else None
+        unit_rms = None if rms is None else float(from_si(rms, signal.unit, signal.si))
+        sigma = float(from_si(floor.sigma[name], signal.unit, signal.si))
+        ratio = None if unit_rms is None else unit_rms / sigma
+        row = {"record": prediction.record.name, "signal": name, "unit": signal.unit}
+        rows.append(row | {"rms": unit_rms, "floor": sigma, "ratio": ratio})
+    return rows
+
+
+def _table(prediction: Prediction) -> dict[str, np.ndarray]:
+    """Measured, model and error by column, in the units that people read."""
+    columns = {"t [s]": prediction.record.t, "command [1]": prediction.record.signals["command"]}
+    for name, values in prediction.signals.items():
+        label, unit, si = SIGNALS[name].label, SIGNALS[name].unit, SIGNALS[name].si
+        columns[f"measured {label}"] = from_si(prediction.record.signals[name], unit, si)
+        columns[f"model {label}"] = from_si(values, unit, si)
+        columns[f"error {label}"] = from_si(prediction.error(name), unit, si)
+    return columns
+
+
+def _page(
+    campaign: Campaign,
+    rig: Rig,
+    floor: Floor,
+    predictions: list[Prediction],
+    metrics: dict[str, Any],
+    more: list[Section],
+) -> Page:
+    rows = metrics["rows"]
+    free = "free_run_rms" in rows[0]
+    summary = Table(
+        "Error by record and signal",
+        ["record", "signal", "unit", "RMS error", "noise floor", "error / floor", *(["free-run RMS"] * free)],
+        [[*r.values()] for r in rows],
+        note=f"Held-out records, windows of {WINDOW:g} s with refitted initial states; input: the recorded command.",
+    )
+    sections = [Section("Error", [summary, noise_table(floor)]), *more]
+    sections += [Section(p.record.name, [_figure(p, name) for name in p.signals]) for p in predictions]
+    sections.append(Section("Is it noise?", _whiteness_figures(floor, predictions)))
+    notes = [f"{r.name}: {note}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for note in r.notes]
+    failed = [f"{p.record.name}: the model failed in the window from {t:g} s" for p in predictions for t in p.failed]
+    if notes or failed:
+        sections.append(Section("What was mended, and what failed", [*failed, *notes]))
+    if rig.recordings:
+        sections.append(Section("Recordings", [rig.recordings]))
+    return Page(f"Residual of {campaign.path.resolve().name} on {rig.name}", _verdict(rig, metrics), sections)
+
+
+def noise_table(floor: Floor) -> Table:
+    """The noise floor of every signal, and where it is from."""
+    rows = []
+    for name, sigma in floor.sigma.items():
+        signal = SIGNALS[name]
+        shown = float(from_si(sigma, signal.unit, signal.si))
+        rows.append([name, signal.unit, shown, floor.kappa[name], floor.source[name]])
+    return Table("Noise floor", ["signal", "unit", "sigma", "autocorrelation factor", "from"], rows)
+
+
+def _whiteness_figures(floor: Floor, predictions: list[Prediction]) -> list[Figure]:
+    """Spectrum and autocorrelation of each signal's residual, pooled over the held-out records."""
+    figures = []
+    for name, sigma in floor.sigma.items():
+        carriers = [p for p in predictions if name in p.signals]
+        errors = [p.error(name) for p in carriers]
+        if not errors or not all(np.isfinite(e).any() for e in errors):
+            continue
+        period = carriers[0].record.period
+        found = whiteness(errors, period, floor.kappa[name])
+        signal = SIGNALS[name]
+        to_unit = float(from_si(1.0, signal.unit, signal.si) - from_si(0.0, signal.unit, signal.si))
+        figures += [_spectrum(name, found, to_unit, sigma * np.sqrt(2 * period)), _autocorrelation(name, found)]
+    return figures
+
+
+def _spectrum(name: str, found: Whiteness, to_unit: float, level: float) -> Figure:
+    shown = slice(1, None)
+    return Figure(
+        f"{name}: spectrum of the residual",
+        "frequency [Hz]",
+        [
+            Panel(
+                f"{name} [{SIGNALS[name].unit}/sqrt(Hz)]",
+                [
+                    Curve("residual", found.f[shown], np.sqrt(found.density[shown]) * to_unit),
+                    Curve("white noise of the floor", found.f[[1, -1]], np.full(2, level * to_unit), "dash"),
+                ],
+                log_y=True,
+            )
+        ],
+        log_x=True,
+    )
+
+
+def _autocorrelation(name: str, found: Whiteness) -> Figure:
+    band = (np.full(len(found.lag), -found.band), np.full(len(found.lag), found.band))
+    curve = Curve("residual", found.lag[1:], found.autocorrelation[1:])
+    noise = Curve("95 % band of the noise", found.lag, np.zeros(len(found.lag)), "dot", band=band)
+    return Figure(f"{name}: autocorrelation of the residual", "lag [s]", [Panel("autocorrelation [1]", [curve, noise])])
+
+
+def _verdict(rig: Rig, metrics: dict[str, Any]) -> str:
+    if metrics["chi2"] is None:
+        return f"The model of {rig.name} fails in some windows; see the last section."
+    worst = max((r for r in metrics["rows"] if r["ratio"] is not None), key=lambda r: r["ratio"])
+    return (
+        f"chi2 = {metrics['chi2']:.3g} (1 is the noise floor): the model of {rig.name} leaves {worst['rms']:.3g} "
+        f"{worst['unit']} RMS in {worst['signal']} of {worst['record']}, {worst['ratio']:.3g} times the noise."
+    )
+
+
+def _figure(prediction: Prediction, name: str) -> Figure:
+    signal, t = SIGNALS[name], prediction.record.t
+
+    def shown(values: np.ndarray) -> np.ndarray:
+        return from_si(values, signal.unit, signal.si)
+
+    measured = Curve("measured", t, shown(prediction.record.signals[name]))
+    model = Curve("model", t, shown(prediction.signals[name]))
+    residual = Curve("residual", t, shown(prediction.error(name)))
+    return Figure(
+        f"{prediction.record.name}: {name}",
+        "time [s]",
+        [Panel(signal.label, [measured, model]), Panel(f"measured - model [{signal.unit}]", [residual])],
+    )

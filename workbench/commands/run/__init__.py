@@ -1,0 +1,1 @@
+"""`jackbench run EXPERIMENT`."""

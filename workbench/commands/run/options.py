@@ -1,0 +1,21 @@
+"""`jackbench run EXPERIMENT`."""
+
+import argparse
+from pathlib import Path
+
+from ...rigs.rig import rig_table
+from ..common.options import computes, finish
+from .config import load_config
+from .study import study_of
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("experiment", help="such as experiments/paper.toml")
+    computes(parser, _run)
+
+
+def _run(options: argparse.Namespace, words: list[str]) -> None:
+    config = load_config(options.experiment, options.rig)
+    identity = {"command": "run", "experiment": config.source, "rig": rig_table(config.rig)}
+    finish(options, words, Path(options.experiment).stem, identity, study_of(config))

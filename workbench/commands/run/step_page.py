@@ -1,0 +1,149 @@
+"""The report of the steps of a closed loop: tables of metrics and margins, steps, Bode plots, sensitivity."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from ...base.signals import SIGNALS, Signal
+from ...base.units import from_si
+from ...linear.frequency_response import crossing, decibels, degrees
+from ...loop.closed_loop import LoopRun
+from ...loop.rows import MOVING, LinearLoops
+from ...loop.scenarios import Scenario
+from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
+from ..common.sines import Sines, closed_loop_figure
+from .config import StepConfig
+
+
+def step_page(
+    config: StepConfig,
+    rows: list[dict[str, Any]],
+    runs: dict[tuple[str, str], LoopRun],
+    loops: dict[str, LinearLoops],
+    sines: dict[str, Sines],
+) -> Page:
+    """The report, from rows of metrics.json, runs by controller and scenario, linear loops and sines by controller."""
+    return Page(
+        f"{config.signal.name.capitalize()} loops on {config.rig.name}",
+        _verdict(config.scenarios, rows),
+        [
+            Section("Metrics", [_metrics_table(config.signal, rows), _margins_table(loops)]),
+            Section("Courses", [step_figure(config, wanted, runs) for wanted in config.scenarios]),
+            Section("Closed-loop Bode", [_bode(name, loops[name], sines[name]) for name in loops]),
+            Section("Sensitivity", [_sensitivity(loops)]),
+        ],
+    )
+
+
+def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
+    """Who settles first in the middle one of the steps, and who is unstable."""
+    steps = [wanted.name for wanted in scenarios if wanted.is_step] or [scenarios[0].name]
+    settled = [row for row in rows if row["settling_s"] is not None and row["stable"]]
+    bad = sorted({row["controller"] for row in rows if not row["stable"]})
+    unstable = f" Unstable: {', '.join(bad)}." if bad else ""
+    middle = [row for row in settled if row["scenario"] == steps[(len(steps) - 1) // 2]]
+    if not middle:
+        return f"{steps[(len(steps) - 1) // 2]}: no stable controller settles.{unstable}"
+    best = min(middle, key=lambda row: row["settling_s"])
+    return (
+        f"{best['scenario']}: {best['controller']} settles first, in {best['settling_s']:.3g} s at Ms {best['ms']:.2f}."
+        f"{unstable}"
+    )
+
+
+def _metrics_table(signal: Signal, rows: list[dict[str, Any]]) -> Table:
+    shown = float(from_si(1.0, signal.unit, signal.si))
+    columns = {
+        "controller": ("controller", None), "scenario": ("scenario", None), "settling_s": ("settling [s]", 1.0),
+        "overshoot_percent": ("overshoot [%]", 1.0), "rise_s": ("rise [s]", 1.0),
+        "steady_state_error": (f"final error [{signal.unit}]", shown), "iae": (f"IAE [{signal.unit} s]", shown),
+        "peak_command": ("peak command [1]", 1.0), "saturated_s": ("limited [s]", 1.0),
+        "cavitation_s": ("cavitation [s]", 1.0), "residual_oscillation": ("oscillation [% of step]", 100.0),
+        "stable": ("stable", None), "tripped": ("tripped", None),
+    }  # fmt: skip
+
+    def cell(row: dict[str, Any], key: str, factor: float | None) -> Any:
+        if factor is None or row[key] is None:
+            return "no" if key == "tripped" and row[key] is None else row[key]
+        return row[key] * factor
+
+    return Table(
+        "Metrics",
+        [head for head, _ in columns.values()],
+        [[cell(row, key, factor) for key, (_, factor) in columns.items()] for row in rows],
+        note="Settling to 2 %, from where reference and far end stand. Limited: the guard changed the command. "
+        "Cavitation: a chamber below 0 bar.",
+        best={"settling [s]": "min", columns["iae"][0]: "min"},
+    )
+
+
+def _margins_table(loops: dict[str, LinearLoops]) -> Table:
+    lines = []
+    for name, pair in loops.items():
+        for where, loop in (("null", pair.null), (f"moving at {MOVING:g} m/s", pair.moving)):
+            closed = loop.closed
+            lines.append(
+                [
+                    name,
+                    where,
+                    loop.stable,
+                    loop.ms,
+                    loop.gain_margin_db,
+                    loop.phase_margin_deg,
+                    None if closed is None else crossing(loop.f, decibels(closed), -3.0),
+                    None if closed is None else crossing(loop.f, degrees(closed), -90.0),
+                ]
+            )
+    return Table(
+        "Margins of the sampled linear loop",
+        [
+            "controller",
+            "operating point",
+            "stable",
+            "Ms [1]",
+            "gain margin [dB]",
+            "phase margin [deg]",
+            "-3 dB [Hz]",
+            "-90 deg [Hz]",
+        ],
+        lines,
+        note="At null the lap doubles the flow gain. An unstable loop has no margins.",
+    )
+
+
+def step_figure(config: StepConfig, wanted: Scenario, runs: dict[tuple[str, str], LoopRun]) -> Figure:
+    """One scenario under every controller: controlled signal, command, pressures."""
+    chosen = {c.name: runs[c.name, wanted.name].record for c in config.controllers}
+    first = next(iter(chosen.values()))
+
+    def curves(name: str, signal: Signal) -> list[Curve]:
+        return [Curve(c, r.t, from_si(r.signals[name], signal.unit, signal.si)) for c, r in chosen.items()]
+
+    signal, command, pressure = config.signal, SIGNALS["command"], SIGNALS["pa"]
+    reference = Curve("reference", first.t, from_si(first.signals["reference"], signal.unit, signal.si), "dot")
+    return Figure(
+        wanted.name,
+        "time [s]",
+        [
+            Panel(signal.label, [reference, *curves(signal.name, signal)]),
+            Panel(command.label, curves("command", command)),
+            Panel("pressure A [bar]", curves("pa", pressure)),
+        ],
+    )
+
+
+def _bode(name: str, pair: LinearLoops, swept: Sines) -> Figure:
+    linear = []
+    for where, loop in (("linear, null", pair.null), (f"linear, {MOVING:g} m/s", pair.moving)):
+        if loop.closed is not None:
+            shown = (loop.f > 0.05) & (loop.f < 100)
+            linear.append(FrequencyCurve(where, loop.f[shown], loop.closed[shown], "dash"))
+    return closed_loop_figure(name, linear, swept)
+
+
+def _sensitivity(loops: dict[str, LinearLoops]) -> Figure:
+    curves = [
+        Curve(name, pair.null.f, decibels(pair.null.sensitivity))
+        for name, pair in loops.items()
+        if pair.null.sensitivity is not None
+    ]
+    return Figure("Sensitivity at null", "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)

@@ -1,0 +1,1 @@
+"""`jackbench show RIG`: every number of a rig, and what follows from them."""

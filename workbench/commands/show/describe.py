@@ -1,0 +1,159 @@
+"""A rig for people: every number in the unit it was written in, and what follows from the numbers."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...base.units import from_si
+from ...linear import Equilibrium, equilibrium, linearise
+from ...plant import Plant, build
+from ...rigs.rig import Number, Rig, number_specs
+from ...rigs.schema import CONTROL, LIMITS
+from ..common.columns import columns
+
+_DROP = 70e5  # Pa: over both lands, at which servo-valves are rated
+_SMALL = 1e-5  # command: well inside any lap
+_BEYOND = (0.1, 0.2)  # command: well outside it
+
+
+def describe(rig: Rig) -> dict[str, Any]:
+    """Every number of a rig in the unit it was written in, and what follows from them; JSON-able.
+
+    `derived` rows: natural frequency and damping at mid stroke by formula and from the linearised model, rated flow,
+    speed, stall force, velocity gain.
+    """
+    specs = number_specs(rig.valve, rig.corrector, rig.jack) | LIMITS | CONTROL
+    numbers = [_number(number, specs[number.name].meaning) for number in rig.numbers.values()]
+    numbers += [_number(number, f"limit: {LIMITS[number.name].meaning}") for number in rig.limits.values()]
+    numbers.append(_number(rig.period, CONTROL["period"].meaning))
+    effects = [
+        {"name": use.name, "formula": use.formula, "numbers": [_number(n, "") for n in use.numbers.values()]}
+        for use in rig.effects
+    ]
+    kinds = {"valve": rig.valve, "corrector": rig.corrector, "jack": rig.jack}
+    head = {"name": rig.name, "title": rig.title, "source": rig.source, **kinds}
+    return {**head, "numbers": numbers, "effects": effects, "derived": derived(rig)}
+
+
+def describe_text(table: Mapping[str, Any]) -> str:
+    """What `describe` found, for people."""
+    kind = f"{table['valve']} valve, {table['jack']} jack"
+    lines = [f"{table['name']}: {table['title']}", kind, table["source"], "", "Derived"]
+    lines.append(columns([[row["name"], f"{row['value']:.4g} {row['unit']}", row["how"]] for row in table["derived"]]))
+    lines += ["", "Numbers"]
+    lines.append(columns([_number_cells(row) for row in table["numbers"]]))
+    for use in table["effects"]:
+        lines += [
+            "",
+            f"Effect {use['name']} {use['formula']}",
+            columns([_number_cells(row) for row in use["numbers"]]),
+        ]
+    return "\n".join(line.rstrip() for line in "\n".join(lines).splitlines())
+
+
+def derived(rig: Rig) -> list[dict[str, Any]]:
+    """What follows from a rig's numbers: rows of name, value, unit (the shown one) and how it was found."""
+    plant = build(rig)
+    smooth = plant.without_dry_friction()
+    rest = equilibrium(plant, p=smooth)
+    by_formula, linear = _mode_formula(rig, plant, rest), _mode_linearised(plant, rest, smooth)
+    flow = rig["K3"] * (rig["z3max"] + rig["eps"]) * np.sqrt(_DROP / 2)
+    rows = [
+        ("natural frequency", by_formula[0], "Hz", "formula, mid stroke: oil springs on the mass"),
+        ("natural frequency, linearised", linear[0], "Hz", "model at rest at mid stroke, without dry friction"),
+        ("damping", by_formula[1], "1", "formula, mid stroke: leakage, lap and viscous friction"),
+        ("damping, linearised", linear[1], "1", "model at rest at mid stroke, without dry friction"),
+        ("rated flow", float(from_si(flow, "l/min", "m^3/s")), "l/min", "one valve, full command, 70 bar drop"),
+        ("rated flow, all valves", float(from_si(rig["n"] * flow, "l/min", "m^3/s")), "l/min", f"{rig['n']:g} valves"),
+    ]
+    for way, sign in (("extending", 1.0), ("retracting", -1.0)):
+        speed = sign * equilibrium(plant, command=sign, p=smooth).speed
+        rows.append((f"no-load speed, {way}", speed, "m/s", "model, full command, steady"))
+        rows.append(
+            (f"stall force, {way}", 1e-3 * _stall_force(rig, sign), "kN", "supply on one side, return on the other")
+        )
+        low, high = (equilibrium(plant, command=sign * part, p=smooth).speed for part in _BEYOND)
+        gain = sign * (high - low) / (_BEYOND[1] - _BEYOND[0])
+        rows.append((f"velocity gain, {way}", gain, "m/s", "model, per unit of command, beyond the lap"))
+    around = [equilibrium(plant, command=_null_command(rest) + part, p=smooth).speed for part in (_SMALL, -_SMALL)]
+    gain = (around[0] - around[1]) / (2 * _SMALL)
+    rows.append(("velocity gain at null", gain, "m/s", "model, per unit of command, inside the lap"))
+    return [dict(zip(("name", "value", "unit", "how"), row, strict=True)) for row in rows]
+
+
+def _null_command(rest: Equilibrium) -> float:
+    return float(rest.u[0])
+
+
+def _areas(rig: Rig) -> tuple[float, float]:
+    return (rig["Aj"], rig["Aj"]) if rig.jack == "double-rod" else (rig["AA"], rig["AB"])
+
+
+def _stall_force(rig: Rig, sign: float) -> float:
+    """Force [N] with the supply on the driving side and the return on the other."""
+    driving, driven = _areas(rig)[:: int(sign)]
+    return rig["Ps"] * driving - rig["Pr"] * driven
+
+
+def _mode_formula(rig: Rig, plant: Plant, rest: Equilibrium) -> tuple[float, float]:
+    """Natural frequency [Hz] and damping [1] of the jack's mode for light damping.
+
+    wh^2 = (kA + kB)/M with k = beta A^2/V; 2 zeta wh = b/M + sum of leakage times (pressure per travel)^2 over kA + kB.
+    """
+    areas = np.array(_areas(rig))
+    dead = (rig["V0"], rig["V0"]) if rig.jack == "double-rod" else (rig["V0A"], rig["V0B"])
+    per_travel = rig["beta"] * areas / (np.array(dead) + areas * rig["S"] / 2) * (-1.0, 1.0)
+    stiffness = float(np.sum(np.abs(per_travel) * areas))
+    wh = np.sqrt(stiffness / rig["M"])
+    lost = float(np.sum(_land_leakage(rig, plant, rest) * per_travel**2) + rig["Cl"] * np.ptp(per_travel) ** 2)
+    return float(wh / (2 * np.pi)), float((rig["b"] / rig["M"] + lost / stiffness) / (2 * wh))
+
+
+def _land_leakage(rig: Rig, plant: Plant, rest: Equilibrium) -> np.ndarray:
+    """Slope of the main lands' flow over the pressure of ports A and B [m^3/s/Pa] at an operating point."""
+    seen = plant.observe(rest.x, rest.u)[0]
+    z = float(seen[plant.output("spool")])
+    to_supply, to_return = _lap(z, rig["eps"]), _lap(-z, rig["eps"])
+    pa, pb = (seen[plant.output(name)] for name in ("pa", "pb"))
+    a = to_supply / np.sqrt(rig["Ps"] - pa) + to_return / np.sqrt(pa - rig["Pr"])
+    b = to_return / np.sqrt(rig["Ps"] - pb) + to_supply / np.sqrt(pb - rig["Pr"])
+    return rig["n"] * rig["K3"] * np.array([a, b]) / 2
+
+
+def _lap(z: float, eps: float) -> float:
+    return z + eps if z >= 0 else float(eps * np.exp(z / eps))
+
+
+def _mode_linearised(plant: Plant, rest: Equilibrium, p: np.ndarray) -> tuple[float, float]:
+    """Frequency [Hz] and damping of the oscillating mode in which the piston takes the largest part."""
+    values, right = np.linalg.eig(np.asarray(linearise(plant, rest, p=p).A))
+    part = np.abs(np.linalg.inv(right)[:, plant.state("v")] * right[plant.state("v")])
+    part[np.imag(values) <= 0] = -1.0
+    pole = values[int(np.argmax(part))]
+    return float(abs(pole) / (2 * np.pi)), float(-pole.real / abs(pole))
+
+
+def _number(number: Number, meaning: str) -> dict[str, Any]:
+    ends = (
+        None if end is None else _short(float(from_si(end, number.unit, number.si)))
+        for end in (number.low, number.high)
+    )
+    return {
+        "name": number.name,
+        "value": _short(number.shown),
+        "unit": number.unit,
+        "bounds": None if number.low is None else list(ends),
+        "meaning": meaning,
+        "source": number.source,
+    }
+
+
+def _short(value: float) -> float:
+    """Without the last digits, which a conversion of units leaves behind."""
+    return float(f"{value:.12g}")
+
+
+def _number_cells(row: Mapping[str, Any]) -> list[str]:
+    bounds = "" if row["bounds"] is None else "{:.5g} to {:.5g}".format(*row["bounds"])
+    return [row["name"], f"{row['value']:.6g}", row["unit"], bounds, row["meaning"], row["source"]]

@@ -1,0 +1,1 @@
+"""`jackbench speed`: this engine beside public solvers, in one run."""

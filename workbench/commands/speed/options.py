@@ -1,0 +1,18 @@
+"""`jackbench speed`: this engine beside public solvers, in one run."""
+
+import argparse
+from functools import partial
+
+from ...rigs.rig import load_rig, rig_table
+from ..common.options import computes, finish
+from .study import run_speed
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    computes(parser, _speed)
+
+
+def _speed(options: argparse.Namespace, words: list[str]) -> None:
+    rig = load_rig(options.rig or "jack-10t")
+    finish(options, words, "speed", {"command": "speed", "rig": rig_table(rig)}, partial(run_speed, rig))

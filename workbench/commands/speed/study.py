@@ -1,0 +1,224 @@
+"""The proof of speed: public solvers, this engine's back ends, batches and environments, side by side in one run."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...control.controller_spec import recipe
+from ...engine import Engine
+from ...engine.backend import cores
+from ...engine.peers import PEERS
+from ...linear import Equilibrium, equilibrium
+from ...loop.closed_loop import ClosedLoop
+from ...plant import Plant, build
+from ...report import Page, Section, Table
+from ...report.figures import Curve, Figure, Panel
+from ...rigs.rig import Rig
+from ..common.outcome import Outcome, Progress, Stage
+
+if TYPE_CHECKING:
+    from ...engine.floor import Floor
+
+ENVIRONMENTS = "envs.speed:measure"  # reached by name: the workbench does not import environments
+ERROR = 1e-4  # of each state's magnitude: "equal accuracy"
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+BATCHES = (1, 8, 64, 256, 1024)
+_REPEATS = 5
+
+
+@dataclass(frozen=True)
+class Drive:
+    """One closed-loop second: the commands that a loop wrote, and the states that an exact solver reaches."""
+
+    name: str
+    t: np.ndarray
+    u: np.ndarray
+    exact: np.ndarray
+
+
+def run_speed(rig: Rig, stage: Stage, progress: Progress) -> Outcome:
+    """Time everything on the same closed-loop second of a rig, at 1e-4 of each state's magnitude or better."""
+    plant = build(rig)
+    rest = equilibrium(plant)
+    engine = Engine(plant)
+    peers, batch = [], []
+    least = _floor(plant) if engine.back_end == "compiled" else None
+    for drive in _drives(rig, engine, rest):
+        progress(f"{drive.name}: solvers")
+        peers += stage(f"peers-{drive.name}", lambda drive=drive: _peers(plant, rest, drive))
+        progress(f"{drive.name}: batches")
+        batch += stage(f"batch-{drive.name}", lambda drive=drive: _batches(engine, rest, drive, least))
+    progress("environments")
+    envs = stage("envs", _environments)
+    speed = {"peers": peers, "batch": batch, "envs": envs, "floor": _floor_row(least)}
+    return Outcome(speed, _page(rig, engine, speed), _picture(batch))
+
+
+def _drives(rig: Rig, engine: Engine, rest: Equilibrium) -> list[Drive]:
+    """Easy: a 10 mm step under P control. Hard: high gain, following 40 mm at 3 Hz and 2 mm at 21 Hz."""
+    period = rig.period.value
+    t = np.arange(round(1 / period) + 1) * period
+    hard = 0.04 * np.sin(2 * np.pi * 3 * t) + 2e-3 * np.sin(2 * np.pi * 21 * t)
+    exact = Engine(engine.plant, 1e-9)
+    drives = []
+    for name, gain, reference in (("easy", 0.24, np.full(len(t), 0.01)), ("hard", 3.0, hard)):
+        table = {"use": "controllers.p:P", "gain": {"value": gain, "unit": "1/m"}}
+        controller = recipe("p", table, "speed").make(period)
+        run = ClosedLoop(engine, rig, controller, rest).run(reference)
+        u = np.zeros((len(t), len(engine.plant.inputs)))
+        u[: len(run.record.t), 0] = run.record.signals["command"]
+        drives.append(Drive(name, t, u, exact.run(rest.x, t, u).x))
+    return drives
+
+
+def _peers(plant: Plant, rest: Equilibrium, drive: Drive) -> list[dict[str, Any]]:
+    """Each solver at its loosest tolerance that is accurate enough; `times_ours` is over our compiled back end."""
+    rows = []
+    for name, solve in _solvers(plant).items():
+        took, error, tolerance = _accurate(solve, plant, rest, drive)
+        if took < 0.5:  # quick ones are timed again: the first run also warms caches
+            took = min(_timed(lambda s=solve, tol=tolerance: s(rest.x, drive.t, drive.u, tol)) for _ in range(_REPEATS))
+        rows.append({"name": name, "excitation": drive.name, "ms_per_simulated_second": took * 1e3, "error": error})
+    ours = rows[0]["ms_per_simulated_second"]
+    return [{**row, "times_ours": row["ms_per_simulated_second"] / ours} for row in rows]
+
+
+def _accurate(solve: Callable[..., np.ndarray], plant: Plant, rest: Equilibrium, drive: Drive) -> tuple[float, ...]:
+    """Time [s], error and tolerance of the loosest tolerance that is accurate enough, or of the tightest tried."""
+    took, error, tolerance = np.inf, np.inf, TOLERANCES[0]
+    for tolerance in TOLERANCES:
+        began = perf_counter()
+        states = solve(rest.x, drive.t, drive.u, tolerance)
+        took = perf_counter() - began
+        error = float(np.abs((states - drive.exact) / plant.scale).max())
+        if error <= ERROR:
+            break
+    return took, error, tolerance
+
+
+def _solvers(plant: Plant) -> dict[str, Callable[..., np.ndarray]]:
+    engines: dict[tuple[str, float], Engine] = {}
+
+    def ours(back_end: Any) -> Callable[..., np.ndarray]:
+        def solve(x0: np.ndarray, t: np.ndarray, u: np.ndarray, tolerance: float) -> np.ndarray:
+            key = (back_end, tolerance)
+            if key not in engines:
+                engines[key] = Engine(plant, tolerance, back_end)
+            return engines[key].run(x0, t, u).x
+
+        return solve
+
+    public = {name: lambda *a, peer=peer: peer(plant, *a) for name, peer in PEERS.items()}
+    return {"jackbench": ours("auto"), "jackbench interpreted": ours("interpreted"), **public}
+
+
+def _batches(engine: Engine, rest: Equilibrium, drive: Drive, least: "Floor | None") -> list[dict[str, Any]]:
+    """Plants with different masses, driven alike; the share of the floor counts every core that worked."""
+    rows = []
+    plant = engine.plant
+    for count in BATCHES:
+        p = np.tile(plant.p, (count, 1))
+        p[:, plant.parameters.index("M")] *= np.linspace(0.9, 1.1, count)
+        x0 = np.tile(rest.x, (count, 1))
+        times, attempts = [], 0
+        for _ in range(3):
+            began = perf_counter()
+            attempts = int(engine.run_batch(x0, drive.t, drive.u, p, every=len(drive.t) - 1).attempts.sum())
+            times.append(perf_counter() - began)
+        took, busy = min(times), min(cores(), count)
+        share = None if least is None else least.attempt_s * attempts / (took * busy)
+        rows.append(
+            {
+                "plants": count,
+                "excitation": drive.name,
+                "simulated_seconds_per_second": float(count * drive.t[-1] / took),
+                "share_of_floor": share,
+                "lane_steps_per_second": count * (len(drive.t) - 1) / took,
+                "ns_per_attempt_and_core": took * busy / attempts * 1e9,
+            }
+        )
+    return rows
+
+
+def _environments() -> list[dict[str, Any]]:
+    module, name = ENVIRONMENTS.split(":")
+    return getattr(import_module(module), name)()
+
+
+def _timed(call: Callable[[], object]) -> float:
+    began = perf_counter()
+    call()
+    return perf_counter() - began
+
+
+def _floor(plant: Plant) -> "Floor":
+    from ...engine.floor import floor
+
+    return floor(plant)
+
+
+def _floor_row(least: "Floor | None") -> dict[str, Any] | None:
+    if least is None:
+        return None
+    return {
+        "divisions": least.divisions,
+        "roots": least.roots,
+        "ns_per_division": least.division_s * 1e9,
+        "ns_per_root": least.root_s * 1e9,
+        "ns_per_attempt": least.attempt_s * 1e9,
+    }
+
+
+def _page(rig: Rig, engine: Engine, speed: dict[str, Any]) -> Page:
+    slow = [row for row in speed["peers"] if not row["name"].startswith("jackbench")]
+    best, radau = min(row["times_ours"] for row in slow), max(row["times_ours"] for row in slow)
+    peers = Table(
+        "One closed-loop second, 1 ms period, one core",
+        ["solver", "excitation", "ms per simulated second", "error / magnitude", "times jackbench"],
+        [
+            [r["name"], r["excitation"], r["ms_per_simulated_second"], r["error"], r["times_ours"]]
+            for r in speed["peers"]
+        ],
+        note="Each at its loosest tolerance with an error of 1e-4 or better; every solver starts anew in every period.",
+    )
+    batch = Table(
+        "Batches",
+        [
+            "plants",
+            "excitation",
+            "simulated s per s",
+            "share of floor",
+            "control periods per s",
+            "ns per attempt and core",
+        ],
+        [[*row.values()] for row in speed["batch"]],
+        note="The floor is the time of the kernel's divisions and square roots alone, measured on this core.",
+    )
+    envs = Table(
+        "Environments", ["environment", "steps per s"], [[r["name"], r["steps_per_second"]] for r in speed["envs"]]
+    )
+    sections = [Section("Solvers", [peers]), Section("Batches", [batch]), Section("Environments", [envs])]
+    if speed["floor"]:
+        sections.append(
+            Section("Floor", [Table("An attempt's floor", [*speed["floor"]], [[*speed["floor"].values()]])])
+        )
+    verdict = (
+        f"The {engine.back_end} engine is {best:.0f} to {radau:.0f} times as fast as the public solvers on {rig.name}."
+    )
+    return Page(f"Speed on {rig.name}", verdict, sections)
+
+
+def _picture(batch: list[dict[str, Any]]) -> Figure:
+    curves = [
+        Curve(
+            name,
+            np.array([r["plants"] for r in batch if r["excitation"] == name], dtype=float),
+            np.array([r["simulated_seconds_per_second"] for r in batch if r["excitation"] == name]),
+        )
+        for name in ("easy", "hard")
+    ]
+    return Figure("Batches", "plants", [Panel("simulated seconds per second", curves, log_y=True)], log_x=True)

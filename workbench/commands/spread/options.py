@@ -1,0 +1,36 @@
+"""`jackbench spread EXPERIMENT`: overshoot of linear steps, one number of loop or rig varied at a time."""
+
+import argparse
+import sys
+from dataclasses import replace
+
+from ...loop.overshoot_spread import overshoot_spread, spread
+from ..common.designs import of_controllers, print_each, read
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    of_controllers(parser, _spread)
+
+
+def _spread(options: argparse.Namespace, _words: list[str]) -> None:
+    config = read(options)
+    period = config.rig.period.value
+    able = [one for one in config.controllers if replace(one, compensators=()).make(period).measures == ("position",)]
+    chosen = able or config.controllers  # where there is none, the first says why
+    if left := [one.name for one in config.controllers if one not in chosen]:
+        print(f"left out: {', '.join(left)}; a spread is of position laws", file=sys.stderr)
+    found = {one.name: overshoot_spread(config.rig, one) for one in chosen}
+
+    def told(name: str) -> str:
+        lines = [f"{name}: overshoot [%] of a linear step"]
+        for what, overshoot in found[name].items():
+            row = "  ".join(f"{how}: {_percent(value)}" for how, value in overshoot.items())
+            lines.append(f"  {what:6s} spread {_percent(spread(overshoot)):>8s}   {row}")
+        return "\n".join(lines)
+
+    print_each(options, found, told)
+
+
+def _percent(value: float | None) -> str:
+    return "unstable" if value is None else f"{value:.1f}"

@@ -1,0 +1,30 @@
+"""`jackbench time EXPERIMENT`: times its controllers and leaves timed.toml with their computing delays."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from ...base.errors import InputError
+from ...base.toml import read_toml
+from ...rigs.rig import rig_table
+from ..bench.config import BenchConfig, load_bench
+from ..common.options import computes, finish
+from ..run.config import StepConfig, load_config
+from .study import run_timing
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("experiment", help="such as experiments/benchmark.toml")
+    computes(parser, _time)
+
+
+def _time(options: argparse.Namespace, words: list[str]) -> None:
+    path = Path(options.experiment)
+    load = load_bench if read_toml(path).get("experiment") == "bench" else load_config
+    config = load(path, options.rig)
+    if not isinstance(config, StepConfig | BenchConfig):
+        raise InputError(f"{path}: has no controllers")
+    identity = {"command": "time", "experiment": config.source, "rig": rig_table(config.rig)}
+    study = partial(run_timing, config, options.rig or config.source["rig"])
+    finish(options, words, f"time-{path.stem}", identity, study)

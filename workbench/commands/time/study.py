@@ -1,0 +1,99 @@
+"""How long controllers take to compute, and the experiment with that as the computing delay of each of them."""
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from ...base.process_pool import one_blas_thread
+from ...control.controller_spec import Recipe
+from ...loop.compute_time import computing, summary
+from ...loop.rows import bench, play
+from ...loop.scenarios import Scenario
+from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
+from ...rigs.rig import Rig, rig_text
+from ...rigs.rig import bundled as bundled_rigs
+from ..bench.config import BenchConfig
+from ..common.outcome import Outcome, Progress, Stage
+from ..run.config import StepConfig
+
+Loops = Sequence[tuple[Rig, Sequence[Recipe], Sequence[Scenario]]]
+
+
+def run_timing(config: StepConfig | BenchConfig, rig_name: str, stage: Stage, progress: Progress) -> Outcome:
+    """Play every controller in every scenario on the nominal rig, then again to the controller alone, with a clock.
+
+    Leaves timed.toml, the experiment in which each controller has the 99th percentile as its computing delay.
+    """
+    with one_blas_thread():
+        spent = {name: times for loop in _loops(config) for name, times in _measured(loop, stage, progress).items()}
+    period = config.rig.period.value
+    timing = {name: summary(times, period) for name, times in spent.items()}
+    page = _page(config, timing, spent)
+    return Outcome({"controllers": list(spent), "timing": timing}, page, _figure(spent, period), {}, {
+        "timed.toml": _timed(config.source, timing, rig_name if rig_name in bundled_rigs() else "rig.toml"),
+        **({} if rig_name in bundled_rigs() else {"rig.toml": rig_text(config.rig)}),
+    })  # fmt: skip
+
+
+def _loops(config: StepConfig | BenchConfig) -> Loops:
+    if isinstance(config, StepConfig):
+        return [(config.rig, config.controllers, config.scenarios)]
+    return [(loop.rig, loop.controllers, loop.scenarios) for loop in config.loops]
+
+
+def _measured(loop: tuple[Rig, Sequence[Recipe], Sequence[Scenario]], stage: Stage, progress: Progress) -> Any:
+    rig, controllers, scenarios = loop
+    on, found = bench(rig), {}
+    for chosen in controllers:
+        progress(chosen.name)
+
+        def played(chosen: Recipe = chosen) -> np.ndarray:
+            return np.concatenate([computing(chosen, rig, play(chosen, wanted, on))[0] for wanted in scenarios])
+
+        found[chosen.name] = stage(chosen.name, played)
+    return found
+
+
+def _timed(source: Mapping[str, Any], timing: Mapping[str, Mapping[str, float]], rig: str) -> str:
+    """The experiment, on a rig by name, with the delay of each controller."""
+    table = {**deepcopy(dict(source)), "rig": rig}
+    for name, one in timing.items():
+        table["controllers"][name]["computing_delay"] = {"value": round(one["solve_p99_us"], 1), "unit": "us"}
+    return (
+        "# Computing delays: the 99th percentile of each controller, on the machine that measured.\n"
+        + tomli_w.dumps(table)
+    )
+
+
+def _page(
+    config: StepConfig | BenchConfig, timing: Mapping[str, Mapping[str, float]], spent: Mapping[str, np.ndarray]
+) -> Page:
+    period = config.rig.period.value
+    slowest = max(timing, key=lambda name: timing[name]["solve_p99_us"])
+    share = timing[slowest]["solve_p99_us"] / (period * 1e6)
+    table = Table(
+        "Computing times",
+        ["controller", "median [us]", "99 % [us]", "99 % of the period [%]", "longer than the period", "samples"],
+        [
+            [name, t["solve_p50_us"], t["solve_p99_us"], t["solve_p99_us"] / period / 1e4, t["late"], len(spent[name])]
+            for name, t in timing.items()
+        ],
+        note="Of this machine, one process, Python. timed.toml beside this report has the 99th percentiles as "
+        "computing delays; `jackbench bench` then plays each scenario again with them.",
+        best={"median [us]": "min", "99 % [us]": "min"},
+    )
+    verdict = (
+        f"{slowest} takes longest: 99 % of its samples within {timing[slowest]['solve_p99_us']:.0f} us, {share:.0%} of "
+        f"the control period of {period * 1e3:g} ms."
+    )
+    return Page(f"Computing times on {config.rig.name}", verdict, [Section("Times", [table, _figure(spent, period)])])
+
+
+def _figure(spent: Mapping[str, np.ndarray], period: float) -> Figure:
+    part = np.linspace(0.0, 99.9, 400)
+    curves = [Curve(name, np.percentile(times, part), part) for name, times in spent.items()]
+    panel = Panel("samples done [%]", curves, marks=(Mark(period * 1e6, "control period", "x"),))
+    return Figure("Samples done within a time", "time [us]", [panel], log_x=True, height=420)

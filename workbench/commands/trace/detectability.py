@@ -1,0 +1,102 @@
+"""What a campaign could have shown: from which strength on each effect would have been a misfit."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...base.units import from_si
+from ...identify.fit.free_parameters import at_strength, carried, model_with, strengths
+from ...identify.fit.model import Model
+from ...identify.trace import rule as decide
+from ...identify.trace.refit import Case, Stand
+from ...identify.trace.score import Remainder, starts_with
+from ...plant.effects import Effect, EffectNumber, applies
+from ...report import Table
+from ..common.outcome import Progress, Stage
+
+_LEAST, _MOST = 1e-3, 10.0  # strengths that are tried, over the typical one
+_TRIES = 2  # an effect is not linear in its strength: look again where it should be visible
+
+
+def seen(case: Case, stand: Stand, library: Sequence[Effect], stage: Stage, progress: Progress) -> list[dict[str, Any]]:
+    """For the first formula of every effect the strength, over the typical one, that opens the gate; None: never."""
+    first = {one.name: one for one in reversed(library) if applies(one, case.rig)}
+    effects = [one for one in library if first.get(one.name) is one]
+
+    def compute() -> list[dict[str, Any]]:
+        rest = Remainder(stand.model, case.train, stand.fit)
+        plain = stand.model.errors(case.train, stand.fit.x0, stand.fit.p)
+        rows = []
+        for effect in effects:
+            progress(f"from when on {effect.name} shows")
+            rows.append({"effect": effect.name, "strength": _strength(case, stand, effect, rest, plain)})
+        return rows
+
+    return stage("seen", compute)
+
+
+def hidden(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """The effects that would not even show at their typical strength."""
+    return [row["effect"] for row in rows if row["strength"] is None or row["strength"] > 1]
+
+
+def seen_table(rows: Sequence[dict[str, Any]], library: Sequence[Effect]) -> Table:
+    """From which value on each effect would have been seen."""
+    cells = []
+    for row in rows:
+        effect = next(one for one in library if one.name == row["effect"])
+        number = next(n for n in effect.numbers if n.name == strengths(effect)[0])
+        least = None if row["strength"] is None else at_strength(effect, row["strength"])[number.name]
+        shown = [None if v is None else float(from_si(v, number.shown, number.si)) for v in (least, number.typical)]
+        visible = row["strength"] is not None and row["strength"] <= 1
+        cells.append([effect.name, effect.formula, number.name, number.shown, *shown, visible])
+    return Table(
+        "What these records would have shown",
+        ["effect", "formula", "number", "unit", "shows from", "typical", "typical shows"],
+        cells,
+        note="Shows from: the value, about, that leaves a misfit which no number of the rig can hide. A dash: no value "
+        "within its range does.",
+    )
+
+
+def _strength(case: Case, stand: Stand, effect: Effect, rest: Remainder, plain: Sequence[np.ndarray]) -> float | None:
+    """The strength at which the misfit is as large as the gate asks for; None where the numbers' ranges end before."""
+    wanted = case.train.samples * (decide.gate(case.heldout.samples, case.kappa) - 1)
+    model = model_with(case.rig, (*stand.effects, effect), case.train.names)
+    strength = 1.0
+    for _ in range(_TRIES):
+        size = _size(model, case, stand, effect, strength, rest, plain)
+        if size is None:
+            return strength
+        strength = float(np.clip(strength * np.sqrt(wanted / max(size, 1e-12)), _LEAST, _MOST))
+    within = all(_reached(number, strength) for number in effect.numbers)
+    return strength if within and strength < _MOST else None
+
+
+def _size(
+    model: Model,
+    case: Case,
+    stand: Stand,
+    effect: Effect,
+    strength: float,
+    rest: Remainder,
+    plain: Sequence[np.ndarray],
+) -> float | None:
+    """The squares that the effect would leave after a refit; None where it can not be simulated."""
+    p = carried(stand.model.plant, stand.fit.p, model.plant)
+    numbers = at_strength(effect, strength)
+    p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
+    try:
+        x0 = starts_with(model, stand.model, case.train, stand.fit.x0, p)
+    except InputError:
+        return None
+    change = [a - b for a, b in zip(model.errors(case.train, x0, p), plain, strict=True)]
+    if not all(np.isfinite(part).all() for part in change):
+        return None
+    return float(np.sum(rest(change) ** 2))
+
+
+def _reached(number: EffectNumber, strength: float) -> bool:
+    return number.off is None or number.low <= number.off + strength * (number.typical - number.off) <= number.high

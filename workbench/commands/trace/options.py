@@ -1,0 +1,32 @@
+"""`jackbench trace CAMPAIGN`: the residual of a campaign, traced to what the model lacks."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from ...rigs.rig import rig_table
+from ..common.rig_out import finish_with_rig, leaves_rig
+from ..residual.study import fingerprint, load
+from .study import digest, effects_for, run_trace
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("campaign", help="folder with a campaign.toml")
+    parser.add_argument("--effects", type=Path, nargs="+", default=[], metavar="FILE.py", help="effects of your own")
+    parser.add_argument("--without", nargs="+", default=[], metavar="NAME", help="effects that are not to be tried")
+    parser.add_argument(
+        "--several", action="store_true", help="the rig lacks more than one effect: add those that explain a part too"
+    )
+    leaves_rig(parser, _trace)
+
+
+def _trace(options: argparse.Namespace, words: list[str]) -> None:
+    campaign, rig = load(options.campaign, options.rig)
+    files = [str(file.resolve()) for file in options.effects]
+    library = effects_for(rig, files, options.without)
+    identity = {"command": "trace", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
+    identity |= {"effects": digest((*rig.effect_files, *files)), "without": sorted(options.without)}
+    identity["several"] = options.several
+    study = partial(run_trace, campaign, rig, library, files=files, several=options.several)
+    finish_with_rig(options, words, campaign, identity, study)

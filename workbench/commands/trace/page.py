@@ -1,0 +1,139 @@
+"""The report of a trace: what is wrong with the rig, how sure that is, what to record next."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from ...identify.trace import rule as decide
+from ...identify.trace.findings import Trace
+from ...plant.effects import Effect
+from ...report import Figure, Page, Section, Table
+from ..common.error_page import error_figure, error_table
+from ..common.fit_result import fitted
+from ..fit.page import ranges_figure
+from ..residual.study import noise_table
+from .answer import Both, labels
+from .detectability import hidden, seen_table
+from .figures import Pair, evidence_figure, signal_figure, telling
+from .shape import Missing, shape_figure, shape_tables
+from .tables import (
+    base_table,
+    candidates_table,
+    cosines_table,
+    numbers_table,
+    records_table,
+    rule_table,
+    unseen_signals,
+    untested_table,
+)
+from .words import EQUATION, next_records, verdict
+
+_ALIKE = 0.5  # correlation from which two disturbances are alike
+Item = Figure | Table | str
+
+
+def trace_page(
+    found: Trace,
+    answer: dict[str, Any],
+    both: Both,
+    library: Sequence[Effect],
+    shape: Missing | None,
+    shown: Sequence[dict[str, Any]] | None,
+) -> tuple[Page, Figure]:
+    """The page and its telling figure, from the answer and the predictions `both` before and after.
+
+    `shape` is that of what is missing, `shown` what the records would have shown.
+    """
+    changed, floor, names = bool(found.effects), found.case.floor, labels(found)
+    pairs = list(zip(*both, strict=True))
+    index, name, part = telling(pairs, floor, changed)
+    first = signal_figure(pairs[index], name, floor, names, part)
+    picture = error_figure(answer["rms"], names)
+    sections = [
+        Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
+        *(_what(found) if changed else _shape(shape)),
+        *(_shape(shape) if changed else _what(found)),
+        *_next(found),
+        *_where(found),
+        _own_numbers(found, names),
+        *_could_show(library, shown),
+        Section("Noise floor", [noise_table(floor)]),
+        _untested(found, library),
+        *_signals(found, pairs, names),
+    ]
+    title = f"{found.case.campaign.path.resolve().name} on {found.case.rig.name}: what the model lacks"
+    return Page(title, verdict(found, shape, None if shown is None else hidden(shown)), sections), picture
+
+
+def _what(found: Trace) -> list[Section]:
+    if not found.passes:
+        return []
+    items: list[Item] = [candidates_table(found), rule_table(found), numbers_table(found)]
+    items += [table for n, each in enumerate(found.passes, 1) if (table := cosines_table(each, n))]
+    return [Section("What explains it" if found.effects else "What was tried", items)]
+
+
+def _shape(shape: Missing | None) -> list[Section]:
+    if shape is None:
+        return []
+    items: list[Item] = list(shape_tables(shape))
+    if shape.sensors is None:
+        items.insert(0, shape_figure(shape))
+        if shape.partner is not None:
+            name, rho = shape.partner
+            way = "goes along with it" if rho > _ALIKE else "goes the other way" if rho < -_ALIKE else "is another"
+            items.append(f"The missing {name} {way} (correlation {rho:.2f}).")
+    return [Section(f"What is missing in {EQUATION[shape.equation]}", items)]
+
+
+def _next(found: Trace) -> list[Section]:
+    said = [f"{about}: {record}." for about, record in next_records(found)]
+    if found.verdict == "tied":
+        said.insert(0, "Recordings in which only one of them acts tell them apart:")
+    return [Section("What to record next", said)] if said else []
+
+
+def _where(found: Trace) -> list[Section]:
+    if not found.evidence:
+        return []
+    best, second = found.evidence[0], found.evidence[1]
+    ahead = best[1] - second[1]
+    clear = decide.SIGNIFICANT * found.case.kappa
+    said = (
+        f"A disturbance in {EQUATION[best[0]]} explains most; the next, in {EQUATION[second[0]]}, is "
+        f"{ahead:.0f} behind in log-likelihood ({clear:.0f} is clear)."
+    )
+    if found.cuts:
+        direct = ", ".join(f"{name} {value:.3g}" for name, value in found.cuts.items())
+        said += f" Held against measured signals alone, without simulation, equations have chi2: {direct}."
+    if found.effects and found.equation != best[0]:
+        said += f" The effect that was named acts in {EQUATION[found.equation or '']}: refits decide, not this."
+    elif found.equation not in (None, best[0]):
+        said += f" Together they point at {EQUATION[found.equation or '']}."
+    return [Section("In which equation", [said, evidence_figure(found.evidence)])]
+
+
+def _own_numbers(found: Trace, names: Sequence[str]) -> Section:
+    stands = (found.base, found.final)[-len(names) :]
+    fits = {name: fitted(found.case.rig, stand.fit) for name, stand in zip(names, stands, strict=True)}
+    return Section("The rig's own numbers", [ranges_figure(fits), base_table(found, len(names) > 1)])
+
+
+def _could_show(library: Sequence[Effect], shown: Sequence[dict[str, Any]] | None) -> list[Section]:
+    return [] if shown is None else [Section("What could not be seen", [seen_table(shown, library)])]
+
+
+def _untested(found: Trace, library: Sequence[Effect]) -> Section:
+    tables = [untested_table(found, library), unseen_signals(found), records_table(found.case)]
+    campaign = found.case.campaign
+    notes = [f"{r.name}: {n}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for n in r.notes]
+    return Section("What was used, and what was not", [*(table for table in tables if table), *notes])
+
+
+def _signals(found: Trace, pairs: Sequence[Pair], names: Sequence[str]) -> list[Section]:
+    return [
+        Section(
+            f"Every signal of {pair[0].record.name}",
+            [signal_figure(pair, signal, found.case.floor, names) for signal in pair[0].signals],
+        )
+        for pair in pairs
+    ]

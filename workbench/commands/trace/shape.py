@@ -1,0 +1,170 @@
+"""What an unknown effect looks like: the missing force, flow or drive, and the signal that it goes with."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
+from ...identify.fit.model import Model
+from ...identify.fit.windows import Windows
+from ...identify.trace.localise import Evidence, Local, localise, smoothed
+from ...identify.trace.locate import located, opened, worst
+from ...identify.trace.refit import Case, Stand
+from ...identify.trace.shape import shape
+from ...plant.probes import probes
+from ...report import Curve, Figure, Panel, Table
+from ..common.outcome import Progress, Stage
+
+DRAWN = 1000  # points of a disturbance
+_HIDDEN = ("flapper", "lowest_pressure")
+_SHOWN = {"m^3/s": "l/min", "Pa": "bar", "A": "mA", "N": "N", "1": "1"}
+_MEANING = {
+    ("drive", "current"): "pilot current",
+    ("drive", "command"): "command",
+    ("pilot", "current"): "current that makes torque",
+    ("main", "force"): "force on the main spool",
+    ("flow", "into_a"): "flow into chamber A",
+    ("flow", "into_b"): "flow into chamber B",
+    ("flow", "supply"): "supply pressure",
+    ("force", "force"): "force on the load",
+}
+_SENSED = ("offset", "gain", "lag")
+
+
+@dataclass(frozen=True)
+class Missing:
+    """What a model lacks in one equation, in the units that people read.
+
+    `explained` are cross-validated R2 of a curve through each signal. `points`
+    and `curve` [k, 2] are the disturbance over the signal that explains most. `partner` is another input of the same
+    equation and its correlation. `sensors` are offset, gain and lag of each pressure sensor where those are off.
+    """
+
+    equation: str
+    name: str = ""
+    unit: str = ""
+    signal: str = ""
+    explained: list[list[Any]] | None = None
+    points: np.ndarray | None = None
+    curve: np.ndarray | None = None
+    line: float | None = None
+    partner: list[Any] | None = None
+    sensors: list[list[Any]] | None = None
+
+
+def missing(case: Case, stand: Stand, equation: str | None, stage: Stage, progress: Progress) -> Missing:
+    """The shape of what a stand leaves unexplained in an equation, which is sought where none is given.
+
+    It is taken from the windows with the largest errors.
+    """
+
+    def compute() -> dict[str, Any]:
+        progress("shape of what is missing")
+        return asdict(_missing(case, stand, equation or located(case, stand).equation))
+
+    return Missing(**stage("shape", compute))
+
+
+def shape_figure(of: Missing) -> Figure:
+    """The disturbance against the signal that explains most of it."""
+    assert of.points is not None
+    assert of.curve is not None
+    curves = [
+        Curve("estimate", of.points[:, 0], of.points[:, 1], "markers", color="#8c959f"),
+        Curve("mean", of.curve[:, 0], of.curve[:, 1], color="#d55e00"),
+    ]
+    line = f" It repeats at {of.line:.4g} Hz." if of.line else ""
+    return Figure(
+        f"The missing {of.name} over {of.signal.split(' [')[0]}",
+        of.signal,
+        [Panel(f"{of.name} [{of.unit}]", curves)],
+        note="What has to be added to the model in the windows with the largest errors, by a Kalman smoother on the "
+        f"linear model about the fit.{line}",
+    )
+
+
+def shape_tables(of: Missing) -> list[Table]:
+    """How much of the disturbance each signal explains; or what is off at the sensors."""
+    if of.sensors is not None:
+        columns = ["sensor", "offset [bar]", "gain [%]", "lag [ms]"]
+        note = "Means over the windows with the largest errors. A lag is positive where the sensor is late."
+        return [Table("What the pressure sensors would have to be off by", columns, of.sensors, note=note)]
+    rows = [[name, float(value)] for name, value in of.explained or []]
+    note = "Cross-validated R2 of a curve through one signal: 1 explains all of it, 0 or less nothing."
+    return [Table(f"What the missing {of.name} goes with", ["signal", "R2"], rows, note=note)]
+
+
+def _missing(case: Case, stand: Stand, equation: str) -> Missing:
+    period, parts = case.train.records[0].period, worst(case, stand)
+    groups = opened(case, stand, parts)[equation]
+    (best,) = localise({equation: groups}, period)
+    found = [smoothed(*each, period, best.time) for each in zip(groups, _by_group(groups, best), strict=True)]
+    rows = min(part.shape[1] for part in found)
+    disturbance = np.concatenate([part[:, :rows] for part in found])
+    if equation == "sensor":
+        return Missing("sensor", sensors=_sensors(disturbance, case.train.names, period))
+    signals = [_signals(stand, windows, x0, rows, period) for windows, x0 in parts]
+    together = {name: np.concatenate([one[name] for one in signals]) for name in signals[0]}
+    moving = {name: value for name, value in together.items() if np.isfinite(value).all() and np.ptp(value) > 0}
+    return _shaped(case, best, disturbance, moving)
+
+
+def _shaped(case: Case, best: Evidence, disturbance: np.ndarray, signals: Mapping[str, np.ndarray]) -> Missing:
+    (probe,) = (one for one in probes(case.rig) if one.equation == best.equation)
+    order = np.argsort(-np.mean(disturbance**2, axis=(0, 1))).tolist()
+    given = probe.inputs[order[0]]
+    unit = str(_SHOWN.get(given.unit, given.unit))
+    values = from_si(disturbance[..., order[0]] * given.scale, unit, given.unit)
+    found = shape(given.name, unit, values, signals, case.train.records[0].period)
+    partner = None
+    if len(order) > 1:
+        other = disturbance[..., order[1]]
+        rho = float(np.corrcoef(values.ravel(), other.ravel())[0, 1])
+        partner = [_MEANING[best.equation, probe.inputs[order[1]].name], rho]
+    label = found.explained[0][0]
+    keep = np.unique(np.linspace(0, found.signal.size - 1, DRAWN).astype(int))
+    return Missing(
+        best.equation,
+        _MEANING[best.equation, given.name],
+        unit,
+        label,
+        [[name, value] for name, value in found.explained],
+        np.column_stack((found.signal, found.disturbance))[keep],
+        found.curve,
+        found.line,
+        partner,
+    )
+
+
+def _by_group(parts: list[Local], best: Evidence) -> list[np.ndarray]:
+    """The amplitudes of each group's windows."""
+    ends = np.cumsum([len(one.e) for one in parts])[:-1]
+    return np.split(best.amplitudes, ends)
+
+
+def _signals(stand: Stand, windows: Windows, x0: np.ndarray, rows: int, period: float) -> dict[str, np.ndarray]:
+    """The signals of the fitted model [windows, rows] by label, in the units that people read: they have no noise."""
+    plant = stand.model.plant
+    names = [name for name in plant.outputs if name not in _HIDDEN]
+    parts = Model(plant, names).predict(windows, x0, stand.fit.p)
+    values = np.concatenate([part[:, :rows] for part in parts])
+    found = {"command [1]": np.concatenate([windows.commands(group).held[:, :rows] for group in windows.groups])}
+    for column, name in enumerate(names):
+        signal = SIGNALS[name]
+        found[signal.label] = from_si(values[..., column], signal.unit, signal.si)
+    found["spool speed [mm/s]"] = np.gradient(found["spool [mm]"], period, axis=1)
+    return found
+
+
+def _sensors(disturbance: np.ndarray, compared: Sequence[str], period: float) -> list[list[Any]]:
+    """Offset [bar], gain [%] and lag [ms] of each pressure sensor, from the bases that the evidence is made with."""
+    mean = disturbance.mean(axis=(0, 1))
+    names = [name for name in ("pa", "pb") if name in compared]
+    rows = mean.reshape(len(names), len(_SENSED))
+    return [
+        [name, float(offset), float(gain), float(-lag * period * 1e3)]
+        for name, (offset, gain, lag) in zip(names, rows, strict=True)
+    ]

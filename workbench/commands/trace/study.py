@@ -1,0 +1,76 @@
+"""Why do model and rig disagree? Traces a campaign's residual to the effects that the model lacks, and reports it."""
+
+import json
+from collections.abc import Sequence
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from ...base.errors import InputError, nearest
+from ...base.process_pool import one_blas_thread
+from ...identify.trace.refit import case_of
+from ...identify.trace.tracer import trace
+from ...plant.effects import Effect, known_effects
+from ...records import Campaign, load_campaign
+from ...rigs.rig import Rig, load_rig, rig_text
+from ..common.error_page import record_tables
+from ..common.fit_result import fitted_rig
+from ..common.outcome import Outcome, Progress, Stage, at_once
+from ..common.run_folder import metrics_json
+from .answer import compared, labels, more_json, trace_json
+from .detectability import seen
+from .page import trace_page
+from .shape import missing
+
+
+def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
+    """The library with a rig's and a user's own effects, less those that the rig declares and those in `without`."""
+    known = known_effects(dict.fromkeys((*rig.effect_files, *map(str, files))))
+    names = {effect.name for effect in known}
+    for name in without:
+        if name not in names:
+            raise InputError(f'--without {name}: no effect "{name}"; {nearest(name, names)}')
+    gone = {*without, *(use.name for use in rig.effects)}
+    return tuple(effect for effect in known if effect.name not in gone)
+
+
+def run_trace(
+    campaign: Campaign,
+    rig: Rig,
+    library: Sequence[Effect],
+    stage: Stage,
+    progress: Progress,
+    files: Sequence[str] = (),
+    several: bool = False,
+) -> Outcome:
+    """Trace a campaign to effects of `library`; `files` are where effects beside the library's come from.
+
+    `several`: the rig is known to lack more than one effect, so that those which only explain a part are added too.
+    """
+    with one_blas_thread():
+        found = trace(case_of(campaign, rig), library, stage, progress, several)
+        answer, both = trace_json(found), compared(found)
+        lacks = {"unknown": found.equation, "incomplete": None}  # what is left may sit in another equation
+        shape = None
+        if found.verdict in lacks:
+            shape = missing(found.case, found.final, lacks[found.verdict], stage, progress)
+        shown = seen(found.case, found.final, library, stage, progress) if found.verdict == "none" else None
+    page, picture = trace_page(found, answer, both, library, shape, shown)
+    metrics = answer | more_json(found)
+    texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(fitted_rig(found.case, found.final, files))}
+    return Outcome(metrics, page, picture, record_tables(dict(zip(labels(found), both, strict=False))), texts)
+
+
+def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
+    """The answer about a campaign folder without effects called `removed`: trace.json, and the fitted base numbers."""
+    campaign = load_campaign(folder)
+    rig = load_rig(campaign.rig)
+    with one_blas_thread():
+        found = trace(case_of(campaign, rig), effects_for(rig, without=removed), at_once, lambda _: None)
+        whole = trace_json(found) | more_json(found)
+    return json.loads(metrics_json(whole))
+
+
+def digest(files: Sequence[str]) -> dict[str, str]:
+    """What says that effect files are the same ones."""
+    return {Path(file).name: sha256(Path(file).read_bytes()).hexdigest()[:16] for file in files}

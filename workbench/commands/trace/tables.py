@@ -1,0 +1,170 @@
+"""The tables of a trace: errors, candidates, numbers, what looks alike, what was not tested."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...base.signals import MEASURED
+from ...base.units import from_si
+from ...identify.trace import rule as decide
+from ...identify.trace.findings import Pass, Trace, Tried
+from ...identify.trace.refit import Case
+from ...plant.effects import Effect, applies, known_effects
+from ...records import Record
+from ...report import Table
+from ...report.table import Cell
+from ..common.fit_result import effect_intervals, fitted
+from .answer import failures, ranking
+from .words import SIGNAL, accident, reason
+
+_NUMBERS = 6  # candidates whose numbers are listed
+_COMPARED = 6  # effects whose likeness is listed
+
+
+def candidates_table(found: Trace) -> Table:
+    """Every refitted effect, with what the rule says of it."""
+    each_of = {id(one): each for each in found.passes for one in each.tried}
+    rows = []
+    for one, share in ranking(found):
+        effect = one.candidate.effect
+        says = reason(found, each_of[id(one)], one)
+        rows.append(
+            [effect.name, effect.formula, effect.equation, round(100 * min(share, 1.0), 1), one.judgement.chi2, says]
+        )
+    for each in found.passes:
+        for one, why in failures(each.tried):
+            effect = one.candidate.effect
+            rows.append([effect.name, effect.formula, effect.equation, None, None, f"no fit: {why}"])
+    return Table(
+        "Effects that were fitted",
+        ["effect", "formula", "equation", "explained [%]", "held-out chi2", "the rule says"],
+        rows,
+        note="Explained: the share of the misfit of the fitted rig that goes away on held-out records, beside effects "
+        "added before. An effect counts if its gain is no accident, and is named if it explains 80 % or reaches the "
+        "noise; below that, nothing is named.",
+    )
+
+
+def rule_table(found: Trace) -> Table:
+    """What the rule asked before it said anything, and what it got."""
+    case = found.case
+    gate = decide.gate(case.heldout.samples, case.kappa)
+    rows = [["the fitted rig misses something", "held-out chi2", found.chi2[0], f"above {gate:.3g}"]]
+    if found.evidence:
+        least = decide.SIGNIFICANT * case.kappa
+        rows.append(["it sits in an equation", "gain in log-likelihood", found.evidence[0][1], f"above {least:.3g}"])
+    asked = found.effects or tuple(one for one, _ in ranking(found)[:1])
+    rows += [row for each in found.passes for one in each.tried if one in asked for row in _asked(found, each, one)]
+    if found.effects:
+        rows.append(["nothing else is missing", "held-out chi2", found.chi2[1], f"at most {gate:.3g}"])
+    return Table("What the rule asked", ["that", "test", "value", "asked"], rows)
+
+
+def _asked(found: Trace, each: Pass, one: Tried) -> list[list[Cell]]:
+    """The rule's questions about one effect."""
+    judged, name = one.judgement, one.candidate.effect.name
+    fall, chance = accident(found, each, one)
+    enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
+    if found.effects and judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
+        enough = "as one of several"
+    return [
+        [f"{name} is no accident", "fall of BIC, train", fall, f"above {decide.BIC * found.case.kappa:.3g}"],
+        [f"{name} is no accident", "chance, held-out", chance, f"below {decide.CHANCE:g}"],
+        [f"{name} explains it", "explained [%]", 100 * min(judged.explained, 1.0), enough],
+    ]
+
+
+def numbers_table(found: Trace) -> Table:
+    """The numbers of the added and of the next best effects with intervals."""
+    rows = []
+    for one, _ in ranking(found)[:_NUMBERS]:
+        stand = found.final if one in found.effects else one.stand
+        assert stand is not None
+        effect = one.candidate.effect
+        intervals = effect_intervals(effect, stand.fit)
+        for number, values in zip(effect.numbers, intervals.values(), strict=True):
+            range_ = [float(from_si(v, number.shown, number.si)) for v in (number.low, number.high)]
+            end = "at an end" if effect.key(number.name) in stand.fit.held else ""
+            cells = [effect.name, effect.formula, number.name, number.meaning, number.shown]
+            rows.append([*cells, *values, *range_, end])
+    return Table(
+        "Their numbers",
+        ["effect", "formula", "number", "meaning", "unit", "value", "95 % low", "95 % high", "range low", "range high",
+         ""],
+        rows,
+    )  # fmt: skip
+
+
+def base_table(found: Trace, changed: bool) -> Table:
+    """The rig's own numbers: in its file, fitted alone, and beside what was added."""
+    rig = found.case.rig
+    rows = []
+    for alone, last in zip(fitted(rig, found.base.fit), fitted(rig, found.final.fit), strict=True):
+        number = last.number
+        values = [number.value, *([alone.value] if changed else []), last.value, last.low, last.high]
+        ends = [v for v in (number.low, number.high) if v is not None]
+        shown = [float(from_si(v, number.unit, number.si)) for v in (*values, *ends)]
+        state = ["at an end"] * last.held + ["at an end when alone"] * (alone.held and not last.held)
+        state += ["not seen"] * last.unseen
+        rows.append([number.name, number.unit, *shown, ", ".join(state)])
+    alone = ["alone", "with effects"] if changed else ["fitted"]
+    columns = ["number", "unit", "rig file", *alone, "95 % low", "95 % high", "range low", "range high", ""]
+    note = (
+        "At an end of its declared range: something that the model lacks may push it there. Not seen: the interval is "
+        "not shorter than 80 % of the range."
+    )
+    return Table("Numbers of the rig", columns, rows, note=note)
+
+
+def cosines_table(each: Pass, number: int) -> Table | None:
+    """What this campaign can tell apart, of the effects that were refitted and those with the best scores."""
+    tried = list(dict.fromkeys(one.candidate.effect.name for one in each.tried))
+    names = [name for name in dict.fromkeys((*tried, *each.compared)) if name in each.compared][:_COMPARED]
+    if len(names) < 2:
+        return None
+    places = [each.compared.index(name) for name in names]
+    part = np.asarray(each.cosines)[np.ix_(places, places)]
+    rows = [[name, *row] for name, row in zip(names, np.round(part, 2).tolist(), strict=True)]
+    note = (
+        "Cosine between what two effects do to the errors, beyond what the rig's numbers can do: near 1 this campaign "
+        "can not tell them apart."
+    )
+    return Table(f"Likeness of effects{f', search {number}' if number > 1 else ''}", ["", *names], rows, note=note)
+
+
+def untested_table(found: Trace, library: Sequence[Effect]) -> Table | None:
+    """Effects that were not tried, and why."""
+    rig, named = found.case.rig, {effect.name for effect in library}
+    declared = {use.name for use in rig.effects}
+    rows = []
+    for name in dict.fromkeys(effect.name for effect in (*known_effects(rig.effect_files), *library)):
+        if name in declared:
+            rows.append([name, "the rig file declares it"])
+        elif name not in named:
+            rows.append([name, "taken out by --without"])
+        elif not any(applies(effect, rig) for effect in library if effect.name == name):
+            rows.append([name, f"a {rig.valve} valve has no place for it"])
+    return Table("Effects that were not tried", ["effect", "why"], rows) if rows else None
+
+
+def unseen_signals(found: Trace) -> Table | None:
+    """Signals that the model predicts and no held-out record has."""
+    names = {name for record in found.case.heldout.records for name in record.signals}
+    lacking = [name for name in MEASURED if name in found.base.model.plant.outputs and name not in names]
+    rows = [[name, SIGNAL[name]] for name in lacking if name != "velocity"]
+    return Table("Signals that were not recorded", ["signal", "what it would do"], rows) if rows else None
+
+
+def records_table(case: Case) -> Table:
+    """Which record was used for what."""
+    rows = [
+        [record.name, role, float(record.t[-1] - record.t[0]) + record.period, record.t.size, ", ".join(record.names)]
+        for role in ("static", "train", "heldout")
+        for record in _records(case, role)
+    ]
+    used = "static: the noise floor; train: fits, scores and equations; heldout: every error that is quoted."
+    return Table("Records", ["record", "role", "seconds", "samples", "signals"], rows, note=used)
+
+
+def _records(case: Case, role: str) -> tuple[Record, ...]:
+    return getattr(case.campaign, role)

@@ -1,0 +1,237 @@
+"""A trace's answer in plain words: what is wrong with the rig, how sure that is, what to record next."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...identify.trace import rule as decide
+from ...identify.trace.findings import Pass, Trace, Tried
+from ...plant.effects import Effect
+from ..common.fit_result import fitted
+from .answer import ranking
+from .shape import Missing
+
+_FAR = 0.3  # explained share below which the next best is no rival
+
+EQUATION = {
+    "drive": "the drive (amplifier and spool loop)",
+    "pilot": "the torque motor and pilot stage",
+    "main": "the main spool",
+    "flow": "the flows (lands, chambers, supply)",
+    "force": "the motion of the load",
+    "sensor": "the pressure sensors",
+}
+SIGNAL = {
+    "current": "tells the amplifier and its loop from the torque motor",
+    "spool": "tells the valve's electronics and stages from its lands",
+    "pa": "with pb tells flows from forces",
+    "pb": "with pa tells flows from forces",
+    "supply": "shows a supply that sags",
+    "position": "shows the jack's speed, so the flow through the valve",
+    "velocity": "shows the flow through the valve",
+    "acceleration": "tells a force on the load from a pressure sensor that is off",
+    "force": "tells a force on the load from friction in the jack",
+}
+RECORD = {
+    "drive": "steps and a fast multisine on the command, with current and spool recorded",
+    "pilot": "slow triangles of the command with reversals, with current and spool recorded",
+    "main": "slow triangles of the command through null, and small steps about a held opening, with current and spool "
+    "recorded",
+    "flow": "standing still under load, steady moves at several speeds in both directions, and hard braking, with both "
+    "pressures and the supply recorded",
+    "force": "slow triangles with reversals, standing still at several positions, and a fast multisine, with both "
+    "pressures, acceleration and force recorded",
+    "sensor": "steps and standing still, with a second pressure sensor at the same port",
+}
+EFFECT = {
+    "drive.delay": "the command acts late",
+    "drive.lag": "the drive is slower than the rig file says",
+    "drive.saturation": "the drive has less current than the rig file says",
+    "drive.corrector": "the spool loop has a corrector that the rig file lacks",
+    "pilot.hysteresis": "the torque motor has hysteresis",
+    "main.stiction": "the main spool sticks",
+    "main.deadband": "the main spool has a dead band",
+    "main.asymmetry": "the valve's gain differs between the directions",
+    "supply.sag": "the supply pressure sags under flow",
+    "oil.air": "there is air in the oil",
+    "jack.external_leakage": "a chamber leaks to the outside",
+    "jack.friction": "the jack rubs",
+    "load.bias": "a constant force pushes the jack",
+    "load.spring": "a spring holds the load",
+    "load.compliance": "the mount or the rod gives",
+    "sensor.lag": "the pressure sensors are late",
+}
+
+
+def verdict(found: Trace, shape: Missing | None, hidden: Sequence[str] | None) -> str:
+    """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
+    said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
+    text = said[found.verdict](found, shape) if found.verdict in said else _none(found, hidden or ())
+    ends = [one.number.name for one in fitted(found.case.rig, found.final.fit) if one.pushed]
+    if ends:
+        text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
+    return text
+
+
+def times_noise(found: Trace) -> tuple[float, float]:
+    """Held-out error over the noise before and after, all signals together."""
+    before, after = found.chi2
+    return float(np.sqrt(before)), float(np.sqrt(after))
+
+
+def _times(value: float) -> str:
+    """A ratio to the noise: three digits after the point where it is near 1."""
+    return f"{value:.3f}" if value < 1.1 else f"{value:.3g}"
+
+
+def title(effect: Effect) -> str:
+    """ "jack.friction (stribeck)"."""
+    return f"{effect.name} ({effect.formula})" if effect.formula else effect.name
+
+
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """ "a, b and c"."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
+
+
+def next_records(found: Trace) -> list[tuple[str, str]]:
+    """What to record next: an effect in question, or the equation, and the excitation that shows it best."""
+    if found.verdict == "none" or found.equation is None:
+        return []
+    if not found.effects:
+        return [(EQUATION[found.equation], RECORD[found.equation])]
+    asked = [one.candidate.effect for one in found.effects]
+    asked += [one.candidate.effect for each in found.passes for one in each.found]
+    first = {effect.name: effect.shows for effect in reversed(asked)}
+    wanted = dict.fromkeys((*(one.candidate.effect.name for one in found.effects), *found.tied))
+    return [(name, first[name]) for name in wanted]
+
+
+def reason(found: Trace, each: Pass, one: Tried) -> str:
+    """What the rule says of a candidate: why it counts, or why it does not."""
+    stand, judged, name = one.stand, one.judgement, one.candidate.effect.name
+    assert stand is not None
+    if one in found.effects:
+        return "added"
+    if judged.passes:
+        if judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
+            return f"real, but explains less than {100 * decide.NAMED:.0f} %"
+        if one in each.found:
+            return "as good as the one that was added"
+        added = [other.candidate.effect.name for other in found.effects]
+        return f"another {'formula' if name in added else 'effect'} explains more"
+    if stand.squares >= each.before.squares:
+        return "the held-out error does not fall"
+    fall, _ = accident(found, each, one)
+    if fall <= decide.BIC * found.case.kappa:
+        return "too little gain on the train records for its numbers"
+    return "the held-out gain may be chance"
+
+
+def accident(found: Trace, each: Pass, one: Tried) -> tuple[float, float]:
+    """What speaks against an accident: fall of BIC on train records, chance of the gain on held-out records."""
+    stand, case = one.stand, found.case
+    assert stand is not None
+    squares = float(each.before.fit.squares.sum()), float(stand.fit.squares.sum())
+    fall = decide.bic_fall(*squares, len(one.candidate.effect.fitted), stand.fit.samples)
+    count = len(found.passes[0].scores)
+    return fall, decide.chance(each.before.squares, stand.squares, case.kappa, count)
+
+
+def _named(found: Trace, _shape: Missing | None) -> str:
+    before, after = times_noise(found)
+    said = f"{_explains(found)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
+    beside = [(one, share) for one, share in ranking(found) if _other(found, one)]
+    if beside:
+        one, share = beside[0]
+        far = f" No other effect comes near: the next, {one.candidate.effect.name}, explains {_percent(share)}."
+        said += far if share < _FAR else f" The next best, {one.candidate.effect.name}, explains {_percent(share)}."
+    return f"{said} {_advice(found, 'To pin the numbers down, record')}"
+
+
+def _incomplete(found: Trace, shape: Missing | None) -> str:
+    before, after = times_noise(found)
+    where = f", most likely in {EQUATION[shape.equation]}" if shape else ""
+    return (
+        f"{_explains(found)} But the held-out error only falls from {_times(before)} to {_times(after)} times the "
+        f"noise: something else is missing too{where}. {_advice(found, 'To go on, record')}"
+    )
+
+
+def _tied(found: Trace, _shape: Missing | None) -> str:
+    before, after = times_noise(found)
+    names = [one.candidate.effect.name for one in found.passes[0].found]
+    words = listed([EFFECT.get(name, f"{name} acts") for name in names], "or")
+    return (
+        f"Either {words}: these records can not tell {listed(names)} apart, each explains "
+        f"{_percent(found.effects[0].judgement.explained)} of what the model misses, and the held-out error falls from "
+        f"{_times(before)} to {_times(after)} times the noise. {_advice(found, 'To tell them apart, record')}"
+    )
+
+
+def _unknown(found: Trace, shape: Missing | None) -> str:
+    before, _ = times_noise(found)
+    where = EQUATION.get(found.equation or "", "the model")
+    said = (
+        f"Something is missing in {where} that no known effect explains: the held-out error is {_times(before)} times "
+    )
+    said += "the noise"
+    best = ranking(found)
+    if best:
+        one, share = best[0]
+        said += f", and the best effect, {title(one.candidate.effect)}, takes away only {_percent(share)} of it"
+        said += f" ({100 * decide.NAMED:.0f} % would name it)"
+    said += "."
+    if shape is not None and shape.explained and shape.explained[0][1] > 0:
+        name, share = shape.explained[0]
+        said += f" The missing {shape.name} goes with {name.split(' [')[0]} (R2 {share:.2f})"
+        said += f" and repeats at {shape.line:.3g} Hz." if shape.line else "."
+    if found.equation in RECORD:
+        said += f" To learn more, record {RECORD[found.equation]}."
+    return said
+
+
+def _none(found: Trace, hidden: Sequence[str]) -> str:
+    before, _ = times_noise(found)
+    if found.evidence:
+        return (
+            f"No single equation lacks anything that these records could show: the held-out error is {before:.3g} "
+            "times the noise, but a disturbance in no equation explains it. Check the noise floor: a longer static "
+            "record would settle it."
+        )
+    said = "Nothing is missing that these recordings could show: once its numbers are fitted, the rig follows the "
+    said += f"held-out records to {_times(before)} times the noise."
+    if hidden:
+        said += f" They could not have shown a typical {listed(hidden, 'or')}."
+    return said
+
+
+def _explains(found: Trace) -> str:
+    """Which effects explain how much."""
+    effects = [one.candidate.effect for one in found.effects]
+    words = listed([EFFECT.get(effect.name, f"{effect.name} acts") for effect in effects])
+    before, after = found.chi2
+    share = (before - after) / (before - 1)
+    verb = "explains" if len(effects) == 1 else "explain together"
+    return (
+        f"{words[0].upper()}{words[1:]}: {listed([title(effect) for effect in effects])} {verb} "
+        f"{_percent(share)} of what the model misses."
+    )
+
+
+def _other(found: Trace, one: Tried) -> bool:
+    return one.candidate.effect.name not in [each.candidate.effect.name for each in found.effects]
+
+
+def _advice(found: Trace, begin: str) -> str:
+    records = next_records(found)
+    if not records:
+        return ""
+    if len(records) == 1:
+        return f"{begin} {records[0][1]}."
+    return f"{begin}: {'; '.join(f'{shows} ({name})' for name, shows in records)}."
+
+
+def _percent(share: float) -> str:
+    """A share; what fits better than the noise has it is all, no more."""
+    return f"{100 * min(share, 1.0):.1f} %"

@@ -1,0 +1,1 @@
+"""`jackbench trace-study`: traces campaigns whose truth is known, and scores the answers."""

@@ -1,0 +1,225 @@
+"""Drawn campaigns: recordings of a rig whose numbers, noise, excitation and missing effect a seed decides.
+
+    truth = draw(Case(seed=7, kind="single", effects=(("jack.friction", "stribeck"),)), Path("c007"))
+
+The folder holds what a bench would leave, and nothing that gives the answer away; the answer is what `draw` returns.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import tomli_w
+
+from ....base.errors import InputError
+from ....base.signals import MEASURED
+from ....engine import Engine
+from ....plant import build
+from ....records.excitation import Excitation
+from ....rigs.rig import Rig, load_rig
+from .cause import Cause, cause
+from .excitation import excitations, loop_gain
+from .misfit import Misfit
+from .noise import Noise, noise, quantised, sigmas, write
+from .play import Motion, play, start
+from .strength import Strength, off, settle, shaped
+
+RIG = "jack-10t"
+ROLES = {"static": ["static.csv.gz"], "train": ["steps.csv.gz", "triangle.csv.gz"], "heldout": ["multisine.csv.gz"]}
+FEW = ("current", "pa", "pb", "position")  # where sensors are missing
+TOLERANCE = 1e-6  # of the simulation: far below what a fit resolves
+PASSES, NEAR = 3, 0.3  # of the search for a strength; of log(chi2 - 1)
+SMALLER, TRIES = 0.8, 8  # where a drawn excitation is too much for the rig
+
+Kind = Literal["single", "pair", "off", "clean"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A campaign to draw; whatever is not said here follows from the seed.
+
+    effects: name and formula of each, see foreign.py. removed: names that the tracer's library is to be without.
+    misfit: the held-out chi2 that a refit of the base model should leave. sharp: how fast the command is, up to 1.
+    few: no spool, acceleration and supply sensors. poor: hardly any excitation.
+    """
+
+    seed: int
+    kind: Kind
+    effects: tuple[tuple[str, str], ...] = ()
+    removed: tuple[str, ...] = ()
+    misfit: float = 6.0
+    sharp: float = 0.5
+    noise: Noise = "white"
+    supply: bool = True
+    few: bool = False
+    poor: bool = False
+    blemish: tuple[str, ...] = ()
+
+    @property
+    def id(self) -> str:
+        """The name of its folder."""
+        return f"{self.kind}-{self.seed}"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that a case decides but its effects: the rig, its true numbers, its sensors' noise, what is played."""
+
+    rig: Rig
+    true: Mapping[str, float]
+    sigma: Mapping[str, float]
+    gain: float
+    played: tuple[Excitation, ...]
+
+    def motions(
+        self, mix: Mapping[Cause, Mapping[str, float]], played: Sequence[Excitation], heard: Sequence[np.ndarray] = ()
+    ) -> list[Motion]:
+        """Excitations played on the rig with these effects' numbers; `heard` [n] m is the noise of position, if any."""
+        engine = _engine(tuple(one.key for one in mix))
+        given = {one.effect.key(name): value for one, numbers in mix.items() for name, value in numbers.items()}
+        p = engine.plant.parameter_values(None, **self.true, **given)
+        begin = start(engine, p, {name: value for one in mix for name, value in one.kicked.items()})
+        noises = heard or [np.zeros(len(one.reference)) for one in played]
+        return [play(engine, p, begin, one, self.gain, noise) for one, noise in zip(played, noises, strict=True)]
+
+
+def draw(case: Case, folder: Path) -> dict[str, Any]:
+    """Write the campaign's folder and return what it is short of. Raises InputError."""
+    scene, causes = _scene(case), [cause(*key) for key in case.effects]
+    strengths = _strengths(case, scene, causes)
+    loud = [_noises(case, scene, number) for number in range(len(scene.played))]
+    mix = {one: found.numbers for one, found in zip(causes, strengths, strict=True)}
+    motions = scene.motions(mix, scene.played, [noises["position"] for noises in loud])
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "campaign.toml").write_text(tomli_w.dumps({"rig": RIG, "records": ROLES}), encoding="utf-8")
+    torn = int(_random(case, "torn").integers(len(scene.played)))  # the record that loses rows, if any does
+    for number, (one, motion, noises) in enumerate(zip(scene.played, motions, loud, strict=True)):
+        signals = {"t": one.t, "reference": one.reference, "command": motion.command}
+        for name in scene.sigma:
+            signals[name] = quantised(motion.outputs[name] + noises[name], scene.rig, name, case.noise)
+        blemish = [what for what in case.blemish if what != "drop" or number == torn]
+        write(folder / f"{one.name}.csv.gz", signals, blemish, _random(case, "blemish", number))
+    return _truth(case, scene, causes, strengths)
+
+
+def _scene(case: Case) -> Scene:
+    rig = _rig()
+    drawn = _random(case, "rig")
+    true = {
+        name: float(drawn.uniform(number.low, number.high))
+        for name, number in rig.numbers.items()
+        if number.low is not None and number.high is not None
+    }
+    sigma = sigmas(rig, case.noise, _random(case, "sensors"))
+    logged = [name for name in MEASURED if name in sigma and name != "force" and (name != "supply" or case.supply)]
+    kept = [name for name in logged if name in FEW or not case.few]
+    excited = _random(case, "excitation")
+    gain = loop_gain(rig, excited)
+    played = excitations(rig, excited, case.sharp, case.poor)
+    scene = Scene(rig, true, {name: sigma[name] for name in kept}, gain, played)
+    return _within_limits(scene)
+
+
+def _within_limits(scene: Scene) -> Scene:
+    """The scene with excitations so small that the rig stays within its stroke and no chamber falls below 0 bar."""
+    for _ in range(TRIES):
+        fits = [_fits(scene.rig, motion) for motion in scene.motions({}, scene.played)]
+        if all(fits):
+            return scene
+        smaller = [one if fit else one.scaled(SMALLER) for one, fit in zip(scene.played, fits, strict=True)]
+        scene = replace(scene, played=tuple(smaller))
+    raise InputError(f"{scene.rig.name}: drawn excitations are too large at any size; check its limits")
+
+
+def _fits(rig: Rig, motion: Motion) -> bool:
+    travelled = np.abs(motion.outputs["position"] - rig["xmid"]).max()
+    return travelled < rig.limit("stroke") and motion.outputs["lowest_pressure"].min() > 0
+
+
+def _strengths(case: Case, scene: Scene, causes: Sequence[Cause]) -> list[Strength]:
+    """Each effect alone as strong as the case asks."""
+    if not causes:
+        return []
+    base, moving = _engine(()), scene.played[1:]
+    p = base.plant.parameter_values(None, **scene.true)
+    plain = Misfit(base, p, scene.rig, scene.sigma, scene.motions({}, moving))
+    return [
+        _strength(case, scene, one, shaped(one.effect, _random(case, "shape", k)), plain)
+        for k, one in enumerate(causes)
+    ]
+
+
+def _strength(case: Case, scene: Scene, one: Cause, shape: Mapping[str, float], plain: Misfit) -> Strength:
+    """By slopes along the base motion first, then along that with the effect, where the refit ends: air in the oil
+    moves resonances so far that only these say what a refit can do."""
+    base, moving, misfit = _engine(()), scene.played[1:], plain
+    found = Strength({}, 1.0, np.inf)
+    for _ in range(PASSES):
+        found = settle(
+            lambda numbers, misfit=misfit: misfit.refit(scene.motions({one: numbers}, moving)).heldout,
+            one,
+            shape,
+            case.misfit,
+            found.strength,
+        )
+        motions = scene.motions({one: found.numbers}, moving)
+        misfit = Misfit(base, misfit.refit(motions).p, scene.rig, scene.sigma, motions)
+        left = misfit.refit(motions)
+        found = replace(found, chi2=left.heldout, train=left.train)
+        if abs(off(found.chi2, case.misfit)) < NEAR:
+            break
+    return found
+
+
+def _noises(case: Case, scene: Scene, number: int) -> dict[str, np.ndarray]:
+    """Noise [n] SI of every sensor in one record; the position's is there even where the loop alone reads it."""
+    one, drawn = scene.played[number], _random(case, "noise", number)
+    return {n: s * noise(len(one.reference), one.period, case.noise, drawn) for n, s in scene.sigma.items()}
+
+
+def _truth(case: Case, scene: Scene, causes: Sequence[Cause], strengths: Sequence[Strength]) -> dict[str, Any]:
+    """What the campaign is short of; keys as in truth.json, numbers in SI."""
+    equations = list(dict.fromkeys(equation for one in causes for equation in one.equations))
+    numbers = {c.effect.key(n): v for c, s in zip(causes, strengths, strict=True) for n, v in s.numbers.items()}
+    return {
+        "id": case.id,
+        "kind": case.kind,
+        "effects": [one.effect.name for one in causes],
+        "formula": [one.effect.formula for one in causes],
+        "equation": causes[0].effect.equation if causes else None,
+        "equations": equations,
+        "ratio": {name: value / scene.rig[name] for name, value in scene.true.items()},
+        "true": dict(scene.true),
+        "numbers": numbers,
+        "strength": [found.strength for found in strengths],
+        "expected": [found.chi2 for found in strengths],
+        "expected_train": [found.train for found in strengths],
+        "seed": case.seed,
+        "noise": case.noise,
+        "sigma": dict(scene.sigma),
+        "sharp": case.sharp,
+        "supply": case.supply,
+        "few": case.few,
+        "poor": case.poor,
+        "blemish": list(case.blemish),
+        "removed": list(case.removed),
+        "goal": case.misfit,
+    }
+
+
+def _random(case: Case, purpose: str, number: int = 0) -> np.random.Generator:
+    """A stream of its own for every purpose: one more draw for one leaves the others as they were."""
+    return np.random.default_rng([case.seed, *purpose.encode(), number])
+
+
+@lru_cache(maxsize=1)
+def _rig() -> Rig:
+    return load_rig(RIG)
+
+
+@lru_cache(maxsize=4)
+def _engine(causes: tuple[tuple[str, str], ...]) -> Engine:
+    return Engine(build(_rig(), also=[cause(*key).effect for key in causes]), TOLERANCE)

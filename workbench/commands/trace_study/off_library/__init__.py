@@ -1,0 +1,12 @@
+"""Physics that the library of effects has not: other formulas of what it names, and causes that it does not name.
+
+Studies draw campaigns with them to see how a trace does where its formulas do not fit. No rig can declare them.
+"""
+
+from . import drive, hydraulics, motion, valve
+from . import unnamed as nameless
+
+OTHER_FORMULAS = (*drive.EFFECTS, *valve.EFFECTS, *hydraulics.EFFECTS, *motion.EFFECTS)
+NAMELESS = nameless.EFFECTS
+
+__all__ = ["NAMELESS", "OTHER_FORMULAS"]

@@ -1,0 +1,34 @@
+"""`jackbench trace-study`: traces campaigns whose truth is known, and scores the answers."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from ...base.errors import InputError
+from ..common.options import computes, finish, jobs, works
+from ..trace.study import traced
+from .study import default_plan, given, identity, run_trace_study
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("--campaigns", type=Path, metavar="DIR", help="folders with a truth.json beside them")
+    parser.add_argument("--number", type=int, default=100, metavar="N", help="campaigns to draw (default: 100)")
+    parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
+    works(parser)
+    parser.add_argument("--keep", type=Path, metavar="DIR", help="leave the drawn campaigns there")
+    computes(parser, _trace_study, rig=False)
+
+
+def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
+    for name, least in (("number", 1), ("seed", 0)):
+        value = getattr(options, name)
+        if value < least:
+            raise InputError(f"--{name} {value}: must be {least} or more")
+    folder = options.campaigns
+    plan = given(folder) if folder else default_plan(options.number, options.seed)
+    if options.keep is not None:
+        options.keep.mkdir(parents=True, exist_ok=True)
+    name = f"trace-study-{folder.resolve().name}" if folder else "trace-study"
+    study = partial(run_trace_study, plan, traced, jobs=jobs(options), keep=options.keep)
+    finish(options, words, name, {"command": "trace-study", "items": identity(plan)}, study)

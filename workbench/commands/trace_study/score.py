@@ -1,0 +1,254 @@
+"""What a trace's answer is worth beside the truth, and how often traces are right: rates with 95 % intervals."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from scipy.stats import binom, binomtest
+
+from ...base.units import to_si
+from ...plant.effects import LIBRARY
+from ...rigs.rig import load_rig
+from .campaigns.draw import RIG
+
+VISIBLE = 1.2  # chi2 of the base fit; a misfit below is faint
+SHOWN = 1.05  # chi2 that a refit leaves of the train records: below, nothing fitted to them can know the effect
+FIRST = 3  # of the ranking
+FLOOR = 1.15  # held-out RMS over the noise floor
+FINE = ("right", "tied", "incomplete", "both", "one, incomplete")  # results that are as good as can be asked
+NAMING = ("named", "tied", "incomplete")
+FAMILY = {effect.name: effect.family or effect.name for effect in LIBRARY}
+_CELL = re.compile(r"(?P<name>\S+) \[(?P<unit>[^\]]+)\]")
+
+Row = dict[str, Any]
+Truth = Mapping[str, Any]
+Answer = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Score:
+    """A rate (or a median) with its 95 % interval and what it should be; `sense` says on which side of the target."""
+
+    id: str
+    value: float | None
+    low: float | None
+    high: float | None
+    target: float | None
+    sense: Literal["at least", "at most", ""]
+    n: int
+    unit: str = "1"
+
+    @property
+    def label(self) -> str:
+        """As people read it."""
+        return self.id.replace("_", " ")
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the value is where it should be; None where there is nothing to say."""
+        if self.value is None or self.target is None:
+            return None
+        return self.value >= self.target if self.sense == "at least" else self.value <= self.target
+
+
+def judged(truth: Truth, answer: Answer) -> Row:
+    """One row of the study: what was drawn, what was said, and whether that is right.
+
+    group: what the campaign counts for: "error", "few sensors", "poor excitation" (of the train records is enough),
+    "clean", or, of "single", "off" and "pair", the word itself or "faint" where the base fit leaves less than VISIBLE.
+    """
+    names = list(answer["effects"]) if answer["verdict"] in NAMING else []
+    ranked = [one["effect"] for one in answer["ranking"]]
+    chi2 = answer["chi2"]
+    row = {
+        **_drawn(truth),
+        "group": _group(truth, chi2["before"]),
+        "verdict": answer["verdict"],
+        "named": names,
+        "said_equation": answer["equation"],
+        "ranked": ranked[:FIRST],
+        "chi2_before": chi2["before"],
+        "chi2_after": chi2["after"],
+        "at_floor": all(one["after"] <= FLOOR * one["floor"] for one in answer["rms"].values()),
+        "covers": _covered(truth, answer),
+        "error": None,
+    }
+    return row | {"result": _result(row)}
+
+
+def failed(truth: Truth, error: str) -> Row:
+    """The row of a campaign whose trace raised."""
+    return {**_drawn(truth), "group": "error", "error": error, "result": "error"}
+
+
+def scores(rows: Sequence[Row]) -> list[Score]:
+    """Every rate that a trace is judged by. A group without campaigns gives a score without a value."""
+    single, clean, off, pair, faint = (
+        [row for row in rows if row["group"] == group] for group in ("single", "clean", "off", "pair", "faint")
+    )
+    right = [row for row in single if row["result"] in ("right", "tied", "incomplete")]
+    shares = [(r["chi2_after"] - 1) / (r["chi2_before"] - 1) for r in right if r["chi2_after"] is not None]
+    covers = {kind: [one for row in rows for one in row.get("covers", {}).get(kind, [])] for kind in ("effect", "base")}
+    rest = [row for row in rows if row["group"] in ("few sensors", "poor excitation")]
+    return [
+        _rate("named_or_tied", single, lambda r: r["truth"][0] in r["named"], 0.85),
+        _rate("first_three", single, lambda r: r["truth"][0] in r["ranked"], 0.95),
+        _rate("right_family", single, lambda r: _family(r["truth"][0]) in map(_family, r["named"]), 0.90),
+        _rate("false_alarms", clean, lambda r: r["verdict"] != "none", 1 / 60, most=True),
+        _rate("off_library_named", off, lambda r: bool(r["named"]), 0.05, most=True),
+        _rate("off_library_equation", off, lambda r: r["said_equation"] in r["equations"], 0.85),
+        _median("misfit_left", shares, 0.05),
+        _rate("at_floor_or_incomplete", right, lambda r: r["at_floor"] or r["verdict"] == "incomplete", 0.80),
+        _rate("intervals_cover", covers["effect"], bool, 0.90),
+        _rate("base_intervals_cover", covers["base"], bool, None),
+        _rate("pair_both", pair, lambda r: r["result"] == "both", None),
+        _rate("pair_one_incomplete", pair, lambda r: r["result"] == "one, incomplete", None),
+        _rate("pair_wrong", pair, lambda r: r["result"] == "wrong", None),
+        _rate("faint_right", faint, lambda r: r["result"] == "right", None),
+        _rate("faint_wrong", faint, lambda r: r["result"] == "wrong", None),
+        _rate("hard_to_see_wrong", rest, lambda r: r["result"] == "wrong", None),
+        _rate("errors", rows, lambda r: r["group"] == "error", 0.0, most=True),
+    ]
+
+
+def confusion(rows: Sequence[Row]) -> dict[str, Any]:
+    """Counts [truths][answers] of the campaigns that are scored: the first name that is said, else the verdict."""
+    seen = [row for row in rows if row["group"] in ("single", "off", "pair", "clean", "faint", "error")]
+    pairs = [(_true_label(row), _said_label(row)) for row in seen]
+    order = [*dict.fromkeys(effect.name for effect in LIBRARY)]
+    truths = sorted({truth for truth, _ in pairs}, key=lambda label: _place(label, order))
+    said = sorted({said for _, said in pairs}, key=lambda label: _place(label, order))
+    return {"truths": truths, "answers": said, "counts": [[pairs.count((a, b)) for b in said] for a in truths]}
+
+
+def _drawn(truth: Truth) -> Row:
+    return {
+        "id": truth["id"],
+        "kind": truth["kind"],
+        "seed": truth.get("seed"),
+        "noise": truth.get("noise"),
+        "truth": list(truth["effects"]),
+        "formula": list(truth.get("formula", [])),
+        "equations": list(truth["equations"]),
+        "removed": list(truth.get("removed", [])),
+    }
+
+
+def _group(truth: Truth, chi2: float | None) -> str:
+    if truth.get("few"):
+        return "few sensors"
+    if truth.get("poor") or any(chi2 < SHOWN for chi2 in truth.get("expected_train", [])):
+        return "poor excitation"
+    if truth["kind"] != "clean" and chi2 is not None and chi2 < VISIBLE:
+        return "faint"
+    return truth["kind"]
+
+
+def _result(row: Row) -> str:
+    """right, tied, incomplete, both, "one, incomplete" (all fine); one, missed, unknown (short of it); wrong."""
+    named, truth, verdict = set(row["named"]), set(row["truth"]), row["verdict"]
+    if row["kind"] == "clean":
+        return "right" if verdict == "none" else "wrong"
+    if row["kind"] == "off":
+        return _off_result(row)
+    if verdict == "none":
+        return "right" if row["group"] == "faint" else "missed"
+    if verdict == "unknown":
+        return "unknown"
+    if row["kind"] == "pair":
+        if verdict == "tied":  # one of the tied ones, and nothing of a second effect
+            return "one" if named & truth else "wrong"
+        if not named <= truth:
+            return "wrong"
+        return "both" if named == truth else "one, incomplete" if verdict == "incomplete" else "one"
+    if not truth <= named or (verdict != "tied" and named != truth):
+        return "wrong"
+    return {"named": "right"}.get(verdict, verdict)
+
+
+def _off_result(row: Row) -> str:
+    if row["named"]:
+        return "wrong"
+    if row["verdict"] == "none":
+        return "right" if row["group"] == "faint" else "missed"
+    return "right" if row["said_equation"] in row["equations"] else "other equation"
+
+
+def _covered(truth: Truth, answer: Answer) -> dict[str, list[bool]]:
+    """Whether each interval holds the truth: of the effect's numbers where the traced formula is the drawn one (or
+    nothing was drawn), and of the rig's own numbers beside them."""
+    own: list[bool] = []
+    if truth["kind"] == "clean":
+        same = answer["verdict"] == "none"
+    else:
+        key = (truth["effects"][0], (truth.get("formula") or [""])[0])
+        found = next((one for one in answer["ranking"] if one["effect"] in answer["effects"]), None)
+        same = truth["kind"] == "single" and found is not None and (found["effect"], found["formula"]) == key
+        if found and same:
+            numbers = {k.removeprefix(f"{key[0]}."): v for k, v in truth.get("numbers", {}).items()}
+            own = _inside(numbers, found["parameters"], _units(*key))
+    rig = _inside(truth.get("true", {}), answer.get("base", {}), _rig_units()) if same else []
+    return {"effect": own, "base": rig}
+
+
+def _units(name: str, formula: str) -> dict[str, str]:
+    found = [effect for effect in LIBRARY if (effect.name, effect.formula) == (name, formula)]
+    return {number.name: number.si for effect in found for number in effect.numbers}
+
+
+def _rig_units() -> dict[str, str]:
+    return {name: number.si for name, number in load_rig(RIG).numbers.items()}
+
+
+def _inside(true: Mapping[str, float], intervals: Mapping[str, Sequence[float]], si: Mapping[str, str]) -> list[bool]:
+    """For each `name [unit]`: [value, low, high] whose true SI value is known, whether the interval holds it."""
+    found = []
+    for cell, (_, low, high) in intervals.items():
+        parts = _CELL.fullmatch(cell)
+        if parts and parts["name"] in si and parts["name"] in true and None not in (low, high):
+            low, high = (float(to_si(edge, parts["unit"], si[parts["name"]])) for edge in (low, high))
+            found.append(low <= true[parts["name"]] <= high)
+    return found
+
+
+def _rate(
+    id: str, cases: Sequence[Any], is_so: Callable[[Any], bool], target: float | None, most: bool = False
+) -> Score:
+    sense = "" if target is None else "at most" if most else "at least"
+    if not cases:
+        return Score(id, None, None, None, target, sense, 0)
+    hits = sum(is_so(case) for case in cases)
+    low, high = binomtest(hits, len(cases)).proportion_ci(0.95, "exact")
+    return Score(id, hits / len(cases), float(low), float(high), target, sense, len(cases))
+
+
+def _median(id: str, values: Sequence[float], target: float) -> Score:
+    """A median that should be small, with the interval that its order statistics give."""
+    n = len(values)
+    if n == 0:
+        return Score(id, None, None, None, target, "at most", 0)
+    ordered, edge = np.sort(values), max(0, int(binom.ppf(0.025, n, 0.5)) - 1)
+    low, high = float(ordered[edge]), float(ordered[n - 1 - edge])
+    return Score(id, float(np.median(ordered)), low, high, target, "at most", n)
+
+
+def _family(name: str) -> str:
+    return FAMILY.get(name, name)
+
+
+def _true_label(row: Row) -> str:
+    if row["kind"] in ("clean", "pair"):
+        return row["kind"]
+    return row["truth"][0] if row["kind"] == "single" else f"off-library: {row['equations'][0]}"
+
+
+def _said_label(row: Row) -> str:
+    if row["group"] == "error":
+        return "error"
+    return row["named"][0] if row["named"] else row["verdict"]
+
+
+def _place(label: str, order: Sequence[str]) -> tuple[int, str]:
+    return (order.index(label), "") if label in order else (len(order), label)

@@ -1,0 +1,1 @@
+"""`jackbench tune EXPERIMENT`: searches a controller's numbers and leaves tuned.toml, an experiment of the best."""

@@ -1,0 +1,23 @@
+"""`jackbench tune EXPERIMENT`: searches a controller's numbers and leaves tuned.toml, an experiment of the best."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from ...rigs.rig import rig_table
+from ..common.options import computes, finish, jobs, works
+from .config import load_tune
+from .study import run_tune
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("experiment", help="such as experiments/tune_p_dp.toml")
+    works(parser)
+    computes(parser, _tune)
+
+
+def _tune(options: argparse.Namespace, words: list[str]) -> None:
+    config = load_tune(options.experiment, options.rig)
+    identity = {"command": "tune", "experiment": config.source, "rig": rig_table(config.start.rig)}
+    finish(options, words, Path(options.experiment).stem, identity, partial(run_tune, config, jobs=jobs(options)))

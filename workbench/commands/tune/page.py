@@ -1,0 +1,120 @@
+"""The report of a search: its course, the best design's numbers and rows, and its steps beside the start's."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
+from ...loop.closed_loop import LoopRun
+from ...loop.scenarios import Scenario
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from .config import WEIGHTS, TuneConfig
+from .goals import Trial
+
+Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scenario
+
+
+def tune_page(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, runs: Runs) -> Page:
+    """The report. `nearest` is the best design, or where none meets the hard goals the one that comes nearest."""
+    tables = [_numbers(config, trials[0], nearest), *([_rows(nearest)] if nearest.verdict.rows else [])]
+    return Page(
+        f"{config.name} tuned on {config.rig_name}",
+        _verdict(config, trials, nearest),
+        [
+            Section("The best design" if nearest.verdict.rows else "The nearest design", tables),
+            Section("Its steps", [step_figure(config, wanted, runs) for wanted in config.start.scenarios]),
+            Section("The search", [_course(trials), _missed(trials)]),
+        ],
+    )
+
+
+def _verdict(config: TuneConfig, trials: Sequence[Trial], nearest: Trial) -> str:
+    cost = nearest.verdict.cost
+    if cost is None:
+        return f"No design of {len(trials)} meets every hard goal. None that met those before met: {_goal(nearest)}."
+    start = trials[0].verdict
+    before = f"{start.cost:.4g}" if start.cost is not None else f"none (it misses: {_goal(trials[0])})"
+    rows = nearest.verdict.rows
+    settled = [row["settling_s"] for row in rows if row["settling_s"] is not None]
+    slowest = f"settled in {max(settled):.3g} s at the latest, " if settled else ""
+    return (
+        f"{config.name}: cost {cost:.4g} in trial {nearest.number} of {len(trials)}, at the start {before}. On "
+        f"{len(config.rigs)} rigs {slowest}overshoot {_highest(rows, 'overshoot_percent'):.1f} % at most, "
+        f"Ms {_highest(rows, 'ms'):.2f} at most and {rows[0]['ms']:.2f} on the nominal one."
+    )
+
+
+def _goal(trial: Trial) -> str:
+    return str(trial.verdict.missed)
+
+
+def _highest(rows: Sequence[Mapping[str, Any]], key: str) -> float:
+    return max((row[key] for row in rows if row[key] is not None), default=0.0)
+
+
+def _numbers(config: TuneConfig, start: Trial, best: Trial) -> Table:
+    rows = [
+        [one.name, start.values[one.name], best.values[one.name], one.unit, f"{one.low:g} to {one.high:g}"]
+        for one in config.searched
+    ]
+    weights = ", ".join(f"{key} {value:g} {WEIGHTS[key]}" for key, value in config.weights.items())
+    note = (
+        f"Cost: the worst rig's numbers, averaged over the scenarios, times the weights: {weights}. IAE over the step."
+    )
+    return Table("Numbers", ["number", "start", "best", "unit", "searched"], rows, note)
+
+
+def _rows(best: Trial) -> Table:
+    heads = {
+        "rig": "rig",
+        "scenario": "scenario",
+        "settling_s": "settling [s]",
+        "overshoot_percent": "overshoot [%]",
+        "residual_oscillation": "oscillation [% of step]",
+        "ms": "Ms [1]",
+        "gain_margin_db": "gain margin [dB]",
+    }
+
+    def cell(row: Mapping[str, Any], key: str) -> Any:
+        return row[key] * 100 if key == "residual_oscillation" and row[key] is not None else row[key]
+
+    lines = [[cell(row, key) for key in heads] for row in best.verdict.rows]
+    note = "Margins are the worse of null and moving; only the nominal rig's are a hard goal."
+    return Table("On every rig of the set", list(heads.values()), lines, note)
+
+
+def step_figure(config: TuneConfig, wanted: Scenario, runs: Runs) -> Figure:
+    """One scenario on the nominal rig, by the start and the best: controlled signal and command."""
+    records = {what: found[wanted.name].record for what, found in runs.items()}
+
+    def curves(name: str) -> list[Curve]:
+        signal = SIGNALS[name]
+        return [Curve(w, r.t, from_si(r.signals[name], signal.unit, signal.si)) for w, r in records.items()]
+
+    signal, first = config.start.signal, records["best"]
+    asked = Curve("reference", first.t, from_si(first.signals["reference"], signal.unit, signal.si), "dot")
+    panels = [
+        Panel(signal.label, [asked, *curves(signal.name)]),
+        Panel(SIGNALS["command"].label, curves("command")),
+    ]
+    return Figure(wanted.name, "time [s]", panels)
+
+
+def _course(trials: Sequence[Trial]) -> Figure:
+    """Cost of every design that meets the hard goals, and the best so far."""
+    met = [(trial.number, trial.verdict.cost) for trial in trials if trial.verdict.cost is not None]
+    numbers, costs = np.array([n for n, _ in met], float), np.array([c for _, c in met], float)
+    best = np.minimum.accumulate(costs)
+    panel = Panel("cost [1]", [Curve("a design", numbers, costs, "markers"), Curve("best so far", numbers, best)])
+    return Figure("Course of the search", "trial", [panel], note="Only designs that meet every hard goal have a cost.")
+
+
+def _missed(trials: Sequence[Trial]) -> Table:
+    """How many designs fell at which goal, the latest goal first."""
+    left = {trial.verdict.missed: trial.verdict.left for trial in trials}
+    goals = sorted((goal for goal in left if goal is not None), key=lambda goal: left[goal])
+    rows: list[list[Any]] = [["met every one", sum(trial.verdict.missed is None for trial in trials)]]
+    rows += [[goal, sum(trial.verdict.missed == goal for trial in trials)] for goal in goals]
+    return Table("Hard goals", ["first goal that was missed", "designs"], rows)

@@ -1,0 +1,155 @@
+"""Compensators: linear filters that stack on any controller, and controllers of position put on a load cell."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Literal, Protocol, cast
+
+import control
+import numpy as np
+from scipy.linalg import block_diag
+
+from .discrete_filter import Filter, weighted
+from .protocol import Controller, fallbacks, preview
+
+
+class Compensator(Protocol):
+    """A stable linear filter beside a controller.
+
+    `into` says what becomes of its output: it is added to the "command" [1], or is the controller's "reference".
+    `law` is its discrete state space from signals, which are its input labels: "reference" or measured ones (SI).
+    """
+
+    into: ClassVar[Literal["command", "reference"]]
+    law: control.StateSpace
+
+
+class _Around:
+    """What is around a controller passes on what it may have besides the protocol."""
+
+    def __init__(self, inner: Controller) -> None:
+        self._inner, self.preview = inner, preview(inner)
+
+    @property
+    def fallbacks(self) -> int | None:
+        """Of the inner controller."""
+        return fallbacks(self._inner)
+
+    def foresee(self, future: np.ndarray) -> None:
+        """The references that the inner controller will see."""
+        if self.preview:
+            cast(Any, self._inner).foresee(self._shaped(future))
+
+    def _shaped(self, future: np.ndarray) -> np.ndarray:
+        return future
+
+
+class Compensated(_Around):
+    """A controller with a compensator around it, itself a controller. The inner one sees the reference as filtered.
+
+    What the drive did not do is the inner controller's affair: it learns the realised command less what was added.
+    """
+
+    def __init__(self, inner: Controller, compensator: Compensator) -> None:
+        super().__init__(inner)
+        self._shapes = compensator.into == "reference"
+        self._filter, self._inputs = Filter(compensator.law), tuple(compensator.law.input_labels)
+        more = (name for name in self._inputs if name != "reference" and name not in inner.measures)
+        self.measures = (*inner.measures, *more)
+        self._seen: list[float] = [0.0] * len(self._inputs)
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start without a bump: the filter rests at these signals, and the inner controller makes up the command."""
+        seen = self._look(reference, measurement)
+        self._filter.rest(seen)
+        inner, added = self._split(reference, self._filter.out(seen))
+        self._inner.reset(inner, measurement, command - added)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The inner controller's command with the compensator's part."""
+        inner, added = self._split(reference, self._filter.out(self._look(reference, measurement)))
+        return self._inner.compute(inner, measurement) + added
+
+    def update(self, realised: float) -> None:
+        """Advance both by one period."""
+        added = self._split(0.0, self._filter.out(self._seen))[1]
+        self._filter.step(self._seen)
+        self._inner.update(realised - added)
+
+    def _shaped(self, future: np.ndarray) -> np.ndarray:
+        return self._filter.ahead(future) if self._shapes else future
+
+    def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
+        self._seen = [reference if name == "reference" else measurement[name] for name in self._inputs]
+        return self._seen
+
+    def _split(self, reference: float, output: float) -> tuple[float, float]:
+        """The inner controller's reference, and what is added to its command."""
+        return (output, 0.0) if self._shapes else (reference, output)
+
+    def linear(self) -> control.StateSpace:
+        """Both together, from ("reference", *measures) to "command"."""
+        inner, beside = self._inner.linear(), self._filter.law
+        names = ["reference", *self.measures]
+        (a, b, c, d), (af, bf, cf, df) = (_matrices(law) for law in (inner, beside))
+        picked, seen = _pick(inner.input_labels, names), _pick(self._inputs, names)
+        if not self._shapes:
+            whole = block_diag(a, af), np.vstack((b @ picked, bf @ seen)), np.hstack((c, cf)), d @ picked + df @ seen
+        else:
+            picked[0] = 0.0  # the inner reference is the filter's output
+            cascade = np.block([[a, b[:, :1] @ cf], [np.zeros((len(af), len(a))), af]])
+            entering = np.vstack((b @ picked + b[:, :1] @ df @ seen, bf @ seen))
+            whole = cascade, entering, np.hstack((c, d[:, :1] @ cf)), d @ picked + d[:, :1] @ df @ seen
+        return control.StateSpace(*whole, inner.dt, inputs=names, outputs=["command"])
+
+
+class OnLoadCell(_Around):
+    """A controller of position on a load cell: its position is force over stiffness [N/m], a specimen's deflection.
+
+    Its reference is a deflection [m], as of a specimen whose far end stands; `Deflection` makes it of a force.
+    """
+
+    def __init__(self, inner: Controller, stiffness: float) -> None:
+        super().__init__(inner)
+        self._stiffness = stiffness
+        self.measures = ("force", *inner.measures[1:])
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start the inner controller without a bump."""
+        self._inner.reset(reference, self._deflected(measurement), command)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The inner controller's command."""
+        return self._inner.compute(reference, self._deflected(measurement))
+
+    def update(self, realised: float) -> None:
+        """Advance the inner controller."""
+        self._inner.update(realised)
+
+    def _deflected(self, measurement: Mapping[str, float]) -> dict[str, float]:
+        return {**measurement, "position": measurement["force"] / self._stiffness}
+
+    def linear(self) -> control.StateSpace:
+        """The inner law, of force over the stiffness."""
+        law = self._inner.linear()
+        a, b, c, d = _matrices(law)
+        scale = np.ones(b.shape[1])
+        scale[1] /= self._stiffness
+        names = ["reference", *self.measures]
+        return control.StateSpace(a, b * scale, c, d * scale, law.dt, inputs=names, outputs=["command"])
+
+
+class Deflection:
+    """The controller's reference is a force over a stiffness [N/m]."""
+
+    into: ClassVar[Literal["command", "reference"]] = "reference"
+
+    def __init__(self, stiffness: float, period: float) -> None:
+        self.law = weighted([1], [1], period, {"reference": 1 / stiffness})
+
+
+def _matrices(law: control.StateSpace) -> list[np.ndarray]:
+    return [np.asarray(part) for part in (law.A, law.B, law.C, law.D)]
+
+
+def _pick(wanted: Sequence[str], names: Sequence[str]) -> np.ndarray:
+    """The matrix that picks `wanted` signals out of `names`."""
+    return np.array([[float(one == other) for other in names] for one in wanted])

@@ -1,0 +1,12 @@
+"""Fractional design (CRONE): laws by their phase about the crossover.
+
+oustaloup   powers of s between its integers, as poles and zeros
+crossover   the order and the gain that give a phase margin and a crossover
+template    the law of an open-loop template
+"""
+
+from .crossover import gain_for, order_for
+from .oustaloup import band, oustaloup, power
+from .template import TemplateLaw, template_phase
+
+__all__ = ["TemplateLaw", "band", "gain_for", "order_for", "oustaloup", "power", "template_phase"]

@@ -1,0 +1,67 @@
+"""The abstract CRONE law of an open-loop template: a phase about the crossover, given, whatever the jack's own does."""
+
+import numpy as np
+
+from ..jack_model import JackModel
+from ..second_order_sections import Factors, integral, pair, sections_response, tustin
+from ..section_controller import ErrorLaw
+from .crossover import gain_for, order_for
+from .oustaloup import band
+
+CELLS = 5
+_OCTAVES = np.linspace(-1, 1, 9)  # about the crossover: there the phase should be the template's
+_MIDDLE = len(_OCTAVES) // 2
+_NEVER = 1e3  # rad^2: more than any phase is off
+
+
+class TemplateLaw(ErrorLaw):
+    """C = beta/G: beta(s) = K/s ((1 + s/wh)/(1 + s/wl))^(n - 1) / (roll-off), G the jack's model without its delay.
+
+    The order n gives the phase `margin` [rad], K the crossover [Hz]; wl and wh are those with which the phase of the
+    whole loop, delay and roll-off included, is nearest to a template's within an octave of the crossover: the phase
+    Re/i (wcg/s)^(a + i b) has there, constant for b = 0. Four Butterworth poles end the law at `roll_off` [Hz]; an
+    `integrator` has its corner [Hz] there, none at 0. Raises InputError for what is out of reach.
+    """
+
+    def __init__(
+        self,
+        jack: JackModel,
+        period: float,
+        crossover: float,
+        margin: float,
+        roll_off: float,
+        integrator: float,
+        b: float = 0.0,
+    ) -> None:
+        ending = np.append(*(pair(roll_off, np.sin(k * np.pi / 8)) for k in (1, 3)))
+        ahead, slow = tustin(Factors(jack.modes, ending), period, crossover), integral(integrator, period)
+        f = crossover * 2.0**_OCTAVES
+        rest = jack.response(f) * sections_response(np.vstack((ahead, slow)), f, period)
+        lacking = template_phase(f / crossover, b) - np.angle(-rest * np.exp(-1j * margin))
+        low, high = _nearest_band(f, lacking)
+
+        def memory(order: float) -> np.ndarray:
+            return np.vstack((tustin(band(order, low, high, CELLS), period, crossover), slow))
+
+        law = memory(order_for(lambda n: np.vstack((ahead, memory(n))), jack, crossover, margin, period))
+        super().__init__(np.vstack((gain_for(np.vstack((ahead, law)), jack, crossover, period), ahead)), law, period)
+
+
+def template_phase(ratio: np.ndarray, b: float) -> np.ndarray:
+    """Phase [rad] of a complex order's template at w/wcg [k], less that at wcg, |b| < 2.
+
+    beta = (cosh(b pi/2))^sign(b) (wcg/s)^a (Re/i (wcg/s)^(i b))^-sign(b) (Oustaloup, Mathieu, Lanusse, European Journal
+    of Control 1(2), 1995): with s = j w its phase is sign(b) atan(tan(b ln(w/wcg)) tanh(b pi/2)) above -a pi/2.
+    """
+    return np.sign(b) * np.arctan(np.tan(b * np.log(ratio)) * np.tanh(b * np.pi / 2))
+
+
+def _nearest_band(f: np.ndarray, lacking: np.ndarray) -> tuple[float, float]:
+    """The band [Hz] whose power is nearest to a phase [k] at f, and is that in its middle: by a grid."""
+    low, width = f[_MIDDLE] * np.geomspace(0.01, 1, 60), np.geomspace(2, 1000, 40)
+    low, width = (grid.ravel()[:, None] for grid in np.meshgrid(low, width))
+    turn = np.arctan(f / low) - np.arctan(f / (low * width))
+    order = lacking[_MIDDLE] / turn[:, [_MIDDLE]]
+    uneven = np.sum((lacking - order * turn) ** 2, axis=1) + (np.abs(order[:, 0]) > 1) * _NEVER
+    best = int(np.argmin(uneven))
+    return float(low[best, 0]), float((low * width)[best, 0])

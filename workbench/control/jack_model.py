@@ -1,0 +1,91 @@
+"""The jack in six numbers, as a position controller sees it: what CRONE and LQG designs know of their plant."""
+
+from dataclasses import dataclass
+from typing import cast
+
+import control
+import numpy as np
+from scipy.optimize import least_squares
+
+from ..base.errors import InputError
+from ..linear import held
+from ..linear.frequency_response import sampled_response
+from .protocol import number
+from .second_order_sections import Factors, pair
+
+FIT = (0.2, 60.0)  # Hz: a fit sees these frequencies
+_POINTS = 100
+_START = (30.0, 100.0, 0.5, 0.5, 1e-3)  # of a search: the two modes [Hz], their damping, the delay [s]
+
+
+@dataclass(frozen=True)
+class JackModel:
+    """position/command = velocity_gain exp(-s delay) / (s (jack mode) (valve mode)), each mode of gain 1 at s = 0.
+
+    Fitted with a pressure feedback closed, it is the model of the plant so damped.
+    """
+
+    velocity_gain: float = number("m/s", 1e-3, 1e3, "speed per unit of command")
+    jack_frequency: float = number("Hz", 0.1, 1e3, "natural frequency of the mass on the oil")
+    jack_damping: float = number("1", 1e-3, 10.0, "damping of the mass on the oil")
+    valve_frequency: float = number("Hz", 0.1, 1e3, "natural frequency of the valve")
+    valve_damping: float = number("1", 1e-3, 10.0, "damping of the valve")
+    delay: float = number("s", 0.0, 0.1, "what the modes leave of the phase: half a period, faster dynamics")
+
+    @property
+    def modes(self) -> np.ndarray:
+        """The four poles [rad/s] of jack and valve."""
+        jack, valve = pair(self.jack_frequency, self.jack_damping), pair(self.valve_frequency, self.valve_damping)
+        return np.append(jack, valve)
+
+    def response(self, f: np.ndarray) -> np.ndarray:
+        """position/command at f [k] in Hz, complex [k] in m."""
+        s = 2j * np.pi * np.asarray(f)
+        return self.velocity_gain * np.exp(-s * self.delay) / s * Factors(np.array([]), self.modes)(f)
+
+    def sampled(self, period: float) -> control.StateSpace:
+        """command -> position [m] and acceleration, held over each `period` [s]; half a period of delay is the hold's.
+
+        States: position, speed/w, acceleration/w^2 of the jack's mode, what the valve gives (as a command), its rate/w
+        of the valve's mode, then the commands on their way.
+        """
+        w, wv = 2 * np.pi * self.jack_frequency, 2 * np.pi * self.valve_frequency
+        a = np.zeros((5, 5))
+        a[0, 1] = a[1, 2] = w
+        a[2, 1:4] = -w, -2 * self.jack_damping * w, self.velocity_gain
+        a[3:, 3:] = [[0, wv], [-wv, -2 * self.valve_damping * wv]]
+        seen = np.array([[1, 0, 0, 0, 0], [0, 0, w**2, 0, 0]])
+        late = max(0.0, self.delay - period / 2)
+        return control.StateSpace(*held((a, wv * np.eye(5, 1, -4), seen, np.zeros((2, 1))), late, period), period)
+
+    def stable(self, law: control.StateSpace) -> bool:
+        """Whether the loop of a discrete law (error -> command) on this model is stable."""
+        closed = cast(control.StateSpace, control.feedback(self.sampled(law.dt)[0, 0] * law))
+        return bool(np.abs(closed.poles()).max() < 1 - 1e-9)
+
+
+def fit_jack_model(plant: control.StateSpace) -> JackModel:
+    """The numbers of a sampled plant (command -> position, such as `views.sampled` gives).
+
+    Least squares of the logarithm of the response (decibels and degrees alike) over FIT. Raises InputError where the
+    model stays more than 1 dB off, such as for a plant that does not integrate.
+    """
+    f = np.geomspace(*FIT, _POINTS)
+    f = f[f < 0.4 / plant.dt]
+    wanted = sampled_response(plant, np.exp(2j * np.pi * f * plant.dt))[0, 0]
+
+    def off(x: np.ndarray) -> np.ndarray:
+        ratio = _model(x).response(f) / wanted
+        return np.append(np.log(np.abs(ratio)), np.angle(ratio))
+
+    start = np.log((float(np.abs(wanted[0]) * 2 * np.pi * f[0]), *_START))
+    found = least_squares(off, start, x_scale=0.1)
+    worst = 20 / np.log(10) * float(np.abs(found.fun[: len(f)]).max())
+    if not worst < 1.0:
+        raise InputError(f"{plant.name}: an integrator with two modes is {worst:.1f} dB off; damp the jack first")
+    return _model(found.x)
+
+
+def _model(x: np.ndarray) -> JackModel:
+    gain, jack, valve, jack_damping, valve_damping, delay = np.exp(x).tolist()
+    return JackModel(gain, jack, jack_damping, valve, valve_damping, delay)

@@ -1,0 +1,92 @@
+"""What a model-based controller knows of a jack: its model and a Kalman filter of its state, load and drive offset."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from .jack_model import JackModel
+from .protocol import number
+
+
+@dataclass(frozen=True)
+class ObservedJack(JackModel):
+    """The jack's model, and how far signals and model are trusted. Without a `spool_travel` no spool is measured."""
+
+    inertia: float = number("Pa s^2/m", 1.0, 1e9, "pressure per acceleration: mass over area", 2e5)
+    spool_travel: float = number("m", 0.0, 0.1, "spool travel at full command; 0: no spool sensor", 0.0)
+    position_noise: float = number("m", 1e-9, 1e-2, "standard deviation of a position sample", 4e-5)
+    pressure_noise: float = number("Pa", 1.0, 1e7, "standard deviation of a sample of pa - pb", 2e4)
+    spool_noise: float = number("m", 1e-9, 1e-2, "standard deviation of a spool sample", 1e-5)
+    command_noise: float = number("1", 1e-6, 1.0, "standard deviation of what the model misses, as a command", 0.1)
+    command_walk: float = number("1/s^0.5", 1e-9, 10.0, "how d walks: its standard deviation after 1 s", 1e-2)
+    pressure_walk: float = number("Pa/s^0.5", 1e-3, 1e9, "how the pressure of a load walks", 1e6)
+
+
+class JackObserver:
+    """A steady Kalman filter: x[k+1] = A x[k] + B (u[k] + d), with two random walks, so that nothing is left over.
+
+    They are d, a command that the drive adds, and a pressure that carries a load (Franklin, Powell, Workman, Digital
+    Control of Dynamic Systems, 3rd ed. 1998, ch. 9). Its state [n + 2] is the jack's, as JackModel.sampled has it, then
+    d [1] and the load's pressure [Pa]. `signals` gives position [m], speed [m/s] and pa - pb [Pa] as rows on it. It
+    runs on the command that the drive really got.
+    """
+
+    def __init__(self, jack: ObservedJack, period: float) -> None:
+        j, model = jack, jack.sampled(period)
+        self.a, self.b, seen = (np.asarray(part) for part in (model.A, model.B, model.C))
+        self.n = n = len(self.a)
+        self.measures = ("position", "pa", "pb", *(("spool",) if j.spool_travel else ()))
+        self.ahead = np.block([[self.a, self.b, np.zeros((n, 1))], [np.zeros((2, n)), np.eye(2)]])
+        self.entering = np.vstack((self.b, np.zeros((2, 1))))[:, 0]
+        rows = [np.append(seen[0], [0.0, 0.0]), np.append(j.inertia * seen[1], [0.0, 1.0])]
+        trust, self._pick = [j.position_noise, j.pressure_noise], np.array([[1.0, 0, 0], [0, 1, -1]])
+        if j.spool_travel:
+            rows.append(j.spool_travel * np.eye(1, n + 2, 3)[0])
+            trust.append(j.spool_noise)
+            self._pick = np.array([[1.0, 0, 0, 0], [0, 1, -1, 0], [0, 0, 0, 1]])
+        self.seen = np.array(rows)
+        w = 2 * np.pi * j.jack_frequency
+        self.signals = {"position": rows[0], "speed": w * np.eye(1, n + 2, 1)[0], "pressure": rows[1]}
+        drives = np.column_stack((self.entering, np.eye(n + 2)[:, n:]))
+        drives *= j.command_noise, j.command_walk * np.sqrt(period), j.pressure_walk * np.sqrt(period)
+        self.gain = _kalman(self.ahead, drives @ drives.T, self.seen, np.array(trust))
+        self.state, self._signals = np.zeros(n + 2), np.zeros(len(rows))
+
+    def rest(self, measurement: Mapping[str, float], offset: float) -> None:
+        """A jack at rest at these signals, to whose command the drive adds `offset` [1]."""
+        self.look(measurement)
+        position = self.signals["position"][: self.n]
+        self.state = np.concatenate((position * self._signals[0], [offset, self._signals[1]]))
+
+    def look(self, measurement: Mapping[str, float]) -> np.ndarray:
+        """The state [n + 2] as these signals correct it; it counts for the next `step`."""
+        self._signals = self._pick @ [measurement[name] for name in self.measures]
+        return self._corrected()
+
+    def step(self, realised: float) -> None:
+        """Predict the next period with the command [1] that the drive really got."""
+        self.state = self.ahead @ self._corrected() + self.entering * realised
+
+    def _corrected(self) -> np.ndarray:
+        return self.state + self.gain @ (self._signals - self.seen @ self.state)
+
+    def closed(self, feedback: np.ndarray, follow: float, period: float) -> control.StateSpace:
+        """The law u = follow r - feedback x of filter and feedback [n + 2] together, in the protocol's signals."""
+        corrected = np.eye(len(self.ahead)) - self.gain @ self.seen
+        seen = self.gain @ np.hstack((np.zeros((len(self._pick), 1)), self._pick))
+        leaving = -feedback[None] @ corrected
+        direct = -feedback[None] @ seen + follow * np.eye(1, seen.shape[1])
+        ahead = self.ahead @ corrected + np.outer(self.entering, leaving)
+        entering = self.ahead @ seen + np.outer(self.entering, direct)
+        names = {"inputs": ["reference", *self.measures], "outputs": ["command"]}
+        return control.StateSpace(ahead, entering, leaving, direct, period, **names)
+
+
+def _kalman(a: np.ndarray, noise: np.ndarray, seen: np.ndarray, trust: np.ndarray) -> np.ndarray:
+    """Gain of the correction. Each sensor in its own noise, or the Riccati equation is ill conditioned."""
+    scaled = seen / trust[:, None]
+    k = len(trust)
+    spread = np.asarray(control.dlqe(a, np.eye(len(a)), scaled, (noise + noise.T) / 2, np.eye(k))[1])
+    return np.linalg.solve(scaled @ spread @ scaled.T + np.eye(k), scaled @ spread).T / trust

@@ -1,0 +1,200 @@
+"""A valve's numbers from its datasheet: second-order in closed form, three-stage by a fit.
+
+The fit starts from engineering estimates and minimises the errors of the corner frequencies and the pilot flow, each
+over 1 %, together with every number's distance from its estimate over its range: figures that say nothing of a number
+leave it where it was.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ...base.errors import InputError
+from ...rigs.datasheet import Datasheet, build_rig, main_lands
+from ...rigs.rig import Number, Rig
+from ...rigs.schema import SECOND_ORDER, SUPPLY, THREE_STAGE
+from ..fit.determined import DETERMINED, Determination, Free, determine
+from .corners import FigureErrors
+
+Keep = Callable[[str, Callable[[], Any]], Any]
+"""Computes a named part once; a resumed run gets the stored result."""
+
+_TIGHT = 0.01  # weight of the fit: a figure off by this costs as much as a number at the end of its range
+_STEPS = 12
+_DIFFERENCE = 0.03  # of a range: the step of the slopes
+_TRAVEL = 1e-3  # m: of a spool whose travel is not stated; only flow over travel matters
+_LARGEST_SHARE = 0.2  # of the rated flow of a land, as leakage
+_ORIFICE = 0.61 * np.sqrt(2 / 850)  # flow per area and root of pressure drop of a sharp-edged land, mineral oil
+
+
+@dataclass(frozen=True)
+class ValveFit:
+    """A fitted rig, the rig of the estimates, the fit's own errors of the figures (logarithms), and what is determined.
+
+    `start`: 0 when the engineering estimates led there, else the number of the random start.
+    """
+
+    rig: Rig
+    estimate: Rig
+    free: tuple[Free, ...]
+    errors: Mapping[str, float]
+    determination: Determination
+    start: int
+
+
+def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
+    """f0, zeta, lands and lap of a second-order valve in closed form; several amplitudes: the mean of their logarithms.
+
+    |H|^2 = 1/2 at f3db: (1 - r^2)^2 + (2 zeta r)^2 = 2 with r = f3db/f90. Leakage at null is two eps-wide paths in
+    parallel. Raises InputError for corners or a leakage that no such valve has.
+    """
+    f3db, f90 = (float(np.exp(np.mean([np.log(getattr(r, k)) for r in sheet.responses]))) for k in ("f3db", "f90"))
+    ratio, lowest, highest = f3db / f90, SECOND_ORDER["zeta"].low, SECOND_ORDER["zeta"].high
+    zeta = float(np.sqrt(max(2 - (1 - ratio**2) ** 2, 0))) / (2 * ratio)
+    if not lowest <= zeta <= highest:
+        raise InputError(
+            f"{sheet.name}: no second-order valve has -3 dB at {f3db:g} Hz and -90 deg at {f90:g} Hz "
+            f"(-3 dB lies below {np.sqrt(1 + np.sqrt(2)):.3f} of -90 deg); check f3db and f90"
+        )
+    share = sheet.valve["leakage"] / (2 * sheet.valve["rated_flow"])
+    share *= float(np.sqrt(sheet.valve["rated_drop"] / sheet.valve["leakage_drop"]))
+    if share > _LARGEST_SHARE:
+        raise InputError(f"{sheet.name}: the leakage is {share:.0%} of the rated flow of a land; check both")
+    eps = _TRAVEL * share / (1 - share)
+    values = {
+        "f0": (f90, "datasheet: -90 deg"),
+        "zeta": (zeta, "datasheet: -3 dB over -90 deg"),
+        "z0": (0.0, "datasheet: no offset stated"),
+        "K3": (main_lands(sheet, _TRAVEL, eps), "datasheet: rated flow at full travel"),
+        "z3max": (_TRAVEL, "scale only: the spool's travel is not stated"),
+        "eps": (eps, "datasheet: leakage at null"),
+        "n": (sheet.valve["n"], "datasheet"),
+    }
+    return {name: _number(name, value, source) for name, (value, source) in values.items()}
+
+
+def unknowns(sheet: Datasheet) -> tuple[Free, ...]:
+    """What a three-stage valve's fit may move, with estimates from the geometry and the rated figures alone."""
+    g, valve, supply = _geometry(sheet), sheet.valve, sheet.given["Ps"].value
+    root = float(np.sqrt(valve["rated_drop"] / 2))
+    pilot = valve["pilot_flow"] / g["K2"] / root  # m: opening of the pilot lands at rated flow
+    torque = g["Kr2"] * g["L"] * (pilot - g["eps"])
+    gain = torque / valve["imax"]
+    travel = valve["rated_flow"] / root / (_ORIFICE * float(np.sqrt(4 * np.pi * g["S3"]))) - g["eps"]
+    fastest = g["K2"] * pilot * float(np.sqrt(supply / 2)) / g["S3"]  # m/s: main spool with the pilot fully open
+    loop = 2 * np.pi * max(r.f3db for r in sheet.responses if r.stage == "main") * travel / fastest
+    stop, force = torque / g["l"] / g["xo"], g["rff3"] * g["K2"]
+    spring, push = g["Kr2"] * g["L"] ** 2, g["S2"] * supply
+    found = [
+        Free("Km", gain, 0.8 * gain, 1.2 * gain, None, "rated torque holds the feedback spring at rated pilot flow"),
+        Free("Knet", 0.0, -spring / 2, spring / 2, spring, "flexure and magnets cancel, to half the feedback spring"),
+        Free("kstop", stop, stop / 10, stop * 10, None, "rated torque pushes the flapper in by one gap"),
+        Free("cff2", force, force / 2, force * 2, None, "theory of the flow force"),
+        Free("Pr", 5e5, 0.0, 1e6, 5e5, "some bar in a return line"),
+        Free("Kp", loop, loop / 2, loop * 2, None, "the main stage as one integrator"),
+        Free("z3max", travel, 0.8 * travel, 1.2 * travel, None, "lands open all around the spool"),
+        Free("Fs1", 5e-3 * torque, 0.0, 1e-2 * torque, torque, "up to 1 % of rated torque", True),
+        Free("Fs2", 1.25e-3 * push, 0.0, 2.5e-3 * push, push, "up to 0.25 % of supply pressure on the spool", True),
+    ]
+    found += [
+        Free(name, g[name], g[name] - h, g[name] + h, None, "as printed", True) for name, h in sheet.rounding.items()
+    ]
+    return tuple(free for free in found if free.name not in sheet.given)
+
+
+def fit_three_stage(
+    sheet: Datasheet, starts: int, tolerance: float, keep: Keep, say: Callable[[str], None]
+) -> ValveFit:
+    """Fit until every figure is within `tolerance` (part): from the estimates, then from random places in the ranges.
+
+    The best of all starts when none gets there.
+    """
+    free = unknowns(sheet)
+    middle = np.zeros(len(free))
+    figures = FigureErrors(sheet, lambda x: _rig(sheet, free, x), middle)
+    tried: list[tuple[float, int, np.ndarray]] = []
+    while len(tried) < starts and not (tried and tried[-1][0] < tolerance):
+        x = _search(figures, free, len(tried), keep, say)
+        tried.append((float(np.abs(figures.at(x)).max()), len(tried), x))
+    _, start, x = min(tried, key=lambda each: each[0])
+    slopes = keep("determination", lambda: figures.slopes(x, _differences(free, x)))
+    found = determine(slopes, free)
+    errors = dict(zip(figures.names, figures.at(x).tolist(), strict=True))
+    return ValveFit(_rig(sheet, free, x, found), _rig(sheet, free, middle), free, errors, found, start)
+
+
+def source_of(free: Free, found: Determination) -> str:
+    """What a rig file says of where a fitted number is from."""
+    if free.printed:
+        kind = "moved inside its rounding" if free.reason == "as printed" else f"in its range: {free.reason}"
+        return f"not determined by the datasheet; {kind}"
+    if found.alone[free.name] < DETERMINED:
+        return "fitted to the datasheet"
+    if found.given_others[free.name] < DETERMINED:
+        return "fitted to the datasheet, which determines it only together with other numbers"
+    return f"not determined by the datasheet; in its range about the estimate: {free.reason}"
+
+
+def _search(
+    figures: FigureErrors, free: tuple[Free, ...], start: int, keep: Keep, say: Callable[[str], None]
+) -> np.ndarray:
+    """A bounded least-squares search from the estimates (start 0) or from a random place; every slope is kept."""
+    width = np.array([f.width for f in free])
+    low, high = (np.array([f.distance(getattr(f, end)) for f in free]) for end in ("low", "high"))
+    first = np.zeros(len(free))
+    if start:
+        first = (low + high) / 2 + np.random.default_rng(start).uniform(-0.5, 0.5, len(free)) * width
+    done = 0
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        return np.concatenate([figures.at(x) / _TIGHT, x / width])
+
+    def slope(x: np.ndarray) -> np.ndarray:
+        nonlocal done
+        done += 1
+        slopes = keep(f"start {start} step {done}", lambda: figures.slopes(x, _differences(free, x)))
+        say(f"start {start}, step {done}: largest error {100 * np.abs(figures.at(x)).max():.1f} %")
+        return np.concatenate([slopes / _TIGHT, np.diag(1 / width)])
+
+    search: Any = least_squares  # its stubs know no function for the slopes
+    found = search(residual, first, slope, (low, high), x_scale=width, ftol=1e-2, xtol=1e-3, gtol=1e-3, max_nfev=_STEPS)
+    return np.asarray(found.x)
+
+
+def _differences(free: tuple[Free, ...], x: np.ndarray) -> np.ndarray:
+    """Steps of the slopes, towards the middle of the ranges."""
+    return np.array([_DIFFERENCE * f.width * (-1 if d > 0 else 1) for f, d in zip(free, x, strict=True)])
+
+
+def _geometry(sheet: Datasheet) -> Rig:
+    if sheet.geometry is None:
+        raise ValueError(f"{sheet.name}: a fit needs the geometry of a three-stage valve")
+    return sheet.geometry
+
+
+def _rig(sheet: Datasheet, free: tuple[Free, ...], x: np.ndarray, found: Determination | None = None) -> Rig:
+    """The rig at distances x; the main lands follow the rated flow.
+
+    With what was found, every fitted number has its source and, as bounds, its 95 % interval inside its range.
+    """
+    printed = _geometry(sheet).numbers
+    numbers = {name: replace(printed[name], low=None, high=None) for name in THREE_STAGE}
+    numbers |= {name: _number(name, sheet.valve[name], "datasheet") for name in ("imax", "n")}
+    for f, d in zip(free, x, strict=True):
+        value = _number(f.name, f.value(d), f"estimate: {f.reason}")
+        numbers[f.name] = replace(value, unit=printed[f.name].unit)
+        if found:
+            low, high = (f.value(d + sign * found.alone[f.name]) for sign in (-1, 1))
+            source, bounds = source_of(f, found), {"low": max(f.low, low), "high": min(f.high, high)}
+            numbers[f.name] = replace(numbers[f.name], source=source, **bounds)
+    lands = main_lands(sheet, numbers["z3max"].value, numbers["eps"].value)
+    numbers["K3"] = _number("K3", lands, "datasheet: rated flow at full travel")
+    return build_rig(sheet, numbers)
+
+
+def _number(name: str, value: float, source: str) -> Number:
+    unit = {**SUPPLY, **THREE_STAGE, **SECOND_ORDER}[name].unit
+    return Number(name, float(value), unit, unit, source)

@@ -1,0 +1,80 @@
+"""What a fit may move: the uncertain numbers of a rig, and those of an effect that it may lack."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...plant import Plant, build
+from ...plant.effects import Effect, EffectNumber
+from ...rigs.rig import Rig
+from .determined import Free
+from .model import Model
+
+_DECADES = 10.0  # a positive number whose range spans more than this factor is searched by its logarithm
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect with the numbers, SI by name, from which a fit starts."""
+
+    effect: Effect
+    start: Mapping[str, float]
+
+    def free(self) -> tuple[Free, ...]:
+        """Its numbers as a fit moves them, named as the plant names them."""
+        return tuple(_free(self.effect, number, self.start[number.name]) for number in self.effect.fitted)
+
+
+def uncertain(rig: Rig) -> tuple[Free, ...]:
+    """The rig's numbers that have bounds. Raises InputError where there are none."""
+    found = tuple(
+        Free(n.name, n.value, n.low, n.high, _scale(n.low, n.high), "declared range")
+        for n in rig.numbers.values()
+        if n.low is not None and n.high is not None and n.high > n.low
+    )
+    if not found:
+        raise InputError(f"rig {rig.name}: no number has bounds, so there is nothing to fit; add bounds = [low, high]")
+    return found
+
+
+def at_strength(effect: Effect, strength: float, only: str | None = None) -> dict[str, float]:
+    """The effect's numbers with the strengths at `strength` times their typical distance from off; or `only` one.
+
+    What only shapes the effect is typical, and what is given.
+    """
+    return {n.name: _at(n, strength if only in (None, n.name) else 0.0) for n in effect.numbers}
+
+
+def strengths(effect: Effect) -> list[str]:
+    """Names of the numbers at whose off the effect is gone."""
+    return [n.name for n in effect.fitted if n.off is not None]
+
+
+def model_with(rig: Rig, effects: Sequence[Effect], names: Sequence[str]) -> Model:
+    """The model of a rig with effects beyond those that it declares."""
+    return Model(build(rig, effects), names)
+
+
+def carried(base: Plant, values: np.ndarray, plant: Plant) -> np.ndarray:
+    """The parameters of `plant` with the values [k] that a plant of fewer effects has."""
+    return plant.parameter_values(**dict(zip(base.parameters, values.tolist(), strict=True)))
+
+
+def _at(number: EffectNumber, strength: float) -> float:
+    if number.off is None or number.given:
+        return number.typical
+    return float(np.clip(number.off + strength * (number.typical - number.off), number.low, number.high))
+
+
+def _scale(low: float, high: float) -> float | None:
+    return None if low > 0 and high > _DECADES * low else (high - low) / 2
+
+
+def _free(effect: Effect, number: EffectNumber, start: float) -> Free:
+    name, reason = effect.key(number.name), "range of the effect"
+    if number.off is None and _scale(number.low, number.high) is None:
+        return Free(name, start, number.low, number.high, None, reason)
+    reach = abs(number.typical - number.off) if number.off is not None else (number.high - number.low) / 4
+    return Free(name, start, number.low, number.high, reach, reason)

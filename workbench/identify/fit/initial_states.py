@@ -1,0 +1,76 @@
+"""Initial states of windows for numbers that stay: each window by itself, by damped Gauss-Newton steps."""
+
+import numpy as np
+
+from .model import Model
+from .normal_equations import FIRST_DAMPING, Normal, costs, normal_equations
+from .windows import Windows
+
+_STATE_ROUNDS = 12
+_STATE_ENOUGH = 0.02  # a window whose cost falls less is done
+_MOST_DAMPING = 1e6
+REFRESHED, _REFRESH_ROUNDS = 2, 4  # how often guesses are made anew, and rounds of their states
+_CAUGHT = 0.9  # of its squared errors: below which a window is gone on from the new guess
+
+
+def fit_states(
+    model: Model, windows: Windows, guess: np.ndarray, p: np.ndarray, rounds: int = _STATE_ROUNDS
+) -> tuple[np.ndarray, np.ndarray]:
+    """The initial states [w, n] that fit each window best, and the squared errors [w]; p stays."""
+    x0 = guess.copy()
+    cost, squares = costs(model, windows, x0, p, guess)
+    damping = np.full(windows.count, FIRST_DAMPING)
+    active = np.isfinite(cost)
+    normal = None
+    for _ in range(rounds):
+        keep = np.flatnonzero(active)
+        if not keep.size:
+            break
+        if normal is None:
+            normal = normal_equations(model, windows, x0, p, guess, np.zeros((0, len(p))), keep)
+        step = state_step(normal, damping[keep])
+        trial = x0.copy()
+        trial[keep] -= step * model.plant.scale
+        part = windows.some(keep.tolist()) if keep.size < windows.count else windows
+        found, found_squares = costs(model, part, trial[keep], p, guess[keep])
+        better = found < cost[keep]
+        fall = np.where(better, 1 - found / np.maximum(cost[keep], 1e-300), 1.0)
+        taken = keep[better]
+        x0[taken], cost[taken], squares[taken] = trial[taken], found[better], found_squares[better]
+        damping[keep] = np.where(better, damping[keep] / 10, damping[keep] * 30)
+        active[keep] = (fall > _STATE_ENOUGH) & (damping[keep] < _MOST_DAMPING)
+        normal = None
+    return x0, squares
+
+
+def predicted_states(model: Model, windows: Windows, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Initial states [w, n] with the least errors for numbers that stay, and the squared errors [w]."""
+    x0, squares = fit_states(model, windows, model.starts(windows, p), p)
+    for _ in range(REFRESHED):
+        moved, _, better = freed(model, windows, p, x0, squares)
+        if not better.any():
+            break
+        part = windows.some(np.flatnonzero(better).tolist())
+        x0 = moved
+        x0[better], squares[better] = fit_states(model, part, moved[better], p)
+    return x0, squares
+
+
+def freed(
+    model: Model, windows: Windows, p: np.ndarray, x0: np.ndarray, squares: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Initial states [w, n] of which those that a bad guess had caught are better, new guesses, and which are [w].
+
+    The new guess is where the window before ends, from its fitted state: that is how far its neighbour is known.
+    """
+    anew = model.starts(windows, p, x0)
+    found, now = fit_states(model, windows, anew, p, _REFRESH_ROUNDS)
+    better = now < _CAUGHT * squares
+    return np.where(better[:, None], found, x0), anew, better
+
+
+def state_step(normal: Normal, damping: np.ndarray) -> np.ndarray:
+    matrix = normal.xx.copy()
+    diagonal = np.einsum("wii->wi", matrix)
+    diagonal *= 1 + damping[:, None]
+    return np.linalg.solve(matrix, normal.xe[..., None])[..., 0]

@@ -1,0 +1,185 @@
+"""A plant as a model of windows: errors over sigma, and their exact slopes to initial states, inputs and numbers."""
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...engine import Engine
+from ...engine.driver import Stepping
+from ...engine.engine import back_end_of
+from ...engine.tangent import tangent_attempt, tangent_outputs
+from ...linear import equilibrium
+from ...plant import Plant
+from .windows import Group, Late, Windows, first_guess
+
+_TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
+_SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
+_STEPPING = Stepping(_SLOPES, 2e-5, 20_000)
+_MOST = 1e30  # a tangent beyond this, or NaN, says nothing
+_LANES = 256  # directions times windows that are computed together, so that they stay in the cache
+
+
+class Model:
+    """A plant and the signals it is compared in. Errors are predicted less measured, over sigma."""
+
+    def __init__(self, plant: Plant, names: Sequence[str]) -> None:
+        self.plant, self.names = plant, tuple(names)
+        self.engine = Engine(plant, _TOLERANCE)
+        self._columns = [plant.output(name) for name in names]
+
+    @cached_property
+    def _tangents(self) -> Any:
+        """Either back end, for the tangents' graphs."""
+        graphs = (tangent_attempt(self.plant), tangent_outputs(self.plant, self.names))
+        both = np.append(self.plant.p, 0 * self.plant.p)
+        return back_end_of(*graphs, both, _STEPPING, "auto")[0]
+
+    def starts(self, windows: Windows, p: np.ndarray, fitted: np.ndarray | None = None) -> np.ndarray:
+        """Plausible initial states [windows, n]: what is measured, and for the rest where the window before ended.
+
+        The window before starts where it was guessed to, or at its `fitted` state [windows, n].
+        """
+        found, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
+        for w, (index, first, end) in enumerate(windows.spans):
+            if index != last or windows.spans[w - 1][2] != first:
+                before, last = self._at_rest, index
+            found[w] = first_guess(self.plant, windows, w, before)
+            t = windows.records[index].t[first : end + 1]
+            u = self._constant(windows.records[index].signals["command"][first:end])
+            x = found[w] if fitted is None else fitted[w]
+            run = self.engine.run(
+                x, t if len(t) > len(u) else np.append(t, t[-1] + windows.records[index].period), u, p
+            )
+            before = run.x[-1] if run.ok else x
+        return found
+
+    @cached_property
+    def _at_rest(self) -> np.ndarray:
+        """Where a record begins, as far as nothing is measured: slow to find, and hardly another with other numbers."""
+        return equilibrium(self.plant).x
+
+    def _constant(self, command: np.ndarray) -> np.ndarray:
+        u = np.zeros((*command.shape, len(self.plant.inputs)))
+        u[..., self.plant.input("command")] = command
+        return u
+
+    def predict(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
+        """Outputs [w, rows, signals] of each group's windows from x0 [windows, n]; NaN from where one failed."""
+        return [self.engine.outputs(x, u, p)[..., self._columns] for x, u in self.states(windows, x0, p)]
+
+    def states(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """States [w, rows, n] and the inputs that have arrived by then [w, rows, m], of each group's windows."""
+        found = []
+        for group in windows.groups:
+            late = self._late(windows, group, p)
+            x = self.engine.run_batch(x0[group.which], group.t, self._constant(late.held), p).x[:, :-1]
+            found.append((x, self._constant(late.now)))
+        return found
+
+    def _late(self, windows: Windows, group: Group, p: np.ndarray) -> Late:
+        return windows.commands(group, self.plant.lateness(p), self.plant.blended)
+
+    def errors(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
+        """Errors over sigma [w, rows, signals] of each group; 0 where not compared, infinite where a window failed."""
+        return [
+            np.where(group.weight > 0, np.nan_to_num((y - group.seen) * group.weight, nan=np.inf), 0.0)
+            for group, y in zip(windows.groups, self.predict(windows, x0, p), strict=True)
+        ]
+
+    def slopes(
+        self,
+        windows: Windows,
+        x0: np.ndarray,
+        p: np.ndarray,
+        along: np.ndarray,
+        inputs: Sequence[np.ndarray] | None = None,
+    ) -> list[np.ndarray]:
+        """Slopes of the errors, [w, rows * signals, n + directions] a group.
+
+        The first n are to the initial state over the states' scales; then to the numbers along `along` [k, parameters],
+        then to `inputs`, for each group [d, rows, m] of input changes.
+        """
+        n = self.plant.n
+        found = []
+        for g, group in enumerate(windows.groups):
+            du = np.zeros((0, group.t.shape[1] - 1, len(self.plant.inputs))) if inputs is None else inputs[g]
+            size = n + len(along) + len(du)
+            whole = np.empty((len(group.which), group.weight[0].size, size))
+            for part in _chunks(len(group.which), size):
+                dy = self._along(windows, group, part, x0[group.which[part]], p, along, du)
+                dy *= group.weight[part][:, None]
+                whole[part] = dy.reshape(*dy.shape[:2], -1).transpose(0, 2, 1)
+            found.append(whole)
+        return found
+
+    def linear(
+        self, windows: Windows, x0: np.ndarray, p: np.ndarray, inputs: Sequence[int]
+    ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+        """For each group the errors e [w, rows, s] and the tangents of every row: a, b, c, d (see localise.Local)."""
+        errors = self.errors(windows, x0, p)
+        found = []
+        for group, e, (x, u) in zip(windows.groups, errors, self.states(windows, x0, p), strict=True):
+            parts = [self._rows(x[w], u[w], np.diff(group.t[w]), p, inputs) for w in range(len(x))]
+            ahead, seen = (np.array(part) for part in zip(*parts, strict=True))
+            seen = seen * group.weight[..., None]
+            n = self.plant.n
+            found.append((e, ahead[..., :n], ahead[..., n:], seen[..., :n], seen[..., n:]))
+        return found
+
+    def _rows(
+        self, x: np.ndarray, u: np.ndarray, duration: np.ndarray, p: np.ndarray, inputs: Sequence[int]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Change of the next state [rows, n, n + m] and of the outputs [rows, s, n + m] with state and inputs."""
+        n, m, k, rows = self.plant.n, len(self.plant.inputs), len(p), len(x)
+        size = n + len(inputs)
+        both, held, q = np.zeros((rows, size, 2 * n)), np.zeros((rows, size, 1, 2 * m)), np.zeros(2 * k)
+        both[..., :n], held[..., 0, :m], q[:k] = x[:, None], u[:, None], p
+        both[:, np.arange(n), n + np.arange(n)] = self.plant.scale
+        for column, index in enumerate(inputs):
+            held[:, n + column, 0, m + index] = self.plant.inputs[index].scale
+        both, held = both.reshape(-1, 2 * n), held.reshape(-1, 1, 2 * m)
+        t = np.zeros((rows, size, 2))
+        t[..., 1] = duration[:, None]
+        ahead = self._tangents.run_batch(both, t.reshape(-1, 2), held, q).x[:, 1, n:]
+        seen = self._tangents.outputs(both[:, None], held, q)
+        ahead = ahead.reshape(rows, size, n) / self.plant.scale
+        return np.nan_to_num(np.swapaxes(ahead, 1, 2)), np.swapaxes(seen.reshape(rows, size, -1), 1, 2)
+
+    def _along(
+        self,
+        windows: Windows,
+        group: Group,
+        part: slice,
+        x0: np.ndarray,
+        p: np.ndarray,
+        along: np.ndarray,
+        du: np.ndarray,
+    ) -> np.ndarray:
+        """Change of the outputs [w, directions, rows, signals] of some windows."""
+        n, m, k = self.plant.n, len(self.plant.inputs), len(p)
+        late = self._late(windows, group, p)
+        w, rows, size = len(x0), late.held.shape[1], n + len(along) + len(du)
+        x, u, q = np.zeros((w, size, 2 * n)), np.zeros((w, size, rows, 2 * m)), np.zeros((w, size, 2 * k))
+        x[..., :n], q[..., :k] = x0[:, None], p
+        u[..., self.plant.input("command")] = late.held[part, None]
+        x[:, np.arange(n), n + np.arange(n)] = self.plant.scale
+        q[:, n : n + len(along), k:] = along
+        if self.plant.delay is not None:
+            by = along[:, self.plant.parameters.index(self.plant.delay)]
+            u[:, n : n + len(along), :, m + self.plant.input("command")] = late.slope[part, None] * by[:, None]
+        u[:, n + len(along) :, :, m:] = du
+        x, u, q = x.reshape(-1, 2 * n), u.reshape(-1, rows, 2 * m), q.reshape(-1, 2 * k)
+        t = np.repeat(group.t[part], size, axis=0)
+        batch = self._tangents.run_batch(x, t, u, q)
+        u[..., self.plant.input("command")] = np.repeat(late.now[part], size, axis=0)
+        if not self.plant.blended:  # what has arrived by a row's moment is one sample or another: it has no slope
+            u.reshape(w, size, rows, -1)[:, n : n + len(along), :, m + self.plant.input("command")] = 0.0
+        dy = self._tangents.outputs(batch.x[:, :-1], u, q[:, None])
+        return np.where(np.abs(dy) < _MOST, dy, 0.0).reshape(w, size, rows, -1)
+
+
+def _chunks(windows: int, directions: int) -> Iterator[slice]:
+    step = max(1, _LANES // directions)
+    return (slice(first, first + step) for first in range(0, windows, step))

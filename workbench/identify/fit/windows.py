@@ -1,0 +1,201 @@
+"""Records cut into windows whose initial states are free, and what a plant leaves unexplained in them.
+
+The recorded command is the only input. A jack integrates: a run through a whole record drifts away from any rig; errors
+are therefore those of windows of 0.5 s (the last one of a record takes the remainder), each from the initial state that
+fits it best. A window ends where samples were dropped.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...base.signals import MEASURED
+from ...plant import Plant
+from ...records import Record
+from ..data.noise_floor import Floor
+
+WINDOW = 0.5  # s
+_GAP = 1.5  # periods between rows: a sample was dropped, and with it the command that the drive held
+_FEWEST = 50  # rows between two gaps, to be a window
+_BEFORE = 0.02  # s: the longest delay that is searched
+_EARLY = 5.5  # periods: over which a measured state's first value is averaged
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Windows of one length: which of all windows [w], their times [w, rows + 1] (s), the measured values and their
+    weights, one over sigma or 0 where not compared [w, rows, signals]."""
+
+    which: np.ndarray
+    t: np.ndarray
+    seen: np.ndarray
+    weight: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Late:
+    """Commands as they arrive: the mean over each interval, its derivative to the delay [1/s], and the one that has
+    arrived by the row's own moment, which answers there. Arrays of one shape."""
+
+    held: np.ndarray
+    slope: np.ndarray
+    now: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Windows of records, in order: `names` are the signals compared, `spans` (record, first row, end row) of each."""
+
+    records: tuple[Record, ...]
+    names: tuple[str, ...]
+    spans: tuple[tuple[int, int, int], ...]
+    groups: tuple[Group, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of windows."""
+        return len(self.spans)
+
+    @cached_property
+    def samples(self) -> int:
+        """Number of compared samples, over all signals."""
+        return sum(int(np.count_nonzero(group.weight)) for group in self.groups)
+
+    def commands(self, group: Group, delay: float = 0.0, blended: bool = False) -> Late:
+        """What arrives in each row of a group [w, rows] of commands that are `delay` s late."""
+        spans = [self.spans[w] for w in group.which]
+        late = {index: delayed(self.records[index], delay, blended) for index in {index for index, _, _ in spans}}
+        rows = [(late[index], slice(first, end)) for index, first, end in spans]
+        return Late(*(np.array([getattr(one, part)[span] for one, span in rows]) for part in ("held", "slope", "now")))
+
+    def by_record(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Values of the groups [w, rows, k] put together as those of the records [n, k]."""
+        whole = [np.full((len(record.t), parts[0].shape[-1]), np.nan) for record in self.records]
+        for group, values in zip(self.groups, parts, strict=True):
+            for w, value in zip(group.which, values, strict=True):
+                index, first, end = self.spans[w]
+                whole[index][first:end] = value
+        return whole
+
+    def some(self, keep: Sequence[int]) -> "Windows":
+        """The windows of these numbers."""
+        spans = tuple(self.spans[w] for w in keep)
+        return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
+
+    @cached_property
+    def _weights(self) -> dict[str, float]:
+        peak = np.max([group.weight.max(axis=(0, 1)) for group in self.groups], axis=0)
+        return dict(zip(self.names, peak.tolist(), strict=True))
+
+
+def compared(plant: Plant, record: Record, floor: Floor) -> list[str]:
+    """The signals that plant, record and noise floor share. Raises InputError when there are none."""
+    names = [n for n in MEASURED if n in plant.outputs and n in record.signals and n in floor.sigma]
+    if not names:
+        raise InputError(f"record {record.name}: no signal that rig {plant.name} predicts; check names and rig")
+    if "command" not in record.signals:
+        raise InputError(f"record {record.name}: no command, the input of every prediction; map its column")
+    return names
+
+
+def cut(
+    plant: Plant, records: Sequence[Record], floor: Floor, beside: Sequence[Record] = (), late: float = _BEFORE
+) -> Windows:
+    """Windows of 0.5 s of all records; what is left over at the end, or before a gap, belongs to the one before.
+
+    What they carry is compared; names are also those of the records `beside`, which the same model has to predict. The
+    first `late` [s] of a record and after a gap are left out: a late command may be one that was not recorded.
+    """
+    shared = {name for record in (*records, *beside) for name in compared(plant, record, floor)}
+    names = tuple(name for name in MEASURED if name in shared)
+    spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in _spans(record, late))
+    if not spans:
+        listed = ", ".join(record.name for record in records)
+        raise InputError(
+            f"record {listed}: nowhere {_FEWEST} rows without a gap; log faster, or without losing samples"
+        )
+    weights = {name: 1 / floor.sigma[name] for name in names}
+    return Windows(tuple(records), names, spans, _groups(tuple(records), names, spans, weights))
+
+
+def delayed(record: Record, delay: float, blended: bool = False) -> Late:
+    """The recorded command `delay` s later [n]; a command that is held between samples arrives shifted.
+
+    `blended`: the drive itself holds the mean over each interval.
+    """
+    command = record.signals["command"]
+    if delay == 0.0:
+        before = np.concatenate((command[:1], command[:-1]))
+        return Late(command, (before - command) / _intervals(record), command)
+    edges = np.append(record.t, record.t[-1] + record.period)
+    area = np.concatenate(([0.0], np.cumsum(command * np.diff(edges))))
+    early = edges - delay
+    held = np.interp(early, edges, area) + command[0] * np.minimum(early - edges[0], 0.0)
+    rows = np.clip(np.searchsorted(edges, early + 1e-9 * record.period, "right") - 1, 0, len(command) - 1)
+    mean = np.diff(held) / np.diff(edges)
+    return Late(mean, -np.diff(command[rows]) / np.diff(edges), mean if blended else command[rows[:-1]])
+
+
+def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> np.ndarray:
+    """The initial state [n] of a window: the end of the one before it, corrected by what is measured directly."""
+    x = before.copy()
+    index, first, end = windows.spans[w]
+    record = windows.records[index]
+    early = slice(first, min(end, first + int(_EARLY) + 1))
+    middle = plant.p[plant.parameters.index("xmid")]
+    direct = {"pa": ("P1", 0.0), "pb": ("P2", 0.0), "spool": ("z3", 0.0), "position": ("x", middle)}
+    for signal, (state, offset) in direct.items():
+        if signal in record.signals:
+            x[plant.state(state)] = np.mean(record.signals[signal][early]) - offset
+    return x
+
+
+def _spans(record: Record, late: float) -> list[tuple[int, int]]:
+    """First and end rows of the windows; none reaches over a gap, in which the drive may have been told anything."""
+    gaps = np.flatnonzero(np.diff(record.t) > _GAP * record.period) + 1
+    rows = round(late / record.period)
+    pieces = [(first + rows, end) for first, end in pairwise([0, *gaps.tolist(), len(record.t)])]
+    return [span for first, end in pieces if end - first >= _FEWEST for span in pairwise(_edges(record, first, end))]
+
+
+def _edges(record: Record, start: int, stop: int) -> list[int]:
+    first, last = record.t[start], record.t[stop - 1]
+    count = max(1, int((last - first + record.period) / WINDOW + 1e-6))
+    slack = 1e-3 * record.period  # 0.5 s must find the row that was logged as 0.49999999
+    inner = np.searchsorted(record.t, first + WINDOW * np.arange(1, count) - slack)
+    return [start, *inner.tolist(), stop]
+
+
+def _groups(
+    records: tuple[Record, ...],
+    names: tuple[str, ...],
+    spans: tuple[tuple[int, int, int], ...],
+    weights: dict[str, float],
+) -> tuple[Group, ...]:
+    tables = [_table(record, names, weights) for record in records]
+    order = sorted(range(len(spans)), key=lambda w: spans[w][2] - spans[w][1])
+    groups = []
+    for _, members in groupby(order, key=lambda w: spans[w][2] - spans[w][1]):
+        which = list(members)
+        parts = [tuple(table[spans[w][1] : spans[w][2]] for table in tables[spans[w][0]]) for w in which]
+        seen, weight, start, length = (np.array(column) for column in zip(*parts, strict=True))
+        groups.append(Group(np.array(which), np.hstack((start, (start + length)[:, -1:])), seen, weight))
+    return tuple(groups)
+
+
+def _table(
+    record: Record, names: tuple[str, ...], weights: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Measured values and weights [n, signals], start and length of each row's interval [n]."""
+    nothing = np.zeros(len(record.t))
+    seen = np.column_stack([record.signals.get(name, nothing) for name in names])
+    weight = np.column_stack([record.valid.get(name, nothing) * weights[name] for name in names])
+    return seen, weight, record.t, _intervals(record)
+
+
+def _intervals(record: Record) -> np.ndarray:
+    return np.diff(np.append(record.t, record.t[-1] + record.period))

@@ -1,0 +1,58 @@
+"""What a trace finds: effects that were tried and what the rule said of them, pass by pass, and the answer."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..fit.free_parameters import Candidate
+from .refit import Case, Stand
+from .rule import Judgement
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A refitted effect and what the rule says of it; `failed` says why there is no fit."""
+
+    candidate: Candidate
+    score: float
+    judgement: Judgement
+    stand: Stand | None
+    failed: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Pass:
+    """One search for an effect: shortlist with scores (share of the misfit) and cosines, and what was refitted."""
+
+    before: Stand
+    scores: tuple[tuple[Candidate, float], ...]
+    compared: tuple[str, ...]
+    cosines: np.ndarray
+    tried: tuple[Tried, ...]
+    found: tuple[Tried, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
+
+    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; `cuts`: chi2 of the equations that
+    measured signals test by themselves. Both are empty where chi2 is at the floor.
+    """
+
+    case: Case
+    base: Stand
+    final: Stand
+    verdict: str
+    effects: tuple[Tried, ...]
+    tied: tuple[str, ...]
+    equation: str | None
+    evidence: tuple[tuple[str, float], ...]
+    cuts: Mapping[str, float]
+    passes: tuple[Pass, ...]
+
+    @property
+    def chi2(self) -> tuple[float, float]:
+        """Before and after, on held-out records."""
+        return self.base.chi2, self.final.chi2

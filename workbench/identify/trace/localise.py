@@ -1,0 +1,271 @@
+"""In which equation does a residual sit? A random disturbance is added to one equation at a time; evidence compares.
+
+About the fitted trajectory the errors obey e_k = C x_k + D d_k + noise, x_(k+1) = A x_k + B d_k, with A to D the exact
+tangents of every sampling interval and d an Ornstein-Uhlenbeck process in the inputs that the probes add to one
+equation. A Kalman filter gives the likelihood of the errors for each amplitude and correlation time; the gain in
+log-likelihood over no disturbance is the evidence of that equation (Kristensen, Madsen and Jorgensen, Automatica 40(2),
+2004, section 2: noise in one equation at a time). Smoothing gives the missing force, flow or drive.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...plant import Plant, build
+from ...plant.effects import Effect
+from ...plant.probes import probes
+from ...rigs.rig import Rig
+from ..fit.model import Model
+from ..fit.windows import Windows
+
+AMPLITUDES = (0.1, 1.0, 10.0, 100.0, 1000.0)  # over the one that moves the most sensitive signal by sigma in 10 ms
+TIMES = (1e-3, 2e-2)  # s: correlation time
+_LENGTH = 10e-3  # s
+_FOREVER = 1e9  # s: correlation time of a constant
+_OFFSET, _GAIN = 1e5, 1e-2  # Pa and part: of a pressure sensor that is off, clearly visible
+
+
+_CUTS = {"drive": ("current", {"spool": "z3"}), "force": ("acceleration", {"pa": "P1", "pb": "P2"})}
+_BROKEN = 1.2  # chi2 of a cut from which on its equation is broken
+
+
+@dataclass(frozen=True, eq=False)
+class Local:
+    """The linear model of a group's windows over sigma, states and inputs over their scales, row by row.
+
+    e [w, rows, s]; a [w, rows, n, n]; b [w, rows, n, m]; c [w, rows, s, n]; d [w, rows, s, m].
+    """
+
+    e: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: np.ndarray
+
+    def inputs(self, columns: Sequence[int]) -> "Local":
+        """With some of the inputs only."""
+        return Local(self.e, self.a, self.b[..., columns], self.c, self.d[..., columns])
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Gain in log-likelihood by a disturbance in one equation, its correlation time [s] and amplitudes [windows]."""
+
+    equation: str
+    gain: float
+    time: float
+    amplitudes: np.ndarray
+
+
+def localise(groups: Mapping[str, Sequence[Local]], period: float) -> list[Evidence]:
+    """The evidence of every equation, most first. `groups` has the windows with the inputs of each equation alone.
+
+    A disturbance's amplitude may differ from window to window: effects come in bursts.
+    """
+    plain = next(iter(groups.values()))
+    nothing = [likelihood(one.inputs([]), np.zeros(1), period, 1.0)[0] for one in plain]
+    found = []
+    for equation, parts in groups.items():
+        sizes = np.array(AMPLITUDES) * _unit(parts, period)
+        times = (_FOREVER,) if equation == "sensor" else TIMES
+        tried = [_gain(parts, nothing, sizes, period, time) for time in times]
+        best = int(np.argmax([gain for gain, _ in tried]))
+        found.append(Evidence(equation, tried[best][0], times[best], tried[best][1]))
+    return sorted(found, key=lambda one: -one.gain)
+
+
+def _gain(
+    parts: Sequence[Local], nothing: Sequence[np.ndarray], sizes: np.ndarray, period: float, time: float
+) -> tuple[float, np.ndarray]:
+    """Gain over all windows, each at its best amplitude, and those amplitudes."""
+    gain, chosen = 0.0, []
+    for one, before in zip(parts, nothing, strict=True):
+        found = likelihood(one, sizes, period, time) - before
+        gain += float(np.maximum(found.max(axis=0), 0.0).sum())
+        chosen.append(sizes[np.argmax(found, axis=0)])
+    return gain, np.concatenate(chosen)
+
+
+def _unit(parts: Sequence[Local], period: float) -> float:
+    """The amplitude of a disturbance that moves the most sensitive signal by one sigma within 10 ms."""
+    rows = max(1, round(_LENGTH / period))
+    most = 0.0
+    for one in parts:
+        x = np.zeros((*one.b.shape[:1], one.b.shape[2], one.b.shape[3]))
+        for k in range(min(rows, one.e.shape[1])):
+            seen = one.c[:, k] @ x + one.d[:, k]
+            most = max(most, float(np.abs(seen).max(initial=0.0)))
+            x = one.a[:, k] @ x + one.b[:, k]
+    return 1.0 / max(most, 1e-12)
+
+
+def likelihood(one: Local, sizes: np.ndarray, period: float, time: float) -> np.ndarray:
+    """Log-likelihood [h, w] of the errors with disturbances of amplitudes `sizes` [h]; correlation `time` in s."""
+    kept = float(np.exp(-period / time))
+    n, m, s = one.a.shape[-1], one.b.shape[-1], one.c.shape[2]
+    h, w = len(sizes), one.e.shape[0]
+    x, spread = np.zeros((h, w, n + m)), np.zeros((h, w, n + m, n + m))
+    spread[..., range(n), range(n)] = 1.0
+    for i in range(m):
+        spread[..., n + i, n + i] = (sizes**2)[:, None]
+    drive = sizes**2 * (1 - kept**2)
+    total = np.zeros((h, w))
+    eye = np.eye(s)
+    for k in range(one.e.shape[1]):
+        seen = np.concatenate((one.c[:, k], one.d[:, k]), axis=-1)  # [w, s, n + m]
+        cross = spread @ np.swapaxes(seen, -1, -2)
+        inner = seen @ cross + eye
+        miss = one.e[:, k] - (seen @ x[..., None])[..., 0]
+        gain = np.swapaxes(np.linalg.solve(inner, np.swapaxes(cross, -1, -2)), -1, -2)
+        factor = np.linalg.cholesky(inner)
+        white = np.linalg.solve(inner, miss[..., None])[..., 0]
+        total -= 0.5 * np.einsum("hws,hws->hw", miss, white)
+        total -= np.log(np.einsum("hwss->hws", factor)).sum(axis=-1)
+        x = x + (gain @ miss[..., None])[..., 0]
+        spread = spread - gain @ np.swapaxes(cross, -1, -2)
+        step = _step(one, k, kept)
+        x = (step @ x[..., None])[..., 0]
+        spread = step @ spread @ np.swapaxes(step, -1, -2)
+        for i in range(m):
+            spread[..., n + i, n + i] += drive[:, None]
+        spread = 0.5 * (spread + np.swapaxes(spread, -1, -2))
+    return total
+
+
+def smoothed(one: Local, size: np.ndarray, period: float, time: float) -> np.ndarray:
+    """The disturbance [w, rows, m], over the inputs' scales, that the errors tell of; amplitudes `size` [w].
+
+    Rauch, Tung, Striebel, AIAA Journal 3(8), 1965.
+    """
+    kept = float(np.exp(-period / time))
+    n, m = one.a.shape[-1], one.b.shape[-1]
+    w, rows = one.e.shape[:2]
+    x, spread = np.zeros((w, n + m)), np.zeros((w, n + m, n + m))
+    spread[:, range(n), range(n)] = 1.0
+    spread[:, range(n, n + m), range(n, n + m)] = (size**2)[:, None]
+    noise = np.zeros_like(spread)
+    noise[:, range(n, n + m), range(n, n + m)] = (size**2 * (1 - kept**2))[:, None]
+    ahead, after = [], []
+    for k in range(rows):
+        ahead.append((x, spread))
+        seen = np.concatenate((one.c[:, k], one.d[:, k]), axis=-1)
+        cross = spread @ np.swapaxes(seen, -1, -2)
+        gain = np.swapaxes(np.linalg.solve(seen @ cross + np.eye(seen.shape[1]), np.swapaxes(cross, -1, -2)), -1, -2)
+        x = x + (gain @ (one.e[:, k] - (seen @ x[..., None])[..., 0])[..., None])[..., 0]
+        spread = spread - gain @ np.swapaxes(cross, -1, -2)
+        after.append((x, spread))
+        step = _step(one, k, kept)
+        x, spread = (step @ x[..., None])[..., 0], step @ spread @ np.swapaxes(step, -1, -2) + noise
+        spread = 0.5 * (spread + np.swapaxes(spread, -1, -2))
+    found = np.empty((w, rows, m))
+    best = after[-1][0]
+    found[:, -1] = best[:, n:]
+    small = 1e-12 * np.eye(n + m)
+    for k in range(rows - 2, -1, -1):
+        back = after[k][1] @ np.swapaxes(_step(one, k, kept), -1, -2) @ np.linalg.inv(ahead[k + 1][1] + small)
+        best = after[k][0] + (back @ (best - ahead[k + 1][0])[..., None])[..., 0]
+        found[:, k] = best[:, n:]
+    return -found
+
+
+def _step(one: Local, k: int, kept: float) -> np.ndarray:
+    n, m = one.a.shape[-1], one.b.shape[-1]
+    step = np.zeros((one.e.shape[0], n + m, n + m))
+    step[:, :n, :n], step[:, :n, n:] = one.a[:, k], one.b[:, k]
+    step[:, range(n, n + m), range(n, n + m)] = kept
+    return step
+
+
+def cut_open(
+    rig: Rig, known: Sequence[Effect], windows: Windows, x0: np.ndarray, p: np.ndarray, base: Plant
+) -> dict[str, list[Local]]:
+    """The windows linearised with each equation's disturbance: x0 and p are those of the plant `base`."""
+    probed = probes(rig)
+    model = Model(build(rig, (*known, *probed)), windows.names)
+    first = len(base.inputs)
+    columns = list(range(first, len(model.plant.inputs)))
+    values = model.plant.parameter_values(**dict(zip(base.parameters, p.tolist(), strict=True)))
+    whole = [Local(*parts) for parts in model.linear(windows, x0, values, columns)]
+    names = [variable.name for variable in model.plant.inputs[first:]]
+    found = {}
+    for probe in probed:
+        own = [k for k, name in enumerate(names) if name.startswith(f"{probe.name}.")]
+        found[probe.equation] = [one.inputs(own) for one in whole]
+    outputs = model.predict(windows, x0, values)
+    found["sensor"] = [
+        _sensed(one, y, group.weight, windows.names)
+        for one, y, group in zip(whole, outputs, windows.groups, strict=True)
+    ]
+    return found
+
+
+def _sensed(one: Local, y: np.ndarray, weight: np.ndarray, names: Sequence[str]) -> Local:
+    """Offset, gain and lag of both pressure sensors, as constants: a free process would explain any pressure."""
+    columns = []
+    for k in (names.index(name) for name in ("pa", "pb") if name in names):
+        value = y[..., k]
+        for basis in (np.full_like(value, _OFFSET), value * _GAIN, np.gradient(value, axis=1)):
+            column = np.zeros_like(y)
+            column[..., k] = basis * weight[..., k]
+            columns.append(column)
+    d = np.stack(columns, axis=-1) if columns else np.zeros((*y.shape, 0))
+    return Local(one.e, one.a, np.zeros((*one.a.shape[:3], d.shape[-1])), one.c, d)
+
+
+def cuts(model: Model, parts: Sequence[tuple[Windows, np.ndarray]], p: np.ndarray) -> dict[str, float]:
+    """chi2 of equations that hold between measured signals, sample by sample, with no simulation in between.
+
+    drive: the current that the spool loop makes of command and measured spool; force: the acceleration that measured
+    pressures make. What is measured stands in for the model's state, its noise is counted; an equation whose signals
+    are not all there is left out. `parts` are windows with their initial states.
+    """
+    found = {}
+    for equation, (seen, given) in _CUTS.items():
+        if all(signal in model.names for signal in (seen, *given)):
+            sums = np.sum([_cut(model, windows, x0, p, seen, given) for windows, x0 in parts], axis=0)
+            if sums[1] > 0:
+                found[equation] = float(sums[0] / sums[1])
+    return found
+
+
+def _cut(
+    model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, seen: str, given: Mapping[str, str]
+) -> tuple[float, int]:
+    """Squared errors over their variance, and how many they are."""
+    column, square, count = windows.names.index(seen), 0.0, 0
+    for group, (x, u) in zip(windows.groups, model.states(windows, x0, p), strict=True):
+        valid, variance = group.weight[..., column] > 0, np.ones(group.weight.shape[:2])
+        for signal, state in given.items():
+            k, i = windows.names.index(signal), model.plant.state(state)
+            valid = valid & (group.weight[..., k] > 0)
+            x[..., i] = np.where(valid, group.seen[..., k], x[..., i])
+        if not valid.any():
+            continue
+        weight, here = group.weight[..., column], model.engine.outputs(x, u, p)[..., model.plant.output(seen)]
+        for signal, state in given.items():
+            k, i = windows.names.index(signal), model.plant.state(state)
+            moved, sigma = x.copy(), 1 / group.weight[..., k].max()
+            moved[..., i] += sigma
+            slope = model.engine.outputs(moved, u, p)[..., model.plant.output(seen)] - here
+            variance += (slope * weight) ** 2
+        error = (here - group.seen[..., column]) * weight
+        square += float(np.sum((error**2 / variance)[valid]))
+        count += int(valid.sum())
+    return square, count
+
+
+def equation_of(evidence: Sequence[tuple[str, float]], cut: Mapping[str, float]) -> str:
+    """The equation that lacks something: one that measured signals break by themselves, else that of most evidence.
+
+    Pressures that are read late break the equation of motion too, so force and sensor stand or fall together.
+    """
+    names = [name for name, _ in evidence]
+    if cut.get("drive", 1.0) > _BROKEN:
+        return "drive"
+    if "drive" in cut:
+        names.remove("drive")
+    if "force" in cut:
+        pair = [name for name in names if name in ("force", "sensor")]
+        names = pair if cut["force"] > _BROKEN else [name for name in names if name not in pair]
+    return names[0]

@@ -1,0 +1,234 @@
+"""The fits of a trace: the rig alone, and with effects added, each judged on records that were never fitted."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...plant.effects import Effect
+from ...records import Campaign
+from ...rigs.rig import Rig
+from ..data.noise_floor import Floor, noise_floor
+from ..fit.determined import Free
+from ..fit.free_parameters import Candidate, carried, model_with, uncertain
+from ..fit.initial_states import predicted_states
+from ..fit.model import Model
+from ..fit.normal_equations import numbers_at
+from ..fit.solver import Fit, fit_numbers
+from ..fit.unexplained import not_followed
+from ..fit.windows import WINDOW, Windows, cut
+from . import rule as decide
+from .score import starts_with
+
+_SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
+_REFIT_ROUNDS = 12
+_MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
+_WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
+_GONE = 1e-4  # of the typical strength
+_ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What a trace or a fit of one campaign works on: windows to fit and windows to judge by."""
+
+    campaign: Campaign
+    rig: Rig
+    floor: Floor
+    train: Windows
+    heldout: Windows
+
+    def thinned(self) -> "Case":
+        """With every so many windows only, spread evenly, where there are more than a search needs; else itself."""
+        if max(self.train.count, self.heldout.count) <= _MOST:
+            return self
+        return replace(self, train=_spread(self.train), heldout=_spread(self.heldout))
+
+    @cached_property
+    def kappas(self) -> np.ndarray:
+        """Autocorrelation factor of each compared signal of the train windows [signals]."""
+        return np.array([self.floor.kappa[name] for name in self.train.names])
+
+    @property
+    def kappa(self) -> float:
+        """Autocorrelation factor over all signals."""
+        return float(np.mean(self.kappas))
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """A model that was fitted, and judged: `known` are the effects added to the rig, with the numbers they started at.
+
+    `heldout` are squared errors [windows] of the held-out records, of `samples` in all, `x0` their initial states.
+    """
+
+    known: tuple[Candidate, ...]
+    model: Model
+    fit: Fit
+    x0: np.ndarray
+    heldout: np.ndarray
+    samples: int
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects alone."""
+        return tuple(one.effect for one in self.known)
+
+    @property
+    def squares(self) -> float:
+        """All squared errors over sigma of the held-out records; infinite where a window failed."""
+        return float(self.heldout.sum())
+
+    @property
+    def chi2(self) -> float:
+        """Squared errors of the held-out records over their samples."""
+        return self.squares / self.samples
+
+
+def case_of(campaign: Campaign, rig: Rig) -> Case:
+    """Windows and noise floor of a campaign. Raises InputError where it can not be fitted, saying what to add."""
+    if not campaign.train:
+        raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
+    floor = noise_floor(campaign)
+    plant = model_with(rig, (), ()).plant
+    train = cut(plant, campaign.train, floor, beside=campaign.heldout)
+    heldout = cut(plant, campaign.heldout, floor, beside=campaign.train)
+    for role, windows in (("train", train), ("heldout", heldout)):
+        seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
+        if seconds < _SHORTEST * WINDOW - 1e-6:
+            raise InputError(
+                f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
+            )
+    return Case(campaign, rig, floor, train, heldout)
+
+
+def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: None) -> Stand:
+    """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best."""
+    free = uncertain(case.rig)
+    model = model_with(case.rig, (), case.train.names)
+    random = np.random.default_rng(0)
+    best, lost = None, ["any signal"]
+    for start in range(starts):
+        x = np.zeros(len(free)) if start == 0 else random.uniform(-0.7, 0.7, len(free))
+        p = model.plant.p
+        guess = model.starts(case.train, p)
+        found = fit_numbers(model, case.train, free, x, p, guess, case.kappas)
+        if found.ok and (best is None or found.squares.sum() < best.squares.sum()):
+            best, lost = found, not_followed(model, case.train, found.x0, found.p)
+        if best is not None and not lost:  # bad input is told in one line: no word before it is clear that it is none
+            say(f"start {start + 1}: chi2 {found.chi2:.4g} on the train records")
+    if best is None or lost:
+        raise InputError(
+            f"{case.campaign.path}: {case.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant would "
+            "be; check units, signs, and that the records are of this rig"
+        )
+    return judged(case, model, best, ())
+
+
+def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -> Stand:
+    """The stand with one more effect, fitted with all numbers; `again`: a second start too, if the first misses."""
+    model = model_with(case.rig, (*stand.effects, candidate.effect), case.train.names)
+    found = _fitted(case, stand, model, candidate)
+    if again and not found.chi2 < decide.CLOSED:
+        moved = _elsewhere(candidate)
+        other = _fitted(case, stand, model, moved)
+        if not found.ok or other.squares.sum() < found.squares.sum():
+            found, candidate = other, moved
+    return judged(case, model, found, (*stand.known, candidate))
+
+
+def restarted(case: Case, stand: Stand) -> Stand:
+    """The stand fitted once more with the rig's numbers from where it declares them, if that is better: else itself.
+
+    Numbers absorb an effect while the model lacks it, and may not find back by themselves.
+    """
+    own = len(uncertain(case.rig))
+    x = np.concatenate((np.zeros(own), stand.fit.x[own:]))
+    p = numbers_at(stand.model, stand.fit.free, x, stand.fit.p)
+    guess = stand.model.starts(case.train, p)
+    found = fit_numbers(stand.model, case.train, stand.fit.free, x, p, guess, case.kappas)
+    if not found.squares.sum() < stand.fit.squares.sum():
+        return stand
+    return judged(case, stand.model, found, stand.known)
+
+
+def relieved(case: Case, before: Stand, after: Stand) -> Stand:
+    """The stand `before`, fitted again from where `after`, with one more effect, has its numbers, if that is better.
+
+    An effect may seem to explain what a fit that stopped half way left: if the numbers found with it do better without
+    it than the fit before, that fit was no optimum, and says nothing of what is missing.
+    """
+    own = len(before.fit.free)
+    p = numbers_at(before.model, before.fit.free, after.fit.x[:own], before.fit.p)
+    x0, squares = predicted_states(before.model, case.train, p)
+    if not squares.sum() < before.fit.squares.sum():
+        return before
+    found = fit_numbers(before.model, case.train, before.fit.free, after.fit.x[:own], p, x0, case.kappas)
+    if not found.squares.sum() < before.fit.squares.sum():
+        return before
+    return judged(case, before.model, found, before.known)
+
+
+def vanished(stand: Stand) -> bool:
+    """Whether the effect that was added last stands where it is off: it is named by nothing but its free states."""
+    effect, values = stand.known[-1].effect, dict(zip(stand.model.plant.parameters, stand.fit.p, strict=True))
+    strong = [number for number in effect.fitted if number.off is not None]
+    return all(
+        abs(values[effect.key(n.name)] - (n.off or 0.0)) <= _GONE * abs(n.typical - (n.off or 0.0)) for n in strong
+    )
+
+
+def refined(case: Case, stand: Stand) -> Stand:
+    """The stand fitted to all windows of a case, from where it is."""
+    guess = stand.model.starts(case.train, stand.fit.p)
+    found = fit_numbers(stand.model, case.train, stand.fit.free, stand.fit.x, stand.fit.p, guess, case.kappas)
+    return judged(case, stand.model, found, stand.known)
+
+
+def judged(case: Case, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> Stand:
+    """A fit with its errors on the held-out records, initial states refitted."""
+    if not fit.ok:
+        x0 = np.zeros((case.heldout.count, model.plant.n))
+        return Stand(known, model, fit, x0, np.full(case.heldout.count, np.inf), case.heldout.samples)
+    x0, squares = predicted_states(model, case.heldout, fit.p)
+    return Stand(known, model, fit, x0, squares, case.heldout.samples)
+
+
+def _spread(windows: Windows) -> Windows:
+    """Some of many windows, spread evenly: not every so many, which would meet repeats of a record at one place."""
+    return windows.some(np.linspace(0, windows.count - 1, min(_MOST, windows.count)).round().astype(int).tolist())
+
+
+def _fitted(case: Case, stand: Stand, model: Model, candidate: Candidate) -> Fit:
+    more = candidate.free()
+    free: Sequence[Free] = (*stand.fit.free, *more)
+    before = carried(stand.model.plant, stand.fit.p, model.plant)
+    offs = [number.off for number in candidate.effect.fitted]
+    places = [np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)]) for share in _WEAKER]
+    for place in places:
+        p = numbers_at(model, more, place, before)
+        guess = starts_with(model, stand.model, case.train, stand.fit.x0, p)
+        squares = sum(float(np.sum(e**2)) for e in model.errors(case.train, guess, p))
+        if squares < stand.fit.squares.sum() or place is places[-1]:
+            start = np.append(stand.fit.x, place)
+            return fit_numbers(model, case.train, free, start, p, guess, case.kappas, _REFIT_ROUNDS)
+    raise AssertionError("one of the places is the last")
+
+
+def _toward(free: Free, off: float | None, share: float) -> float:
+    """The distance of a number that is `share` of the way from off to its start; a number without off stays."""
+    return 0.0 if off is None else (1 - share) * free.distance(off)
+
+
+def _elsewhere(candidate: Candidate) -> Candidate:
+    """Another start: what shapes the effect far from where it was, or at typical strength where nothing does."""
+    start = dict(candidate.start)
+    for number in candidate.effect.fitted:
+        if number.off is None:
+            moved = start[number.name] * _ELSEWHERE
+            start[number.name] = float(np.clip(moved, number.low, number.high))
+        else:
+            start[number.name] = 0.5 * (start[number.name] + number.typical)
+    return Candidate(candidate.effect, start)

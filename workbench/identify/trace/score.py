@@ -1,0 +1,147 @@
+"""Which effects could explain a residual? A score test: each is tried at a small strength, without any refit.
+
+g is the change of the predictions by an effect, less what initial states and numbers could do as well; the errors
+would fall by <g, e>^2/<g, g> if the effect had the strength that fits best (Rao's score test for one direction). The
+cosines between the g of two effects say what a campaign can tell apart, before any refit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...plant.effects import Effect
+from ...rigs.rig import Rig
+from ..fit.free_parameters import Candidate, at_strength, carried, model_with, strengths
+from ..fit.model import Model
+from ..fit.normal_equations import HELD, directions
+from ..fit.solver import Fit
+from ..fit.windows import Windows
+
+STRENGTHS = (0.03, 0.3, 2.0)  # of typical: an effect that is not linear in its strength shows at one of them
+_TELLING = 12  # windows: 6 s
+_SMALLEST, _LARGEST = 0.2, 5.0  # how far beyond a tried strength the fit may be started
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """An effect's gain (fall of the squared errors), the numbers to start a refit from, and its g [samples]."""
+
+    candidate: Candidate
+    gain: float
+    shape: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """An effect at a strength: all its strengths or `only` one, with `shape` for the numbers that only shape it."""
+
+    effect: Effect
+    strength: float
+    only: str | None = None
+    shape: tuple[tuple[str, float], ...] = ()
+
+    def numbers(self, factor: float = 1.0) -> dict[str, float]:
+        return at_strength(self.effect, self.strength * factor, self.only) | dict(self.shape)
+
+
+class Remainder:
+    """Takes out of a change of the errors what initial states and fitted numbers could do as well."""
+
+    def __init__(self, model: Model, windows: Windows, fit: Fit) -> None:
+        n = model.plant.n
+        slopes = model.slopes(windows, fit.x0, fit.p, directions(model, fit.free, fit.x))
+        self._states = [whole[..., :n] for whole in slopes]
+        self._inverse = [
+            np.linalg.inv(np.swapaxes(x, 1, 2) @ x + np.eye(n) / HELD**2) @ np.swapaxes(x, 1, 2) for x in self._states
+        ]
+        numbers = self._without_states([whole[..., n:] for whole in slopes])
+        self._numbers = np.concatenate([part.reshape(-1, part.shape[-1]) for part in numbers])
+        size = np.linalg.norm(self._numbers, axis=0)
+        self._basis = np.linalg.svd(self._numbers / np.maximum(size, 1e-300), full_matrices=False)[0]
+
+    def __call__(self, change: Sequence[np.ndarray]) -> np.ndarray:
+        """What is left of a change [w, rows, signals] of every group, as one vector."""
+        parts = self._without_states([part.reshape(len(part), -1, 1) for part in change])
+        left = np.concatenate([part.ravel() for part in parts])
+        return left - self._basis @ (self._basis.T @ left)
+
+    def _without_states(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
+        return [p - x @ (inverse @ p) for p, x, inverse in zip(parts, self._states, self._inverse, strict=True)]
+
+
+def score(
+    rig: Rig, known: Sequence[Effect], effect: Effect, base: Model, windows: Windows, fit: Fit, rest: Remainder
+) -> Score:
+    """The score of one effect beside those that are `known` already, about a fit of the model `base`."""
+    model = model_with(rig, (*known, effect), windows.names)
+    plain = base.errors(windows, fit.x0, fit.p)
+    left = rest(plain)
+    best = Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left))
+    for one in _tried(effect):
+        change = _change(model, base, windows, fit, effect, one.numbers(), plain)
+        if change is None:
+            continue
+        shape = rest(change)
+        size = float(shape @ shape)
+        factor = -float(shape @ left) / size if size > 0 else 0.0
+        if factor < 0 and not _two_sided(effect):
+            continue
+        gain = factor * factor * size
+        if gain > best.gain:
+            factor = float(np.sign(factor) * np.clip(abs(factor), _SMALLEST, _LARGEST))
+            best = Score(Candidate(effect, one.numbers(factor)), gain, shape / np.sqrt(size))
+    return best
+
+
+def telling(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
+    """The windows where a fit is most wrong, and the fit in them: no need to try an effect on all."""
+    keep = np.sort(np.argsort(-fit.squares, kind="stable")[:_TELLING])
+    return windows.some(keep.tolist()), replace(fit, x0=fit.x0[keep], squares=fit.squares[keep])
+
+
+def cosines(scores: Sequence[Score]) -> np.ndarray:
+    """Absolute cosines between the effects' shapes [k, k]: at 1 this campaign can not tell two of them apart."""
+    shapes = np.array([one.shape for one in scores])
+    return np.abs(shapes @ shapes.T)
+
+
+def starts_with(model: Model, base: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Initial states [w, n] of a plant with further effects: those of the base, its own as the window before ends."""
+    if model.plant.n == base.plant.n:
+        return x0
+    found = model.starts(windows, p)
+    for column, state in enumerate(base.plant.states):
+        found[:, model.plant.state(state.name)] = x0[:, column]
+    return found
+
+
+def _tried(effect: Effect) -> list[_Tried]:
+    """Every strength of the whole effect, then each of its strengths alone, and every shape at a small strength."""
+    names = strengths(effect)
+    found = [_Tried(effect, strength) for strength in STRENGTHS]
+    if len(names) > 1:
+        found += [_Tried(effect, STRENGTHS[1], only) for only in names]
+    shapes = [(number.name, value) for number in effect.numbers for value in number.tried]
+    return found + [_Tried(effect, STRENGTHS[0], shape=(shape,)) for shape in shapes]
+
+
+def _two_sided(effect: Effect) -> bool:
+    return any(n.off is not None and n.low < n.off < n.high for n in effect.numbers)
+
+
+def _change(
+    model: Model,
+    base: Model,
+    windows: Windows,
+    fit: Fit,
+    effect: Effect,
+    numbers: dict[str, float],
+    plain: Sequence[np.ndarray],
+) -> list[np.ndarray] | None:
+    """What the effect changes in the errors of every group; None where it can not be simulated."""
+    p = carried(base.plant, fit.p, model.plant)
+    p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
+    x0 = starts_with(model, base, windows, fit.x0, p)
+    changed = [a - b for a, b in zip(model.errors(windows, x0, p), plain, strict=True)]
+    return changed if all(np.isfinite(part).all() for part in changed) else None

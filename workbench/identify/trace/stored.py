@@ -1,0 +1,47 @@
+"""Fits as what a stage of a run can keep, and back: arrays and names, no models."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...base.errors import InputError
+from ...plant.effects import Effect
+from ..fit.free_parameters import Candidate, model_with, uncertain
+from ..fit.solver import Fit
+from .refit import Case, Stand
+
+_ARRAYS = ("x", "p", "x0", "squares", "covariance", "information")
+
+
+def packed(stand: Stand) -> dict[str, Any]:
+    """A stand as dict, list, numbers and arrays."""
+    fit = {name: getattr(stand.fit, name) for name in _ARRAYS}
+    return {
+        "known": [packed_candidate(one) for one in stand.known],
+        "fit": fit | {"samples": stand.fit.samples, "held": list(stand.fit.held)},
+        "x0": stand.x0,
+        "heldout": stand.heldout,
+        "samples": stand.samples,
+    }
+
+
+def unpacked(stored: Mapping[str, Any], case: Case, library: Sequence[Effect]) -> Stand:
+    """The stand again."""
+    known = tuple(unpacked_candidate(one, library) for one in stored["known"])
+    model = model_with(case.rig, [one.effect for one in known], case.train.names)
+    free = (*uncertain(case.rig), *(number for one in known for number in one.free()))
+    arrays = {name: stored["fit"][name] for name in _ARRAYS}
+    fit = Fit(free=free, samples=stored["fit"]["samples"], held=tuple(stored["fit"]["held"]), **arrays)
+    return Stand(known, model, fit, stored["x0"], stored["heldout"], stored["samples"])
+
+
+def packed_candidate(candidate: Candidate) -> dict[str, Any]:
+    """A candidate by name, formula and start."""
+    return {"name": candidate.effect.name, "formula": candidate.effect.formula, "start": dict(candidate.start)}
+
+
+def unpacked_candidate(stored: Mapping[str, Any], library: Sequence[Effect]) -> Candidate:
+    """The candidate again. Raises InputError where the library does not have it any more."""
+    for effect in library:
+        if (effect.name, effect.formula) == (stored["name"], stored["formula"]):
+            return Candidate(effect, stored["start"])
+    raise InputError(f"{stored['name']} {stored['formula']} is not in the library any more; start the trace anew")

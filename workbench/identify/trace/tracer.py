@@ -1,0 +1,298 @@
+"""Trace a residual to the effect that the model lacks: fit, gate, localise, shortlist, refit, decide, and again.
+
+Every step is a stage that a resumed trace reads back. The rule is in decide.py: a wrong name is worse than "unknown".
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from ...base.checkpoint import Progress, Stage
+from ...base.errors import InputError
+from ...plant.effects import Effect, applies
+from ..fit.free_parameters import Candidate
+from . import rule as decide
+from .findings import Pass, Trace, Tried
+from .locate import Located, located
+from .refit import Case, Stand, fit_rig, refined, refit, relieved, restarted, vanished
+from .score import Remainder, Score, cosines, score, telling
+from .stored import packed, packed_candidate, unpacked, unpacked_candidate
+
+NAMES = 4  # effects on the shortlist
+_FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
+_RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
+_FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
+_PASSES = 6  # effects at most
+
+
+def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Progress, several: bool = False) -> Trace:
+    """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
+
+    `several`: the rig is known to lack more than one; effects that explain only part of what is left are added too,
+    the best first, until none passes. The verdict is then "incomplete" unless the residual reaches the floor.
+    """
+    return _Tracer(case, [one for one in library if applies(one, case.rig)], stage, say, several).run()
+
+
+class _Tracer:
+    def __init__(self, case: Case, library: Sequence[Effect], stage: Stage, say: Progress, several: bool) -> None:
+        self._whole, self._case = case, case.thinned()
+        self._library, self._stage, self._say, self._several = library, stage, say, several
+        self._passes: list[Pass] = []
+
+    def run(self) -> Trace:
+        """The whole trace."""
+        base = self._stored("base", lambda: fit_rig(self._case))
+        if not np.isfinite(base.squares):
+            raise InputError(
+                f"{self._case.campaign.path}: {self._case.rig.name} can not follow the held-out records; check them"
+            )
+        while True:
+            self._say(f"rig alone: chi2 {base.chi2:.4g} on held-out records")
+            if not self._misfit(base):
+                return self._result(base, base, "none", (), (), None)
+            place = self._located(base)
+            if place.evidence[0][1] < decide.SIGNIFICANT * self._case.kappa:
+                return self._result(base, base, "none", (), (), place)
+            effects, tied, better = self._search(base)
+            if better is None:
+                break
+            base = better
+        final = self._again("final", effects[-1].stand or base) if effects else base
+        return self._result(base, final, self._verdict(final, effects, tied), effects, tied, place)
+
+    def _verdict(self, final: Stand, effects: tuple[Tried, ...], tied: tuple[str, ...]) -> str:
+        if not effects:
+            return "unknown"
+        if self._misfit(final):
+            return "incomplete"
+        return "tied" if tied and len(effects) == 1 else "named"
+
+    def _search(self, base: Stand) -> tuple[tuple[Tried, ...], tuple[str, ...], Stand | None]:
+        """Effects one after the other, until nothing is missing or nothing passes; the names that tie with the first.
+
+        Where the first pass shows that the rig alone can do better than `base`, nothing but that fit, which is last.
+        """
+        effects: tuple[Tried, ...] = ()
+        tied: tuple[str, ...] = ()
+        stand = base
+        while len(effects) < _PASSES and self._misfit(stand) and self._matters(base, stand.squares - stand.samples):
+            one = self._pass(stand, stand)
+            if (better := self._relieved(stand, one)) is not stand:
+                if not effects:
+                    return (), (), better
+                stand, effects = better, (*effects[:-1], replace(effects[-1], stand=better))
+            elif one.found and self._matters(base, stand.squares - _stand(one.found[0]).squares):
+                tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
+                effects = (*effects, one.found[0])
+            elif self._several and (part := self._one_of_several(stand, one.tried)):
+                effects = (*effects, self._restarted(part))
+            elif not effects and (pair := self._pair(one, base)):
+                effects = pair
+            else:
+                break
+            stand = effects[-1].stand or stand
+        return effects, tied, None
+
+    def _relieved(self, stand: Stand, one: Pass) -> Stand:
+        """The stand of a pass, or where the numbers of its best effect show a way to it a better fit without it."""
+        fits = [tried.stand for tried in one.tried if tried.stand is not None and np.isfinite(tried.stand.squares)]
+        if not fits:
+            return stand
+        found = self._stored(f"without-{len(self._passes)}", lambda: relieved(self._case, stand, fits[0]))
+        return found if self._matters_for_fit(stand, found) else stand
+
+    def _matters_for_fit(self, stand: Stand, found: Stand) -> bool:
+        """Whether a fit without a further effect is better by more than the rule asks of an effect."""
+        before, after = (float(one.fit.squares.sum()) for one in (stand, found))
+        return decide.worth_adding(before - after, before, stand.fit.samples)
+
+    def _one_of_several(self, stand: Stand, refits: Sequence[Tried]) -> Tried | None:
+        """The effect that explains most of the fitted records, if that is enough; of its formulas the best on all.
+
+        While others are missing, the right effect may make held-out records worse: what the numbers had made up for it
+        is gone. Its formula is chosen on fitted and held-out records together, within TIED with the fewest numbers.
+        """
+
+        def left(tried: Tried, heldout: bool) -> float:
+            return float(_stand(tried).fit.squares.sum()) + (_stand(tried).squares if heldout else 0.0)
+
+        enough = decide.BIC * self._case.kappa
+        real = [tried for tried in refits if tried.stand and not vanished(tried.stand)]
+        able = [tried for tried in real if self._bic_fall(stand, tried) > enough]
+        if not able:
+            return None
+        best, before = min(able, key=lambda tried: left(tried, False)), float(stand.fit.squares.sum())
+        if before - left(best, False) < decide.ONE_OF_SEVERAL * (before - stand.fit.samples):
+            return None
+        own = [tried for tried in able if tried.judgement.name == best.judgement.name]
+        tied = decide.TIED * (before + stand.squares - stand.fit.samples - stand.samples)
+        near = [one for one in own if left(one, True) <= min(left(other, True) for other in own) + tied]
+        return min(near, key=lambda one: (one.judgement.numbers, left(one, True)))
+
+    def _bic_fall(self, before: Stand, tried: Tried) -> float:
+        squares = float(before.fit.squares.sum()), float(_stand(tried).fit.squares.sum())
+        return decide.bic_fall(*squares, tried.judgement.numbers, before.fit.samples)
+
+    def _restarted(self, one: Tried) -> Tried:
+        """The effect with its fit from the rig's declared numbers, where that is better."""
+        name = f"again-{len(self._passes)}-{one.candidate.effect.name}"
+        return replace(one, stand=self._stored(name, lambda: restarted(self._case, _stand(one))))
+
+    def _matters(self, base: Stand, fall: float) -> bool:
+        return self._several or decide.worth_adding(fall, base.squares, base.samples)
+
+    def _part(self, one: Pass, share: float) -> Tried | None:
+        """The effect that explains most of what is left, if it passes and explains that share."""
+        able = [tried for tried in one.tried if tried.judgement.passes and tried.judgement.explained >= share]
+        return able[0] if able else None
+
+    def _pair(self, one: Pass, base: Stand) -> tuple[Tried, ...]:
+        """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
+        first = self._part(one, decide.PARTIAL)
+        if first is None or first.stand is None:
+            return ()
+        second = self._pass(first.stand, base, decide.PAIR)
+        return (first, second.found[0]) if second.found else ()
+
+    def _pass(self, stand: Stand, before: Stand, share: float = decide.NAMED) -> Pass:
+        """Shortlist, refit and judge against the misfit `before`; an effect that explains `share` of it is found."""
+        number = len(self._passes) + 1
+        names = [one.name for one in stand.effects]
+        ranked, compared, angles = self._scores(number, stand, [e for e in self._library if e.name not in names])
+        tried = self._refits(number, stand, before, ranked)
+        best = decide.named([one.judgement for one in tried], share)
+        found = tuple(
+            next(one for one in tried if (one.judgement.name, one.judgement.formula) == (j.name, j.formula))
+            for j in best
+        )
+        self._passes.append(Pass(stand, ranked, compared, angles, tried, found))
+        return self._passes[-1]
+
+    def _scores(
+        self, number: int, stand: Stand, library: Sequence[Effect]
+    ) -> tuple[tuple[tuple[Candidate, float], ...], tuple[str, ...], np.ndarray]:
+        """Every effect's share of the misfit, most first; names and cosines of the best formula of the best effects."""
+
+        def compute() -> dict[str, Any]:
+            windows, fit = telling(self._case.train, stand.fit)
+            rest = Remainder(stand.model, windows, fit)
+            scores: list[Score] = []
+            for effect in library:
+                scores.append(score(self._case.rig, stand.effects, effect, stand.model, windows, fit, rest))
+                self._say(f"pass {number}: score of {effect.name} {effect.formula}")
+            scores.sort(key=lambda one: -one.gain)
+            misfit = max(float(fit.squares.sum()) - windows.samples, 1.0)
+            first = [one for place, one in enumerate(scores) if one.gain > 0 and _first(scores, place)]
+            return {
+                "scores": [packed_candidate(one.candidate) | {"share": one.gain / misfit} for one in scores],
+                "names": [one.candidate.effect.name for one in first],
+                "cosines": cosines(first) if first else np.zeros((0, 0)),
+            }
+
+        stored = self._stage(f"scores-{number}", compute)
+        ranked = tuple((unpacked_candidate(one, library), float(one["share"])) for one in stored["scores"])
+        return ranked, tuple(stored["names"]), np.asarray(stored["cosines"])
+
+    def _refits(
+        self, number: int, stand: Stand, base: Stand, ranked: Sequence[tuple[Candidate, float]]
+    ) -> tuple[Tried, ...]:
+        """Refits of the shortlist, most explained first: the best formula of each name, then its others."""
+        able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > _FAINT]
+        names = list(dict.fromkeys(candidate.effect.name for candidate, _ in able))[:NAMES]
+        tried: list[Tried] = []
+        for name in names:
+            own = [pair for pair in able if pair[0].effect.name == name]
+            explained = max((one.judgement.explained for one in tried), default=0.0)
+            if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
+                continue
+            first = self._try(number, stand, base, *own[0], again=not tried)
+            tried.append(first)
+            if not self._several and first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
+                tried += [self._try(number, stand, base, *pair) for pair in own[1:]]
+        if self._several and (best := self._one_of_several(stand, tried)):
+            name = best.judgement.name
+            own = [pair for pair in ranked if pair[0].effect.name == name]
+            tried += [self._try(number, stand, base, *pair) for pair in own[1:]]
+        return tuple(sorted(tried, key=lambda one: -one.judgement.explained))
+
+    def _try(
+        self, number: int, stand: Stand, base: Stand, candidate: Candidate, share: float, again: bool = False
+    ) -> Tried:
+        effect, n = candidate.effect, self._case.heldout.samples
+        self._say(f"pass {number}: fit with {effect.title}")
+        try:
+            found = self._stored(
+                f"refit-{number}-{effect.name}-{effect.formula}", lambda: refit(self._case, stand, candidate, again)
+            )
+        except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
+            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
+            return Tried(candidate, share, nothing, None, str(error))
+        explained = decide.explained(base.squares, found.squares, n)
+        self._say(f"pass {number}: {effect.name} {effect.formula} explains {100 * explained:.1f} %")
+        squares = float(stand.fit.squares.sum()), float(found.fit.squares.sum())
+        fall = decide.bic_fall(*squares, len(effect.fitted), self._case.train.samples)
+        passes = decide.passes(stand.squares, found.squares, fall, self._case.kappa, len(self._library))
+        passes = passes and not vanished(found)
+        judgement = decide.Judgement(
+            effect.name, effect.formula, explained, found.squares / n, len(effect.fitted), passes
+        )
+        return Tried(candidate, share, judgement, found)
+
+    def _located(self, base: Stand) -> Located:
+        def compute() -> dict[str, Any]:
+            self._say("in which equation")
+            found = located(self._case, base)
+            return asdict(found) | {"evidence": [list(one) for one in found.evidence]}  # a stage keeps no tuples
+
+        stored = self._stage(f"localise-{len(self._passes)}" if self._passes else "localise", compute)
+        return Located(stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["cuts"])
+
+    def _again(self, name: str, stand: Stand) -> Stand:
+        """A stand of thinned windows fitted to all of them; where none were left out it stays."""
+        if self._whole is self._case:
+            return stand
+        stored = self._stage(name, lambda: packed(refined(self._whole, stand)))
+        return unpacked(stored, self._whole, self._library)
+
+    def _misfit(self, stand: Stand) -> bool:
+        return decide.misfit(stand.chi2, stand.samples, self._case.kappa)
+
+    def _stored(self, name: str, compute: Callable[[], Stand]) -> Stand:
+        return unpacked(self._stage(name, lambda: packed(compute())), self._case, self._library)
+
+    def _result(
+        self,
+        base: Stand,
+        final: Stand,
+        verdict: str,
+        effects: tuple[Tried, ...],
+        tied: tuple[str, ...],
+        place: Located | None,
+    ) -> Trace:
+        equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
+        alone = self._again("base, all windows", base)
+        return Trace(
+            case=self._whole,
+            base=alone,
+            final=alone if final is base else final,
+            verdict=verdict,
+            effects=effects,
+            tied=tied,
+            equation=None if verdict == "none" else equation,
+            evidence=place.evidence if place else (),
+            cuts=place.cuts if place else {},
+            passes=tuple(self._passes),
+        )
+
+
+def _stand(one: Tried) -> Stand:
+    assert one.stand is not None
+    return one.stand
+
+
+def _first(scores: Sequence[Score], place: int) -> bool:
+    name = scores[place].candidate.effect.name
+    return name not in [one.candidate.effect.name for one in scores[:place]]

@@ -1,0 +1,19 @@
+"""Views of a plant: pure functions to its equilibria, its linear models and its python-control system."""
+
+from .block_diagram import ValveBlocks, null_pressure, valve_blocks
+from .discretise import held, sampled
+from .equilibrium import Equilibrium, equilibrium
+from .linearise import linearise
+from .nonlinear import nonlinear_system
+
+__all__ = [
+    "Equilibrium",
+    "ValveBlocks",
+    "equilibrium",
+    "held",
+    "linearise",
+    "nonlinear_system",
+    "null_pressure",
+    "sampled",
+    "valve_blocks",
+]

@@ -1,0 +1,67 @@
+"""The plant as a sampled loop sees it: commands held over each period, a delay of theirs included, exact."""
+
+import control
+import numpy as np
+from scipy.linalg import expm
+
+from ..engine import periods
+from ..plant import Plant
+from .equilibrium import Equilibrium
+from .linearise import Matrices, slopes
+
+
+def sampled(
+    plant: Plant,
+    about: Equilibrium,
+    period: float,
+    outputs: tuple[str, ...] = ("position",),
+    p: np.ndarray | None = None,
+) -> control.StateSpace:
+    """x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k] about an operating point, every `period` [s], in SI.
+
+    u is the command, held over each period; where it is late, as in `held`, the commands on their way come after the
+    plant's states. p as for `linearise`. Raises InputError for an unknown output.
+    """
+    matrices = held(slopes(plant, about, ("command",), outputs, p), plant.lateness(p), period)
+    way = len(matrices[0]) - plant.n
+    return control.StateSpace(
+        *matrices,
+        period,
+        inputs=["command"],
+        outputs=list(outputs),
+        states=[state.name for state in plant.states] + [f"command {i + 1} ago" for i in range(way)],
+        name=f"{plant.name} sampled".replace(".", "_"),
+    )
+
+
+def held(matrices: Matrices, delay: float, period: float) -> Matrices:
+    """A, B, C, D of a system with one input, sampled every `period` [s] with the input held and `delay` [s] late.
+
+    Where that is m + f periods, the system holds u[k - m - 1] over the first part f of a period and u[k - m] over the
+    rest; the inputs on their way are states that follow the system's (Franklin, Powell, Workman, Digital Control of
+    Dynamic Systems, 3rd ed. 1998, ch. 4).
+    """
+    a, b, c, d = matrices
+    whole, part = periods(delay, period)
+    ahead, newer = _held(a, b, (1 - part) * period)
+    taps = [np.zeros_like(b)] * whole + [newer]
+    if part:
+        before, older = _held(a, b, part * period)
+        ahead, taps = ahead @ before, [*taps, ahead @ older]
+    n, way = len(a), len(taps) - 1
+    entering = np.eye(way, 1)
+    arriving = np.zeros((len(c), way + 1))
+    arriving[:, [way]] = d
+    return (
+        np.block([[ahead, np.hstack([np.zeros((n, 0)), *taps[1:]])], [np.zeros((way, n)), np.eye(way, k=-1)]]),
+        np.vstack((taps[0], entering)),
+        np.hstack((c, arriving[:, 1:])),
+        arriving[:, :1],
+    )
+
+
+def _held(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+    """What the state becomes after `seconds`: of itself, and of an input held over them."""
+    n = len(a)
+    both = expm(seconds * np.block([[a, b], [np.zeros((b.shape[1], n + b.shape[1]))]]))
+    return both[:n, :n], both[:n, n:]

@@ -1,0 +1,217 @@
+"""Frequency response: of a linear model, and by stepped sine on the nonlinear plant at a stated amplitude.
+
+Stepped sine: the input is a sine held over short intervals; once two successive cycles agree, the first Fourier
+coefficient of each output over that of the held input is the response (the describing function of the whole plant).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import control
+import numpy as np
+from scipy.linalg import matrix_balance, schur
+
+from ..base.errors import InputError
+from ..engine import Engine
+
+POINTS_PER_CYCLE = 64
+_LONGEST_HOLD = 0.25e-3  # s: a coarser staircase would itself excite the valve
+AGREE = 2e-3  # settled when successive cycles differ by less than this part of the response
+_CYCLES = (4, 60)
+
+
+@dataclass(frozen=True)
+class SteppedSine:
+    """Response of each output at frequencies f [k] in Hz, complex [k], with what happened at each point [k]."""
+
+    f: np.ndarray
+    amplitude: float
+    response: Mapping[str, np.ndarray]
+    cycles: np.ndarray
+    settled: np.ndarray
+    saturated: np.ndarray
+    cavitated: np.ndarray
+
+
+def first_harmonic(samples: np.ndarray) -> np.ndarray:
+    """Complex first harmonic of one cycle of equally spaced samples [k + 1, ...], both ends given, drift removed.
+
+    A jack integrates: the straight line from the first to the last sample is taken off first.
+    """
+    k = len(samples) - 1
+    ramp = np.arange(k).reshape(-1, *([1] * (samples.ndim - 1))) / k
+    level = samples[:-1] - ramp * (samples[-1] - samples[0])
+    turn = np.exp(-2j * np.pi * np.arange(k) / k)
+    return 2 / k * np.tensordot(turn, level, axes=(0, 0))
+
+
+def held_harmonic(amplitude: float, points: int) -> complex:
+    """First harmonic of amplitude sin(w t) held over `points` equal intervals a cycle: less gain, half a hold late."""
+    lag = np.pi / points
+    return -1j * amplitude * np.sin(lag) / lag * np.exp(-1j * lag)
+
+
+def stepped_sine(
+    engine: Engine,
+    start: np.ndarray,
+    offset: np.ndarray,
+    frequencies: Sequence[float] | np.ndarray,
+    amplitude: float,
+    outputs: Sequence[str],
+    limits: Mapping[str, float] | None = None,
+    p: np.ndarray | None = None,
+) -> SteppedSine:
+    """Response of `outputs` to the plant's first input, `offset` [m] + amplitude sin, from state `start` [n].
+
+    `limits` gives the output levels at which a point counts as saturated, e.g. {"current": 0.02}. Each point starts
+    from `start` and runs until it has settled or 60 cycles are over (`settled` tells); all frequencies run at once. A
+    delay of the plant's command counts, exactly.
+    Raises InputError if a run fails.
+    """
+    f = np.asarray(frequencies, dtype=float)
+    found = SteppedSine(
+        f=f,
+        amplitude=amplitude,
+        response={name: np.zeros(len(f), complex) for name in outputs},
+        cycles=np.zeros(len(f), int),
+        settled=np.zeros(len(f), bool),
+        saturated=np.zeros(len(f), bool),
+        cavitated=np.zeros(len(f), bool),
+    )
+    points = _points_per_cycle(f)
+    for k in np.unique(points):
+        _run_lanes(engine, start, offset, found, np.flatnonzero(points == k), int(k), limits or {}, p)
+    for values in found.response.values():  # all that repeats comes late as a whole
+        values *= np.exp(-2j * np.pi * f * engine.plant.lateness(p))
+    return found
+
+
+def _points_per_cycle(f: np.ndarray) -> np.ndarray:
+    """Held intervals per cycle: 64, doubled until none is longer than 0.25 ms."""
+    doublings = np.ceil(np.log2(np.maximum(1 / (f * _LONGEST_HOLD * POINTS_PER_CYCLE), 1)))
+    return POINTS_PER_CYCLE * 2 ** doublings.astype(int)
+
+
+def _run_lanes(
+    engine: Engine,
+    start: np.ndarray,
+    offset: np.ndarray,
+    found: SteppedSine,
+    lanes: np.ndarray,
+    k: int,
+    limits: Mapping[str, float],
+    p: np.ndarray | None,
+) -> None:
+    """Cycle after cycle for the points `lanes` of `found`, which it fills in; settled ones drop out."""
+    plant, names = engine.plant, list(found.response)
+    t = np.arange(k + 1) / (found.f[lanes, None] * k)
+    u = np.tile(offset, (k + 1, 1))
+    u[:, 0] += found.amplitude * np.sin(2 * np.pi * np.arange(k + 1) / k)
+    columns = [plant.output(name) for name in names]
+    forced = held_harmonic(found.amplitude, k)
+    x, before = np.tile(start, (len(lanes), 1)), np.full((len(lanes), len(names)), np.nan, complex)
+    for cycle in range(1, _CYCLES[1] + 1):
+        batch = engine.run_batch(x, t, u, p)
+        if not batch.ok.all():
+            f = found.f[lanes[~batch.ok]][0]
+            raise InputError(
+                f"{plant.name}: the simulation failed at {f:g} Hz, amplitude {found.amplitude:g}; try a smaller one"
+            )
+        seen = engine.outputs(batch.x, u, p)
+        now = first_harmonic(np.moveaxis(seen[:, :, columns], 0, 1)) / forced
+        settled = np.all(np.abs(now - before) < AGREE * np.abs(now), axis=1) & (cycle >= _CYCLES[0])
+        for name, values in zip(names, now.T, strict=True):
+            found.response[name][lanes] = values
+        found.cycles[lanes], found.settled[lanes] = cycle, settled
+        peaks = {name: np.abs(seen[:, :, plant.output(name)]).max(axis=1) for name in limits}
+        found.saturated[lanes] = np.any([peaks[n] >= 0.999 * limits[n] for n in limits], axis=0) if limits else False
+        found.cavitated[lanes] = seen[:, :, plant.output("lowest_pressure")].min(axis=1) < 0
+        if settled.all():
+            return
+        going = ~settled
+        lanes, t, x, before = lanes[going], t[going], batch.x[going, -1], now[going]
+
+
+def decibels(response: np.ndarray) -> np.ndarray:
+    """Gain [dB]."""
+    return 20 * np.log10(np.abs(response))
+
+
+def degrees(response: np.ndarray) -> np.ndarray:
+    """Phase [deg], without jumps along the last axis."""
+    return np.degrees(np.unwrap(np.angle(response)))
+
+
+def crossing(f: np.ndarray, value: np.ndarray, level: float) -> float | None:
+    """First frequency at which `value` falls through `level`, by interpolation over log f; None if it never does."""
+    below = np.flatnonzero((value[1:] < level) & (value[:-1] >= level))
+    if not len(below):
+        return None
+    i = below[0]
+    part = (value[i] - level) / (value[i] - value[i + 1])
+    return float(np.exp(np.log(f[i]) + part * np.log(f[i + 1] / f[i])))
+
+
+def scan(
+    engine: Engine,
+    start: np.ndarray,
+    offset: np.ndarray,
+    frequencies: np.ndarray,
+    amplitude: float,
+    output: str,
+    limits: Mapping[str, float] | None = None,
+    p: np.ndarray | None = None,
+) -> SteppedSine:
+    """`stepped_sine` over `frequencies`, then three more points, twice, around the -3 dB and the -90 degree crossings.
+
+    Gain is referred to the first frequency. A gain that runs flat near -3 dB can not be read off a coarse grid.
+    """
+    found = stepped_sine(engine, start, offset, frequencies, amplitude, [output], limits, p)
+    for _ in range(2):
+        response = found.response[output]
+        corners = (decibels(response / np.abs(response[0])) + 3, degrees(response) + 90)
+        more = np.unique(np.concatenate([_around_crossing(found.f, corner) for corner in corners]))
+        if len(more):
+            found = _merge(found, stepped_sine(engine, start, offset, more, amplitude, [output], limits, p))
+    return found
+
+
+def _around_crossing(f: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Three frequencies inside the first interval in which `value` falls through zero; none if it does not."""
+    below = np.flatnonzero((value[1:] < 0) & (value[:-1] >= 0))
+    return np.geomspace(f[below[0]], f[below[0] + 1], 5)[1:-1] if len(below) else np.array([])
+
+
+def _merge(first: SteppedSine, second: SteppedSine) -> SteppedSine:
+    order = np.argsort(np.concatenate([first.f, second.f]), kind="stable")
+
+    def joined(name: str) -> np.ndarray:
+        return np.concatenate([getattr(first, name), getattr(second, name)])[order]
+
+    response = {name: np.concatenate([first.response[name], second.response[name]])[order] for name in first.response}
+    flags = {name: joined(name) for name in ("cycles", "settled", "saturated", "cavitated")}
+    return SteppedSine(joined("f"), first.amplitude, response, **flags)
+
+
+def sampled_response(system: control.StateSpace, z: np.ndarray) -> np.ndarray:
+    """Response of a discrete system at z [k] = exp(j w T), complex [outputs, inputs, k].
+
+    C (z - A)^-1 B + D by a complex Schur form of the balanced A: triangular, so that all z are solved for at once, and
+    unitary, so that equal poles, such as those of a delay, are no special case (Laub, IEEE Trans. Automatic Control
+    26(2), 1981, does it by a Hessenberg form).
+    """
+    a, b, c, d = (np.asarray(part) for part in (system.A, system.B, system.C, system.D))
+    if not len(a):
+        return np.repeat(d[..., None].astype(complex), len(z), axis=-1)
+    balanced, (scale, _) = matrix_balance(a, permute=False, separate=True)
+    upper, turn = schur(balanced, "complex")[:2]
+    entering, leaving = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
+    x = np.empty((len(a), b.shape[1], len(z)), complex)
+    for i in reversed(range(len(a))):
+        x[i] = (entering[i][:, None] + np.tensordot(upper[i, i + 1 :], x[i + 1 :], 1)) / (z - upper[i, i])
+    return np.tensordot(leaving, x, 1) + d[..., None]
+
+
+def linear_response(system: control.StateSpace | control.TransferFunction, f: np.ndarray) -> np.ndarray:
+    """Response of a single-input, single-output python-control system at f [k] in Hz, complex [k]."""
+    return np.asarray(system(2j * np.pi * f)).ravel()

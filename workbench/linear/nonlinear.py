@@ -1,0 +1,38 @@
+"""The plant as a python-control nonlinear system."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import control
+import numpy as np
+
+from ..base.errors import InputError
+from ..plant import Plant
+
+
+def nonlinear_system(plant: Plant, p: np.ndarray | None = None) -> control.NonlinearIOSystem:
+    """A control.NonlinearIOSystem with this plant's states, inputs and outputs, all SI; stiff: integrate with Radau.
+
+    Raises InputError for a plant whose command is late: no ordinary differential equation is.
+    """
+    values = plant.p if p is None else p
+    if plant.lateness(values) > 0:
+        raise InputError(
+            f"{plant.name}: a command that is late has no nonlinear system; take {plant.delay} out of the rig, or use "
+            "ClosedLoop, or linearise"
+        )
+
+    def rates(_t: float, x: np.ndarray, u: np.ndarray, _params: Mapping[str, Any]) -> np.ndarray:
+        return np.array(plant.f(x, u, values)).ravel()
+
+    def outputs(_t: float, x: np.ndarray, u: np.ndarray, _params: Mapping[str, Any]) -> np.ndarray:
+        return np.array(plant.h(x, u, values)).ravel()
+
+    return control.NonlinearIOSystem(
+        rates,
+        outputs,
+        inputs=[i.name for i in plant.inputs],
+        outputs=list(plant.outputs),
+        states=[state.name for state in plant.states],
+        name=plant.name.replace(".", "_"),
+    )

@@ -1,0 +1,140 @@
+"""A sampled controller on the continuous plant: the closed loop as a simulation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..control.protocol import Controller, preview
+from ..engine import Engine, Line
+from ..linear import Equilibrium
+from ..records import Record
+from ..rigs.rig import Rig
+from .guard import Guard
+
+SIMULATION_FAILED = "the simulation failed"
+
+
+@dataclass(frozen=True)
+class LoopRun:
+    """What a loop did: `record` holds reference, realised command and every output; `demanded` is before the guard.
+
+    `tripped` says why the guard stopped the loop, or that the simulation failed (the record then ends there).
+    """
+
+    record: Record
+    demanded: np.ndarray
+    tripped: str | None
+
+
+class Sensors:
+    """What the rig's sensors say of the plant's outputs: with a seed, each with its white noise and resolution."""
+
+    def __init__(self, rig: Rig, outputs: tuple[str, ...], seed: int | None) -> None:
+        self.names = tuple(name for name in outputs if name in rig.sensors)
+        self._columns = np.array([outputs.index(name) for name in self.names], int)
+        self._noise = np.array([rig.sensors[name].noise for name in self.names])
+        self._quantum = np.array([rig.sensors[name].resolution for name in self.names])
+        self._random = None if seed is None else np.random.default_rng(seed)
+
+    def read(self, outputs: np.ndarray) -> dict[str, float]:
+        """Readings by name, of all outputs [k] of the plant."""
+        seen = outputs.take(self._columns)
+        if self._random is not None:
+            seen = seen + self._noise * self._random.standard_normal(len(seen))
+            coarse = self._quantum > 0
+            seen[coarse] = np.round(seen[coarse] / self._quantum[coarse]) * self._quantum[coarse]
+        return dict(zip(self.names, seen.tolist(), strict=True))
+
+
+class ClosedLoop:
+    """A controller, its guard and a plant, started from an operating point; each `run` goes on where the last ended.
+
+    At each sample the signals are measured, the controller computes, the guard limits, the drive holds the command.
+    Where the plant's command is late, it is held back; the record has it as it was sent. `seed` switches the sensors'
+    noise and resolution on.
+    """
+
+    def __init__(
+        self, engine: Engine, rig: Rig, controller: Controller, start: Equilibrium, seed: int | None = None
+    ) -> None:
+        self._engine, self._period, self._controller = engine, rig.period.value, controller
+        self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
+        self._x, self._held = start.x.copy(), start.u.copy()
+        self._line = Line(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.blended)
+        self._samples = 0
+        for name in controller.measures:
+            if name not in self._sensors.names:
+                raise InputError(f"rig {rig.name} has no {name} sensor, which the controller needs; declare one")
+        measured = self._measure()
+        self._guard.reset(float(self._held[0]))
+        controller.reset(measured[controller.measures[0]], measured, float(self._held[0]))
+
+    def run(self, reference: np.ndarray, inputs: Mapping[str, np.ndarray] | None = None) -> LoopRun:
+        """Follow `reference` [k] at the rig's control period (SI); `inputs` gives other inputs of the plant [k]."""
+        plant, steps = self._engine.plant, len(reference)
+        if not np.all(np.isfinite(reference)):
+            raise InputError(f"the reference is not finite at sample {int(np.argmin(np.isfinite(reference)))}; mend it")
+        u = np.tile(self._held, (steps, 1))
+        for name, values in (inputs or {}).items():
+            u[:, plant.input(name)] = values
+        x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
+        ahead = preview(self._controller)
+        known = np.append(reference, np.full(ahead, reference[-1])) if ahead else reference
+        for k, wanted in enumerate(reference.tolist()):  # Python's own numbers: numpy's are slow one by one
+            if ahead:
+                cast(Any, self._controller).foresee(known[k : k + ahead + 1])
+            x[k] = self._x
+            self._held[1:] = u[k, 1:]
+            command, demanded[k] = self._sample(wanted)
+            arriving = self._line.send(command)
+            sent[k], u[k, 0] = command, arriving[0][0]
+            if not self._hold(arriving):
+                self._guard.tripped = SIMULATION_FAILED
+                steps = k + 1
+                break
+        return self._result(x[:steps], u[:steps], reference[:steps], sent[:steps], demanded[:steps])
+
+    def _measure(self) -> dict[str, float]:
+        return self._sensors.read(self._engine.observe(self._x, self._held))
+
+    def _sample(self, reference: float) -> tuple[float, float]:
+        """One sampling instant: the command that is sent to the drive now, and what the controller wanted."""
+        measured = self._measure()
+        self._guard.watch(measured)
+        demanded = Guard.safe if self._guard.tripped else self._controller.compute(reference, measured)
+        sent = self._guard.limit(demanded)
+        if self._guard.tripped is None:
+            self._controller.update(sent)
+        return sent, demanded
+
+    def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
+        """Go on by one period with the commands that arrive in it; False, unmoved, where that can not be simulated."""
+        x = self._x
+        for self._held[0], share in arriving:
+            after = self._engine.advance(x, self._held, share * self._period)
+            if after is None:
+                return False
+            x = after
+        self._x = x
+        return True
+
+    def _result(
+        self, x: np.ndarray, u: np.ndarray, reference: np.ndarray, sent: np.ndarray, demanded: np.ndarray
+    ) -> LoopRun:
+        plant = self._engine.plant
+        outputs = self._engine.outputs(x, u)
+        signals = {"reference": reference, "command": sent}
+        signals |= {name: outputs[:, i] for i, name in enumerate(plant.outputs)}
+        t = (self._samples + np.arange(len(u))) * self._period
+        self._samples += len(u)
+        return LoopRun(Record("loop", t, signals), demanded, self._guard.tripped)
+
+
+def run_loop(
+    engine: Engine, rig: Rig, controller: Controller, start: Equilibrium, reference: np.ndarray, seed: int | None = None
+) -> LoopRun:
+    """A ClosedLoop run once over `reference` [k]."""
+    return ClosedLoop(engine, rig, controller, start, seed).run(reference)

@@ -1,0 +1,36 @@
+"""How long a controller computes: courses of a closed loop played again to the controller alone."""
+
+from time import perf_counter_ns
+
+import numpy as np
+
+from ..control.controller_spec import Recipe
+from ..control.protocol import fallbacks, preview
+from ..rigs.rig import Rig
+from .closed_loop import LoopRun
+
+
+def computing(chosen: Recipe, rig: Rig, run: LoopRun) -> tuple[np.ndarray, int | None]:
+    """Time [us] of each sample [k] of a course, and in how many its solver did not arrive, where it has one."""
+    controller, signals = chosen.make(rig.period.value), run.record.signals
+    columns = [signals[name].tolist() for name in controller.measures]
+    seen = [dict(zip(controller.measures, values, strict=True)) for values in zip(*columns, strict=True)]
+    reference, sent = signals["reference"], signals["command"].tolist()
+    ahead = preview(controller)
+    known = np.append(reference, np.full(ahead, reference[-1]))
+    controller.reset(seen[0][controller.measures[0]], seen[0], float(signals["command"][0]))
+    spent = []
+    for k, wanted in enumerate(reference.tolist()):
+        began = perf_counter_ns()
+        if ahead:
+            controller.foresee(known[k : k + ahead + 1])  # pyright: ignore[reportAttributeAccessIssue]
+        controller.compute(wanted, seen[k])
+        controller.update(sent[k])
+        spent.append((perf_counter_ns() - began) / 1e3)
+    return np.array(spent), fallbacks(controller)
+
+
+def summary(spent: np.ndarray, period: float) -> dict[str, float | int]:
+    """Median and 99th percentile [us], and how many samples took longer than the control period [s]."""
+    p50, p99 = np.percentile(spent, (50, 99))
+    return {"solve_p50_us": float(p50), "solve_p99_us": float(p99), "late": int((spent > period * 1e6).sum())}

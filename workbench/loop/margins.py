@@ -1,0 +1,131 @@
+"""The sampled loop, linearised: closed loop, sensitivity and margins, or the plain word that it is unstable."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from ..control.protocol import Controller
+from ..linear import Equilibrium, sampled
+from ..linear.frequency_response import decibels, sampled_response
+from ..plant import Plant
+
+_LOWEST = 1e-4  # Hz: crossings of the slowest loop that any controller allows
+_POINTS = 600  # over all frequencies; more where something happens
+_MODE = np.sinh(np.linspace(-3.5, 3.5, 21))  # half widths of a resonance, from its middle, at which it is looked at
+STABLE = 1 - 1e-9  # |z| of every pole of a stable loop is below this
+_ROUNDS, _INSIDE = 3, 7  # each splits the intervals of crossings and peaks by so many points
+
+
+@dataclass(frozen=True)
+class LinearLoop:
+    """A linearised sampled loop over f [k] in Hz up to the Nyquist frequency, closest where it crosses or resonates.
+
+    `closed` is reference -> controlled signal, `sensitivity` 1/(1 + L) at the command. An unstable loop has no margins:
+    its gain and phase margin, Ms, closed loop and sensitivity are None.
+    """
+
+    stable: bool
+    f: np.ndarray
+    open: np.ndarray
+    closed: np.ndarray | None
+    sensitivity: np.ndarray | None
+    gain_margin_db: float | None
+    phase_margin_deg: float | None
+    ms: float | None
+
+
+def closed_poles(
+    plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
+) -> np.ndarray:
+    """Poles z [k] of the loop that `linear_loop` closes, without the time that its margins take."""
+    model = sampled(plant, about, period, controller.measures, p)
+    return np.linalg.eigvals(_closed_matrix(model, controller.linear()))
+
+
+def linear_loop(
+    plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
+) -> LinearLoop:
+    """Close a controller's linear view on the plant linearised at a point, held and sampled every `period` [s].
+
+    A delay of the plant's command counts, exactly.
+    """
+    model, law = sampled(plant, about, period, controller.measures, p), controller.linear()
+    poles = np.linalg.eigvals(_closed_matrix(model, law))
+
+    def responses(f: np.ndarray) -> np.ndarray:
+        """Open loop, and reference -> controlled signal without the loop, [2, k]."""
+        z = np.exp(2j * np.pi * f * period)
+        seen, gains = sampled_response(model, z)[:, 0], sampled_response(law, z)[0]
+        return np.stack((-np.sum(gains[1:] * seen, axis=0), gains[0] * seen[0]))
+
+    f, (loop, forward) = _refined(responses, _grid(np.append(poles, model.poles()), period))
+    if not np.abs(poles).max() < STABLE:
+        return LinearLoop(False, f, loop, None, None, None, None, None)
+    sensitivity = 1 / (1 + loop)
+    gain, phase = _gain_margin(loop), _phase_margin(loop)
+    return LinearLoop(True, f, loop, forward * sensitivity, sensitivity, gain, phase, float(np.abs(sensitivity).max()))
+
+
+def _closed_matrix(plant: control.StateSpace, law: control.StateSpace) -> np.ndarray:
+    """State matrix of plant and controller in closed loop (the measured signals do not answer the command at once)."""
+    a, b, c = (np.asarray(part) for part in (plant.A, plant.B, plant.C))
+    ac, bc, cc, dc = (np.asarray(part) for part in (law.A, law.B, law.C, law.D))
+    return np.block([[a + b @ dc[:, 1:] @ c, b @ cc], [bc[:, 1:] @ c, ac]])
+
+
+def _grid(poles: np.ndarray, period: float) -> np.ndarray:
+    """Frequencies [Hz] up to Nyquist's, even on a logarithmic scale, and close where these poles resonate."""
+    nyquist = 0.5 / period
+    turning = poles[(np.imag(poles) > 0) & (np.abs(poles) > 0)]
+    middle, width = (part / (2 * np.pi * period) for part in (np.angle(turning), np.abs(np.log(np.abs(turning)))))
+    near = (middle[:, None] + width[:, None] * _MODE).ravel()
+    near = near[(near > _LOWEST) & (near < nyquist)]
+    return np.unique(np.concatenate((np.geomspace(_LOWEST, nyquist, _POINTS), near)))
+
+
+def _refined(responses: Callable[[np.ndarray], np.ndarray], f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The grid with more points where the loop crosses unit gain or the real axis, and about peaks; responses there."""
+    found = responses(f)
+    part = np.arange(1, _INSIDE + 1) / (_INSIDE + 1)
+    for _ in range(_ROUNDS):
+        loop = found[0]
+        levels = (np.abs(loop), np.abs(1 + loop))
+        wanted = _crosses(levels[0] - 1) | _crosses(np.imag(loop))
+        for level in levels:
+            wanted |= _beside_extremes(level)
+        here = np.flatnonzero(wanted)
+        more = (f[here, None] * (f[here + 1] / f[here])[:, None] ** part).ravel()
+        f, found = np.append(f, more), np.hstack((found, responses(more)))
+        order = np.argsort(f)
+        f, found = f[order], found[:, order]
+    return f, found
+
+
+def _crosses(value: np.ndarray) -> np.ndarray:
+    """Intervals [k - 1] over which a value [k] changes its sign."""
+    return np.signbit(value[1:]) != np.signbit(value[:-1])
+
+
+def _beside_extremes(level: np.ndarray) -> np.ndarray:
+    """Intervals [k - 1] on both sides of a least or largest inner value of [k]."""
+    turns = _crosses(np.diff(level))
+    return np.append(turns, False) | np.append(False, turns)
+
+
+def _gain_margin(loop: np.ndarray) -> float | None:
+    """Least gain margin [dB] in either direction; the last value is at the Nyquist frequency, on the real axis."""
+    real, imag = np.real(loop), np.imag(loop)
+    i = np.flatnonzero(_crosses(imag))
+    part = imag[i] / (imag[i] - imag[i + 1])
+    real = np.append(real[i] + part * (real[i + 1] - real[i]), real[-1])
+    return min(np.abs(decibels(real[real < 0])).tolist(), default=None)
+
+
+def _phase_margin(loop: np.ndarray) -> float | None:
+    """Least phase margin [deg] in either direction."""
+    size = np.log(np.abs(loop))
+    i = np.flatnonzero(_crosses(size))
+    at = loop[i] + size[i] / (size[i] - size[i + 1]) * (loop[i + 1] - loop[i])
+    return min(np.abs(np.degrees(np.angle(-at))).tolist(), default=None)

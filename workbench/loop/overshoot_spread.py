@@ -1,0 +1,50 @@
+"""How the overshoot of a position loop spreads when gain, jack or oil are not what the design took them for."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, cast
+
+from ..base.errors import InputError
+from ..control.compensators import Compensator
+from ..control.controller_spec import Recipe
+from ..control.inner_loop import damped, overshoots
+from ..linear import equilibrium
+from ..plant import build
+from ..rigs.rig import Rig
+
+SPEED = 0.1  # m/s: the nominal operating point, outside the lap
+GAINS = (0.5, 0.71, 1.0, 1.41, 2.0)
+FACTORS: Mapping[str, Sequence[float]] = {"M": (0.5, 0.75, 1.0, 1.25, 1.5), "beta": (0.5, 0.75, 1.0)}
+STIFFNESS = (0.0, 1e5, 1e6, 1e7)  # N/m
+
+
+def overshoot_spread(rig: Rig, chosen: Recipe) -> dict[str, dict[str, float | None]]:
+    """Overshoot [percent] of a linear step by what varies and by how much; None where the loop is unstable.
+
+    "gain" is of the controller alone, "speed" the operating point; M, beta and ks are the rig's. Compensators stay as
+    they are. Raises InputError for a controller that measures more than the position.
+    """
+    period, plant = rig.period.value, build(rig)
+    smooth = plant.without_dry_friction()
+    law = replace(chosen, compensators=()).make(period).linear()
+    if law.input_labels != ["reference", "position"]:
+        raise InputError(f"{chosen.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
+    parts = [cast(Compensator, part.make(period)) for part in chosen.compensators]
+
+    def over(name: str = "", value: float = 0.0, speed: float = SPEED, gains: Sequence[float] = (1.0,)) -> list[Any]:
+        p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth
+        return overshoots(damped(plant, equilibrium(plant, speed=speed, p=p), period, parts, p), law, gains)
+
+    found = {"gain": {f"x{gain:g}": value for gain, value in zip(GAINS, over(gains=GAINS), strict=True)}}
+    found["speed"] = {f"{speed:g} m/s": over(speed=speed)[0] for speed in (0.0, SPEED)}
+    for name, factors in FACTORS.items():
+        found[name] = {f"x{factor:g}": over(name, factor * rig[name])[0] for factor in factors}
+    found["ks"] = {f"{stiffness:g} N/m": over("ks", stiffness)[0] for stiffness in STIFFNESS}
+    return found
+
+
+def spread(overshoot: Mapping[str, float | None]) -> float | None:
+    """Largest less least overshoot [percent]; None where one of the loops is unstable."""
+    values = list(overshoot.values())
+    there = [value for value in values if value is not None]
+    return max(there) - min(there) if len(there) == len(values) else None

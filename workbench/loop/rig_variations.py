@@ -1,0 +1,40 @@
+"""The set of rigs that a loop has to hold on: the nominal one, and each uncertain number of it moved by itself."""
+
+from dataclasses import replace
+
+from ..base.errors import InputError, nearest
+from ..plant import build
+from ..rigs.rig import EffectUse, Number, Rig
+
+_FACTORS = {
+    "nominal": {},
+    "mass-50": {"M": 0.5},
+    "mass+50": {"M": 1.5},
+    "beta-50": {"beta": 0.5},
+    "supply-20": {"Ps": 0.8},
+}
+_DELAY = "drive.delay"
+_STIFFNESSES = {f"stiffness-1e{power}": 10.0**power for power in range(6, 9)}  # N/m
+RIG_SET = (*_FACTORS, *_STIFFNESSES)
+
+
+def rig_of(rig: Rig, name: str) -> Rig:
+    """The rig that `name` of RIG_SET makes of a nominal one, under its name: a factor on a number, or a specimen [N/m].
+
+    Raises InputError for an unknown name, with the nearest known one, and for a number that the rig can not have.
+    """
+    if name not in RIG_SET:
+        raise InputError(f'no rig "{name}" in the set; {nearest(name, RIG_SET)}')
+    if name in _STIFFNESSES:
+        return replace(rig.with_values(ks=_STIFFNESSES[name]), name=name)
+    return replace(rig.with_values(**{key: factor * rig[key] for key, factor in _FACTORS[name].items()}), name=name)
+
+
+def late(rig: Rig, delay: float) -> Rig:
+    """The rig whose commands come `delay` [s] later, on top of what its drive takes, such as a controller computes."""
+    there = {use.name: use for use in rig.effects}
+    before = there.get(_DELAY, EffectUse(_DELAY, "shift", {}))
+    whole = delay + build(rig).lateness()  # a delay that is declared without a number has its typical one
+    number = Number("delay", whole, "s", "s", f"{delay:g} s of them to compute the command")
+    after = replace(before, numbers={**before.numbers, "delay": number})
+    return replace(rig, effects=tuple({**there, _DELAY: after}.values()))

@@ -1,0 +1,130 @@
+"""A controller in a scenario on a rig: the run, the linear loop at two operating points, and the row of numbers."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..control.controller_spec import Recipe
+from ..engine import Engine
+from ..linear import Equilibrium, equilibrium
+from ..linear.frequency_response import crossing, decibels, degrees
+from ..plant import build
+from ..rigs.rig import Rig
+from . import step_metrics as metrics
+from .closed_loop import ClosedLoop, LoopRun
+from .margins import LinearLoop, linear_loop
+from .scenarios import Scenario
+
+MOVING = 0.1  # m/s: the second operating point, outside the lap's doubled gain; a specimen's far end moves along
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A rig ready to close loops on: its engine, and the points at which loops are linearised."""
+
+    rig: Rig
+    engine: Engine
+    null: Equilibrium
+    null_smooth: Equilibrium
+    moving: Equilibrium
+    smooth: np.ndarray
+
+
+@dataclass(frozen=True)
+class LinearLoops:
+    """The linear loop at null and moving."""
+
+    null: LinearLoop
+    moving: LinearLoop
+
+    @property
+    def stable(self) -> bool:
+        """At both points."""
+        return self.null.stable and self.moving.stable
+
+    def worst(self, pick: Callable[[Sequence[float]], float], name: str) -> float | None:
+        """The worse of the two values of a margin; None for an unstable loop, and where neither has it."""
+        values = [value for loop in (self.null, self.moving) if (value := getattr(loop, name)) is not None]
+        return pick(values) if values and self.stable else None
+
+
+def bench(rig: Rig) -> Bench:
+    """Build a rig and find its operating points. Raises InputError where there are none."""
+    plant = build(rig)
+    smooth = plant.without_dry_friction()
+    return Bench(
+        rig,
+        Engine(plant),
+        equilibrium(plant),
+        equilibrium(plant, p=smooth),
+        equilibrium(plant, speed=MOVING, specimen_velocity=MOVING, p=smooth),
+        smooth,
+    )
+
+
+def linear_loops(chosen: Recipe, on: Bench) -> LinearLoops:
+    """A controller's loop, linearised at both operating points."""
+    period = on.rig.period.value
+    plant, controller = on.engine.plant, chosen.make(period)
+    points = (on.null_smooth, on.moving)
+    return LinearLoops(*(linear_loop(plant, point, controller, period, on.smooth) for point in points))
+
+
+def play(chosen: Recipe, wanted: Scenario, on: Bench) -> LoopRun:
+    """A controller in a scenario, from rest at null."""
+    period = on.rig.period.value
+    start = float(on.engine.observe(on.null.x, on.null.u)[on.engine.plant.output(wanted.signal)])
+    t = np.arange(round(wanted.duration / period) + 1) * period
+    loop = ClosedLoop(on.engine, on.rig, chosen.make(period), on.null)
+    return loop.run(start + wanted.reference(t), wanted.inputs(t))
+
+
+def row(chosen: Recipe, wanted: Scenario, on: Bench, run: LoopRun, loops: LinearLoops) -> dict[str, Any]:
+    """One row of metrics.json: SI but for what its key says. Margins are the worse of the two operating points.
+
+    Settling counts from where reference and far end stand. A sine has no numbers of a step, a ramp no rise.
+    """
+    signals, t = run.record.signals, run.record.t
+    command, closed, f = signals["command"], loops.null.closed, loops.null.f
+    return {
+        "controller": chosen.name,
+        "rig": on.rig.name,
+        "scenario": wanted.name,
+        **_course(wanted, run),
+        "peak_command": float(np.abs(command).max()),
+        "saturated_s": metrics.saturated_time(t, run.demanded, command),
+        "cavitation_s": metrics.cavitation_time(t, signals["lowest_pressure"]),
+        "residual_oscillation": _residual(wanted, run),
+        "stable": loops.stable,
+        "tripped": run.tripped,
+        "f3db_hz": None if closed is None else crossing(f, decibels(closed), -3.0),
+        "f90_hz": None if closed is None else crossing(f, degrees(closed), -90.0),
+        "peak_db": None if closed is None else float(decibels(closed).max()),
+        "gain_margin_db": loops.worst(min, "gain_margin_db"),
+        "phase_margin_deg": loops.worst(min, "phase_margin_deg"),
+        "ms": loops.worst(max, "ms"),
+    }
+
+
+def _course(wanted: Scenario, run: LoopRun) -> dict[str, float | None]:
+    """How the controlled signal got to where it should be."""
+    t, y, asked = run.record.t, run.record.signals[wanted.signal], run.record.signals["reference"]
+    before, target = float(y[0]), float(y[0] + wanted.size)
+    there, stands = run.tripped is None, wanted.arrives
+    late = np.flatnonzero(t >= (stands or 0.0) - 1e-9)
+    return {
+        "settling_s": metrics.settling_time(t[late], y[late], before, target) if there and stands is not None else None,
+        "overshoot_percent": None if stands is None else metrics.overshoot(y, before, target),
+        "rise_s": metrics.rise_time(t, y, before, target) if wanted.is_step else None,
+        "steady_state_error": metrics.steady_state_error(t, y, target) if there and stands is not None else None,
+        "iae": metrics.iae(t, y, asked) if there else None,
+    }
+
+
+def _residual(wanted: Scenario, run: LoopRun) -> float | None:
+    if run.tripped is not None or wanted.arrives is None:
+        return None
+    y = run.record.signals[wanted.signal]
+    return metrics.residual_oscillation(run.record.t, y, float(y[0]), float(y[0] + wanted.size))

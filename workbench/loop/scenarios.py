@@ -1,0 +1,84 @@
+"""The standard scenarios of a loop, by name: what the reference does, and what a specimen's far end does."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.errors import InputError, nearest
+
+_LEAVES = 0.5  # s: when a far end starts
+_ACCELERATION = 5.0  # m/s^2: how it starts and stops
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A course of the controlled signal, from where it stands, watched for `duration` [s].
+
+    `size` (SI) is a step's; with a `rate` (SI per s) a ramp's, with a `frequency` [Hz] a sine's amplitude. With a
+    `travel` [m] the specimen's far end leaves at 0.5 s, moves so far at `speed` [m/s], and stands again.
+    """
+
+    name: str
+    signal: str
+    size: float
+    duration: float
+    rate: float = np.inf
+    frequency: float | None = None
+    travel: float = 0.0
+    speed: float = 0.0
+
+    @property
+    def arrives(self) -> float | None:
+        """Time [s] from which reference and far end stand; None where they never do."""
+        if self.frequency is not None:
+            return None
+        return _LEAVES + self._moving if self.travel else self.size / self.rate
+
+    @property
+    def is_step(self) -> bool:
+        """Whether all there is to it is a reference that is at its end from the start."""
+        return self.arrives == 0.0
+
+    @property
+    def _moving(self) -> float:
+        return self.travel / self.speed + self.speed / _ACCELERATION
+
+    def reference(self, t: np.ndarray) -> np.ndarray:
+        """What is asked for at t [k] s: deviations [k] from the start."""
+        if self.frequency is not None:
+            return self.size * np.sin(2 * np.pi * self.frequency * t)
+        return np.full(len(t), self.size) if np.isinf(self.rate) else np.minimum(self.rate * t, self.size)
+
+    def inputs(self, t: np.ndarray) -> dict[str, np.ndarray]:
+        """Other inputs of the plant at t [k] s, by name: the far end's position [m] and velocity [m/s]."""
+        if not self.travel:
+            return {}
+        ramp = self.speed / _ACCELERATION
+        starts, stops = (np.clip(t - at, 0, ramp) for at in (_LEAVES, _LEAVES + self._moving - ramp))
+        gone = [np.clip(t - at - ramp, 0, None) for at in (_LEAVES, _LEAVES + self._moving - ramp)]
+        way = _ACCELERATION / 2 * (starts**2 - stops**2) + self.speed * (gone[0] - gone[1])
+        return {"specimen_position": way, "specimen_velocity": _ACCELERATION * (starts - stops)}
+
+
+SCENARIOS = {
+    scenario.name: scenario
+    for scenario in (
+        Scenario("position-1mm", "position", 1e-3, 3.0),
+        Scenario("position-10mm", "position", 10e-3, 3.0),
+        Scenario("position-100mm", "position", 100e-3, 4.0),
+        Scenario("position-200mm", "position", 200e-3, 4.0),
+        Scenario("position-ramp", "position", 100e-3, 3.0, rate=0.1),
+        # all of the same speed
+        *(Scenario(f"position-sine-{f}hz", "position", 10e-3 / f, 2.0, frequency=f) for f in (1, 2, 5, 10, 20, 30)),
+        Scenario("force-20kn", "force", 20e3, 1.0),
+        Scenario("force-moving-end", "force", 20e3, 2.5, travel=0.1, speed=0.1),
+        Scenario("force-moving-end-fast", "force", 20e3, 2.0, travel=0.2, speed=0.5),
+    )
+}
+
+
+def scenario(name: str, where: str) -> Scenario:
+    """A scenario by name; raises InputError, opened by `where`, for an unknown one."""
+    if name not in SCENARIOS:
+        raise InputError(f'{where}: no scenario "{name}"; {nearest(name, SCENARIOS)}')
+    return SCENARIOS[name]

@@ -1,0 +1,131 @@
+"""The only place where a plant is assembled from its parts."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from ..base.errors import InputError
+from ..rigs.rig import Rig
+from . import jack as jacks
+from .assembly import Assembly, Plant
+from .effects import Effect, applies, known_effects, resolve
+from .load import specimen_force
+from .valve.main_stage import ValveFlows, second_order, three_stage
+from .valve.pilot import Lands, pilot_stage
+
+_PORT = 35e5  # Pa: load ports of a valve on its test bench
+_BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
+
+
+def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
+    """The whole rig: command, specimen and disturbance in; every signal of the rig out.
+
+    `also` are effects beyond those that the rig declares, at their typical numbers. Raises InputError for an effect
+    that does not apply to this kind of rig.
+    """
+    b = _assembly(rig, rig.name, also)
+    _check_slots(rig, b.effects)
+    command = b.input("command", "1", 1.0)
+    cylinder = jacks.chambers(b, rig.jack)
+    x = b.state("x", "m", rig["S"] / 2)
+    v = b.state("v", "m/s", rig.limit("speed"))
+    supply = b.slot("supply", b["Ps"])
+    valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
+    _draw(b, valve, supply)
+    travel, speed = b.slot("piston", (x, v))
+    jacks.continuity(b, cylinder, valve, travel, speed, b["Pr"])
+    force = specimen_force(b, x, v)
+    acceleration = _acceleration(b, jacks.rod_force(b, cylinder, travel, speed), force, x, v)
+    b.rate("x", v)
+    b.rate("v", acceleration)
+    _outputs(b, valve, cylinder, supply)
+    b.output(position=travel + b["xmid"], velocity=speed, acceleration=acceleration, force=force)
+    return b.finish()
+
+
+def build_force_port(rig: Rig) -> Plant:
+    """The jack as part of a multibody program: command, position and velocity in, rod force out; no own mass."""
+    b = _assembly(rig, f"{rig.name} force port")
+    command = b.input("command", "1", 1.0)
+    x = b.input("position", "m", rig["S"] / 2) - b["xmid"]
+    v = b.input("velocity", "m/s", rig.limit("speed"))
+    cylinder = jacks.chambers(b, rig.jack)
+    supply = b.slot("supply", b["Ps"])
+    valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
+    _draw(b, valve, supply)
+    jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
+    _outputs(b, valve, cylinder, supply)
+    b.output(force=jacks.rod_force(b, cylinder, x, v))
+    return b.finish()
+
+
+def build_pilot_bench(rig: Rig) -> Plant:
+    """The pilot alone on a flow bench: current [A] in, its spool and flow out; ports at 35 bar, lands fed at 70 bar."""
+    b = _assembly(rig, f"{rig.name} pilot")
+    current = b.input("current", "A", rig["imax"])
+    lands = Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0))
+    pilot = pilot_stage(b, current, lands, b["Ps"], b["Pr"])
+    b.output(current=current, **pilot.signals, flow=pilot.into_a, lowest_pressure=pilot.lowest)
+    return b.finish()
+
+
+def build_valve_bench(rig: Rig) -> Plant:
+    """One valve on a flow bench: command in, main spool and flow out; ports at 35 bar, main lands fed at 70 bar."""
+    b = _assembly(rig, f"{rig.name} valve")
+    command = b.input("command", "1", 1.0)
+    valve = _valve(b, rig, command, Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0)), b["Ps"])
+    b.output(command=command, **valve.signals, flow=valve.into_a, lowest_pressure=valve.lowest)
+    return b.finish()
+
+
+def _assembly(rig: Rig, name: str, also: Sequence[Effect] = ()) -> Assembly:
+    try:
+        effects = resolve(rig.effects, rig.effect_files)
+    except InputError as error:
+        raise InputError(f"rig {rig.name}: {error}") from None
+    effects += tuple((effect, {number.name: number.typical for number in effect.numbers}) for effect in also)
+    names = [effect.name for effect, _ in effects]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise InputError(f"rig {rig.name}: {twice[0]} would be there twice; a plant has one formula of an effect")
+    return Assembly(name, {key: number.value for key, number in rig.numbers.items()}, effects)
+
+
+def _check_slots(rig: Rig, effects: Sequence[Effect]) -> None:
+    """An effect that would do nothing is a mistake."""
+    for effect in effects:
+        if not applies(effect, rig):
+            same = (e for e in known_effects(rig.effect_files) if e.name == effect.name)
+            others = [e.formula for e in same if applies(e, rig)]
+            hint = f'formula "{others[0]}" does' if others else "take it out"
+            raise InputError(f"rig {rig.name}: {effect.title} does not apply to a {rig.valve} valve; {hint}")
+
+
+def _valve(b: Assembly, rig: Rig, command: ca.SX, lands: Lands, pilot_supply: ca.SX) -> ValveFlows:
+    if rig.valve == "three-stage":
+        return three_stage(b, command, lands, pilot_supply, b["Pr"], rig.corrector)
+    return second_order(b, command, lands)
+
+
+def _acceleration(b: Assembly, rod: ca.SX, specimen: ca.SX, x: ca.SX, v: ca.SX) -> ca.SX:
+    """Acceleration [m/s^2] of the moving mass, between the rod and the load cell."""
+    body = b.slot("body_force", ca.SX(0), position=x, velocity=v)
+    return b.slot("acceleration", (rod - specimen - body) / b["M"], rod_force=rod, mass=b["M"])
+
+
+def _draw(b: Assembly, valve: ValveFlows, supply: ca.SX) -> None:
+    """The flow [m^3/s] that the main lands draw from the supply; the rated one is at full travel, 35 bar a land."""
+    drawn = b["n"] * (ca.fmax(valve.into_a, 0) + ca.fmax(-valve.out_of_b, 0))
+    rated = b["n"] * b["K3"] * b["z3max"] * 35e5**0.5
+    b.slot("supply_flow", None, flow=drawn, rated=rated, supply=supply)
+
+
+def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: ca.SX) -> None:
+    b.output(
+        **valve.signals,
+        pa=b.slot("sensor_pa", cylinder.pa),
+        pb=b.slot("sensor_pb", cylinder.pb),
+        supply=supply,
+        jack_force=cylinder.force,
+        lowest_pressure=ca.fmin(valve.lowest, ca.fmin(cylinder.pa, cylinder.pb)),
+    )

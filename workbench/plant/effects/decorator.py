@@ -1,0 +1,97 @@
+"""How an effect is written, in the library and in a user's own file: a function, with `effect` above it."""
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from ...base.errors import InputError, nearest
+from ...base.units import to_si
+from .effect import EQUATIONS, Effect, EffectNumber, EffectState, Scope
+from .slots import SLOTS
+
+Law = Callable[[Any, Scope], Any]
+"""Takes what passes through a slot and the scope, returns what passes on."""
+
+_NAME = re.compile(r"[a-z]\w*(\.[a-z]\w*)+")
+
+
+def number(
+    name: str,
+    typical: float,
+    si: str,
+    *,
+    low: float,
+    high: float,
+    meaning: str,
+    off: float | None = None,
+    shown: str = "",
+    dry: bool = False,
+    tried: tuple[float, ...] = (),
+    given: bool = False,
+) -> EffectNumber:
+    """A number of an effect, all values in the SI unit `si`; `shown` is the unit for people, the same if left out.
+
+    `off` is the value at which the effect is gone; a number that only shapes it has none. `tried`: further values from
+    which a search starts, for a number that no fit finds from far away, as a frequency. A fit leaves a `given` one.
+    """
+    return EffectNumber(name, si, shown or si, typical, low, high, meaning, dry, off, tried, given)
+
+
+def state(name: str, si: str, scale: float, start: float = 0.0) -> EffectState:
+    """A state of an effect: SI unit, a magnitude that is large for it, a plausible start value."""
+    return EffectState(name, si, scale, start)
+
+
+def effect(
+    name: str,
+    formula: str,
+    *,
+    equation: str,
+    slot: str,
+    source: str,
+    shows: str,
+    numbers: tuple[EffectNumber, ...] = (),
+    states: tuple[EffectState, ...] = (),
+    family: str = "",
+    also: Mapping[str, Law] | None = None,
+) -> Callable[[Law], Effect]:
+    """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots.
+
+    Raises InputError for a name, equation, slot or number that can not be.
+    """
+
+    def made(law: Law) -> Effect:
+        laws = {slot: law, **(also or {})}
+        found = Effect(name, formula, equation, source, shows, laws, numbers, states, family=family)
+        check(found)
+        return found
+
+    return made
+
+
+def check(of: Effect) -> None:
+    """Raises InputError for what can not be: a bad name, an unknown equation or slot, numbers outside their range."""
+    if not _NAME.fullmatch(of.name):
+        raise InputError(f'effect name "{of.name}": write it like "my.drag", lower case, with a dot')
+    if of.equation not in EQUATIONS:
+        raise InputError(f'{of.title}: no equation "{of.equation}"; {nearest(of.equation, EQUATIONS)}')
+    for slot in of.laws:
+        if slot not in SLOTS:
+            raise InputError(f'{of.title}: no slot "{slot}"; {nearest(slot, SLOTS)}')
+    names = [entry.name for entry in (*of.numbers, *of.states)]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{of.title}: {name} is there twice")
+    for each in of.numbers:
+        try:
+            to_si(1.0, each.shown, each.si)
+        except InputError as error:
+            raise InputError(f"{of.title}: {each.name}: {error}") from None
+        inside = [each.typical] if each.off is None else [each.typical, each.off]
+        if not all(each.low <= value <= each.high for value in inside):
+            raise InputError(f"{of.title}: {each.name}: typical and off must lie between low and high")
+
+
+def declared(values: Iterable[Any]) -> tuple[Effect, ...]:
+    """The effects among the values of a module, in order."""
+    return tuple(value for value in values if isinstance(value, Effect))

@@ -1,0 +1,158 @@
+"""Small CSV tables whose columns are known beforehand, and the frequency-response sheet, which is a record too."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError, nearest
+from ..base.signals import SIGNALS
+from ..base.units import from_si, to_si
+from .columns import check_signal
+from .table import Table, open_table
+
+_CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*\[(?P<unit>[^\[\]]*)\]")
+FEWEST = 2  # frequencies
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencySheet:
+    """A frequency response as a datasheet gives it: sine of `amplitude` (SI of the input) at f [k] Hz, rising.
+
+    `response` [k] is complex, SI of the output over SI of the input; where it is `relative`, as a gain in dB is, only
+    its shape counts: it is 1 at the lowest frequency, as a response that is compared with it must be.
+    """
+
+    name: str
+    input: str
+    output: str
+    amplitude: float
+    f: np.ndarray
+    response: np.ndarray
+    relative: bool
+
+
+def read_sheet(path: str | Path, amplitude: float | None, input: str, output: str) -> FrequencySheet:
+    """Read `frequency [Hz],gain [dB],phase [deg]`, a sheet of one amplitude.
+
+    The amplitude is that of the argument (SI of the input) or of a column such as `amplitude [1]`. A gain in dB is
+    referred to the lowest frequency; any other unit is one of output over input, such as `gain [l/min]` for the flow of
+    a command. Raises InputError with file, row and column.
+    """
+    path = Path(path)
+    for name in (input, output):
+        check_signal(name, str(path))
+    sheet = Columns(path)
+    f = sheet.values("frequency", "Hz")
+    late = np.flatnonzero(np.diff(f, prepend=0.0) <= 0)
+    if late.size:
+        raise InputError(f"{sheet.where(late[0], 'frequency')}: frequencies must be above 0 and rise; sort the rows")
+    if f.size < FEWEST:
+        raise InputError(f"{path}: {f.size} rows; a sheet needs at least {FEWEST} frequencies")
+    relative = sheet.unit("gain") == "dB"
+    gain = 10 ** (sheet.values("gain") / 20) if relative else sheet.values("gain", _gain_unit(input, output))
+    bad = np.flatnonzero(gain <= 0)
+    if bad.size:
+        raise InputError(f"{sheet.where(bad[0], 'gain')}: must be above 0; a sign belongs into the phase")
+    response = gain * np.exp(1j * sheet.values("phase", "rad"))
+    size = _amplitude(sheet, amplitude, SIGNALS[input].si)
+    return FrequencySheet(path.stem, input, output, size, f, response / response[0] if relative else response, relative)
+
+
+def listed_sheets(file: Path, value: object) -> tuple[FrequencySheet, ...]:
+    """The `[[sheets]]` of a campaign file: file, input, output, amplitude (in the unit of the input: 1, mA, mm)."""
+    if not isinstance(value, list):
+        raise InputError(f"{file}: sheets: must be a list of tables; write [[sheets]]")
+    return tuple(_listed(file, entry) for entry in value)
+
+
+def table_text(columns: Mapping[str, np.ndarray]) -> str:
+    """CSV of signals, name -> [n] SI, in the units that people are shown, 10 digits."""
+    cells = []
+    for name, values in columns.items():
+        shown = from_si(values, SIGNALS[name].unit, SIGNALS[name].si)
+        cells.append([f"{value:.10g}" for value in shown.tolist()])
+    header = ",".join(SIGNALS[name].label for name in columns)
+    return "\n".join([header, *(",".join(row) for row in zip(*cells, strict=True)), ""])
+
+
+class Columns:
+    """A CSV table with header cells `name [unit]`, every cell a finite number. Raises InputError with file and row."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.table: Table = open_table(path)
+        self.cells = {}
+        for cell in self.table.header:
+            found = _CELL.fullmatch(cell)
+            name = found["name"] if found else cell
+            if name in self.cells:
+                raise InputError(f'{path}: two columns "{name}"; keep one')
+            self.cells[name] = (cell, found["unit"] if found else None)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.cells
+
+    def unit(self, name: str) -> str:
+        """The unit that the header gives."""
+        if name not in self.cells:
+            raise InputError(f'{self.path}: no column "{name} [unit]"; {nearest(name, self.cells)}')
+        cell, unit = self.cells[name]
+        if unit is None:
+            raise InputError(f'{self.path}: column "{cell}": no unit; write "{name} [unit]"')
+        return unit
+
+    def values(self, name: str, si: str | None = None) -> np.ndarray:
+        """A column [n], converted to the unit `si` where one is given."""
+        unit = self.unit(name)
+        values = self.table.read([self.cells[name][0]])[self.cells[name][0]]
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise InputError(f"{self.where(int(bad[0]), name)}: empty or infinite; fill it in or remove the row")
+        try:
+            return values if si is None else to_si(values, unit, si)
+        except InputError as error:
+            raise InputError(f'{self.path}: column "{self.cells[name][0]}": {error}') from None
+
+    def where(self, index: int, name: str) -> str:
+        """ "file: row N, column ..." for a message."""
+        return f'{self.path}: row {self.table.rows[index]}, column "{self.cells[name][0]}"'
+
+
+def _gain_unit(input: str, output: str) -> str:
+    below, above = SIGNALS[input].si, SIGNALS[output].si
+    return above if below == "1" else f"({above})/({below})"
+
+
+def _amplitude(sheet: Columns, given: float | None, si: str) -> float:
+    if "amplitude" not in sheet:
+        if given is None:
+            raise InputError(f'{sheet.path}: at which amplitude? State it, or add a column "amplitude [{si}]"')
+        stated = np.array([given])
+    else:
+        stated = sheet.values("amplitude", si)
+        other = np.flatnonzero(stated != stated[0])
+        if other.size:
+            raise InputError(f"{sheet.where(other[0], 'amplitude')}: another amplitude; make it a sheet of its own")
+        if given is not None and abs(given - stated[0]) > 1e-6 * abs(given):
+            raise InputError(f"{sheet.where(0, 'amplitude')}: {stated[0]:g} {si}, but {given:g} {si} was asked for")
+    if not 0 < stated[0] < np.inf:
+        raise InputError(f"{sheet.path}: amplitude {stated[0]:g} {si}: must be a positive number")
+    return float(stated[0])
+
+
+def _listed(file: Path, entry: object) -> FrequencySheet:
+    keys = {"file": str, "input": str, "output": str, "amplitude": (int, float)}
+    if not isinstance(entry, Mapping) or not isinstance(entry.get("file"), str):
+        raise InputError(f'{file}: sheets: {entry!r} is no sheet; write file = "bode.csv", output = "flow"')
+    for key, value in entry.items():
+        if key not in keys:
+            raise InputError(f'{file}: sheets: {entry["file"]}: unknown key "{key}"; {nearest(key, keys)}')
+        if isinstance(value, bool) or not isinstance(value, keys[key]):
+            raise InputError(f"{file}: sheets: {entry['file']}: {key} = {value!r} does not fit; correct it")
+    input, output, amplitude = entry.get("input", "command"), entry.get("output", "flow"), entry.get("amplitude")
+    check_signal(input, f"{file}: sheets: {entry['file']}: input")
+    size = None if amplitude is None else float(to_si(amplitude, SIGNALS[input].unit, SIGNALS[input].si))
+    return read_sheet(file.parent / entry["file"], size, input, output)
