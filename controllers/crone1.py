@@ -9,12 +9,12 @@ from workbench.control.crone.oustaloup import band
 from workbench.control.jack_model import JackModel
 from workbench.control.protocol import number
 from workbench.control.second_order_sections import Factors, integral, tustin
-from workbench.control.section_controller import ErrorLaw
+from workbench.control.section_controller import SectionController
 
 CELLS = 5
 
 
-class Crone1(ErrorLaw):
+class Crone1(SectionController):
     """C(s) = K (1 + wi/s) ((1 + s/wl)/(1 + s/wh))^n / (1 + s/wf), wl and wh about the crossover.
 
     n gives the phase margin, K the crossover, both on the jack's model (Oustaloup, La commande CRONE, 1991; Sabatier,

@@ -2,17 +2,17 @@
 
 from dataclasses import dataclass
 
-from workbench.control.crone.template import TemplateLaw
+from workbench.control.crone.template import CroneTemplateController
 from workbench.control.jack_model import JackModel
 from workbench.control.protocol import number
 
 
-class Crone2(TemplateLaw):
+class Crone2(CroneTemplateController):
     """An open loop (wcg/s)^n about the crossover: a gain that changes leaves the loop's resonance as it is.
 
     C is the template over the jack's model (Oustaloup, Mathieu, Lanusse, European Journal of Control 1(2), 1995; the
-    law is that of TemplateLaw). It cancels the modes of its model: give it a jack that pressure feedback damps, not a
-    sharp mode that a mass moves.
+    law is that of CroneTemplateController). It cancels the modes of its model: give it a jack that pressure feedback
+    damps, not a sharp mode that a mass moves.
     """
 
     @dataclass(frozen=True)

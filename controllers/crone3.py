@@ -6,7 +6,7 @@ import control
 import numpy as np
 
 from workbench.base.errors import InputError
-from workbench.control.crone.template import TemplateLaw
+from workbench.control.crone.template import CroneTemplateController
 from workbench.control.inner_loop import peak
 from workbench.control.protocol import number
 
@@ -15,12 +15,12 @@ from .crone2 import Crone2
 _STEEPEST, _STEPS = 0.9, 37  # of b in a search: the phase turns by 45 degrees an octave
 
 
-class Crone3(TemplateLaw):
+class Crone3(CroneTemplateController):
     """An open loop Re/i (wcg/s)^(a + i b) about the crossover: the phase margin gives a, b turns the phase.
 
     With b > 0 the phase rises with frequency, with b < 0 it falls, by b tanh(|b| pi/2) for a factor e; b = 0 is crone2.
     Which b serves a set of jacks best, `least_peak` finds (Oustaloup, Mathieu, Lanusse, European Journal of Control
-    1(2), 1995). The one band of a TemplateLaw follows the template to some 15 degrees an octave.
+    1(2), 1995). The one band of a CroneTemplateController follows the template to some 15 degrees an octave.
     """
 
     @dataclass(frozen=True)

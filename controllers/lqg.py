@@ -36,7 +36,7 @@ class Lqg:
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """State feedback on what the filter makes of these signals."""
-        return float(self._follow * reference - self._feedback @ self._observer.look(measurement))
+        return float(self._follow * reference - self._feedback @ self._observer.estimate(measurement))
 
     def update(self, realised: float) -> None:
         """Predict the next period with the command that the drive really got."""

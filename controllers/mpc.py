@@ -7,7 +7,7 @@ import control
 import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
-from workbench.control.mpc_qp import Limits, Planner, look_ahead
+from workbench.control.mpc_qp import Limits, Planner, build_horizon
 from workbench.control.protocol import number
 
 from .lqg import lq_gain, preview_gains
@@ -50,7 +50,7 @@ class Mpc:
         samples, self.preview = round(d.horizon / period), round(d.preview / period)
         self._wanted = _wanted(self._observer, d.error, self._follow, samples, self.preview)
         self._future: np.ndarray | None = None
-        horizon = look_ahead(self._observer, self._feedback, limits, samples, round(d.moves))
+        horizon = build_horizon(self._observer, self._feedback, limits, samples, round(d.moves))
         self._planner = Planner(horizon, round(d.iterations))
         self._most, self._step = limits.command, limits.change
         self._sent, self.fallbacks = 0.0, 0
@@ -58,16 +58,16 @@ class Mpc:
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
         self._observer.rest(measurement, self._follow * (reference - measurement["position"]) - command)
-        self._planner.forget()
+        self._planner.reset()
         self._future, self._sent, self.fallbacks = None, command, 0
 
-    def foresee(self, future: np.ndarray) -> None:
+    def set_preview(self, future: np.ndarray) -> None:
         """The reference now and over the next `preview` samples [preview + 1], before each `compute`."""
         self._future = future
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The LQG law on what the filter makes of these signals, and the first change of the plan."""
-        state = self._observer.look(measurement)
+        state = self._observer.estimate(measurement)
         future = np.full(self.preview + 1, reference) if self._future is None else self._future
         wanted = self._wanted @ future
         change = self._planner.plan(state, wanted, self._sent)

@@ -12,9 +12,9 @@ from .drives import LateDrives
 from .lane_guard import LaneGuard, Trip
 from .physics import Physics
 from .sensing import LaneSensors
-from .sight import Channel, Sight
+from .sight import ObservationEncoder, ObservedChannel
 from .task import Task
-from .timeline import Author
+from .timeline import EpisodeSampler
 
 
 class Stepped(NamedTuple):
@@ -44,8 +44,8 @@ class Core:
         self._physics, self._rest = Physics(plant), equilibrium(plant)
         self._sensors = LaneSensors(rig, plant.outputs, task.sees == "ideal")
         self._guard = LaneGuard(rig, self._sensors.names, lanes)
-        self._sight = Sight(task, plant, self._sensors.names, lanes)
-        self._author = Author(task, plant, self._sensors.noise)
+        self._sight = ObservationEncoder(task, plant, self._sensors.names, lanes)
+        self._author = EpisodeSampler(task, plant, self._sensors.noise)
         period = rig.period.value
         self._late = LateDrives(self._physics, plant, period, lanes) if plant.delay else None
         self._period, self._place, self._stroke = period, plant.state("x"), plant.parameters.index("S")
@@ -74,7 +74,7 @@ class Core:
         self._random: Sequence[np.random.Generator] = ()
 
     @property
-    def channels(self) -> tuple[Channel, ...]:
+    def channels(self) -> tuple[ObservedChannel, ...]:
         """What an observation holds, in order."""
         return self._sight.channels
 
@@ -99,7 +99,7 @@ class Core:
             if self._some_wait and not left:
                 self._begin(np.flatnonzero(self._waiting))
             self._measure()
-            self._pay(reward)
+            self._accumulate_reward(reward)
         self._left -= len(self._countdown)
         if self._guard.any_tripped or self._some_wait or self._left <= 0:
             return self._stepped(*self._settle(reward))
@@ -175,7 +175,7 @@ class Core:
         if np.count_nonzero(stopped):
             self._guard.end(stopped, Trip.END_STOP)
 
-    def _pay(self, reward: np.ndarray) -> None:
+    def _accumulate_reward(self, reward: np.ndarray) -> None:
         """What this control period costs, off `reward` [N]."""
         command, change = self._guard.command, self._guard.change
         tracking, effort, rate = self._prices
@@ -199,4 +199,4 @@ class Core:
         sight, command = self._sight, self._guard.command
         np.subtract(sight.reference, self._measured[:, self._seen], sight.error)
         np.copyto(sight.command, command)
-        return Stepped(sight.look(self.x, self._measured), reward, terminated, truncated, self._error, command)
+        return Stepped(sight.encode(self.x, self._measured), reward, terminated, truncated, self._error, command)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.engine import Line
+from workbench.engine import DelayLine
 from workbench.plant import Plant
 
 from .physics import Physics
@@ -13,11 +13,11 @@ class LateDrives:
 
     def __init__(self, physics: Physics, plant: Plant, period: float, lanes: int) -> None:
         self._physics, self._plant, self._period = physics, plant, period
-        self._lines = [Line(0.0, period, 0.0)] * lanes
+        self._lines = [DelayLine(0.0, period, 0.0)] * lanes
 
     def reset(self, row: int, p: np.ndarray, command: float) -> None:
         """Begin anew with the parameters p [k] of a lane, whose drive has held `command` [1] for long."""
-        self._lines[row] = Line(self._plant.lateness(p), self._period, command, self._plant.blended)
+        self._lines[row] = DelayLine(self._plant.lateness(p), self._period, command, self._plant.interpolated)
 
     def advance(self, rows: np.ndarray, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As Physics.advance over one period, for the lanes `rows` with x, u and p of these only.

@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 
 from workbench.loop.closed_loop import SIMULATION_FAILED
-from workbench.loop.guard import stride
+from workbench.loop.guard import max_move_per_period
 from workbench.rigs.rig import Rig
 
 
@@ -51,7 +51,7 @@ class LaneGuard:
     def __init__(self, rig: Rig, names: tuple[str, ...], lanes: int) -> None:
         period = rig.period.value
         self.position = position = names.index("position")
-        watched = [(position, rig["xmid"], rig.limit("stroke")), (position, np.nan, stride(rig))]
+        watched = [(position, rig["xmid"], rig.limit("stroke")), (position, np.nan, max_move_per_period(rig))]
         if "force" in names:
             watched.append((names.index("force"), 0.0, rig.limit("force")))
         columns, zeros, limits = zip(*watched, strict=True)
@@ -61,7 +61,7 @@ class LaneGuard:
         self._most = np.array(rig.limit("command_rate") * period)
         self._least = -self._most
         self._change = rig.limit("command_rate") * period
-        self._bounds = (rig["xmid"], rig.limit("stroke"), stride(rig))
+        self._bounds = (rig["xmid"], rig.limit("stroke"), max_move_per_period(rig))
         self._load, self._force = (names.index("force") if "force" in names else None), rig.limit("force")
         self.command, self.change = np.zeros(lanes), np.zeros(lanes)
         self.trip = np.zeros(lanes, dtype=np.int8)

@@ -9,7 +9,7 @@ from .core import Core
 from .task import Task
 
 
-class Plain(NamedTuple):
+class FastStep(NamedTuple):
     """What a step in which nothing ended gave: the observation [channels], the rest as in Stepped."""
 
     observation: np.ndarray
@@ -18,7 +18,7 @@ class Plain(NamedTuple):
     command: float
 
 
-class Lone(Core):
+class SingleLaneCore(Core):
     """A core of one lane. Steps in which nothing ends can be had as plain numbers, bit for bit those of `step`."""
 
     def __init__(self, task: Task) -> None:
@@ -26,7 +26,7 @@ class Lone(Core):
         self._u = np.empty_like(self.u[0])
         self._costs = tuple(price.item() for price in self._prices)
 
-    def plain_step(self, demanded: float) -> Plain | None:
+    def plain_step(self, demanded: float) -> FastStep | None:
         """One step with a demanded command, or None, with nothing changed, if something ends in it: then ask `step`.
 
         It is None, too, at every step of a rig whose commands come late.
@@ -66,5 +66,5 @@ class Lone(Core):
         self.x, self.u[0] = x[None], u
         guard.command[0], guard.before[0], self._now[0] = command, before, now
         self._left -= periods
-        seen = self._sight.look_one((wanted, wanted - signals[self._seen], command), x, measured)
-        return Plain(seen, reward, error, command)
+        seen = self._sight.encode_one((wanted, wanted - signals[self._seen], command), x, measured)
+        return FastStep(seen, reward, error, command)

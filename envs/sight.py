@@ -16,7 +16,7 @@ BOUND = 2.0  # of full scale: what is beyond is cut
 
 
 @dataclass(frozen=True)
-class Channel:
+class ObservedChannel:
     """One number of an observation: (value - zero) / full_scale, both in the SI unit."""
 
     name: str
@@ -35,7 +35,7 @@ class Channel:
 _SHOWN = {"Pa": "bar", "N": "kN", "m": "mm"}
 
 
-class Sight:
+class ObservationEncoder:
     """Makes observations [N, channels] of N lanes; `reference`, `error` and `command` [N] (SI) are filled in place.
 
     `names` are the sensors, in the order of what they measure.
@@ -43,10 +43,10 @@ class Sight:
 
     def __init__(self, task: Task, plant: Plant, names: tuple[str, ...], lanes: int) -> None:
         own = signal_channel(task.loop, task.rig)
-        demanded = Channel("reference", own.unit, own.full_scale, own.zero)
-        loop = (demanded, Channel("error", own.unit, task.error_scale), Channel("command", "1", 1.0))
+        demanded = ObservedChannel("reference", own.unit, own.full_scale, own.zero)
+        loop = (demanded, ObservedChannel("error", own.unit, task.error_scale), ObservedChannel("command", "1", 1.0))
         ideal = task.sees == "ideal"
-        inside = tuple(Channel(state.name, state.unit, state.scale) for state in plant.states if ideal)
+        inside = tuple(ObservedChannel(state.name, state.unit, state.scale) for state in plant.states if ideal)
         shown = [name for name in names if not ideal or name == task.loop == "force"]
         self.channels = loop + inside + tuple(signal_channel(name, task.rig) for name in shown)
         self._columns = np.array([names.index(name) for name in shown], int)
@@ -60,7 +60,7 @@ class Sight:
         self._states, self._signals = values[:, 3 : 3 + len(inside)], values[:, 3 + len(inside) :]
         self._one = (values[0], self._states[0], self._signals[0], self._gain[0], self._shift[0])
 
-    def look(self, x: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    def encode(self, x: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """A new observation; it takes what it shows of the states [N, n] and the measured signals [N, names] (SI)."""
         scaled = self._scaled
         if self._states.size:
@@ -74,8 +74,8 @@ class Sight:
         np.fmax(scaled, _LOW, scaled)
         return scaled.astype(np.float32)
 
-    def look_one(self, loop: tuple[float, float, float], x: np.ndarray, measured: np.ndarray) -> np.ndarray:
-        """`look` for the first lane alone: its reference, error and command, state [n] and signals [names]."""
+    def encode_one(self, loop: tuple[float, float, float], x: np.ndarray, measured: np.ndarray) -> np.ndarray:
+        """`encode` for the first lane alone: its reference, error and command, state [n] and signals [names]."""
         row, states, signals, gain, shift = self._one
         row[0], row[1], row[2] = loop
         if len(states):
@@ -93,7 +93,7 @@ class Sight:
 _LOW, _HIGH = np.array(-BOUND), np.array(BOUND)
 
 
-def signal_channel(name: str, rig: Rig) -> Channel:
+def signal_channel(name: str, rig: Rig) -> ObservedChannel:
     """The channel of a signal on a rig. Raises InputError for one that has no full scale."""
     numbers = rig.numbers
     scales = {
@@ -111,4 +111,4 @@ def signal_channel(name: str, rig: Rig) -> Channel:
         raise InputError(
             f"rig {rig.name}: sensor {name} has no full scale for an observation; known: {', '.join(scales)}"
         )
-    return Channel(name, SIGNALS[name].si, scales[name](), numbers["xmid"].value if name == "position" else 0.0)
+    return ObservedChannel(name, SIGNALS[name].si, scales[name](), numbers["xmid"].value if name == "position" else 0.0)

@@ -9,7 +9,7 @@ from gymnasium.error import ResetNeeded
 
 from .core import Stepped
 from .lane_guard import Trip
-from .lone import Lone
+from .lone import SingleLaneCore
 from .spaces import action_space, observation_space, refuse_options
 from .task import load_task
 
@@ -20,7 +20,7 @@ class _Jack(gymnasium.Env[np.ndarray, np.ndarray]):
     loop: ClassVar[str]
 
     def __init__(self, task: str | Path) -> None:
-        self.core = Lone(load_task(task, self.loop))
+        self.core = SingleLaneCore(load_task(task, self.loop))
         self.action_space = action_space()
         self.observation_space = observation_space(self.core.channels)
         self._running = False

@@ -8,7 +8,7 @@ from gymnasium.spaces import Box
 
 from workbench.base.errors import InputError
 
-from .sight import BOUND, Channel
+from .sight import BOUND, ObservedChannel
 
 
 def action_space() -> Box:
@@ -16,7 +16,7 @@ def action_space() -> Box:
     return Box(-1.0, 1.0, (1,), np.float32)
 
 
-def observation_space(channels: Sequence[Channel]) -> Box:
+def observation_space(channels: Sequence[ObservedChannel]) -> Box:
     """The channels over their full scales [1]."""
     return Box(-BOUND, BOUND, (len(channels),), np.float32)
 

@@ -68,7 +68,7 @@ class Reward:
 
 
 @dataclass(frozen=True)
-class Motion:
+class SpecimenMotion:
     """Of the specimen's far end: travel/2 (1 - cos 2 pi f t), travel [m], frequency [Hz]."""
 
     travel: Range
@@ -76,12 +76,12 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Specimen:
+class SpecimenDraw:
     """Stiffness [N/m] and damping [N s/m] between the jack and a far end, which is fixed if `end` is None."""
 
     stiffness: Range
     damping: Range
-    end: Motion | None
+    end: SpecimenMotion | None
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Task:
     error_scale: float
     references: tuple[tuple[float, Family], ...]
     reward: Reward
-    specimen: Specimen | None
+    specimen: SpecimenDraw | None
 
     @property
     def steps(self) -> int:
@@ -183,12 +183,12 @@ def _reward(table: Table, unit: str) -> Reward:
     )
 
 
-def _specimen(table: Table) -> Specimen:
+def _specimen(table: Table) -> SpecimenDraw:
     end = table.table("end", "travel", "frequency") if "end" in table else None
-    return Specimen(
+    return SpecimenDraw(
         stiffness=table.range("stiffness", "N/m", above=0.0),
         damping=table.range("damping", "N s/m", least=0.0),
-        end=end and Motion(end.range("travel", "m"), end.range("frequency", "Hz", above=0.0)),
+        end=end and SpecimenMotion(end.range("travel", "m"), end.range("frequency", "Hz", above=0.0)),
     )
 
 

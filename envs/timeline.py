@@ -10,7 +10,7 @@ from workbench.plant.effects import find
 from workbench.rigs.rig import Rig
 
 from .references import Family
-from .task import Motion, Task
+from .task import SpecimenMotion, Task
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Episode:
     noise: np.ndarray
 
 
-class Author:
+class EpisodeSampler:
     """Draws episodes of a task: everything random about them comes from the generator, at once, before they begin.
 
     `noise` are the standard deviations of the noisy sensors, SI.
@@ -64,7 +64,7 @@ class Author:
         return self._task.references[int(np.searchsorted(self._chances, random.random(), side="right"))][1]
 
 
-def _motion(motion: Motion, random: np.random.Generator, t: np.ndarray) -> np.ndarray:
+def _motion(motion: SpecimenMotion, random: np.random.Generator, t: np.ndarray) -> np.ndarray:
     travel, rate = motion.travel.uniform(random), 2 * np.pi * motion.frequency.spread(random)
     return travel / 2 * np.stack([1 - np.cos(rate * t), rate * np.sin(rate * t)])
 

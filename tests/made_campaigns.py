@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from workbench.base.process_pool import one_blas_thread
-from workbench.commands.common.outcome import Outcome, at_once
+from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.trace.study import run_trace
 from workbench.engine import Engine
 from workbench.identify.trace.findings import Trace
-from workbench.identify.trace.refit import case_of
+from workbench.identify.trace.refit import estimation_problem
 from workbench.identify.trace.tracer import trace
 from workbench.linear import equilibrium
 from workbench.plant import build
@@ -87,25 +87,25 @@ def rubbing_campaign() -> Campaign:
 @cache
 def named() -> Outcome:
     """What a trace makes of it with friction in the library."""
-    return run_trace(rubbing_campaign(), load_rig("festo-tp511"), LIBRARY, at_once, lambda _: None)
+    return run_trace(rubbing_campaign(), load_rig("festo-tp511"), LIBRARY, no_checkpoint, lambda _: None)
 
 
 @cache
 def unknown() -> Outcome:
     """And without; 5 kN of load.bias find no equilibrium to start from, so that this refit fails."""
-    return run_trace(rubbing_campaign(), load_rig("festo-tp511"), LIBRARY[1:], at_once, lambda _: None)
+    return run_trace(rubbing_campaign(), load_rig("festo-tp511"), LIBRARY[1:], no_checkpoint, lambda _: None)
 
 
 @cache
 def none() -> Outcome:
     """And with friction in the rig file."""
     spring = (find("load.spring", "linear"),)
-    return run_trace(rubbing_campaign(), rubbing(), spring, at_once, lambda _: None)
+    return run_trace(rubbing_campaign(), rubbing(), spring, no_checkpoint, lambda _: None)
 
 
 @cache
 def found() -> Trace:
     """The trace itself, with friction alone in the library."""
     with one_blas_thread():
-        case = case_of(rubbing_campaign(), load_rig("festo-tp511"))
-        return trace(case, LIBRARY[:1], at_once, lambda _: None)
+        case = estimation_problem(rubbing_campaign(), load_rig("festo-tp511"))
+        return trace(case, LIBRARY[:1], no_checkpoint, lambda _: None)

@@ -9,12 +9,12 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.commands.bench import study as study
 from workbench.commands.bench.config import load_bench
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.run.config import StepConfig, load_config
 from workbench.linear.frequency_response import first_harmonic
 from workbench.loop.closed_loop import ClosedLoop
-from workbench.loop.rows import bench, linear_loops, play, row
+from workbench.loop.rows import linear_loops, loop_setup, play, row
 from workbench.loop.scenarios import SCENARIOS
 from workbench.loop.stiffness_and_noise import command_noise, dynamic_stiffness
 
@@ -73,7 +73,7 @@ def outcome(config, stages):
 
 @pytest.fixture(scope="module")
 def on(config):
-    return bench(config.rig)
+    return loop_setup(config.rig)
 
 
 def controller(config, name):
@@ -128,7 +128,7 @@ def test_dynamic_stiffness_is_what_a_shaken_loop_shows(config, on, name):
     """A sine of 20 N and 10 Hz, too small to leave the lap's doubled gain, on the nonlinear loop."""
     chosen, f, force = controller(config, name), 10.0, 20.0
     period = on.rig.period.value
-    loop = ClosedLoop(on.engine, on.rig, chosen.make(period), on.null)
+    loop = ClosedLoop(on.engine, on.rig, chosen.build(period), on.null)
     t = np.arange(2001) * period
     run = loop.run(np.zeros(len(t)), {"disturbance": force * np.sin(2 * np.pi * f * t)})
     moved = abs(first_harmonic(run.record.signals["position"][-101:]))
@@ -138,7 +138,7 @@ def test_dynamic_stiffness_is_what_a_shaken_loop_shows(config, on, name):
 @pytest.mark.parametrize("name", ["p", "p-dp"])
 def test_command_noise_is_what_noisy_sensors_leave(config, on, name):
     chosen = controller(config, name)
-    loop = ClosedLoop(on.engine, on.rig, chosen.make(on.rig.period.value), on.null, seed=1)
+    loop = ClosedLoop(on.engine, on.rig, chosen.build(on.rig.period.value), on.null, seed=1)
     command = loop.run(np.zeros(4000)).record.signals["command"]
     expected = command_noise(chosen, on, linear_loops(chosen, on).null)
     assert np.std(command[-3000:]) == pytest.approx(expected, rel=0.1)
@@ -146,7 +146,7 @@ def test_command_noise_is_what_noisy_sensors_leave(config, on, name):
 
 def test_a_force_loop_tells_what_a_moving_end_costs_it(tmp_path):
     """0.012 of command over the gain of the deflection at 0.1 m/s, as the margins' operating point has it."""
-    metrics = study.run_bench(loaded(tmp_path, FORCE), at_once, lambda _: None).metrics
+    metrics = study.run_bench(loaded(tmp_path, FORCE), no_checkpoint, lambda _: None).metrics
     (line,) = metrics["moving_end"]
     assert line["error_n_per_m_s"] == pytest.approx(31e3 / 0.1, rel=0.15)
     (energy,) = metrics["energy"]

@@ -7,7 +7,7 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.commands.list.catalogue import KINDS, listing, listing_text
 from workbench.commands.show.describe import describe, describe_text
-from workbench.control.controller_spec import recipe
+from workbench.control.controller_spec import controller_spec
 from workbench.plant.effects import LIBRARY
 from workbench.rigs.rig import bundled, load_rig
 
@@ -40,7 +40,7 @@ def test_controllers_are_found_by_their_files_and_can_be_used():
         middle = {n["name"]: {"value": n["low"], "unit": n["unit"]} for n in row["numbers"] if n["default"] is None}
         given = {"use": row["use"], **middle}
         plain = {"use": "controllers.p:P", "gain": {"value": 1, "unit": "1/m"}, "compensators": [given]}
-        assert recipe(name, given if row["kind"] == "controller" else plain, "here").name == name
+        assert controller_spec(name, given if row["kind"] == "controller" else plain, "here").name == name
 
 
 def test_an_experiment_is_listed_with_its_first_comment(tmp_path):

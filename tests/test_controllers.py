@@ -14,7 +14,7 @@ from workbench.base.errors import InputError
 from workbench.base.signals import SIGNALS
 from workbench.base.units import to_si
 from workbench.commands.run.config import StepConfig, load_config
-from workbench.control.controller_spec import recipe
+from workbench.control.controller_spec import controller_spec
 
 PERIOD = 1e-3  # s
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -67,7 +67,7 @@ def spelled(numbers):
 
 
 def make(name):
-    return recipe(name, table(name), name).make(PERIOD)
+    return controller_spec(name, table(name), name).build(PERIOD)
 
 
 every = pytest.mark.parametrize("name", CONTROLLERS)
@@ -91,7 +91,7 @@ def at_rest(measures):
 
 @every
 def test_it_says_what_it_is(name):
-    controller, design = make(name), recipe(name, table(name), name).design
+    controller, design = make(name), controller_spec(name, table(name), name).design
     assert type(controller).__doc__
     assert set(controller.measures) <= set(SIGNALS)
     for entry in fields(design):
@@ -222,7 +222,7 @@ def test_pid_lead_is_its_docstring(where, design, lead):
     numbers = {"gain": (gain, "1/m"), "integral_time": (ti, "s"), "derivative_time": (td, "s")}
     numbers |= {"derivative_filter": (n, "1"), "lead_time": (t, "s"), "lead_ratio": (a, "1")}
     entries = {key: {"value": value, "unit": unit} for key, (value, unit) in numbers.items()}
-    law = recipe("x", {"use": "controllers.pid_lead:PidLead", **entries}, "x").make(PERIOD).linear()
+    law = controller_spec("x", {"use": "controllers.pid_lead:PidLead", **entries}, "x").build(PERIOD).linear()
     z = np.exp(2j * np.pi * where)
     s = 2 / PERIOD * (z - 1) / (z + 1)
     wanted = gain * (1 + 1 / (ti * s) + td * s / (td / n * s + 1)) * (1 + t * s) / (1 + t * s / a)
@@ -233,7 +233,7 @@ def test_no_controller_of_the_experiments_rings_from_sample_to_sample():
     config = load_config(EXPERIMENTS / "position_step.toml")
     assert isinstance(config, StepConfig)
     for chosen in config.controllers:
-        poles = chosen.make(config.rig.period.value).linear().poles()
+        poles = chosen.build(config.rig.period.value).linear().poles()
         assert np.all(poles.real > -0.2), chosen.name
 
 
@@ -247,7 +247,7 @@ def test_p_is_its_docstring():
 def test_pid_lead_stays_finite_against_a_limit_for_every_allowed_design(derivative_time):
     numbers = {"gain": (1.0, "1/m"), "integral_time": (0.01, "s"), "derivative_time": (derivative_time, "s")}
     entries = {key: {"value": value, "unit": unit} for key, (value, unit) in numbers.items()}
-    controller = recipe("x", {"use": "controllers.pid_lead:PidLead", **entries}, "x").make(PERIOD)
+    controller = controller_spec("x", {"use": "controllers.pid_lead:PidLead", **entries}, "x").build(PERIOD)
     controller.reset(0.0, {"position": 0.0}, 0.0)
     for _ in range(2000):
         drive(controller, 1.0, {"position": 0.0}, 0.1)
@@ -285,23 +285,23 @@ GOOD = {"use": "controllers.p:P", "gain": {"value": 0.24, "unit": "1/m"}}
 )
 def test_a_mistake_in_a_config_is_named(change, message):
     with pytest.raises(InputError, match=r"^here: .*" + re.escape(message)) as caught:
-        recipe("p", GOOD | change, "here")
+        controller_spec("p", GOOD | change, "here")
     assert "\n" not in str(caught.value)
 
 
 def test_a_missing_number_is_named():
     with pytest.raises(InputError, match=re.escape("here: gain is missing (command per position error, in 1/m)")):
-        recipe("p", {"use": "controllers.p:P"}, "here")
+        controller_spec("p", {"use": "controllers.p:P"}, "here")
 
 
 @pytest.mark.parametrize("use", ["math:pi", "controllers.p:Mapping", ":P", ".p:P"])
 def test_what_is_no_controller_is_refused(use):
     with pytest.raises(InputError, match=r"^here: use = ") as caught:
-        recipe("p", {"use": use}, "here")
+        controller_spec("p", {"use": use}, "here")
     assert "\n" not in str(caught.value)
 
 
 def test_design_numbers_are_si():
-    read = recipe("p", {"use": "controllers.p:P", "gain": {"value": 0.24e-3, "unit": "1/mm"}}, "here")
+    read = controller_spec("p", {"use": "controllers.p:P", "gain": {"value": 0.24e-3, "unit": "1/mm"}}, "here")
     assert read.design.gain == pytest.approx(0.24)
     assert (read.name, read.use) == ("p", "controllers.p:P")

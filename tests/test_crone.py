@@ -17,9 +17,9 @@ from controllers.pressure import PressureFeedback
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.run.config import StepConfig, load_config
-from workbench.control.inner_loop import damped, overshoots
+from workbench.control.inner_loop import inner_loop_closed, overshoots
 from workbench.control.jack_model import fit_jack_model
-from workbench.linear import sampled
+from workbench.linear import discretise
 from workbench.linear.frequency_response import sampled_response
 from workbench.loop.overshoot_spread import overshoot_spread
 from workbench.loop.overshoot_spread import spread as spread_of
@@ -33,7 +33,7 @@ PRESSURE = PressureFeedback(PressureFeedback.Design(gain=2e-9, corner=1.0), PERI
 @pytest.fixture(scope="module")
 def jack(plant, moving):
     """The pressure-damped jack, moving at 0.1 m/s."""
-    return damped(plant, moving, PERIOD, [PRESSURE])
+    return inner_loop_closed(plant, moving, PERIOD, [PRESSURE])
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def spread(jack, controller):
 def test_six_numbers_are_the_jack(request, plant, speed, compensated):
     """Within 0.3 dB and 2 degrees to 40 Hz, damped or not; undamped, its mode is the jack's own."""
     about = request.getfixturevalue(speed)
-    jack = damped(plant, about, PERIOD, [PRESSURE]) if compensated else sampled(plant, about, PERIOD)
+    jack = inner_loop_closed(plant, about, PERIOD, [PRESSURE]) if compensated else discretise(plant, about, PERIOD)
     found = fit_jack_model(jack)
     f = np.geomspace(0.3, 40, 40)
     ratio = found.response(f) / response(jack, f)
@@ -102,7 +102,7 @@ def test_six_numbers_are_the_jack(request, plant, speed, compensated):
 def test_a_model_sampled_is_its_response(model, jack):
     found = fit_jack_model(jack)
     f = np.geomspace(0.3, 100, 40)
-    assert response(found.sampled(PERIOD), f) == pytest.approx(found.response(f), rel=0.03)
+    assert response(found.discretise(PERIOD), f) == pytest.approx(found.response(f), rel=0.03)
 
 
 @pytest.mark.parametrize("kind", [Crone1, Crone2])
@@ -187,7 +187,7 @@ def shipped():
 
 def test_the_shipped_designs_have_one_crossover_and_one_margin(shipped, jack):
     for name in ("pid-lead", "crone1", "crone2"):
-        at = loop(jack, replace(shipped[1][name], compensators=()).make(PERIOD), [6.0])[0]
+        at = loop(jack, replace(shipped[1][name], compensators=()).build(PERIOD), [6.0])[0]
         assert abs(at) == pytest.approx(1, rel=0.01)
         assert np.degrees(np.angle(-at)) == pytest.approx(70, abs=0.5)
 

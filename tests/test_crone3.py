@@ -10,7 +10,7 @@ from controllers.crone3 import Crone3, least_peak
 from controllers.pressure import PressureFeedback
 from workbench.base.errors import InputError
 from workbench.control.crone.template import template_phase
-from workbench.control.inner_loop import damped, overshoots, peak
+from workbench.control.inner_loop import inner_loop_closed, overshoots, peak
 from workbench.control.jack_model import fit_jack_model
 from workbench.linear.frequency_response import sampled_response
 
@@ -23,9 +23,9 @@ def jacks(rig, plant, rest, moving):
     """The pressure-damped jack moving, which designs are for; at null; and with half as much mass again at null."""
     heavy = plant.parameter_values(M=1.5 * rig["M"])
     return [
-        damped(plant, moving, PERIOD, [PRESSURE]),
-        damped(plant, rest, PERIOD, [PRESSURE]),
-        damped(plant, rest, PERIOD, [PRESSURE], heavy),
+        inner_loop_closed(plant, moving, PERIOD, [PRESSURE]),
+        inner_loop_closed(plant, rest, PERIOD, [PRESSURE]),
+        inner_loop_closed(plant, rest, PERIOD, [PRESSURE], heavy),
     ]
 
 

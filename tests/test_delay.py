@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from controllers.p import P
 from workbench.base.errors import InputError
-from workbench.engine import Engine, Line, periods
+from workbench.engine import DelayLine, Engine, periods
 from workbench.identify.fit.windows import delayed
-from workbench.linear import equilibrium, linearise, nonlinear_system, sampled
+from workbench.linear import discretise, equilibrium, linearise, nonlinear_system
 from workbench.linear.frequency_response import sampled_response, stepped_sine
 from workbench.loop.closed_loop import run_loop
 from workbench.loop.describing_function import closed_loop_sine
@@ -74,7 +74,7 @@ class Withheld(P):
 
 @given(st.floats(0, 5), st.lists(st.floats(-1, 1), min_size=8, max_size=8))
 def test_what_arrives_is_what_was_sent_a_delay_before(share, commands):
-    line, whole = Line(share * PERIOD, PERIOD, 0.5), np.array([0.5] * 7 + commands)
+    line, whole = DelayLine(share * PERIOD, PERIOD, 0.5), np.array([0.5] * 7 + commands)
     for k, command in enumerate(commands):
         begins = 0.0
         for held, lasts in line.send(command):
@@ -157,7 +157,7 @@ def test_no_delay_changes_nothing_to_the_bit(rig, engine, rest, plant, late, fol
     ]  # the inputs are the same
     assert np.array_equal(*sines)
     assert linearise(none.plant, rest).nstates == plant.n
-    models = [sampled(p, rest, PERIOD) for p in (plant, none.plant)]
+    models = [discretise(p, rest, PERIOD) for p in (plant, none.plant)]
     assert all(np.array_equal(getattr(models[0], part), getattr(models[1], part)) for part in "ABCD")
     assert nonlinear_system(none.plant).nstates == plant.n
 
@@ -193,7 +193,7 @@ def test_the_sampled_model_is_exact(plant, rest, late, share):
     fine, steps = 10, 60
     shift = round(share * fine)
     outputs = ("position", "pa", "current")
-    model = sampled(build(late(share)), rest, PERIOD, outputs)
+    model = discretise(build(late(share)), rest, PERIOD, outputs)
     assert model.nstates == plant.n + int(np.ceil(share))
     command = np.random.default_rng(1).standard_normal(steps)
     small = control.c2d(linearise(plant, rest, ("command",), outputs), PERIOD / fine, "zoh")
@@ -213,9 +213,12 @@ def test_phase_margin_falls_by_crossover_times_delay(plant, rest, late, share):
 
 
 def test_a_delay_turns_the_open_loop(plant, rest, late):
-    prompt = sampled(plant, rest, PERIOD)
+    prompt = discretise(plant, rest, PERIOD)
     for whole in (1, 7):
-        model, z = sampled(build(late(whole)), rest, PERIOD), np.exp(2j * np.pi * np.geomspace(0.01, 499, 50) * PERIOD)
+        model, z = (
+            discretise(build(late(whole)), rest, PERIOD),
+            np.exp(2j * np.pi * np.geomspace(0.01, 499, 50) * PERIOD),
+        )
         assert sampled_response(model, z)[0, 0] == pytest.approx(sampled_response(prompt, z)[0, 0] * z**-whole)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.commands.trace_study.campaigns.cause import FOREIGN, OFF, OWN, cause
-from workbench.commands.trace_study.campaigns.draw import Case, draw
+from workbench.commands.trace_study.campaigns.draw import CampaignPlan, draw
 from workbench.commands.trace_study.campaigns.noise import BLEMISHES, noise
 from workbench.commands.trace_study.campaigns.play import play, start
 from workbench.commands.trace_study.campaigns.strength import scaled, settle
@@ -25,13 +25,13 @@ COULOMB = (("jack.friction", "coulomb"),)
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory):
     folder = tmp_path_factory.mktemp("drawn") / "clean"
-    return folder, draw(Case(seed=11, kind="clean"), folder)
+    return folder, draw(CampaignPlan(seed=11, kind="clean"), folder)
 
 
 @pytest.fixture(scope="module")
 def rubbing(tmp_path_factory):
     folder = tmp_path_factory.mktemp("drawn") / "rubbing"
-    return folder, draw(Case(21, "single", COULOMB, misfit=6.0, supply=False, blemish=BLEMISHES), folder)
+    return folder, draw(CampaignPlan(21, "single", COULOMB, misfit=6.0, supply=False, blemish=BLEMISHES), folder)
 
 
 def squares(rig, folder, truth, numbers, also=()):
@@ -47,8 +47,8 @@ def squares(rig, folder, truth, numbers, also=()):
 
 def test_a_seed_is_a_campaign(clean, tmp_path):
     folder, truth = clean
-    assert draw(Case(seed=11, kind="clean"), tmp_path / "again") == truth
-    assert draw(Case(seed=12, kind="clean"), tmp_path / "other") != truth
+    assert draw(CampaignPlan(seed=11, kind="clean"), tmp_path / "again") == truth
+    assert draw(CampaignPlan(seed=12, kind="clean"), tmp_path / "other") != truth
     for file in folder.iterdir():
         assert (tmp_path / "again" / file.name).read_bytes() == file.read_bytes()
         other = (tmp_path / "other" / file.name).read_bytes()
@@ -102,7 +102,7 @@ def test_blemishes_are_read_and_noted(rubbing):
 
 
 def test_few_sensors(tmp_path):
-    draw(Case(seed=31, kind="clean", few=True, poor=True), tmp_path / "few")
+    draw(CampaignPlan(seed=31, kind="clean", few=True, poor=True), tmp_path / "few")
     record = load_campaign(tmp_path / "few").train[0]
     assert set(record.signals) == {"reference", "command", "current", "pa", "pb", "position"}
     assert np.ptp(record.signals["position"]) < 0.06

@@ -11,7 +11,7 @@ from made_campaigns import campaign, rubbing_campaign, written
 
 from workbench.cli import main
 from workbench.commands.common.fit_result import _inside
-from workbench.commands.common.outcome import Outcome, at_once
+from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.fit.page import groups
 from workbench.commands.fit.study import run_fit
@@ -41,7 +41,7 @@ def narrowed() -> Rig:
 
 @cache
 def fitted(rig: str = "whole") -> Outcome:
-    return run_fit(quiet(), RIG if rig == "whole" else narrowed(), 2, at_once, lambda _: None)
+    return run_fit(quiet(), RIG if rig == "whole" else narrowed(), 2, no_checkpoint, lambda _: None)
 
 
 def test_the_metrics_are_what_the_contract_says():
@@ -102,7 +102,7 @@ def test_the_rig_file_has_the_fitted_numbers(tmp_path):
     assert rig.numbers["K3"].source.startswith("fitted to made")
     assert (rig.numbers["K3"].low, rig.numbers["K3"].high) == pytest.approx((2e-5, 2e-4))
     assert rig.numbers["z3max"] == RIG.numbers["z3max"]
-    chi2 = run_residual(quiet(), rig, at_once, lambda _: None).metrics["chi2"]
+    chi2 = run_residual(quiet(), rig, no_checkpoint, lambda _: None).metrics["chi2"]
     assert chi2 == pytest.approx(fitted().metrics["chi2"]["heldout"], rel=1e-4)
 
 

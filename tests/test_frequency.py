@@ -9,11 +9,11 @@ import pytest
 from scipy.signal import cont2discrete, lfilter
 
 from workbench.base.errors import InputError
-from workbench.commands.common.outcome import at_once
-from workbench.commands.frequency.study import Task, _linear, load, run_frequency
+from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.frequency.study import FrequencyTask, _linear, load, run_frequency
 from workbench.engine import Engine
 from workbench.identify.data.frequency_response import excited, measured_response, same_estimate
-from workbench.identify.data.noise_floor import Floor
+from workbench.identify.data.noise_floor import NoiseFloor
 from workbench.identify.fit.predict import predict_free
 from workbench.linear import equilibrium
 from workbench.plant import build
@@ -173,7 +173,7 @@ def test_a_true_model_lies_in_the_band_of_an_independent_recording():
     rig = load_rig("jack-10t").with_values(**{name: true["true"][name] for name in true["ratio"]})
     (record,) = load_campaign(SHARED / "campaigns/p05").heldout
     sigma = {name: sensor.noise for name, sensor in rig.sensors.items()}
-    plain = Floor(sigma, dict.fromkeys(sigma, 1.0), dict.fromkeys(sigma, "rig file"))
+    plain = NoiseFloor(sigma, dict.fromkeys(sigma, 1.0), dict.fromkeys(sigma, "rig file"))
     free = predict_free(build(rig), record, plain)
     model = Record("model", record.t, {**record.signals, **free.signals})
     for output in ("spool", "pa", "acceleration"):
@@ -198,7 +198,9 @@ def test_the_study_puts_the_model_beside_the_record():
     signals = {n: y[:, plant.output(n)] + s * random.standard_normal(t.size) for n, s in sigma.items()}
     record = Record("waves", t, {"command": wave, **signals})
     campaign = Campaign(Path("made"), rig.name, (), (), (record,))
-    outcome = run_frequency(Task(rig, "made", ("command", "pa"), (record,), (), campaign), at_once, lambda _: None)
+    outcome = run_frequency(
+        FrequencyTask(rig, "made", ("command", "pa"), (record,), (), campaign), no_checkpoint, lambda _: None
+    )
     rows = outcome.metrics["rows"]
     assert list(rows[0]) == [
         "record", "input", "output", "f_hz", "gain_db", "gain_low_db", "gain_high_db", "phase_deg", "coherence",
@@ -283,7 +285,7 @@ def test_the_paper_s_corner_is_a_sheet(tmp_path):
     """The paper's own model of the main stage at 100 %: -3 dB at 70 Hz, -90 degrees at 73 Hz."""
     (tmp_path / "paper.csv").write_text("frequency [Hz],gain [dB],phase [deg]\n5,0,0\n70,-3,-87\n73,-3.3,-90\n")
     task = load(tmp_path / "paper.csv", ("command", "flow"), "jack-10t", amplitude=1.0)
-    outcome = run_frequency(task, at_once, lambda _: None)
+    outcome = run_frequency(task, no_checkpoint, lambda _: None)
     rows = outcome.metrics["rows"]
     assert [row["model_gain_db"] for row in rows] == pytest.approx([row["gain_db"] for row in rows], abs=0.3)
     assert rows[2]["model_phase_deg"] == pytest.approx(-90, abs=8)
@@ -293,7 +295,7 @@ def test_the_paper_s_corner_is_a_sheet(tmp_path):
 def test_a_closed_loop_sheet_is_played_in_the_position_loop(tmp_path):
     (tmp_path / "loop.csv").write_text("frequency [Hz],gain [1],phase [deg]\n1,0.3,-70\n2,0.2,-80\n")
     task = load(tmp_path / "loop.csv", ("reference", "position"), "jack-10t", amplitude=5.0)
-    rows = run_frequency(task, at_once, lambda _: None).metrics["rows"]
+    rows = run_frequency(task, no_checkpoint, lambda _: None).metrics["rows"]
     assert rows[0]["model_gain_db"] - rows[1]["model_gain_db"] == pytest.approx(6, abs=1)
     assert rows[0]["model_phase_deg"] == pytest.approx(-80, abs=12)
 
@@ -310,4 +312,4 @@ def test_a_closed_loop_sheet_is_played_in_the_position_loop(tmp_path):
 def test_a_sheet_that_nothing_can_stand_beside_is_refused(tmp_path, pair, rig, words):
     (tmp_path / "maker.csv").write_text(SHEET)
     with pytest.raises(InputError, match=words):
-        run_frequency(load(tmp_path / "maker.csv", pair, rig, amplitude=1.0), at_once, lambda _: None)
+        run_frequency(load(tmp_path / "maker.csv", pair, rig, amplitude=1.0), no_checkpoint, lambda _: None)

@@ -6,7 +6,7 @@ import pytest
 
 from controllers.lqg import Lqg
 from workbench.control.jack_model import fit_jack_model
-from workbench.linear import sampled
+from workbench.linear import discretise
 from workbench.loop.closed_loop import run_loop
 from workbench.loop.margins import linear_loop
 from workbench.loop.step_metrics import overshoot, settling_time
@@ -17,14 +17,14 @@ INERTIA = 1000 / 4.67e-3  # Pa s^2/m: the rig's mass over its area
 
 @pytest.fixture(scope="module")
 def design(plant, moving):
-    model = fit_jack_model(sampled(plant, moving, PERIOD))
+    model = fit_jack_model(discretise(plant, moving, PERIOD))
     return Lqg.Design(**vars(model), inertia=INERTIA, error=0.08)
 
 
 @pytest.fixture(scope="module")
 def own(design):
     """The plant that the design is for: command -> position, pa, pb."""
-    jack = design.sampled(PERIOD)
+    jack = design.discretise(PERIOD)
     rows = np.array([[1, 0], [0, INERTIA / 2], [0, -INERTIA / 2]])
     return control.StateSpace(jack.A, jack.B, rows @ np.asarray(jack.C), 0, PERIOD)
 
@@ -46,7 +46,7 @@ def closed(plant, law, command=0.0, pressure=0.0, reference=1.0, seconds=8.0):
 def test_its_loop_has_the_poles_of_feedback_and_filter(design, own):
     """Separation: on its own model each pole is one of the optimal feedback's or one of the filter's."""
     controller = Lqg(design, PERIOD)
-    jack = design.sampled(PERIOD)
+    jack = design.discretise(PERIOD)
     a, b, c = (np.asarray(part) for part in (jack.A, jack.B, jack.C))
     feedback = control.dlqr(a, b, np.outer(c[0], c[0]) / design.error**2, np.eye(1))[2]
     law = controller.linear()

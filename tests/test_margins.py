@@ -8,7 +8,7 @@ import pytest
 
 from controllers.p import P
 from controllers.pid_lead import PidLead
-from workbench.linear import Equilibrium, sampled
+from workbench.linear import Equilibrium, discretise
 from workbench.linear.frequency_response import sampled_response
 from workbench.loop.margins import linear_loop
 from workbench.plant.assembly import Assembly
@@ -126,7 +126,7 @@ def lead(gain):
 def test_margins_of_the_jack_are_those_of_python_control(request, plant, controller, at):
     point = request.getfixturevalue(at)
     found = linear_loop(plant, point, controller, PERIOD)
-    model, law = sampled(plant, point, PERIOD), controller.linear()
+    model, law = discretise(plant, point, PERIOD), controller.linear()
     f = np.unique(np.concatenate((np.geomspace(1e-3, 499, 1500), np.linspace(24, 31, 800))))
     z = np.exp(2j * np.pi * f * PERIOD)
     loop = -np.asarray(law(z))[0, 1] * np.asarray(model(z))
@@ -147,7 +147,7 @@ def test_a_response_is_that_of_python_control(plant, rest, moving):
     f = np.geomspace(1e-3, 499, 60)
     z = np.exp(2j * np.pi * f * PERIOD)
     chain = control.StateSpace(np.eye(4, k=-1), np.eye(4, 1), np.eye(4), np.zeros((4, 1)), PERIOD)  # equal poles
-    for system in (sampled(plant, moving, PERIOD, ("position", "pa", "spool")), position().linear(), chain):
+    for system in (discretise(plant, moving, PERIOD, ("position", "pa", "spool")), position().linear(), chain):
         assert sampled_response(system, z) == pytest.approx(np.asarray(system(z, squeeze=False)), rel=1e-6)
 
 
@@ -163,6 +163,6 @@ def test_a_narrow_resonance_is_not_missed():
     plant = b.finish()
     found = linear_loop(plant, Equilibrium(np.zeros(3), np.zeros(1), 0.0), Gain(0.1), PERIOD)
     dense = np.exp(2j * np.pi * np.linspace(41.69, 41.71, 200_001) * PERIOD)
-    loop = 0.1 * sampled_response(sampled(plant, Equilibrium(np.zeros(3), np.zeros(1), 0.0), PERIOD), dense)[0, 0]
+    loop = 0.1 * sampled_response(discretise(plant, Equilibrium(np.zeros(3), np.zeros(1), 0.0), PERIOD), dense)[0, 0]
     assert found.ms == pytest.approx(np.abs(1 / (1 + loop)).max(), rel=0.01)
     assert found.ms > 1.2

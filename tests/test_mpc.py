@@ -10,7 +10,7 @@ from controllers.pressure import PressureFeedback
 from controllers.shaping import Shaping
 from workbench.control.compensators import Compensated
 from workbench.control.kalman_observer import JackObserver
-from workbench.control.mpc_qp import Limits, Planner, look_ahead
+from workbench.control.mpc_qp import Limits, Planner, build_horizon
 from workbench.loop.closed_loop import ClosedLoop
 
 PERIOD = 1e-3
@@ -54,7 +54,7 @@ def planner():
     d = Mpc.Design(**JACK)
     observer = JackObserver(d, PERIOD)
     feedback = np.append(lq_gain(observer, d.error), [1.0, 0.0])
-    return Planner(look_ahead(observer, feedback, Limits(1.0, 0.2, 0.24, 2.0, 1.5e7), 60, 12), 4000)
+    return Planner(build_horizon(observer, feedback, Limits(1.0, 0.2, 0.24, 2.0, 1.5e7), 60, 12), 4000)
 
 
 def test_the_plan_is_the_optimum_that_an_independent_solver_finds(planner):
@@ -141,7 +141,7 @@ def test_with_a_preview_the_law_is_the_optimum_over_the_whole_course():
     mpc = made(preview=known * PERIOD, **FREE)
     seen = {"position": 0.0, "pa": 1e7, "pb": 1e7}
     mpc.reset(0.0, seen, 0.0)
-    mpc.foresee(future)
+    mpc.set_preview(future)
     assert mpc.compute(future[0], seen) == pytest.approx(best[0], rel=1e-3)
 
 

@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
 from workbench.base.units import to_si
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.new_rig import study as new_rig
 from workbench.commands.new_rig.study import run_new_rig
 from workbench.identify.datasheet import valve_fit as fitting
 from workbench.identify.datasheet.corners import FigureErrors
 from workbench.identify.datasheet.valve_fit import fit_three_stage, second_order_numbers, source_of, unknowns
-from workbench.identify.fit.determined import FIGURE_ERROR, Free, determine
+from workbench.identify.fit.determined import FIGURE_ERROR, FreeParameter, determine
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.rigs.datasheet import Response, build_rig, load_datasheet
@@ -99,7 +99,7 @@ def servo(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def outcome(servo):
-    return run_new_rig(servo, at_once, lambda _: None)
+    return run_new_rig(servo, no_checkpoint, lambda _: None)
 
 
 @pytest.fixture(scope="module")
@@ -235,7 +235,9 @@ def test_figure_errors_are_those_of_the_published_rig(three_stage):
 
 
 def free_numbers(*scales):
-    return tuple(Free(name, 1.0, 0.5, 1.5, scale, "guess") for name, scale in zip("abcd", scales, strict=False))
+    return tuple(
+        FreeParameter(name, 1.0, 0.5, 1.5, scale, "guess") for name, scale in zip("abcd", scales, strict=False)
+    )
 
 
 def test_one_figure_of_a_product_determines_the_product_alone():
@@ -284,7 +286,7 @@ class _StandIn:
 
 def test_a_fit_that_arrives_stops_and_says_where_each_number_is_from(three_stage, monkeypatch):
     monkeypatch.setattr(fitting, "FigureErrors", _StandIn)
-    fit = fit_three_stage(three_stage, 3, 0.02, at_once, lambda _: None)
+    fit = fit_three_stage(three_stage, 3, 0.02, no_checkpoint, lambda _: None)
     assert fit.start == 0
     assert max(abs(error) for error in fit.errors.values()) < 0.02
     for free in fit.free:
@@ -313,7 +315,7 @@ def test_a_fit_that_does_not_arrive_tries_other_starts_and_resumes_from_what_is_
 def test_the_page_of_a_fit_shows_figures_combinations_and_numbers_in_their_units(three_stage, monkeypatch):
     monkeypatch.setattr(fitting, "FigureErrors", _StandIn)
     monkeypatch.setattr(new_rig, "POINTS", 4)
-    outcome, rig = run_new_rig(three_stage, at_once, lambda _: None)
+    outcome, rig = run_new_rig(three_stage, no_checkpoint, lambda _: None)
     rows = {row["id"]: row for row in outcome.metrics["rows"]}
     assert rows.keys() == {*FigureErrors(three_stage, lambda _: rig, np.zeros(1)).names, "main_flow"}
     assert abs(rows["main_flow"]["error_percent"]) < 0.5

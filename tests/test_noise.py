@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from workbench.base.errors import InputError
-from workbench.identify.data.noise_floor import Run, noise_floor, spread
+from workbench.identify.data.noise_floor import RepeatedRun, noise_floor, spread
 from workbench.records import Campaign, Record, load_campaign
 
 SHARED = Path(__file__).parents[2] / "shared"
@@ -41,7 +41,7 @@ def campaign(*static, heldout=()):
 
 
 def run(error):
-    return Run(error, np.ones(error.size, dtype=bool), PERIOD)
+    return RepeatedRun(error, np.ones(error.size, dtype=bool), PERIOD)
 
 
 @settings(max_examples=20, deadline=None)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.run.config import load_config
 from workbench.commands.run.study import study_of
 
@@ -25,7 +25,7 @@ PUBLISHED = {
 @pytest.fixture(scope="module", params=[("jack-10t", 4.0), ("jack-10t-rounded", 2.5)], ids=lambda case: case[0])
 def outcome(request):
     rig, bound = request.param
-    return study_of(load_config(EXPERIMENT, rig))(at_once, lambda _: None), bound
+    return study_of(load_config(EXPERIMENT, rig))(no_checkpoint, lambda _: None), bound
 
 
 def test_the_published_figures_are_met(outcome):

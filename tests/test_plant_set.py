@@ -3,13 +3,13 @@
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.loop.rig_variations import RIG_SET, rig_of
+from workbench.loop.rig_variations import RIG_SET, variation
 from workbench.rigs.rig import load_rig
 
 
 def test_each_name_moves_one_number_and_is_the_name_of_the_rig():
     rig = load_rig("jack-10t")
-    moved = {name: rig_of(rig, name) for name in RIG_SET}
+    moved = {name: variation(rig, name) for name in RIG_SET}
     assert all(found.name == name for name, found in moved.items())
     assert (moved["mass-50"]["M"], moved["mass+50"]["M"]) == (0.5 * rig["M"], 1.5 * rig["M"])
     assert moved["beta-50"]["beta"] == 0.5 * rig["beta"]
@@ -20,4 +20,4 @@ def test_each_name_moves_one_number_and_is_the_name_of_the_rig():
 
 def test_an_unknown_name_is_told_its_neighbour():
     with pytest.raises(InputError, match=r'no rig "mass50" in the set; did you mean "mass.50"\?'):
-        rig_of(load_rig("jack-10t"), "mass50")
+        variation(load_rig("jack-10t"), "mass50")

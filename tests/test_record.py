@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.commands.common.outcome import Outcome, at_once
+from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.excite.study import drive, play, trouble
 from workbench.commands.record.study import identity, logged, plan, run_record, standard_set
 from workbench.commands.residual.study import run_residual
@@ -39,7 +39,7 @@ def leave(recorded: Outcome, folder: Path) -> Path:
 def residual(folder: Path, rig: str, seconds: float) -> float:
     campaign = load_campaign(folder)
     short = replace(campaign, heldout=(campaign.heldout[0].slice(0.0, seconds),))
-    return run_residual(short, load_rig(rig), at_once, lambda _: None).metrics["chi2"]
+    return run_residual(short, load_rig(rig), no_checkpoint, lambda _: None).metrics["chi2"]
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_a_recording_is_a_campaign_at_its_own_noise_floor(tmp_path):
     """Of a bundled rig, by files of the user's own."""
     wave = triangle(0.02, 0.6, PERIOD)
     files = [a_file(tmp_path, "first", wave), a_file(tmp_path, "last", -wave)]
-    recorded = run_record(plan("jack-10t", files, seed=1), at_once, lambda _: None)
+    recorded = run_record(plan("jack-10t", files, seed=1), no_checkpoint, lambda _: None)
     assert [(row["record"], row["role"]) for row in recorded.metrics["rows"]] == [
         ("static", "static"), ("first", "train"), ("last", "heldout"),
     ]  # fmt: skip
@@ -99,7 +99,7 @@ def test_an_effect_is_recorded_and_kept_apart(tmp_path, ready):
     friction = EffectUse("jack.friction", "coulomb", {"Fc": Number("Fc", 3000.0, "N", "N", "")})
     save_rig(replace(ready.rig, effects=(friction,)), tmp_path / "mine.toml")
     file = a_file(tmp_path, "slow", triangle(0.02, 1.0, PERIOD))
-    recorded = run_record(plan(str(tmp_path / "mine.toml"), [file]), at_once, lambda _: None)
+    recorded = run_record(plan(str(tmp_path / "mine.toml"), [file]), no_checkpoint, lambda _: None)
     assert any("jack.friction" in str(item) for item in recorded.page.sections[0].items)
     folder = leave(recorded, tmp_path / "campaign")
     assert load_campaign(folder).rig == str((folder / "rig.toml").resolve())
@@ -113,7 +113,7 @@ def test_a_seed_is_a_recording(tmp_path):
     files = [a_file(tmp_path, "one", steps(0.01, 0.3, PERIOD))]
     made = {}
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        folder = leave(run_record(plan("jack-10t", files, seed), at_once, lambda _: None), tmp_path / name)
+        folder = leave(run_record(plan("jack-10t", files, seed), no_checkpoint, lambda _: None), tmp_path / name)
         made[name] = (folder / "one.csv").read_bytes()
     assert made["a"] == made["b"] != made["c"]
     assert identity(plan("jack-10t", files, 1)) != identity(plan("jack-10t", files, 2))
@@ -146,4 +146,4 @@ def test_what_can_not_be_recorded_is_refused(tmp_path, ready):
         plan("jack-10t", [file])
     far = a_file(tmp_path, "far", triangle(0.3, 1.0, PERIOD), "command")
     with pytest.raises(InputError, match="far: on jack-10t, position beyond"):
-        run_record(plan("jack-10t", [far]), at_once, lambda _: None)
+        run_record(plan("jack-10t", [far]), no_checkpoint, lambda _: None)

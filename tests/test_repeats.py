@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.residual.study import run_residual
 from workbench.engine import Engine
-from workbench.identify.data.noise_floor import Floor, noise_floor
+from workbench.identify.data.noise_floor import NoiseFloor, noise_floor
 from workbench.identify.fit.repeats import MOVING, STANDING, WHOLE, against_mean, mean_of, repeated
 from workbench.linear import equilibrium
 from workbench.plant import build
@@ -18,7 +18,7 @@ from workbench.rigs.rig import load_rig
 
 SIGMA = {"pa": 3e4, "pb": 3e4, "position": 3e-4}
 DATA = Path(__file__).parents[2] / "shared" / "data" / "festo_tp511"
-FLOOR = Floor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "static record"))
+FLOOR = NoiseFloor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "static record"))
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_what_is_clipped_in_one_repeat_is_not_compared(plant, runs):
 def test_the_residual_study_reports_it(runs, plant):
     rig = load_rig("festo-tp511")
     campaign = Campaign(Path("made"), "festo-tp511", (), (), tuple(runs))
-    outcome = run_residual(campaign, rig, at_once, lambda _: None, free_run=True)
+    outcome = run_residual(campaign, rig, no_checkpoint, lambda _: None, free_run=True)
     rows = {row["signal"]: row for row in outcome.metrics["free_run"]}
     assert set(rows) == {"pa", "pb", "position"}
     assert rows["pa"]["unit"] == "bar"
@@ -109,9 +109,9 @@ def test_the_residual_study_reports_it(runs, plant):
     assert rows["position"]["whole"] < 0.3
     assert rows["position"]["repeatability"]["whole"] == pytest.approx(0.3, rel=0.15)
     assert "Free run against the mean of repeats" in [section.title for section in outcome.page.sections]
-    alone = run_residual(replace(campaign, heldout=(runs[0],)), rig, at_once, lambda _: None, free_run=True)
+    alone = run_residual(replace(campaign, heldout=(runs[0],)), rig, no_checkpoint, lambda _: None, free_run=True)
     assert alone.metrics["free_run"] == []
-    assert "free_run" not in run_residual(campaign, rig, at_once, lambda _: None).metrics
+    assert "free_run" not in run_residual(campaign, rig, no_checkpoint, lambda _: None).metrics
 
 
 @pytest.mark.skipif(not DATA.is_dir(), reason="no real recordings here")

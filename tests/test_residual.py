@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.residual.study import chi2, fingerprint, run_residual
 from workbench.engine import Engine
-from workbench.identify.data.noise_floor import Floor
+from workbench.identify.data.noise_floor import NoiseFloor
 from workbench.identify.fit.predict import predict_free, predict_windows
 from workbench.linear import equilibrium
 from workbench.plant import build
@@ -38,8 +38,8 @@ def made_record(engine: Engine, seed: int, seconds: float = 1.2) -> Record:
     return Record("made", t, {"command": u[:, 0], **signals})
 
 
-def floor() -> Floor:
-    return Floor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "static record"))
+def floor() -> NoiseFloor:
+    return NoiseFloor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "static record"))
 
 
 def test_a_true_model_is_at_the_noise_floor(festo):
@@ -90,7 +90,7 @@ def test_the_study_reports_every_signal_with_its_floor(festo):
     rig, engine = festo
     still = Record("still", *_rest(engine))
     campaign = Campaign(Path("made"), rig.name, (still,), (), (made_record(engine, 5),))
-    outcome = run_residual(campaign, rig, at_once, lambda _: None)
+    outcome = run_residual(campaign, rig, no_checkpoint, lambda _: None)
     assert [list(row) for row in outcome.metrics["rows"]] == [["record", "signal", "unit", "rms", "floor", "ratio"]] * 3
     for row in outcome.metrics["rows"]:
         assert row["ratio"] == pytest.approx(row["rms"] / row["floor"])
@@ -123,7 +123,7 @@ def test_the_real_recordings_read_and_leave_an_honest_residual(festo):
     rig, _ = festo
     campaign = load_campaign(SHARED / "data/festo_tp511")
     short = replace(campaign, heldout=(campaign.heldout[0].slice(0.0, 2.5),))
-    outcome = run_residual(short, rig, at_once, lambda _: None)
+    outcome = run_residual(short, rig, no_checkpoint, lambda _: None)
     rows = {row["signal"]: row for row in outcome.metrics["rows"]}
     assert 0.5 < rows["pa"]["rms"] < 8  # of 44 bar
     assert 0.5 < rows["position"]["rms"] < 8  # of 200 mm
@@ -140,5 +140,5 @@ def test_an_independent_simulator_agrees_with_the_plant():
     rig = load_rig("jack-10t").with_values(**{name: true["true"][name] for name in true["ratio"]})
     campaign = load_campaign(SHARED / "campaigns/p05")
     short = replace(campaign, heldout=(campaign.heldout[0].slice(0.0, 1.0),))
-    outcome = run_residual(short, rig, at_once, lambda _: None)
+    outcome = run_residual(short, rig, no_checkpoint, lambda _: None)
     assert outcome.metrics["chi2"] == pytest.approx(1, abs=0.08)

@@ -22,9 +22,9 @@ ROOT = Path(__file__).parents[1]
 SCRIPT = """
 import sys, time
 from pathlib import Path
-from workbench.errors import InputError
+from workbench.base.errors import InputError
 from workbench.report import Page
-from workbench.runs import open_run, resolved_config
+from workbench.commands.common.run_folder import open_run, resolved_config
 
 out, wait = Path(sys.argv[1]), Path(sys.argv[1]).with_name("wait")
 command = {"command": "bench", "seed": 7}
@@ -138,7 +138,7 @@ def test_no_crash_while_publishing_loses_a_run(tmp_path: Path, monkeypatch, call
 def test_a_lock_dies_with_its_process_even_if_a_worker_lives_on(tmp_path: Path):
     """A pool's workers may outlive a killed parent; they must not hold the folder."""
     code = (
-        "import os, sys, time\nfrom pathlib import Path\nfrom workbench.runs import open_run\n"
+        "import os, sys, time\nfrom pathlib import Path\nfrom workbench.commands.common.run_folder import open_run\n"
         f"with open_run(Path({str(tmp_path / 'out')!r}), {COMMAND!r}):\n"
         "    worker = os.fork()\n"
         "    if worker == 0:\n        os.close(1), os.close(2), time.sleep(30), os._exit(0)\n"

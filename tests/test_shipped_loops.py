@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.commands.run.config import load_config
-from workbench.loop.rows import bench, linear_loops, play, row
+from workbench.loop.rows import linear_loops, loop_setup, play, row
 from workbench.loop.scenarios import SCENARIOS
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -21,7 +21,7 @@ def config(name):
 
 @cache
 def on(experiment, rig):
-    return bench(config(experiment).rig.with_values(**dict(rig)))
+    return loop_setup(config(experiment).rig.with_values(**dict(rig)))
 
 
 def found(experiment, controller, scenario, **rig):

@@ -8,8 +8,8 @@ from made_campaigns import PERIOD, SIGMA, commands, made
 
 from workbench.base.errors import InputError
 from workbench.base.signals import MEASURED
-from workbench.identify.data.noise_floor import Floor
-from workbench.identify.fit.determined import Free
+from workbench.identify.data.noise_floor import NoiseFloor
+from workbench.identify.fit.determined import FreeParameter
 from workbench.identify.fit.free_parameters import uncertain
 from workbench.identify.fit.initial_states import fit_states
 from workbench.identify.fit.model import Model
@@ -20,7 +20,7 @@ from workbench.plant import build
 from workbench.records import Record
 from workbench.rigs.rig import load_rig
 
-FLOOR = Floor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "made"))
+FLOOR = NoiseFloor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "made"))
 QUIET = dict.fromkeys(SIGMA, 0.0)
 VALUES = {"K3": 6.3e-5, "f0": 70.0, "b": 130.0, "M": 8.0, "V0A": 3e-5}
 
@@ -44,7 +44,7 @@ def windows_of(rig, model, sigma=SIGMA, **values) -> Windows:
     return cut(model.plant, records, FLOOR)
 
 
-def fitted(model, windows: Windows, free: tuple[Free, ...]) -> Fit:
+def fitted(model, windows: Windows, free: tuple[FreeParameter, ...]) -> Fit:
     guess = model.starts(windows, model.plant.p)
     return fit_numbers(model, windows, free, np.zeros(len(free)), model.plant.p, guess, np.ones(len(windows.names)))
 
@@ -77,7 +77,7 @@ def test_a_delay_of_part_of_a_sample_is_the_mean_over_the_interval():
 def test_what_has_arrived_by_a_row_is_one_sample_or_a_mean(share, before):
     record = ramp()
     command = record.signals["command"]
-    late, mean = delayed(record, share * PERIOD), delayed(record, share * PERIOD, blended=True)
+    late, mean = delayed(record, share * PERIOD), delayed(record, share * PERIOD, interpolated=True)
     assert np.array_equal(late.now[before:], command[: len(command) - before])
     assert np.array_equal(late.held, mean.held)
     assert np.array_equal(mean.now, mean.held)
@@ -157,7 +157,7 @@ def test_a_number_stays_in_its_range_and_is_said_to_be_at_its_end(rig, model):
 
 def test_what_the_records_do_not_show_keeps_its_whole_range(rig, model):
     """No record reaches an end stop, so none tells its stiffness."""
-    stop = Free("ke", 1e7, 5e6, 2e7, 5e6, "made up")
+    stop = FreeParameter("ke", 1e7, 5e6, 2e7, 5e6, "made up")
     speed = next(free for free in uncertain(rig) if free.name == "K3")
     fit = fitted(model, windows_of(rig, model), (speed, stop))
     assert fit.interval(1) == pytest.approx((5e6, 2e7))
@@ -166,7 +166,7 @@ def test_what_the_records_do_not_show_keeps_its_whole_range(rig, model):
 
 def test_a_start_that_can_not_be_simulated_comes_back_with_infinite_squares(rig, model):
     windows = windows_of(rig, model)
-    free = (Free("M", 1e-300, 1e-300, 1e-299, None, "nothing weighs that little"),)
+    free = (FreeParameter("M", 1e-300, 1e-300, 1e-299, None, "nothing weighs that little"),)
     p = model.plant.parameter_values(M=1e-300)
     fit = fit_numbers(model, windows, free, np.zeros(1), p, model.starts(windows, model.plant.p), np.ones(4))
     assert not fit.ok

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.speed import study as speed
 
 
@@ -12,7 +12,7 @@ def metrics(rig):
         patch.setattr(speed, "BATCHES", (1, 3))
         patch.setattr(speed, "PEERS", {"CasADi CVODES": speed.PEERS["CasADi CVODES"]})
         patch.setattr(speed, "_environments", lambda: [{"name": "none", "steps_per_second": 1.0}])
-        return speed.run_speed(rig, at_once, lambda _: None).metrics
+        return speed.run_speed(rig, no_checkpoint, lambda _: None).metrics
 
 
 def test_rows_have_the_contract_s_keys(metrics):

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.commands.bench.config import load_bench
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.run.config import load_config
 from workbench.commands.run.study import study_of
 from workbench.commands.tune.config import load_tune
@@ -70,7 +70,7 @@ def outcome(tmp_path_factory):
     save_rig(replace(rig, name="tight", limits={**rig.limits, "stroke": stroke}), folder / "tight.toml")
     path = folder / "thin.toml"
     path.write_text(CONFIG)
-    return study_of(load_config(path))(at_once, lambda _: None)
+    return study_of(load_config(path))(no_checkpoint, lambda _: None)
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_verdict_and_bode_name_only_stable_loops(outcome):
 def test_a_force_loop_runs_by_the_same_study(tmp_path):
     """Rows of the contract; P lacks what the leakage takes; settling counts from where the far end stands."""
     (tmp_path / "force.toml").write_text(FORCE)
-    outcome = study_of(load_config(tmp_path / "force.toml"))(at_once, lambda _: None)
+    outcome = study_of(load_config(tmp_path / "force.toml"))(no_checkpoint, lambda _: None)
     step, moving = outcome.metrics["rows"]
     assert list(step) == list(moving) == KEYS
     assert step["stable"]
@@ -135,7 +135,7 @@ def test_ramps_and_sines_have_no_numbers_of_a_step(tmp_path):
         CONFIG.replace("tight.toml", "jack-10t").replace("10mm", "ramp").replace("position-100mm", "position-sine-5hz")
     )
     (tmp_path / "thin.toml").write_text(text)
-    outcome = study_of(load_config(tmp_path / "thin.toml"))(at_once, lambda _: None)
+    outcome = study_of(load_config(tmp_path / "thin.toml"))(no_checkpoint, lambda _: None)
     rows = {(row["controller"], row["scenario"]): row for row in outcome.metrics["rows"]}
     ramp, sine = rows["p", "position-ramp"], rows["p", "position-sine-5hz"]
     assert ramp["settling_s"] > 1.0

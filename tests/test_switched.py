@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controllers.switched import Switched
-from workbench.control.controller_spec import recipe
+from workbench.control.controller_spec import controller_spec
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.closed_loop import ClosedLoop
@@ -27,8 +27,11 @@ INTEGRATING = {
 
 
 def switched():
-    loops = {"position": recipe("position", LOOP, "position"), "force": recipe("force", INTEGRATING, "force")}
-    return Switched({name: loop.make(PERIOD) for name, loop in loops.items()}, "position", FADE, PERIOD)
+    loops = {
+        "position": controller_spec("position", LOOP, "position"),
+        "force": controller_spec("force", INTEGRATING, "force"),
+    }
+    return Switched({name: loop.build(PERIOD) for name, loop in loops.items()}, "position", FADE, PERIOD)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +76,7 @@ def test_a_moving_jack_is_taken_over_and_stopped(held):
     free = rig.with_values(ks=0.0, cs=0.0)
     engine = Engine(build(free))
     controller = Switched(
-        {name: recipe(name, LOOP, name).make(PERIOD) for name in ("one", "other")}, "one", FADE, PERIOD
+        {name: controller_spec(name, LOOP, name).build(PERIOD) for name in ("one", "other")}, "one", FADE, PERIOD
     )
     loop = ClosedLoop(engine, free, controller, equilibrium(engine.plant))
     moving = loop.run(0.1 * PERIOD * np.arange(600))
@@ -87,7 +90,7 @@ def test_a_moving_jack_is_taken_over_and_stopped(held):
 def test_its_linear_view_is_that_of_the_controller_in_charge():
     controller = switched()
     assert controller.measures == ("position", "pa", "pb", "force")
-    asked = recipe("force", INTEGRATING, "force").make(PERIOD).linear()
+    asked = controller_spec("force", INTEGRATING, "force").build(PERIOD).linear()
     controller.select("force")
     law = controller.linear()
     assert controller.measures == ("force", "pa", "pb", "position")

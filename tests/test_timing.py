@@ -11,10 +11,10 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.bench import study as study
 from workbench.commands.bench.config import load_bench
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.run.config import StepConfig, load_config
 from workbench.loop.compute_time import summary
-from workbench.loop.rig_variations import late
+from workbench.loop.rig_variations import with_delay
 from workbench.plant import build
 from workbench.rigs.rig import EffectUse
 
@@ -73,12 +73,12 @@ def test_late_samples_are_counted():
 
 
 def test_a_computing_delay_comes_on_top_of_the_drive_s(rig):
-    once = late(rig, 3e-4)
+    once = with_delay(rig, 3e-4)
     assert build(rig).lateness() == 0
     assert build(once).lateness() == pytest.approx(3e-4)
-    assert build(late(once, 2e-3)).lateness() == pytest.approx(2.3e-3)
+    assert build(with_delay(once, 2e-3)).lateness() == pytest.approx(2.3e-3)
     typical = replace(rig, effects=(EffectUse("drive.delay", "", {}),))
-    assert build(late(typical, 1e-3)).lateness() == pytest.approx(build(typical).lateness() + 1e-3)
+    assert build(with_delay(typical, 1e-3)).lateness() == pytest.approx(build(typical).lateness() + 1e-3)
     assert build(typical).lateness() > 0
 
 
@@ -90,7 +90,7 @@ def test_a_bench_plays_again_with_declared_delays(tmp_path):
     (tmp_path / "late.toml").write_text(
         head + controllers + "[bode]\nlow_hz = 5\nhigh_hz = 10\npoints = 3\namplitudes_percent = [1]\n"
     )
-    metrics = study.run_bench(load_bench(tmp_path / "late.toml"), at_once, lambda _: None).metrics
+    metrics = study.run_bench(load_bench(tmp_path / "late.toml"), no_checkpoint, lambda _: None).metrics
     rows = {(row["controller"], row["expected"]): row for row in metrics["delayed"]}
     assert set(rows) == {("p", False), ("lqg", False), ("lqg", True)}
     assert rows["p", False]["f90_hz"] < next(row["f90_hz"] for row in metrics["rows"] if row["controller"] == "p")

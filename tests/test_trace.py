@@ -19,7 +19,7 @@ from made_campaigns import (
 )
 
 from workbench.base.process_pool import one_blas_thread
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.residual.study import run_residual
 from workbench.commands.trace.answer import more_json, trace_json
@@ -27,7 +27,7 @@ from workbench.commands.trace.study import effects_for, run_trace, traced
 from workbench.commands.trace.tables import candidates_table
 from workbench.identify.fit.initial_states import predicted_states
 from workbench.identify.fit.normal_equations import numbers_at
-from workbench.identify.trace.refit import case_of, fit_rig, judged, refit
+from workbench.identify.trace.refit import estimation_problem, evaluate_on_heldout, fit_rig, refit
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
@@ -79,7 +79,7 @@ def test_residual_of_the_rig_as_found_is_the_chi2_after(tmp_path):
     assert [use.name for use in rig.effects] == ["jack.friction"]
     assert "fitted to made" in rig.numbers["M"].source
     assert (rig.numbers["M"].low, rig.numbers["M"].high) == (RIG.numbers["M"].low, RIG.numbers["M"].high)
-    chi2 = run_residual(rubbing_campaign(), rig, at_once, lambda _: None).metrics["chi2"]
+    chi2 = run_residual(rubbing_campaign(), rig, no_checkpoint, lambda _: None).metrics["chi2"]
     assert chi2 == pytest.approx(named().metrics["chi2"]["after"], rel=1e-4)
     assert rig_text(load_rig(tmp_path / "found.toml")) == named().files["rig.toml"]
 
@@ -112,7 +112,7 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
     monkeypatch.setattr("workbench.identify.trace.tracer.refit", spoilt)
     library = [find("jack.friction", formula) for formula in ("coulomb", "stribeck")]
     with one_blas_thread():
-        left = trace(case_of(rubbing_campaign(), RIG), library, at_once, lambda _: None)
+        left = trace(estimation_problem(rubbing_campaign(), RIG), library, no_checkpoint, lambda _: None)
     answer, more = trace_json(left), more_json(left)
     assert [one["formula"] for one in answer["ranking"]] == ["coulomb"]
     assert answer["effects"] == ["jack.friction"]
@@ -128,13 +128,13 @@ def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch)
         x = good.fit.x + 0.4
         p = numbers_at(good.model, good.fit.free, x, good.fit.p)
         x0, squares = predicted_states(good.model, case.train, p)
-        return judged(case, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
+        return evaluate_on_heldout(case, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
 
     monkeypatch.setattr("workbench.identify.trace.tracer.fit_rig", stuck)
     with one_blas_thread():
-        case = case_of(rubbing_campaign(), rubbing())
+        case = estimation_problem(rubbing_campaign(), rubbing())
         assert stuck(case).chi2 > 1.5
-        left = trace(case, [find("load.spring", "linear")], at_once, lambda _: None)
+        left = trace(case, [find("load.spring", "linear")], no_checkpoint, lambda _: None)
     assert (left.verdict, left.effects) == ("none", ())
     assert left.base.chi2 < 1.05
 
@@ -150,12 +150,12 @@ def test_a_user_s_own_effect_is_found_and_its_file_is_kept(tmp_path):
         '    return friction + s.p("F") * ca.tanh(s["velocity"] / 2e-3)\n'
     )
     library = [effect for effect in effects_for(RIG, [file]) if effect.name == "my.rub"]
-    outcome = run_trace(rubbing_campaign(), RIG, library, at_once, lambda _: None, [str(file)])
+    outcome = run_trace(rubbing_campaign(), RIG, library, no_checkpoint, lambda _: None, [str(file)])
     assert outcome.metrics["effects"] == ["my.rub"]
     (tmp_path / "found.toml").write_text(outcome.files["rig.toml"])
     rig = load_rig(tmp_path / "found.toml")
     assert rig.effect_files == (str(file),)
-    chi2 = run_residual(rubbing_campaign(), rig, at_once, lambda _: None).metrics["chi2"]
+    chi2 = run_residual(rubbing_campaign(), rig, no_checkpoint, lambda _: None).metrics["chi2"]
     assert chi2 == pytest.approx(outcome.metrics["chi2"]["after"], rel=1e-4)
 
 
@@ -168,7 +168,7 @@ def test_a_slice_of_a_practice_campaign_is_traced():
         whole, train=(steps.slice(0.0, 1.0), triangle.slice(0.0, 1.0)), heldout=(whole.heldout[0].slice(0.0, 2.0),)
     )
     library = [find("main.deadband", "smooth"), find("jack.friction", "stribeck")]
-    answer = run_trace(short, load_rig("jack-10t"), library, at_once, lambda _: None).metrics
+    answer = run_trace(short, load_rig("jack-10t"), library, no_checkpoint, lambda _: None).metrics
     assert answer["effects"] == ["jack.friction"]
     assert answer["chi2"]["after"] < 1.15 < answer["chi2"]["before"]
 
@@ -232,7 +232,7 @@ def test_records_need_not_be_whole_or_alike(how):
         "no static": {"static": ()},
         "torn": {"train": tuple(map(torn, of.train)), "heldout": tuple(map(torn, of.heldout))},
     }[how]
-    outcome = run_trace(replace(of, **changed), RIG, LIBRARY[:1], at_once, lambda _: None)
+    outcome = run_trace(replace(of, **changed), RIG, LIBRARY[:1], no_checkpoint, lambda _: None)
     assert outcome.metrics["effects"] == ["jack.friction"]
     carried = {name for one in changed.get("heldout", of.heldout) for name in one.signals} - {"command"}
     assert {name.split()[0] for name in outcome.metrics["rms"]} == carried

@@ -20,7 +20,7 @@ from made_campaigns import (
 )
 
 from workbench.base.errors import InputError
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json, open_run
 from workbench.commands.trace.study import effects_for, run_trace
 from workbench.plant.effects import LIBRARY as WHOLE
@@ -108,7 +108,7 @@ def sparse(record: Record) -> Record:
 def test_a_campaign_that_can_not_be_traced_is_refused(what):
     of, words = bad(what)
     with pytest.raises(InputError) as said:
-        run_trace(of, RIG, LIBRARY, at_once, lambda _: None)
+        run_trace(of, RIG, LIBRARY, no_checkpoint, lambda _: None)
     for word in words:
         assert word in str(said.value)
 
@@ -116,7 +116,7 @@ def test_a_campaign_that_can_not_be_traced_is_refused(what):
 def test_a_rig_without_bounds_is_refused():
     numbers = {name: replace(number, low=None, high=None) for name, number in RIG.numbers.items()}
     with pytest.raises(InputError, match="no number has bounds"):
-        run_trace(rubbing_campaign(), replace(RIG, numbers=numbers), LIBRARY, at_once, lambda _: None)
+        run_trace(rubbing_campaign(), replace(RIG, numbers=numbers), LIBRARY, no_checkpoint, lambda _: None)
 
 
 @pytest.mark.parametrize(("signal_", "factor"), [("command", -1.0), ("position", 1000.0), ("pa", 14.5)])
@@ -129,7 +129,7 @@ def test_records_that_are_not_of_this_rig_are_refused(signal_, factor):
 
     of = replace(good, train=tuple(map(spoilt, good.train)), heldout=tuple(map(spoilt, good.heldout)))
     with pytest.raises(InputError) as said:
-        run_trace(of, RIG, LIBRARY, at_once, lambda _: None)
+        run_trace(of, RIG, LIBRARY, no_checkpoint, lambda _: None)
     assert "unit" in str(said.value)
 
 
@@ -140,7 +140,7 @@ def test_an_unknown_name_to_leave_out_is_refused():
 
 def test_a_quiet_rig_of_ours_lacks_nothing():
     of = campaign(RIG)
-    assert run_trace(of, RIG, LIBRARY[1:2], at_once, lambda _: None).metrics["verdict"] == "none"
+    assert run_trace(of, RIG, LIBRARY[1:2], no_checkpoint, lambda _: None).metrics["verdict"] == "none"
 
 
 def test_made_records_move_but_reach_no_stop():

@@ -10,10 +10,10 @@ from workbench.base.signals import MEASURED
 from workbench.commands.common.error_page import error_figure, error_table
 from workbench.commands.trace import words as words
 from workbench.commands.trace.answer import compared, trace_json
-from workbench.commands.trace.detectability import hidden
+from workbench.commands.trace.detectability import undetectable
 from workbench.commands.trace.figures import telling
 from workbench.commands.trace.page import trace_page
-from workbench.commands.trace.shape import Missing, shape_tables
+from workbench.commands.trace.shape import UnexplainedDisturbance, shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
 from workbench.identify.trace.findings import Trace
 from workbench.plant.effects import EQUATIONS, find
@@ -84,7 +84,7 @@ def test_effects_that_tie_are_told_with_what_splits_them():
 
 
 def test_an_unfinished_effect_says_that_more_is_missing_and_where():
-    said = words.verdict(altered(verdict="incomplete"), Missing("flow"), None)
+    said = words.verdict(altered(verdict="incomplete"), UnexplainedDisturbance("flow"), None)
     assert "something else is missing too, most likely in the flows" in said
 
 
@@ -175,14 +175,14 @@ def test_signals_that_would_help_are_listed():
 
 
 def test_sensors_that_are_off_are_told_by_offset_gain_and_lag():
-    (table,) = shape_tables(Missing("sensor", sensors=[["pa", 0.3, 1.0, 2.0], ["pb", 0.0, 0.0, 2.0]]))
+    (table,) = shape_tables(UnexplainedDisturbance("sensor", sensors=[["pa", 0.3, 1.0, 2.0], ["pb", 0.0, 0.0, 2.0]]))
     assert table.columns == ["sensor", "offset [bar]", "gain [%]", "lag [ms]"]
     assert len(table.rows) == 2
 
 
 def test_effects_hidden_at_typical_strength_are_told():
     rows = [{"effect": name, "strength": value} for name, value in (("a", 0.1), ("b", 1.5), ("c", None))]
-    assert hidden(rows) == ["b", "c"]
+    assert undetectable(rows) == ["b", "c"]
 
 
 # --- figures and pages

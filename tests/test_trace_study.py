@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json, open_run
-from workbench.commands.trace_study.campaigns.draw import Case
+from workbench.commands.trace_study.campaigns.draw import CampaignPlan
 from workbench.commands.trace_study.score import confusion, failed, judged, scores
 from workbench.commands.trace_study.study import default_plan, given, run_trace_study
 from workbench.plant.effects import LIBRARY
@@ -202,7 +202,7 @@ def told(outcome) -> dict:
 
 def test_given_campaigns_are_scored_and_an_error_is_a_row(tmp_path):
     lines = []
-    outcome = run_trace_study(given(folders(tmp_path, 5)), by_number, at_once, lines.append, jobs=1)
+    outcome = run_trace_study(given(folders(tmp_path, 5)), by_number, no_checkpoint, lines.append, jobs=1)
     assert [row["result"] for row in outcome.metrics["rows"]] == ["right", "wrong", "right", "error", "right"]
     assert outcome.metrics["rows"][3]["error"] == "ValueError: nothing to trace"
     assert lines[-1].startswith("5/5 c4: jack.friction -> jack.friction: right; so far error 0/1, single 3/4")
@@ -219,8 +219,8 @@ def test_given_campaigns_are_scored_and_an_error_is_a_row(tmp_path):
 
 def test_workers_give_what_one_process_gives(tmp_path):
     plan = given(folders(tmp_path, 4))
-    alone = run_trace_study(plan, by_number, at_once, lambda _: None, jobs=1)
-    shared = run_trace_study(plan, by_number, at_once, lambda _: None, jobs=2)
+    alone = run_trace_study(plan, by_number, no_checkpoint, lambda _: None, jobs=1)
+    shared = run_trace_study(plan, by_number, no_checkpoint, lambda _: None, jobs=2)
     assert told(shared) == told(alone)
 
 
@@ -247,18 +247,18 @@ def test_a_study_that_was_killed_goes_on(tmp_path):
 
 def test_drawn_campaigns_stay_with_their_truth_where_that_is_asked(tmp_path):
     """And can be given to a study again; the tracer is told what its library is to be without."""
-    plan = [Case(1, "clean"), Case(2, "off", (("load.bias", "weight"),), removed=("load.bias",))]
+    plan = [CampaignPlan(1, "clean"), CampaignPlan(2, "off", (("load.bias", "weight"),), removed=("load.bias",))]
     seen = []
 
     def trace(folder: Path, removed: tuple[str, ...]) -> dict:
         seen.append((folder.name, removed, (folder / "multisine.csv.gz").exists()))
         return answer("unknown" if removed else "none")
 
-    drawn = run_trace_study(plan, trace, at_once, lambda _: None, jobs=1, keep=tmp_path)
+    drawn = run_trace_study(plan, trace, no_checkpoint, lambda _: None, jobs=1, keep=tmp_path)
     assert sorted(seen) == [("clean-1", (), True), ("off-2", ("load.bias",), True)]
     assert [row["result"] for row in drawn.metrics["rows"]] == ["right", "right"]
     assert drawn.metrics["items"] == [asdict(case) for case in plan]
-    again = run_trace_study(given(tmp_path), trace, at_once, lambda _: None, jobs=1)
+    again = run_trace_study(given(tmp_path), trace, no_checkpoint, lambda _: None, jobs=1)
     assert again.metrics["rows"] == drawn.metrics["rows"]
 
 

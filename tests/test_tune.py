@@ -6,7 +6,7 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.common.outcome import at_once
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.run.config import StepConfig, load_config
 from workbench.commands.tune.config import load_tune
 from workbench.commands.tune.study import run_tune
@@ -50,7 +50,7 @@ def config(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def outcome(config):
-    return run_tune(config, at_once, lambda _: None)
+    return run_tune(config, no_checkpoint, lambda _: None)
 
 
 def test_the_first_trial_is_the_start_and_the_best_is_no_worse(outcome):
@@ -92,7 +92,7 @@ def test_the_tuned_file_is_a_step_experiment_of_the_very_numbers(outcome, tmp_pa
 def test_a_rig_of_a_file_goes_with_the_tuned_file(tmp_path):
     save_rig(load_rig("jack-10t").with_values(M=1100.0), tmp_path / "mine.toml")
     text = CONFIG.replace('"jack-10t"', '"mine.toml"').replace("trials = 5", "trials = 1")
-    files = run_tune(load_tune(written(tmp_path, text)), at_once, lambda _: None).files
+    files = run_tune(load_tune(written(tmp_path, text)), no_checkpoint, lambda _: None).files
     there = tmp_path / "elsewhere"
     there.mkdir()
     for name, content in files.items():

@@ -5,8 +5,8 @@ import os
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.base.process_pool import team
-from workbench.commands.common.outcome import at_once
+from workbench.base.process_pool import process_pool
+from workbench.commands.common.outcome import no_checkpoint
 
 
 def squares():
@@ -24,8 +24,8 @@ ITEMS = {f"item-{i}": i for i in range(6)}
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_come_in_order_and_all_are_told(jobs):
     told = []
-    with team(jobs, squares) as work:
-        first, second = work(ITEMS, at_once, told.append), work({"more": 7}, at_once, told.append)
+    with process_pool(jobs, squares) as work:
+        first, second = work(ITEMS, no_checkpoint, told.append), work({"more": 7}, no_checkpoint, told.append)
     assert [one["square"] for one in (*first, *second)] == [0, 1, 4, 9, 16, 25, 49]
     assert sorted(one["square"] for one in told) == [0, 1, 4, 9, 16, 25, 49]
     assert all(one["made"] == one["pid"] for one in first)
@@ -33,11 +33,11 @@ def test_results_come_in_order_and_all_are_told(jobs):
 
 
 def test_what_is_stored_is_not_done_again():
-    with team(1, refuses) as work:
+    with process_pool(1, refuses) as work:
         assert work(ITEMS, lambda name, _: name, lambda _: None) == list(ITEMS)
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_bad_input_comes_through(jobs):
-    with pytest.raises(InputError, match="no equilibrium; ask for less"), team(jobs, refuses) as work:
-        work(ITEMS, at_once, lambda _: None)
+    with pytest.raises(InputError, match="no equilibrium; ask for less"), process_pool(jobs, refuses) as work:
+        work(ITEMS, no_checkpoint, lambda _: None)

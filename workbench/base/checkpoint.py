@@ -12,7 +12,7 @@ class Stage(Protocol):
     def __call__(self, name: str, compute: Callable[[], T]) -> T: ...
 
 
-def at_once(name: str, compute: Callable[[], T]) -> T:
+def no_checkpoint(name: str, compute: Callable[[], T]) -> T:
     """A stage that stores nothing."""
     return compute()
 

@@ -15,7 +15,7 @@ from .checkpoint import Stage
 
 A = TypeVar("A")
 B = TypeVar("B")
-Team = Callable[[Mapping[str, A], Stage, Callable[[B], None]], list[B]]
+ProcessPool = Callable[[Mapping[str, A], Stage, Callable[[B], None]], list[B]]
 
 _work: Callable[[], Callable[[Any], Any]]  # of a worker process: made at its first item
 
@@ -30,7 +30,7 @@ def one_blas_thread() -> threadpool_limits:
 
 
 @contextmanager
-def team(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[Team[A, B]]:
+def process_pool(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[ProcessPool[A, B]]:
     """A function (items by name, stage, done) -> results in their order: every item is a stage, done by a worker.
 
     Each of `jobs` worker processes calls `make` once for the work that it does on items; with one job, and only when

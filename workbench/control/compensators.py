@@ -33,10 +33,10 @@ class _Around:
         """Of the inner controller."""
         return fallbacks(self._inner)
 
-    def foresee(self, future: np.ndarray) -> None:
+    def set_preview(self, future: np.ndarray) -> None:
         """The references that the inner controller will see."""
         if self.preview:
-            cast(Any, self._inner).foresee(self._shaped(future))
+            cast(Any, self._inner).set_preview(self._shaped(future))
 
     def _shaped(self, future: np.ndarray) -> np.ndarray:
         return future

@@ -19,28 +19,28 @@ _STIFFNESS = number("N/m", 1e3, 1e10, "stiffness of the specimen that the loop i
 
 
 @dataclass(frozen=True)
-class Recipe:
+class ControllerSpec:
     """A named controller of a config: where its class is, its design numbers in SI, and the compensators around it.
 
     With a `stiffness` [N/m] the loop is on the load cell, of force over stiffness: the controller and every compensator
     see the reference as a deflection [m]. `computing_delay` [s] is how long after a sample its command comes: what the
-    rig's computer needs, which `make` knows nothing of.
+    rig's computer needs, which `build` knows nothing of.
     """
 
     name: str
     use: str
     design: Any
-    compensators: tuple["Recipe", ...] = ()
+    compensators: tuple["ControllerSpec", ...] = ()
     stiffness: float | None = None
     computing_delay: float = 0.0
 
-    def expecting_its_delay(self) -> "Recipe":
+    def expecting_its_delay(self) -> "ControllerSpec":
         """The same for a loop that has the computing delay: a design with the number `delay` has it added."""
         if not hasattr(self.design, "delay"):
             return self
         return replace(self, design=replace(self.design, delay=self.design.delay + self.computing_delay))
 
-    def make(self, period: float) -> Controller:
+    def build(self, period: float) -> Controller:
         """The controller for a control period [s], its compensators around it from first to last.
 
         Raises InputError, with its name, for a design that is out of reach.
@@ -56,7 +56,7 @@ class Recipe:
         return made if self.stiffness is None else Compensated(made, Deflection(self.stiffness, period))
 
 
-def recipe(name: str, table: Mapping[str, Any], where: str) -> Recipe:
+def controller_spec(name: str, table: Mapping[str, Any], where: str) -> ControllerSpec:
     """The controller of a table with `use = "module:Class"` and its design numbers `{value, unit}`.
 
     `compensators` is a list of such tables, the first innermost; `stiffness` puts the loop on the load cell;
@@ -76,7 +76,7 @@ def recipe(name: str, table: Mapping[str, Any], where: str) -> Recipe:
     )
 
 
-def _part(name: str, table: Mapping[str, Any], where: str, kind: type) -> Recipe:
+def _part(name: str, table: Mapping[str, Any], where: str, kind: type) -> ControllerSpec:
     """A controller or a compensator, by itself."""
     use, what = table.get("use"), kind.__name__.lower()
     if not isinstance(use, str) or use.count(":") != 1:
@@ -88,7 +88,9 @@ def _part(name: str, table: Mapping[str, Any], where: str, kind: type) -> Recipe
     if hasattr(found, "into") is not (kind is Compensator):
         other = "compensator; name it under compensators" if kind is Controller else "controller, and stands by itself"
         raise InputError(f'{where}: use = "{use}" is a {other}')
-    return Recipe(name, use, read_numbers(design, {key: entry for key, entry in table.items() if key != "use"}, where))
+    return ControllerSpec(
+        name, use, read_numbers(design, {key: entry for key, entry in table.items() if key != "use"}, where)
+    )
 
 
 def read_numbers(kind: type[T], table: Mapping[str, Any], where: str) -> T:

@@ -27,7 +27,7 @@ _NONE = 1e-14  # of the largest of a law's first answers: less is rounding
 
 
 @dataclass(frozen=True)
-class Channel:
+class SectionChannel:
     """Sections [k, 6], as scipy.signal has them, from a signal (SI) or from "error" to a part of the command [1]."""
 
     signal: str
@@ -42,7 +42,7 @@ class Coefficients:
     """
 
     period: float
-    channels: tuple[Channel, ...]
+    channels: tuple[SectionChannel, ...]
     vector: Mapping[str, np.ndarray]
 
 
@@ -57,7 +57,7 @@ def coefficients(controller: Controller, period: float) -> Coefficients:
     difference = np.allclose(b[:, 0], -b[:, 1], _SAME, 0) and np.allclose(d[:, 0], -d[:, 1], _SAME, 0)
     taken = {"error": 0} if difference else {"reference": 0, names[1]: 1}
     taken |= {name: i for i, name in enumerate(names) if i > 1}
-    channels = tuple(Channel(name, _sections(a, b[:, i], c[0], d[0, i])) for name, i in taken.items())
+    channels = tuple(SectionChannel(name, _sections(a, b[:, i], c[0], d[0, i])) for name, i in taken.items())
     found = Coefficients(period, channels, _vector(controller, names))
     worst, most = (np.abs(part).max() for part in (replay(found) - found.vector["command"], found.vector["command"]))
     if not worst <= AGREE * most:

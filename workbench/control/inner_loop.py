@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import control
 import numpy as np
 
-from ..linear import Equilibrium, sampled
+from ..linear import Equilibrium, discretise
 from ..linear.frequency_response import sampled_response
 from ..plant import Plant
 from .compensators import Compensator
 
 
-def damped(
+def inner_loop_closed(
     plant: Plant,
     about: Equilibrium,
     period: float,
@@ -20,12 +20,12 @@ def damped(
 ) -> control.StateSpace:
     """Discrete state space from an outer controller's command to the position [m], `compensators` in between.
 
-    The plant is linearised at a point and sampled every `period` [s], as `views.sampled` does. What compensators do
+    The plant is linearised at a point and sampled every `period` [s], as `linear.discretise` does. What compensators do
     with a reference is left out.
     """
     laws = [part.law for part in compensators if part.into == "command"]
     seen = dict.fromkeys(name for law in laws for name in law.input_labels if name not in ("reference", "position"))
-    model = sampled(plant, about, period, ("position", *seen), p)
+    model = discretise(plant, about, period, ("position", *seen), p)
     for law in laws:
         model = _closed(model, law)
     parts = (np.asarray(getattr(model, part)) for part in "AB")

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ..base.errors import InputError
-from ..linear import held
+from ..linear import zero_order_hold
 from ..linear.frequency_response import sampled_response
 from .protocol import number
 from .second_order_sections import Factors, pair
@@ -43,7 +43,7 @@ class JackModel:
         s = 2j * np.pi * np.asarray(f)
         return self.velocity_gain * np.exp(-s * self.delay) / s * Factors(np.array([]), self.modes)(f)
 
-    def sampled(self, period: float) -> control.StateSpace:
+    def discretise(self, period: float) -> control.StateSpace:
         """command -> position [m] and acceleration, held over each `period` [s]; half a period of delay is the hold's.
 
         States: position, speed/w, acceleration/w^2 of the jack's mode, what the valve gives (as a command), its rate/w
@@ -56,16 +56,18 @@ class JackModel:
         a[3:, 3:] = [[0, wv], [-wv, -2 * self.valve_damping * wv]]
         seen = np.array([[1, 0, 0, 0, 0], [0, 0, w**2, 0, 0]])
         late = max(0.0, self.delay - period / 2)
-        return control.StateSpace(*held((a, wv * np.eye(5, 1, -4), seen, np.zeros((2, 1))), late, period), period)
+        return control.StateSpace(
+            *zero_order_hold((a, wv * np.eye(5, 1, -4), seen, np.zeros((2, 1))), late, period), period
+        )
 
     def stable(self, law: control.StateSpace) -> bool:
         """Whether the loop of a discrete law (error -> command) on this model is stable."""
-        closed = cast(control.StateSpace, control.feedback(self.sampled(law.dt)[0, 0] * law))
+        closed = cast(control.StateSpace, control.feedback(self.discretise(law.dt)[0, 0] * law))
         return bool(np.abs(closed.poles()).max() < 1 - 1e-9)
 
 
 def fit_jack_model(plant: control.StateSpace) -> JackModel:
-    """The numbers of a sampled plant (command -> position, such as `views.sampled` gives).
+    """The numbers of a sampled plant (command -> position, such as `linear.discretise` gives).
 
     Least squares of the logarithm of the response (decibels and degrees alike) over FIT. Raises InputError where the
     model stays more than 1 dB off, such as for a plant that does not integrate.

@@ -34,7 +34,7 @@ class JackObserver:
     """
 
     def __init__(self, jack: ObservedJack, period: float) -> None:
-        j, model = jack, jack.sampled(period)
+        j, model = jack, jack.discretise(period)
         self.a, self.b, seen = (np.asarray(part) for part in (model.A, model.B, model.C))
         self.n = n = len(self.a)
         self.measures = ("position", "pa", "pb", *(("spool",) if j.spool_travel else ()))
@@ -56,11 +56,11 @@ class JackObserver:
 
     def rest(self, measurement: Mapping[str, float], offset: float) -> None:
         """A jack at rest at these signals, to whose command the drive adds `offset` [1]."""
-        self.look(measurement)
+        self.estimate(measurement)
         position = self.signals["position"][: self.n]
         self.state = np.concatenate((position * self._signals[0], [offset, self._signals[1]]))
 
-    def look(self, measurement: Mapping[str, float]) -> np.ndarray:
+    def estimate(self, measurement: Mapping[str, float]) -> np.ndarray:
         """The state [n + 2] as these signals correct it; it counts for the next `step`."""
         self._signals = self._pick @ [measurement[name] for name in self.measures]
         return self._corrected()

@@ -38,7 +38,7 @@ class Horizon:
     soft: np.ndarray
 
 
-def look_ahead(observer: JackObserver, feedback: np.ndarray, limits: Limits, samples: int, moves: int) -> Horizon:
+def build_horizon(observer: JackObserver, feedback: np.ndarray, limits: Limits, samples: int, moves: int) -> Horizon:
     """The horizon of the law u = wanted - feedback x + c, feedback [n + 2], on an observed jack.
 
     The changes c last the longer the later they are. The command is limited where a change begins, and like the jack at
@@ -89,9 +89,9 @@ class Planner:
             max_iter=iterations,
             **_SETTINGS,
         )
-        self.forget()
+        self.reset()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """No plan, and no solution to start from."""
         self._start = self._found = np.zeros(len(self.weights)), np.zeros(len(self.matrix))
         self._plan, self._failed = np.zeros(0), False

@@ -39,7 +39,7 @@ class Controller(Protocol):
 def preview(controller: Controller) -> int:
     """How many samples ahead a controller wants to know the reference: its attribute `preview`, where it has one.
 
-    A loop then calls its `foresee(future)` before each `compute`: the reference now and so far ahead [preview + 1].
+    A loop then calls its `set_preview(future)` before each `compute`: the reference now and so far ahead [preview + 1].
     """
     return int(getattr(controller, "preview", 0))
 

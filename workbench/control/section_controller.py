@@ -9,7 +9,7 @@ import numpy as np
 from .second_order_sections import SectionFilter, sections_system
 
 
-class ErrorLaw:
+class SectionController:
     """command = memory(ahead(reference - controlled signal)). A controller gives both, in __init__, as sections.
 
     `ahead` holds what is fast, `memory` what would wind up. Anti-windup: the memory takes in what would have led to

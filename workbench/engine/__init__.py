@@ -1,7 +1,7 @@
 """The engine: a plant, a command held over each control period, and an adaptive implicit step, all one graph."""
 
-from .delay_line import Line, periods
+from .delay_line import DelayLine, periods
 from .driver import Batch
 from .engine import Engine, Trajectory
 
-__all__ = ["Batch", "Engine", "Line", "Trajectory", "periods"]
+__all__ = ["Batch", "DelayLine", "Engine", "Trajectory", "periods"]

@@ -38,7 +38,7 @@ class CompiledPlant:
         self._p, self._stepping = np.array(p, dtype=float), stepping
         self._n, self._m, self._k = outputs.numel_in(0), outputs.numel_in(1), outputs.numel_out(0)
         self._single = _Kernel(attempt, outputs, 1)
-        self._bench = _Bench(self._n, self._m, self._p, self._k, stepping)
+        self._bench = _CallBuffers(self._n, self._m, self._p, self._k, stepping)
 
     @cached_property
     def _block(self) -> _Kernel:
@@ -129,7 +129,7 @@ class CompiledPlant:
             raise ValueError("times must be finite and increasing")
 
 
-class _Bench:
+class _CallBuffers:
     """Fixed places for a loop that asks once a period, so that a call prepares nothing."""
 
     def __init__(self, n: int, m: int, p: np.ndarray, outputs: int, stepping: Stepping) -> None:

@@ -13,17 +13,17 @@ def periods(delay: float, period: float) -> tuple[int, float]:
     return whole, part if part > 1e-9 else 0.0
 
 
-class Line:
+class DelayLine:
     """The commands on their way to a plant that gets each of them `delay` s after it was sent, one every `period` s.
 
     `command` is the one that has been sent for ever. Where the delay is no whole number of periods, the command that
     the plant holds goes over to the next one inside the period (Franklin, Powell, Workman, Digital Control of Dynamic
-    Systems, 3rd ed. 1998, ch. 4: systems with delay); where it is `blended`, it holds their mean instead.
+    Systems, 3rd ed. 1998, ch. 4: systems with delay); where it is `interpolated`, it holds their mean instead.
     """
 
-    def __init__(self, delay: float, period: float, command: float, blended: bool = False) -> None:
+    def __init__(self, delay: float, period: float, command: float, interpolated: bool = False) -> None:
         whole, self._part = periods(delay, period)
-        self._blended = blended
+        self._interpolated = interpolated
         self._sent = deque([command] * (whole + 1), whole + 2)
 
     def send(self, command: float) -> tuple[tuple[float, float], ...]:
@@ -31,6 +31,6 @@ class Line:
         self._sent.append(command)
         before = self._sent.popleft()
         now = self._sent[0]
-        if self._blended:
+        if self._interpolated:
             return ((self._part * before + (1 - self._part) * now, 1.0),)
         return ((before, self._part), (now, 1 - self._part)) if self._part else ((now, 1.0),)

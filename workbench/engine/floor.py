@@ -24,7 +24,7 @@ _REPEATS = 7
 
 
 @dataclass(frozen=True)
-class Floor:
+class KernelTimeBound:
     """Divisions and roots of one attempt of one lane, and their measured times on one core [s]."""
 
     divisions: int
@@ -38,14 +38,14 @@ class Floor:
         return self.divisions * self.division_s + self.roots * self.root_s
 
 
-def floor(plant: Plant) -> Floor:
+def kernel_time_bound(plant: Plant) -> KernelTimeBound:
     """Counted in the graph that is compiled, timed in the same kind of kernel."""
     tape = divide_less(read(adaptive_attempt(plant)), {2, 3})
     once_a_run, used = fixed(tape, {2, 3}), tape.used()
     counts = Counter(node.op for i, node in enumerate(tape.nodes) if used[i] and not once_a_run[i])
     division = _time(plant, lambda x, j: (1.0 + j) / (x + j))
     root = _time(plant, lambda x, j: ca.sqrt(x + j))
-    return Floor(counts["div"], counts["sqrt"], division, root)
+    return KernelTimeBound(counts["div"], counts["sqrt"], division, root)
 
 
 def _time(plant: Plant, term: Callable[[ca.SX, float], ca.SX]) -> float:

@@ -1,7 +1,7 @@
 """Views of a plant: pure functions to its equilibria, its linear models and its python-control system."""
 
 from .block_diagram import ValveBlocks, null_pressure, valve_blocks
-from .discretise import held, sampled
+from .discretise import discretise, zero_order_hold
 from .equilibrium import Equilibrium, equilibrium
 from .linearise import linearise
 from .nonlinear import nonlinear_system
@@ -9,11 +9,11 @@ from .nonlinear import nonlinear_system
 __all__ = [
     "Equilibrium",
     "ValveBlocks",
+    "discretise",
     "equilibrium",
-    "held",
     "linearise",
     "nonlinear_system",
     "null_pressure",
-    "sampled",
     "valve_blocks",
+    "zero_order_hold",
 ]

@@ -7,10 +7,10 @@ from scipy.linalg import expm
 from ..engine import periods
 from ..plant import Plant
 from .equilibrium import Equilibrium
-from .linearise import Matrices, slopes
+from .linearise import Matrices, jacobians
 
 
-def sampled(
+def discretise(
     plant: Plant,
     about: Equilibrium,
     period: float,
@@ -22,7 +22,7 @@ def sampled(
     u is the command, held over each period; where it is late, as in `held`, the commands on their way come after the
     plant's states. p as for `linearise`. Raises InputError for an unknown output.
     """
-    matrices = held(slopes(plant, about, ("command",), outputs, p), plant.lateness(p), period)
+    matrices = zero_order_hold(jacobians(plant, about, ("command",), outputs, p), plant.lateness(p), period)
     way = len(matrices[0]) - plant.n
     return control.StateSpace(
         *matrices,
@@ -34,7 +34,7 @@ def sampled(
     )
 
 
-def held(matrices: Matrices, delay: float, period: float) -> Matrices:
+def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices:
     """A, B, C, D of a system with one input, sampled every `period` [s] with the input held and `delay` [s] late.
 
     Where that is m + f periods, the system holds u[k - m - 1] over the first part f of a period and u[k - m] over the
@@ -43,10 +43,10 @@ def held(matrices: Matrices, delay: float, period: float) -> Matrices:
     """
     a, b, c, d = matrices
     whole, part = periods(delay, period)
-    ahead, newer = _held(a, b, (1 - part) * period)
+    ahead, newer = _hold_matrices(a, b, (1 - part) * period)
     taps = [np.zeros_like(b)] * whole + [newer]
     if part:
-        before, older = _held(a, b, part * period)
+        before, older = _hold_matrices(a, b, part * period)
         ahead, taps = ahead @ before, [*taps, ahead @ older]
     n, way = len(a), len(taps) - 1
     entering = np.eye(way, 1)
@@ -60,7 +60,7 @@ def held(matrices: Matrices, delay: float, period: float) -> Matrices:
     )
 
 
-def _held(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+def _hold_matrices(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """What the state becomes after `seconds`: of itself, and of an input held over them."""
     n = len(a)
     both = expm(seconds * np.block([[a, b], [np.zeros((b.shape[1], n + b.shape[1]))]]))

@@ -26,9 +26,9 @@ def linearise(
 
     Pass `p = plant.without_dry_friction()` (here and to `equilibrium`) where tanh friction would count as damping. A
     command that is late passes a Padé approximation of order PADE, an all-pass 1 degree off at w d = 4.5, whose states
-    follow the plant's; `sampled` is exact. Raises InputError for a name that is no input or output.
+    follow the plant's; `discretise` is exact. Raises InputError for a name that is no input or output.
     """
-    matrices, names = slopes(plant, about, inputs, outputs, p), [state.name for state in plant.states]
+    matrices, names = jacobians(plant, about, inputs, outputs, p), [state.name for state in plant.states]
     delay = plant.lateness(p)
     if delay > 0 and "command" in inputs:
         matrices = _behind(matrices, inputs.index("command"), delay)
@@ -42,7 +42,7 @@ def linearise(
     )
 
 
-def slopes(
+def jacobians(
     plant: Plant, about: Equilibrium, inputs: tuple[str, ...], outputs: tuple[str, ...], p: np.ndarray | None
 ) -> Matrices:
     """A, B, C, D of the plant from what it holds, as `linearise` without the delay of the command."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..control.protocol import Controller, preview
-from ..engine import Engine, Line
+from ..engine import DelayLine, Engine
 from ..linear import Equilibrium
 from ..records import Record
 from ..rigs.rig import Rig
@@ -63,7 +63,7 @@ class ClosedLoop:
         self._engine, self._period, self._controller = engine, rig.period.value, controller
         self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
         self._x, self._held = start.x.copy(), start.u.copy()
-        self._line = Line(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.blended)
+        self._line = DelayLine(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.interpolated)
         self._samples = 0
         for name in controller.measures:
             if name not in self._sensors.names:
@@ -85,7 +85,7 @@ class ClosedLoop:
         known = np.append(reference, np.full(ahead, reference[-1])) if ahead else reference
         for k, wanted in enumerate(reference.tolist()):  # Python's own numbers: numpy's are slow one by one
             if ahead:
-                cast(Any, self._controller).foresee(known[k : k + ahead + 1])
+                cast(Any, self._controller).set_preview(known[k : k + ahead + 1])
             x[k] = self._x
             self._held[1:] = u[k, 1:]
             command, demanded[k] = self._sample(wanted)

@@ -4,15 +4,15 @@ from time import perf_counter_ns
 
 import numpy as np
 
-from ..control.controller_spec import Recipe
+from ..control.controller_spec import ControllerSpec
 from ..control.protocol import fallbacks, preview
 from ..rigs.rig import Rig
 from .closed_loop import LoopRun
 
 
-def computing(chosen: Recipe, rig: Rig, run: LoopRun) -> tuple[np.ndarray, int | None]:
+def computing(chosen: ControllerSpec, rig: Rig, run: LoopRun) -> tuple[np.ndarray, int | None]:
     """Time [us] of each sample [k] of a course, and in how many its solver did not arrive, where it has one."""
-    controller, signals = chosen.make(rig.period.value), run.record.signals
+    controller, signals = chosen.build(rig.period.value), run.record.signals
     columns = [signals[name].tolist() for name in controller.measures]
     seen = [dict(zip(controller.measures, values, strict=True)) for values in zip(*columns, strict=True)]
     reference, sent = signals["reference"], signals["command"].tolist()
@@ -23,7 +23,7 @@ def computing(chosen: Recipe, rig: Rig, run: LoopRun) -> tuple[np.ndarray, int |
     for k, wanted in enumerate(reference.tolist()):
         began = perf_counter_ns()
         if ahead:
-            controller.foresee(known[k : k + ahead + 1])  # pyright: ignore[reportAttributeAccessIssue]
+            controller.set_preview(known[k : k + ahead + 1])  # pyright: ignore[reportAttributeAccessIssue]
         controller.compute(wanted, seen[k])
         controller.update(sent[k])
         spent.append((perf_counter_ns() - began) / 1e3)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from ..rigs.rig import Rig
 
 
-def stride(rig: Rig) -> float:
+def max_move_per_period(rig: Rig) -> float:
     """How far [m] the measured position may move in one period: at the speed limit, with room for the sensor's noise.
 
     The room is six standard deviations of the difference of two readings, and one step of the resolution.
@@ -27,7 +27,7 @@ class Guard:
 
     def __init__(self, rig: Rig) -> None:
         self._stroke, self._speed, self._force = rig.limit("stroke"), rig.limit("speed"), rig.limit("force")
-        self._stride = stride(rig)
+        self._stride = max_move_per_period(rig)
         self._middle, self._period = rig["xmid"], rig.period.value
         self._step = rig.limit("command_rate") * self._period
         self.reset(self.safe)

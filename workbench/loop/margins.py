@@ -7,7 +7,7 @@ import control
 import numpy as np
 
 from ..control.protocol import Controller
-from ..linear import Equilibrium, sampled
+from ..linear import Equilibrium, discretise
 from ..linear.frequency_response import decibels, sampled_response
 from ..plant import Plant
 
@@ -40,7 +40,7 @@ def closed_poles(
     plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
 ) -> np.ndarray:
     """Poles z [k] of the loop that `linear_loop` closes, without the time that its margins take."""
-    model = sampled(plant, about, period, controller.measures, p)
+    model = discretise(plant, about, period, controller.measures, p)
     return np.linalg.eigvals(_closed_matrix(model, controller.linear()))
 
 
@@ -51,7 +51,7 @@ def linear_loop(
 
     A delay of the plant's command counts, exactly.
     """
-    model, law = sampled(plant, about, period, controller.measures, p), controller.linear()
+    model, law = discretise(plant, about, period, controller.measures, p), controller.linear()
     poles = np.linalg.eigvals(_closed_matrix(model, law))
 
     def responses(f: np.ndarray) -> np.ndarray:

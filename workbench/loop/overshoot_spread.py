@@ -6,8 +6,8 @@ from typing import Any, cast
 
 from ..base.errors import InputError
 from ..control.compensators import Compensator
-from ..control.controller_spec import Recipe
-from ..control.inner_loop import damped, overshoots
+from ..control.controller_spec import ControllerSpec
+from ..control.inner_loop import inner_loop_closed, overshoots
 from ..linear import equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
@@ -18,7 +18,7 @@ FACTORS: Mapping[str, Sequence[float]] = {"M": (0.5, 0.75, 1.0, 1.25, 1.5), "bet
 STIFFNESS = (0.0, 1e5, 1e6, 1e7)  # N/m
 
 
-def overshoot_spread(rig: Rig, chosen: Recipe) -> dict[str, dict[str, float | None]]:
+def overshoot_spread(rig: Rig, chosen: ControllerSpec) -> dict[str, dict[str, float | None]]:
     """Overshoot [percent] of a linear step by what varies and by how much; None where the loop is unstable.
 
     "gain" is of the controller alone, "speed" the operating point; M, beta and ks are the rig's. Compensators stay as
@@ -26,14 +26,14 @@ def overshoot_spread(rig: Rig, chosen: Recipe) -> dict[str, dict[str, float | No
     """
     period, plant = rig.period.value, build(rig)
     smooth = plant.without_dry_friction()
-    law = replace(chosen, compensators=()).make(period).linear()
+    law = replace(chosen, compensators=()).build(period).linear()
     if law.input_labels != ["reference", "position"]:
         raise InputError(f"{chosen.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
-    parts = [cast(Compensator, part.make(period)) for part in chosen.compensators]
+    parts = [cast(Compensator, part.build(period)) for part in chosen.compensators]
 
     def over(name: str = "", value: float = 0.0, speed: float = SPEED, gains: Sequence[float] = (1.0,)) -> list[Any]:
         p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth
-        return overshoots(damped(plant, equilibrium(plant, speed=speed, p=p), period, parts, p), law, gains)
+        return overshoots(inner_loop_closed(plant, equilibrium(plant, speed=speed, p=p), period, parts, p), law, gains)
 
     found = {"gain": {f"x{gain:g}": value for gain, value in zip(GAINS, over(gains=GAINS), strict=True)}}
     found["speed"] = {f"{speed:g} m/s": over(speed=speed)[0] for speed in (0.0, SPEED)}

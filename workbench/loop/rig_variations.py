@@ -18,7 +18,7 @@ _STIFFNESSES = {f"stiffness-1e{power}": 10.0**power for power in range(6, 9)}  #
 RIG_SET = (*_FACTORS, *_STIFFNESSES)
 
 
-def rig_of(rig: Rig, name: str) -> Rig:
+def variation(rig: Rig, name: str) -> Rig:
     """The rig that `name` of RIG_SET makes of a nominal one, under its name: a factor on a number, or a specimen [N/m].
 
     Raises InputError for an unknown name, with the nearest known one, and for a number that the rig can not have.
@@ -30,7 +30,7 @@ def rig_of(rig: Rig, name: str) -> Rig:
     return replace(rig.with_values(**{key: factor * rig[key] for key, factor in _FACTORS[name].items()}), name=name)
 
 
-def late(rig: Rig, delay: float) -> Rig:
+def with_delay(rig: Rig, delay: float) -> Rig:
     """The rig whose commands come `delay` [s] later, on top of what its drive takes, such as a controller computes."""
     there = {use.name: use for use in rig.effects}
     before = there.get(_DELAY, EffectUse(_DELAY, "shift", {}))

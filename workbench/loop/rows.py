@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..control.controller_spec import Recipe
+from ..control.controller_spec import ControllerSpec
 from ..engine import Engine
 from ..linear import Equilibrium, equilibrium
 from ..linear.frequency_response import crossing, decibels, degrees
@@ -21,7 +21,7 @@ MOVING = 0.1  # m/s: the second operating point, outside the lap's doubled gain;
 
 
 @dataclass(frozen=True)
-class Bench:
+class LoopSetup:
     """A rig ready to close loops on: its engine, and the points at which loops are linearised."""
 
     rig: Rig
@@ -50,11 +50,11 @@ class LinearLoops:
         return pick(values) if values and self.stable else None
 
 
-def bench(rig: Rig) -> Bench:
+def loop_setup(rig: Rig) -> LoopSetup:
     """Build a rig and find its operating points. Raises InputError where there are none."""
     plant = build(rig)
     smooth = plant.without_dry_friction()
-    return Bench(
+    return LoopSetup(
         rig,
         Engine(plant),
         equilibrium(plant),
@@ -64,24 +64,24 @@ def bench(rig: Rig) -> Bench:
     )
 
 
-def linear_loops(chosen: Recipe, on: Bench) -> LinearLoops:
+def linear_loops(chosen: ControllerSpec, on: LoopSetup) -> LinearLoops:
     """A controller's loop, linearised at both operating points."""
     period = on.rig.period.value
-    plant, controller = on.engine.plant, chosen.make(period)
+    plant, controller = on.engine.plant, chosen.build(period)
     points = (on.null_smooth, on.moving)
     return LinearLoops(*(linear_loop(plant, point, controller, period, on.smooth) for point in points))
 
 
-def play(chosen: Recipe, wanted: Scenario, on: Bench) -> LoopRun:
+def play(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup) -> LoopRun:
     """A controller in a scenario, from rest at null."""
     period = on.rig.period.value
     start = float(on.engine.observe(on.null.x, on.null.u)[on.engine.plant.output(wanted.signal)])
     t = np.arange(round(wanted.duration / period) + 1) * period
-    loop = ClosedLoop(on.engine, on.rig, chosen.make(period), on.null)
+    loop = ClosedLoop(on.engine, on.rig, chosen.build(period), on.null)
     return loop.run(start + wanted.reference(t), wanted.inputs(t))
 
 
-def row(chosen: Recipe, wanted: Scenario, on: Bench, run: LoopRun, loops: LinearLoops) -> dict[str, Any]:
+def row(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup, run: LoopRun, loops: LinearLoops) -> dict[str, Any]:
     """One row of metrics.json: SI but for what its key says. Margins are the worse of the two operating points.
 
     Settling counts from where reference and far end stand. A sine has no numbers of a step, a ramp no rise.

@@ -2,23 +2,23 @@
 
 import numpy as np
 
-from ..control.controller_spec import Recipe
-from ..linear import linearise, sampled
+from ..control.controller_spec import ControllerSpec
+from ..linear import discretise, linearise
 from ..linear.frequency_response import sampled_response
 from .margins import LinearLoop
-from .rows import Bench
+from .rows import LoopSetup
 
 
-def dynamic_stiffness(chosen: Recipe, on: Bench, f: np.ndarray) -> np.ndarray:
+def dynamic_stiffness(chosen: ControllerSpec, on: LoopSetup, f: np.ndarray) -> np.ndarray:
     """Disturbance force over the position that gives way to it [N/m], complex [k], at f [k] in Hz, at null.
 
     Of a stable loop, exact at the sampling instants: the plant answers the sine as it is, the controller in samples.
     """
     period, plant = on.rig.period.value, on.engine.plant
-    controller = chosen.make(period)
+    controller = chosen.build(period)
     names = tuple(dict.fromkeys((*controller.measures, "position")))
     z, count, i = np.exp(2j * np.pi * f * period), len(controller.measures), names.index("position")
-    commanded = sampled_response(sampled(plant, on.null_smooth, period, names, on.smooth), z)[:, 0]
+    commanded = sampled_response(discretise(plant, on.null_smooth, period, names, on.smooth), z)[:, 0]
     pushed = linearise(plant, on.null_smooth, ("disturbance",), names, on.smooth)
     disturbed = pushed(2j * np.pi * f, squeeze=False)[:, 0]
     gains = sampled_response(controller.linear(), z)[0, 1:]
@@ -26,7 +26,7 @@ def dynamic_stiffness(chosen: Recipe, on: Bench, f: np.ndarray) -> np.ndarray:
     return -1 / (disturbed[i] + commanded[i] * command)  # a disturbance acts against positive motion
 
 
-def command_noise(chosen: Recipe, on: Bench, loop: LinearLoop) -> float | None:
+def command_noise(chosen: ControllerSpec, on: LoopSetup, loop: LinearLoop) -> float | None:
     """RMS of the command [1] at rest, from declared sensor noise and resolution; None for an unstable loop.
 
     White noise of a sample's variance over the band to the Nyquist frequency; a resolution q counts as q^2/12.
@@ -34,7 +34,7 @@ def command_noise(chosen: Recipe, on: Bench, loop: LinearLoop) -> float | None:
     if loop.sensitivity is None:
         return None
     period = on.rig.period.value
-    controller = chosen.make(period)
+    controller = chosen.build(period)
     gains = sampled_response(controller.linear(), np.exp(2j * np.pi * loop.f * period))[0, 1:]
     sensors = [on.rig.sensors[name] for name in controller.measures]
     variance = np.array([sensor.noise**2 + sensor.resolution**2 / 12 for sensor in sensors])

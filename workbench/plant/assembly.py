@@ -30,7 +30,7 @@ class Plant:
     `f` and `h` are CasADi functions of columns x [n], u [m], p [k]; `p` holds this rig's values in the order of
     `parameters`. `dry_friction` are the Coulomb-friction numbers that a linearisation sets to zero. `delay` is the
     parameter by which the command is late, where an effect declares one: whoever feeds the plant holds it back, by
-    engine.Line; `blended`: what arrives in a period comes as its mean (a linear view takes it as a shift, too).
+    engine.Line; `interpolated`: what arrives in a period comes as its mean (a linear view takes it as a shift, too).
     """
 
     name: str
@@ -43,7 +43,7 @@ class Plant:
     h: ca.Function
     dry_friction: tuple[str, ...]
     delay: str | None = None
-    blended: bool = False
+    interpolated: bool = False
 
     @property
     def n(self) -> int:
@@ -118,7 +118,7 @@ class Assembly:
         self._effect_inputs: dict[str, tuple[Variable, ca.SX]] = {}
         self._dry: list[str] = []
         self._delay: str | None = None
-        self._blended = False
+        self._interpolated = False
         self._effects = effects
         self._acting: set[str] = set()
         for effect, values in effects:
@@ -183,7 +183,7 @@ class Assembly:
             key = effect.key(given.name)
             self._effect_inputs[key] = (Variable(key, given.unit, given.scale), ca.SX.sym(key))
         if effect.delay:
-            self._delay, self._blended = effect.key(effect.delay), effect.blended
+            self._delay, self._interpolated = effect.key(effect.delay), effect.interpolated
 
     def _drop_idle(self) -> None:
         for effect, _ in self._effects:
@@ -217,7 +217,7 @@ class Assembly:
             h=ca.Function("h", [x, u, p], [ca.cse(outputs)], names, ["y"]),
             dry_friction=tuple(self._dry),
             delay=self._delay if "command" in inputs else None,
-            blended=self._blended,
+            interpolated=self._interpolated,
         )
 
 

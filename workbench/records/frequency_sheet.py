@@ -11,7 +11,7 @@ from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS
 from ..base.units import from_si, to_si
 from .columns import check_signal
-from .table import Table, open_table
+from .table import DataTable, open_table
 
 _CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*\[(?P<unit>[^\[\]]*)\]")
 FEWEST = 2  # frequencies
@@ -83,7 +83,7 @@ class Columns:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.table: Table = open_table(path)
+        self.table: DataTable = open_table(path)
         self.cells = {}
         for cell in self.table.header:
             found = _CELL.fullmatch(cell)

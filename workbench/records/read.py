@@ -69,7 +69,7 @@ def _mended(
     """The values without NaN, where they were known, and the note on it."""
     known = ~np.isnan(values)
     if name == "command":
-        return mend.held(values), known, mend.missing_cells(path, rows, ~known, cell, "held")
+        return mend.forward_fill(values), known, mend.missing_cells(path, rows, ~known, cell, "held")
     return mend.bridged(t, values), known, mend.missing_cells(path, rows, ~known, cell, "not compared")
 
 

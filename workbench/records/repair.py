@@ -64,7 +64,7 @@ def missing_cells(path: Path, rows: np.ndarray, missing: np.ndarray, cell: str, 
     return [f'{path.name}: column "{cell}", {_rows(rows[missing])}: empty, {done}']
 
 
-def held(values: np.ndarray) -> np.ndarray:
+def forward_fill(values: np.ndarray) -> np.ndarray:
     """NaN replaced by the last value before it; the first value must be known."""
     known = np.where(np.isnan(values), 0, np.arange(values.size))
     return values[np.maximum.accumulate(known)]

@@ -22,7 +22,7 @@ _SPELLED = sorted({text for word in MISSING for text in (word, word.upper(), wor
 
 
 @dataclass(frozen=True)
-class Table:
+class DataTable:
     """`read(cells)` gives those columns as [n] float, NaN where a cell is missing; `rows` are their row numbers.
 
     A row number is the line in a CSV file (the header is line 1), else the row of the table, from 1.
@@ -33,7 +33,7 @@ class Table:
     read: Callable[[Sequence[str]], dict[str, np.ndarray]]
 
 
-def open_table(path: Path) -> Table:
+def open_table(path: Path) -> DataTable:
     """Open a table by its suffix. Raises InputError for a missing, empty, broken or unknown file."""
     name = path.name.lower()
     if path.is_dir():
@@ -49,7 +49,7 @@ def open_table(path: Path) -> Table:
     return _mat(path) if name.endswith(".mat") else _csv(path)
 
 
-def _csv(path: Path) -> Table:
+def _csv(path: Path) -> DataTable:
     lines = _content(path).removeprefix(b"\xef\xbb\xbf").splitlines()
     rows = np.array([number for number, line in enumerate(lines, 1) if line and not line.isspace()], dtype=int)
     if rows.size == 0:
@@ -82,7 +82,7 @@ def _csv(path: Path) -> Table:
             raise _first_fault(path, header, places, rows[1:], body, str(error)) from None
         return {cell: _floats(found.column(str(place))) for cell, place in zip(cells, places, strict=True)}
 
-    return Table(header, rows[1:], read)
+    return DataTable(header, rows[1:], read)
 
 
 def _content(path: Path) -> bytes:
@@ -125,7 +125,7 @@ def _floats(column: pa.ChunkedArray) -> np.ndarray:
     return np.array(column.cast(pa.float64()).to_numpy(), dtype=float)  # null becomes NaN
 
 
-def _parquet(path: Path) -> Table:
+def _parquet(path: Path) -> DataTable:
     try:
         table = pq.read_table(path)
     except (pa.ArrowException, OSError) as error:
@@ -140,10 +140,10 @@ def _parquet(path: Path) -> Table:
             out[cell] = _floats(table.column(cell))
         return out
 
-    return Table(tuple(table.column_names), np.arange(1, table.num_rows + 1), read)
+    return DataTable(tuple(table.column_names), np.arange(1, table.num_rows + 1), read)
 
 
-def _mat(path: Path) -> Table:
+def _mat(path: Path) -> DataTable:
     arrays = vectors(path)
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
@@ -154,7 +154,7 @@ def _mat(path: Path) -> Table:
                 raise InputError(f'{where}: {arrays[cell].size} samples but {size} in "{cells[0]}"; map another one')
         return {cell: np.array(arrays[cell], dtype=float) for cell in cells}
 
-    return Table(tuple(arrays), np.arange(1, max((values.size for values in arrays.values()), default=0) + 1), read)
+    return DataTable(tuple(arrays), np.arange(1, max((values.size for values in arrays.values()), default=0) + 1), read)
 
 
 def _first_line(error: Exception) -> str:

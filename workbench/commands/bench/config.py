@@ -8,8 +8,8 @@ from typing import Any
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS, Signal
 from ...base.toml import check_keys, read_toml
-from ...control.controller_spec import Recipe, read_numbers, recipe
-from ...loop.rig_variations import rig_of
+from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
+from ...loop.rig_variations import variation
 from ...loop.scenarios import Scenario, scenario
 from ...rigs.rig import Rig, load_rig
 from ..run.config import BodeConfig, Specimen, read_bode
@@ -28,7 +28,7 @@ class BenchLoop:
     signal: Signal
     rig: Rig
     rigs: tuple[str, ...]
-    controllers: tuple[Recipe, ...]
+    controllers: tuple[ControllerSpec, ...]
     scenarios: tuple[Scenario, ...]
     bode: BodeConfig
 
@@ -58,7 +58,7 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     nominal = load_rig(named, None if rig else path.parent)
     tables = {**_borrowed(table.get("from", {}), path), **_own(table.get("controllers", {}), path)}
     scenarios = [scenario(name, f"{path}: scenarios") for name in _names(table.get("scenarios"), f"{path}: scenarios")]
-    controllers = [recipe(name, part, f"{path}: [controllers.{name}]") for name, part in tables.items()]
+    controllers = [controller_spec(name, part, f"{path}: [controllers.{name}]") for name, part in tables.items()]
     asked = _asked(controllers, scenarios, nominal, str(path))
     sets = _sets(table.get("rigs"), asked, f"{path}: rigs")
     sweeps = table.get("bode")
@@ -78,10 +78,10 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
 
 
 def _asked(
-    controllers: Sequence[Recipe], scenarios: Sequence[Scenario], rig: Rig, where: str
-) -> dict[str, list[Recipe]]:
+    controllers: Sequence[ControllerSpec], scenarios: Sequence[Scenario], rig: Rig, where: str
+) -> dict[str, list[ControllerSpec]]:
     """Controllers by the signal that they control and scenarios ask for, position before force."""
-    controlled = {chosen.name: chosen.make(rig.period.value).measures[0] for chosen in controllers}
+    controlled = {chosen.name: chosen.build(rig.period.value).measures[0] for chosen in controllers}
     asked = {wanted.signal for wanted in scenarios}
     if lonely := [name for name, signal in controlled.items() if signal not in asked]:
         raise InputError(
@@ -147,6 +147,6 @@ def _names(names: Any, where: str, *example: str) -> tuple[str, ...]:
 
 def _check_rig(rig: Rig, name: str, where: str) -> None:
     try:
-        rig_of(rig, name)
+        variation(rig, name)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from ...control.controller_spec import Recipe
+from ...control.controller_spec import ControllerSpec
 from ...loop.closed_loop import LoopRun
 from ...loop.compute_time import computing
 from ...loop.margins import LinearLoop
-from ...loop.rig_variations import late
-from ...loop.rows import Bench, bench, linear_loops, play, row
+from ...loop.rig_variations import with_delay
+from ...loop.rows import LoopSetup, linear_loops, loop_setup, play, row
 from ...loop.scenarios import Scenario
 from ...loop.stiffness_and_noise import command_noise, dynamic_stiffness
 from ...plant.valve.supply import supply_power
@@ -18,12 +18,12 @@ from ...rigs.rig import Rig
 from ..common.sines import sines
 from .config import BenchLoop
 
-Cell = dict[str, Any]  # what a stage can store
+BenchmarkEntry = dict[str, Any]  # what a stage can store
 STIFFNESS_HZ = np.geomspace(0.1, 100.0, 961)  # fine enough for a mode of damping 0.02
 _STEADY = 0.1  # s: over which a force error is a mean
 
 
-def cell(chosen: Recipe, loop: BenchLoop, on: Bench) -> Cell:
+def benchmark_entry(chosen: ControllerSpec, loop: BenchLoop, on: LoopSetup) -> BenchmarkEntry:
     """All that a bench tells of a controller on a rig, to be stored as a stage."""
     loops = linear_loops(chosen, on)
     runs = {wanted.name: (wanted, play(chosen, wanted, on)) for wanted in loop.scenarios}
@@ -54,9 +54,9 @@ def cell(chosen: Recipe, loop: BenchLoop, on: Bench) -> Cell:
     }
 
 
-def _delayed(chosen: Recipe, loop: BenchLoop, on: Bench) -> list[dict[str, Any]]:
+def _delayed(chosen: ControllerSpec, loop: BenchLoop, on: LoopSetup) -> list[dict[str, Any]]:
     """Rows of the loop whose commands come late by what the controller computes; again where it can expect that."""
-    there = bench(late(on.rig, chosen.computing_delay))
+    there = loop_setup(with_delay(on.rig, chosen.computing_delay))
     expecting = chosen.expecting_its_delay()
     found = []
     for known, one in ((False, chosen), *([] if expecting == chosen else [(True, expecting)])):

@@ -11,9 +11,9 @@ from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Panel, bode
 from ..common.sines import closed_loop_figure
 from .config import BenchLoop
-from .entry import STIFFNESS_HZ, Cell
+from .entry import STIFFNESS_HZ, BenchmarkEntry
 
-Cells = Mapping[tuple[str, str], Cell]
+Cells = Mapping[tuple[str, str], BenchmarkEntry]
 
 _SHOWN_HZ = (0.05, 100.0)
 _SHORTEST = 0.2  # s
@@ -21,7 +21,7 @@ _DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 _CLOSED_DB = (-3.0, -6.0)
 
 
-def courses(loop: BenchLoop, wanted: Scenario, rig: str, cells: Cells) -> Figure:
+def time_responses(loop: BenchLoop, wanted: Scenario, rig: str, cells: Cells) -> Figure:
     """One scenario on one rig under every controller: controlled signal, command, pressure. A step as far as it tells.
 
     That is three times what the quickest controller needs; a longer course would hide all but the slowest.
@@ -55,7 +55,7 @@ def _until(end: float, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
     return {name: column[columns["t [s]"] <= end] for name, column in columns.items()}
 
 
-def clouds(loop: BenchLoop, wanted: Scenario, cells: Cells) -> Figure:
+def spread_scatter(loop: BenchLoop, wanted: Scenario, cells: Cells) -> Figure:
     """Overshoot against settling, a mark a rig: a robust controller's marks are close together."""
     i = loop.scenarios.index(wanted)
     curves = []

@@ -7,10 +7,10 @@ from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from .config import BenchConfig, BenchLoop
-from .entry import Cell
-from .figures import clouds, courses, linear_figures, nichols, sine_figures, stiffness_figure
+from .entry import BenchmarkEntry
+from .figures import linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
 
-Cells = Mapping[tuple[str, str], Cell]
+Cells = Mapping[tuple[str, str], BenchmarkEntry]
 Metrics = Mapping[str, Any]
 Best = Literal["min", "max"]
 
@@ -23,8 +23,11 @@ def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
         first = loop.rigs[0]
         sections += [
             Section(title, [_summary(loop, cells, metrics)]),
-            Section(f"{title}: courses on {first}", [courses(loop, wanted, first, cells) for wanted in loop.scenarios]),
-            Section(f"{title}: over the rigs", [clouds(loop, wanted, cells) for wanted in _arriving(loop)]),
+            Section(
+                f"{title}: courses on {first}",
+                [time_responses(loop, wanted, first, cells) for wanted in loop.scenarios],
+            ),
+            Section(f"{title}: over the rigs", [spread_scatter(loop, wanted, cells) for wanted in _arriving(loop)]),
             Section(f"{title}: linear, at null, on {first}", linear_figures(loop, first, cells)),
             Section(f"{title}: closed loop by stepped sine, on {first}", sine_figures(loop, cells)),
             Section(f"{title}: Nichols chart", [nichols(loop, first, cells)]),
@@ -40,7 +43,7 @@ def bench_picture(config: BenchConfig, cells: Cells) -> Figure:
     """The telling figure: the last step of the first loop on the first rig."""
     loop = config.loops[0]
     steps = [wanted for wanted in loop.scenarios if wanted.is_step] or list(loop.scenarios)
-    return courses(loop, steps[-1], loop.rigs[0], cells)
+    return time_responses(loop, steps[-1], loop.rigs[0], cells)
 
 
 def _arriving(loop: BenchLoop) -> list[Scenario]:

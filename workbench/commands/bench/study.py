@@ -6,23 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from ...base.process_pool import team
+from ...base.process_pool import process_pool
 from ...loop.compute_time import summary
-from ...loop.rig_variations import rig_of
-from ...loop.rows import Bench, bench
+from ...loop.rig_variations import variation
+from ...loop.rows import LoopSetup, loop_setup
 from ..common.outcome import Outcome, Progress, Stage
 from .config import BenchConfig
-from .entry import STIFFNESS_HZ, Cell, cell
+from .entry import STIFFNESS_HZ, BenchmarkEntry, benchmark_entry
 from .page import bench_page, bench_picture
 
-Cells = dict[tuple[str, str], Cell]  # by controller and rig
+Cells = dict[tuple[str, str], BenchmarkEntry]  # by controller and rig
 _MARKS_HZ = (0.1, 1.0, 10.0, 100.0)
 
 
 def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
     """Every controller on every rig in every scenario of its signal, by `jobs` processes."""
     keys = [(i, c.name, rig) for i, loop in enumerate(config.loops) for rig in loop.rigs for c in loop.controllers]
-    with team(jobs, partial(_cells, config)) as played:
+    with process_pool(jobs, partial(_cells, config)) as played:
         items = {f"{name} on {rig}": (i, name, rig) for i, name, rig in keys}
         found = played(items, stage, lambda one: progress("{controller} on {rig}".format(**one["noise"])))
     by_rig = {(name, rig): one for (_, name, rig), one in zip(keys, found, strict=True)}
@@ -60,18 +60,18 @@ def spread(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def _cells(config: BenchConfig) -> Callable[[tuple[int, str, str]], Cell]:
+def _cells(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:
     """The work of one process: a loop's number, a controller and a rig, which it builds once."""
 
     @cache
-    def on(i: int, rig: str) -> Bench:
-        return bench(rig_of(config.loops[i].rig, rig))
+    def on(i: int, rig: str) -> LoopSetup:
+        return loop_setup(variation(config.loops[i].rig, rig))
 
-    def work(item: tuple[int, str, str]) -> Cell:
+    def work(item: tuple[int, str, str]) -> BenchmarkEntry:
         i, name, rig = item
         loop = config.loops[i]
         chosen = next(one for one in loop.controllers if one.name == name)
-        return cell(chosen, loop, on(i, rig))
+        return benchmark_entry(chosen, loop, on(i, rig))
 
     return work
 

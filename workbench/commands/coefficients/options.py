@@ -14,5 +14,5 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     config = read(options)
     period = config.rig.period.value
-    found = {chosen.name: coefficients(chosen.make(period), period) for chosen in config.controllers}
+    found = {chosen.name: coefficients(chosen.build(period), period) for chosen in config.controllers}
     print_each(options, {name: as_json(one) for name, one in found.items()}, lambda name: as_text(name, found[name]))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...identify.data.noise_floor import Floor
+from ...identify.data.noise_floor import NoiseFloor
 from ...identify.fit.predict import Prediction
 from ...report import Curve, Figure, Panel, Table
 from ...report.figures import Mark
@@ -18,7 +18,7 @@ _FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis
 Rms = Mapping[str, Mapping[str, float | None]]
 
 
-def rms_of(floor: Floor, before: Sequence[Prediction], after: Sequence[Prediction]) -> Rms:
+def rms_of(floor: NoiseFloor, before: Sequence[Prediction], after: Sequence[Prediction]) -> Rms:
     """{"pa [bar]": {"before", "after", "floor"}} over all records, in each signal's unit; None where there is none."""
     table = {}
     for name in dict.fromkeys(name for one in after for name in one.signals):

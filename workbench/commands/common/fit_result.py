@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.units import from_si, to_si
 from ...identify.fit.solver import Fit
-from ...identify.trace.refit import Case, Stand
+from ...identify.trace.refit import EstimationProblem, FittedModel
 from ...plant.effects import Effect, EffectNumber
 from ...rigs.rig import EffectUse, Number, Rig
 
@@ -84,7 +84,7 @@ def correlations(fit: Fit) -> np.ndarray:
     return fit.covariance / np.outer(size, size)
 
 
-def fitted_rig(case: Case, stand: Stand, files: Sequence[str] = ()) -> Rig:
+def fitted_rig(case: EstimationProblem, stand: FittedModel, files: Sequence[str] = ()) -> Rig:
     """The rig with the numbers of a fit and the effects that were added; `files` have effects beside the library's."""
     name = case.campaign.path.resolve().name
     numbers = dict(case.rig.numbers)

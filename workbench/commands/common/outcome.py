@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checkpoint import Progress, Stage, at_once
+from ...base.checkpoint import Progress, Stage, no_checkpoint
 from ...report import Figure, Page
 
-__all__ = ["Outcome", "Progress", "Stage", "at_once"]
+__all__ = ["Outcome", "Progress", "Stage", "no_checkpoint"]
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ import numpy as np
 
 from ...base.signals import Signal
 from ...base.units import from_si
-from ...control.controller_spec import Recipe
+from ...control.controller_spec import ControllerSpec
 from ...linear.frequency_response import SteppedSine
 from ...loop.describing_function import closed_loop_sine, sampled_frequencies
-from ...loop.rows import Bench
+from ...loop.rows import LoopSetup
 from ...report import Figure, FrequencyCurve, bode
 from ..run.config import BodeConfig
 
@@ -18,13 +18,13 @@ _FLAGS = ("cycles", "settled", "saturated", "cavitated")  # as SteppedSine has t
 Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
 
 
-def sines(chosen: Recipe, signal: Signal, wanted: BodeConfig, on: Bench) -> Sines:
+def sines(chosen: ControllerSpec, signal: Signal, wanted: BodeConfig, on: LoopSetup) -> Sines:
     """Reference -> controlled signal about null, with what the guard and the chambers did at each point."""
     period = on.rig.period.value
     f = sampled_frequencies(wanted.low, wanted.high, wanted.points, period)
     found: Sines = {}
     for amplitude in wanted.amplitudes:
-        sine = closed_loop_sine(on.engine, on.rig, lambda: chosen.make(period), on.null, f, amplitude)
+        sine = closed_loop_sine(on.engine, on.rig, lambda: chosen.build(period), on.null, f, amplitude)
         found[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = packed(sine, signal.name)
     return found
 

@@ -14,7 +14,7 @@ import numpy as np
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS
 from ...base.units import from_si, to_si
-from ...control.controller_spec import Recipe, recipe
+from ...control.controller_spec import ControllerSpec, controller_spec
 from ...control.protocol import Controller
 from ...engine import Engine
 from ...linear import equilibrium
@@ -44,12 +44,12 @@ _CHUNK = 0.25  # s: how soon a run that has failed is given up
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriveSimulation:
     """A rig in simulation with the position loop of its drive."""
 
     rig: Rig
     engine: Engine
-    loop: Recipe
+    loop: ControllerSpec
 
 
 @dataclass(frozen=True)
@@ -67,17 +67,19 @@ class Design:
     spacing: Spacing = "log"
 
 
-def drive(rig: Rig) -> Drive:
+def drive(rig: Rig) -> DriveSimulation:
     """The rig with its position loop: as stiff as MARGIN at null, CROSSOVER and STIRRED allow."""
     plant = build(rig)
     smooth = plant.without_dry_friction()
     period = rig.period.value
 
-    def loop(gain: float) -> Recipe:
-        return recipe("position loop", {"use": "controllers.p:P", "gain": {"value": gain, "unit": "1/m"}}, rig.name)
+    def loop(gain: float) -> ControllerSpec:
+        return controller_spec(
+            "position loop", {"use": "controllers.p:P", "gain": {"value": gain, "unit": "1/m"}}, rig.name
+        )
 
     trial = 0.01
-    found = linear_loop(plant, equilibrium(plant, p=smooth), loop(trial).make(period), period, smooth)
+    found = linear_loop(plant, equilibrium(plant, p=smooth), loop(trial).build(period), period, smooth)
     speed = float(np.abs(found.open[0]) * 2 * np.pi * found.f[0] / trial)  # of the jack, per unit of command [m/s]
     margin, sensor = found.gain_margin_db, rig.sensors.get("position")
     gains = [
@@ -85,10 +87,10 @@ def drive(rig: Rig) -> Drive:
         np.inf if margin is None else trial * 10 ** ((margin - MARGIN) / 20),
         STIRRED / sensor.noise if sensor and sensor.noise > 0 else np.inf,
     ]
-    return Drive(rig, Engine(plant), loop(float(f"{min(gains):.2g}")))
+    return DriveSimulation(rig, Engine(plant), loop(float(f"{min(gains):.2g}")))
 
 
-def play(drive: Drive, played: Excitation, seed: int | None = None) -> LoopRun:
+def play(drive: DriveSimulation, played: Excitation, seed: int | None = None) -> LoopRun:
     """Play an excitation from rest where its reference begins; with a seed, the loop sees noise and resolution."""
     return _closed(drive, played, seed).run(played.reference)
 
@@ -101,7 +103,7 @@ def trouble(run: LoopRun) -> str | None:
     return f"a chamber falls to {lowest / 1e5:.3g} bar" if lowest < 0 else None
 
 
-def within_limits(drive: Drive, played: Excitation, first: float = 1.0) -> Excitation | None:
+def within_limits(drive: DriveSimulation, played: Excitation, first: float = 1.0) -> Excitation | None:
     """The excitation at the first of the sizes `first`, 0.7 of it, and so on, that the rig takes; None if at none."""
     smaller = (played.scaled(float(factor)) for factor in first * SMALLER ** np.arange(TRIES))
     return next((trial for trial in smaller if _is_taken(drive, trial)), None)
@@ -188,7 +190,7 @@ def _shown(design: Design, value: float) -> float:
     return float(from_si(value, signal.unit, signal.si))
 
 
-def _effort(drive: Drive, run: LoopRun) -> str:
+def _effort(drive: DriveSimulation, run: LoopRun) -> str:
     found, rig = effort(run, drive.rig), drive.rig
     return (
         f"on {rig.name}, under a position loop of {drive.loop.design.gain:g} 1/m: position within "
@@ -198,15 +200,15 @@ def _effort(drive: Drive, run: LoopRun) -> str:
     )
 
 
-def _is_taken(drive: Drive, played: Excitation) -> bool:
+def _is_taken(drive: DriveSimulation, played: Excitation) -> bool:
     loop = _closed(drive, played, None)
     pieces = np.array_split(played.reference, max(1, round(len(played.reference) * played.period / _CHUNK)))
     return all(trouble(loop.run(piece)) is None for piece in pieces)
 
 
-def _closed(drive: Drive, played: Excitation, seed: int | None) -> ClosedLoop:
+def _closed(drive: DriveSimulation, played: Excitation, seed: int | None) -> ClosedLoop:
     start = equilibrium(drive.engine.plant, position=float(played.reference[0]) - drive.rig["xmid"])
-    controller = _Adding(drive.loop.make(played.period), played.command)
+    controller = _Adding(drive.loop.build(played.period), played.command)
     return ClosedLoop(drive.engine, drive.rig, controller, start, seed)
 
 

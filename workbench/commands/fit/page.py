@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ...base.units import from_si
 from ...identify.trace import rule as decide
-from ...identify.trace.refit import Case
+from ...identify.trace.refit import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
@@ -19,7 +19,7 @@ STRONG = 0.95  # a correlation above says that only a combination of two numbers
 _MOST = 10  # pairs listed
 
 
-def fit_page(case: Case, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
+def fit_page(case: EstimationProblem, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
     """The page, and the figure of the numbers in their ranges."""
     picture, labels = ranges_figure({"fitted": found}), ["rig file", "fitted"]
     sections = [
@@ -104,7 +104,7 @@ def _matrix(correlation: Mapping[str, Any]) -> Table:
     return Table("All correlations", ["", *names], rows)
 
 
-def _verdict(case: Case, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
+def _verdict(case: EstimationProblem, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
     chi2 = metrics["chi2"]["heldout"]
     said = f"{len(metrics['parameters'])} numbers of {case.rig.name} are fitted; "
     if chi2 is None:

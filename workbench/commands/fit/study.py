@@ -5,7 +5,7 @@ from typing import Any
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_windows, predictions
-from ...identify.trace.refit import case_of, fit_rig
+from ...identify.trace.refit import estimation_problem, fit_rig
 from ...identify.trace.stored import packed, unpacked
 from ...plant import build
 from ...records import Campaign
@@ -23,7 +23,7 @@ def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: P
     if starts < 1:
         raise InputError(f"--starts {starts}: must be 1 or more")
     with one_blas_thread():
-        case = case_of(campaign, rig)
+        case = estimation_problem(campaign, rig)
         stand = unpacked(stage("fit", lambda: packed(fit_rig(case, starts, progress))), case, ())
         progress("errors of the rig file and of the fit")
         declared = [predict_windows(build(rig), record, case.floor) for record in campaign.heldout]

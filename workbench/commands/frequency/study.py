@@ -14,9 +14,9 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si, to_si
 from ...engine import Engine
 from ...identify.data.frequency_response import HELD, FrequencyResponse, measured_response, same_estimate
-from ...identify.data.noise_floor import Floor, noise_floor
+from ...identify.data.noise_floor import NoiseFloor, noise_floor
 from ...identify.fit.predict import predict_free
-from ...linear import Equilibrium, equilibrium, sampled
+from ...linear import Equilibrium, discretise, equilibrium
 from ...linear.frequency_response import decibels, degrees, sampled_response, stepped_sine
 from ...loop.describing_function import closed_loop_sine
 from ...plant import Plant, build, build_pilot_bench, build_valve_bench
@@ -34,7 +34,7 @@ BENCHES: Mapping[str, Callable[[Rig], Plant]] = {"command": build_valve_bench, "
 
 
 @dataclass(frozen=True)
-class Task:
+class FrequencyTask:
     """What is compared: `records` of a campaign, or sheets, with a rig; `pair` is input and output."""
 
     rig: Rig
@@ -53,7 +53,7 @@ def load(
     only: Sequence[str] = (),
     period: float | None = None,
     amplitude: float | None = None,
-) -> Task:
+) -> FrequencyTask:
     """A campaign folder, of which the held-out records or those named in `only`; or the file of a sheet.
 
     `period` [s] of periodic records; `amplitude` of a sheet in the unit of its input (1, mA, mm). Raises InputError.
@@ -67,7 +67,7 @@ def load(
             raise InputError(f"{path}: a sheet names no rig; add --rig")
         signal = SIGNALS[pair[0]]
         size = None if amplitude is None else float(to_si(amplitude, signal.unit, signal.si))
-        return Task(load_rig(rig), path.stem, pair, sheets=(read_sheet(path, size, *pair),))
+        return FrequencyTask(load_rig(rig), path.stem, pair, sheets=(read_sheet(path, size, *pair),))
     campaign = load_campaign(path)
     every = {record.name: record for record in (*campaign.static, *campaign.train, *campaign.heldout)}
     for name in only:
@@ -76,10 +76,10 @@ def load(
     records = tuple(every[name] for name in only) or campaign.heldout
     source = campaign.path.resolve().name
     sheets = tuple(sheet for sheet in campaign.sheets if (sheet.input, sheet.output) == pair)
-    return Task(load_rig(rig or campaign.rig), source, pair, records, sheets, campaign, period)
+    return FrequencyTask(load_rig(rig or campaign.rig), source, pair, records, sheets, campaign, period)
 
 
-def identity(task: Task) -> dict[str, Any]:
+def identity(task: FrequencyTask) -> dict[str, Any]:
     """What says, beside the rig, that a comparison is the same one."""
     sheets = {
         sheet.name: sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in (sheet.f, sheet.response))).hexdigest()[
@@ -97,7 +97,7 @@ def identity(task: Task) -> dict[str, Any]:
     }
 
 
-def run_frequency(task: Task, stage: Stage, progress: Progress) -> Outcome:
+def run_frequency(task: FrequencyTask, stage: Stage, progress: Progress) -> Outcome:
     """Measured and model responses of every record and sheet, with coherence and 95 % bands."""
     found = []
     if task.campaign is not None:
@@ -117,7 +117,7 @@ def run_frequency(task: Task, stage: Stage, progress: Progress) -> Outcome:
     return Outcome(metrics, page(task.source, task.rig.name, found), figure(found[0]), tables)
 
 
-def _predicted(plant: Plant, record: Record, floor: Floor, measured: FrequencyResponse) -> dict[str, np.ndarray]:
+def _predicted(plant: Plant, record: Record, floor: NoiseFloor, measured: FrequencyResponse) -> dict[str, np.ndarray]:
     """The model's response [k] by the same estimator on what it predicts of the record; NaN where it fails."""
     for name in (measured.input, measured.output):
         if name not in plant.outputs and name not in HELD:
@@ -170,7 +170,7 @@ def _held(plant: Plant, about: Equilibrium, signal: str, p: np.ndarray, f: np.nd
     """Response [k] of a signal to the held command at the samples."""
     if signal == "command":
         return np.ones(f.size, dtype=complex)
-    return sampled_response(sampled(plant, about, period, (signal,), p), np.exp(2j * np.pi * f * period))[0, 0]
+    return sampled_response(discretise(plant, about, period, (signal,), p), np.exp(2j * np.pi * f * period))[0, 0]
 
 
 def _sine(rig: Rig, sheet: FrequencySheet) -> dict[str, np.ndarray]:
@@ -198,7 +198,7 @@ def _closed_loop(rig: Rig, sheet: FrequencySheet) -> np.ndarray:
     samples = np.unique(np.concatenate((np.floor(cycles), np.ceil(cycles))).astype(int))[::-1]
     f = 1 / (samples * period)
     start = equilibrium(ready.engine.plant)
-    sine = closed_loop_sine(ready.engine, rig, lambda: ready.loop.make(period), start, f, sheet.amplitude)
+    sine = closed_loop_sine(ready.engine, rig, lambda: ready.loop.build(period), start, f, sheet.amplitude)
     response = sine.response["position"]
     gain, phase = (np.interp(np.log(sheet.f), np.log(f), part(response)) for part in (decibels, degrees))
     return 10 ** (gain / 20) * np.exp(1j * np.radians(phase))

@@ -5,7 +5,7 @@ from dataclasses import asdict, fields
 from typing import cast
 
 from ...control.compensators import Compensator
-from ...control.inner_loop import damped
+from ...control.inner_loop import inner_loop_closed
 from ...control.jack_model import JackModel, fit_jack_model
 from ...linear import equilibrium
 from ...plant import build
@@ -26,9 +26,9 @@ def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
     points = {"null": equilibrium(plant, p=smooth), "moving": equilibrium(plant, speed=MOVING, p=smooth)}
     found: dict[str, dict[str, dict[str, float]]] = {}
     for chosen in config.controllers:
-        parts = [cast(Compensator, part.make(period)) for part in chosen.compensators]
+        parts = [cast(Compensator, part.build(period)) for part in chosen.compensators]
         found[chosen.name] = {
-            where: asdict(fit_jack_model(damped(plant, about, period, parts, smooth)))
+            where: asdict(fit_jack_model(inner_loop_closed(plant, about, period, parts, smooth)))
             for where, about in points.items()
         }
     units = {entry.name: entry.metadata["unit"] for entry in fields(JackModel)}

@@ -23,7 +23,7 @@ from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig, bundled, load_rig, rig_text
 from ..common.outcome import Outcome, Progress, Stage
-from ..excite.study import Drive, drive, effort, play, trouble, within_limits
+from ..excite.study import DriveSimulation, drive, effort, play, trouble, within_limits
 
 LARGEST = 0.4  # of full command: no move is faster
 COMMANDS = LARGEST * np.array([0.005, 0.0125, 0.025, 0.05, 0.125, 0.25, 0.5, 1.0])  # between which speeds are straight
@@ -98,7 +98,7 @@ def _given(plan: Plan) -> dict[str, Excitation]:
     return {one.name: one for one in plan.files}
 
 
-def _standard(ready: Drive, stage: Stage) -> dict[str, Excitation]:
+def _standard(ready: DriveSimulation, stage: Stage) -> dict[str, Excitation]:
     """The standard set, worked out once."""
 
     def compute() -> dict[str, dict[str, np.ndarray]]:
@@ -124,7 +124,7 @@ def _files(
     return files
 
 
-def standard_set(drive: Drive) -> dict[str, Excitation]:
+def standard_set(drive: DriveSimulation) -> dict[str, Excitation]:
     """Steps and triangles of 6 s, and four periods of a 2 s multisine, as large as the rig takes them.
 
     The reference moves at steady speeds that the table's commands give, on edges that PUSH allows, and the command of
@@ -203,7 +203,7 @@ class _Pace:
         return Excitation(name, self._period, self._rig["xmid"] + travelled, command)
 
 
-def logged(drive: Drive, run: LoopRun, seed: int) -> dict[str, np.ndarray]:
+def logged(drive: DriveSimulation, run: LoopRun, seed: int) -> dict[str, np.ndarray]:
     """What the rig's sensors log of a run that the loop measured with the same seed, [n] SI by signal.
 
     Row k is y = h(x(t_k), u_k), after writing u_k, and its noise is the one that the controller met at t_k: a loop logs
@@ -220,7 +220,7 @@ def logged(drive: Drive, run: LoopRun, seed: int) -> dict[str, np.ndarray]:
     return given | {name: np.array([row[name] for row in rows]) for name in kept}
 
 
-def _recorded(drive: Drive, one: Excitation, entropy: list[int]) -> dict[str, Any]:
+def _recorded(drive: DriveSimulation, one: Excitation, entropy: list[int]) -> dict[str, Any]:
     seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
     run = play(drive, one, seed)
     if run.tripped is not None:
@@ -242,7 +242,7 @@ def _role(name: str, names: list[str]) -> str:
     return "heldout" if name == names[-1] else "train"
 
 
-def _page(plan: Plan, drive: Drive, rows: list[dict[str, Any]], records: Sequence[Record]) -> Page:
+def _page(plan: Plan, drive: DriveSimulation, rows: list[dict[str, Any]], records: Sequence[Record]) -> Page:
     table = Table(
         "What was recorded",
         ["record", "role", "duration [s]", "position within [mm]", "speed [m/s]", "command [1]", "lowest [bar]",

@@ -7,8 +7,8 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...identify.data.noise_floor import Floor
-from ...identify.fit.repeats import MOVING, STANDING, WHOLE, Against, against_mean, repeated
+from ...identify.data.noise_floor import NoiseFloor
+from ...identify.fit.repeats import MOVING, STANDING, WHOLE, FreeRunComparison, against_mean, repeated
 from ...plant import Plant
 from ...records import Record
 from ...report import Curve, Figure, Panel, Section, Table
@@ -16,12 +16,12 @@ from ...report import Curve, Figure, Panel, Section, Table
 PHASES = (WHOLE, MOVING, STANDING)
 
 
-def free_runs(plant: Plant, records: Sequence[Record], floor: Floor) -> list[Against]:
+def free_runs(plant: Plant, records: Sequence[Record], floor: NoiseFloor) -> list[FreeRunComparison]:
     """Every signal of every group of repeats among the records, beside one free run."""
     return [one for group in repeated(records) for one in against_mean(plant, group, floor)]
 
 
-def free_run_rows(found: Sequence[Against]) -> list[dict[str, Any]]:
+def free_run_rows(found: Sequence[FreeRunComparison]) -> list[dict[str, Any]]:
     """One row a signal of a group, in the units that people read; null where a phase or a spread does not exist."""
     return [
         {
@@ -35,7 +35,7 @@ def free_run_rows(found: Sequence[Against]) -> list[dict[str, Any]]:
     ]
 
 
-def free_run_section(found: Sequence[Against]) -> Section:
+def free_run_section(found: Sequence[FreeRunComparison]) -> Section:
     """The table of errors beside the repeatability, and each mean with its free run."""
     rows = []
     for row in free_run_rows(found):
@@ -54,12 +54,12 @@ def free_run_section(found: Sequence[Against]) -> Section:
     return Section("Free run against the mean of repeats", [table, *map(_figure, found)])
 
 
-def _shown(one: Against, value: float | None) -> float | None:
+def _shown(one: FreeRunComparison, value: float | None) -> float | None:
     signal = SIGNALS[one.name]
     return None if value is None else float(from_si(value, signal.unit, signal.si))
 
 
-def _figure(one: Against) -> Figure:
+def _figure(one: FreeRunComparison) -> Figure:
     signal = SIGNALS[one.name]
     mean, model = (from_si(values, signal.unit, signal.si) for values in (one.mean, one.model))
     left = np.where(one.compared, mean - model, np.nan)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...identify.data.noise_floor import Floor, noise_floor
+from ...identify.data.noise_floor import NoiseFloor, noise_floor
 from ...identify.data.whiteness import Whiteness, whiteness
 from ...identify.fit.predict import Prediction, predict_free, predict_windows
 from ...identify.fit.windows import WINDOW, compared
@@ -73,7 +73,7 @@ def _digest(record: Record) -> str:
     return sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()[:16]
 
 
-def chi2(predictions: list[Prediction], floor: Floor) -> float | None:
+def chi2(predictions: list[Prediction], floor: NoiseFloor) -> float | None:
     """Mean over signals and samples of (error / sigma)^2; 1 is the noise floor. None where a window failed."""
     if any(prediction.failed for prediction in predictions):
         return None
@@ -81,7 +81,7 @@ def chi2(predictions: list[Prediction], floor: Floor) -> float | None:
     return float(np.nanmean(np.concatenate(squares)))
 
 
-def _rows(prediction: Prediction, floor: Floor) -> list[dict[str, Any]]:
+def _rows(prediction: Prediction, floor: NoiseFloor) -> list[dict[str, Any]]:
     """One row a signal of one record, in the units that people read."""
     rows = []
     for name in prediction.signals:
@@ -110,7 +110,7 @@ def _table(prediction: Prediction) -> dict[str, np.ndarray]:
 def _page(
     campaign: Campaign,
     rig: Rig,
-    floor: Floor,
+    floor: NoiseFloor,
     predictions: list[Prediction],
     metrics: dict[str, Any],
     more: list[Section],
@@ -135,7 +135,7 @@ def _page(
     return Page(f"Residual of {campaign.path.resolve().name} on {rig.name}", _verdict(rig, metrics), sections)
 
 
-def noise_table(floor: Floor) -> Table:
+def noise_table(floor: NoiseFloor) -> Table:
     """The noise floor of every signal, and where it is from."""
     rows = []
     for name, sigma in floor.sigma.items():
@@ -145,7 +145,7 @@ def noise_table(floor: Floor) -> Table:
     return Table("Noise floor", ["signal", "unit", "sigma", "autocorrelation factor", "from"], rows)
 
 
-def _whiteness_figures(floor: Floor, predictions: list[Prediction]) -> list[Figure]:
+def _whiteness_figures(floor: NoiseFloor, predictions: list[Prediction]) -> list[Figure]:
     """Spectrum and autocorrelation of each signal's residual, pooled over the held-out records."""
     figures = []
     for name, sigma in floor.sigma.items():

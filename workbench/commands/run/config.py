@@ -9,7 +9,7 @@ from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS, Signal
 from ...base.toml import check_keys, read_toml
 from ...base.units import to_si
-from ...control.controller_spec import Recipe, read_numbers, recipe
+from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...control.protocol import number
 from ...identify.datasheet.corrector import Maker
 from ...loop.scenarios import Scenario, scenario
@@ -52,7 +52,7 @@ class StepConfig:
 
     rig: Rig
     signal: Signal
-    controllers: tuple[Recipe, ...]
+    controllers: tuple[ControllerSpec, ...]
     scenarios: tuple[Scenario, ...]
     bode: BodeConfig
     source: Mapping[str, Any]
@@ -168,10 +168,10 @@ def _scenarios(names: Any, where: str) -> tuple[Scenario, ...]:
     return found
 
 
-def _controller(name: str, table: Any, signal: Signal, rig: Rig, where: str) -> Recipe:
-    read = recipe(name, _table(table, where), where)
+def _controller(name: str, table: Any, signal: Signal, rig: Rig, where: str) -> ControllerSpec:
+    read = controller_spec(name, _table(table, where), where)
     try:
-        controlled = read.make(rig.period.value).measures[0]
+        controlled = read.build(rig.period.value).measures[0]
     except InputError as error:
         raise InputError(f"{where.removesuffix(f': [controllers.{name}]')}: {error}") from None
     if controlled != signal.name:

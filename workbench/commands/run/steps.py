@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...loop.closed_loop import LoopRun
-from ...loop.rows import LinearLoops, bench, linear_loops, play, row
+from ...loop.rows import LinearLoops, linear_loops, loop_setup, play, row
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import Sines, sines
 from .config import StepConfig
@@ -12,7 +12,7 @@ from .step_page import step_figure, step_page
 
 def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
     """Every controller in every scenario on the configured rig."""
-    on = bench(config.rig)
+    on = loop_setup(config.rig)
     rows, runs, loops = [], {}, {}
     for chosen in config.controllers:
         progress(f"{chosen.name}: margins and steps")

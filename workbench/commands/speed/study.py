@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...control.controller_spec import recipe
+from ...control.controller_spec import controller_spec
 from ...engine import Engine
 from ...engine.backend import cores
 from ...engine.peers import PEERS
@@ -21,7 +21,7 @@ from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
 
 if TYPE_CHECKING:
-    from ...engine.floor import Floor
+    from ...engine.floor import KernelTimeBound
 
 ENVIRONMENTS = "envs.speed:measure"  # reached by name: the workbench does not import environments
 ERROR = 1e-4  # of each state's magnitude: "equal accuracy"
@@ -31,7 +31,7 @@ _REPEATS = 5
 
 
 @dataclass(frozen=True)
-class Drive:
+class TimedDrive:
     """One closed-loop second: the commands that a loop wrote, and the states that an exact solver reaches."""
 
     name: str
@@ -58,7 +58,7 @@ def run_speed(rig: Rig, stage: Stage, progress: Progress) -> Outcome:
     return Outcome(speed, _page(rig, engine, speed), _picture(batch))
 
 
-def _drives(rig: Rig, engine: Engine, rest: Equilibrium) -> list[Drive]:
+def _drives(rig: Rig, engine: Engine, rest: Equilibrium) -> list[TimedDrive]:
     """Easy: a 10 mm step under P control. Hard: high gain, following 40 mm at 3 Hz and 2 mm at 21 Hz."""
     period = rig.period.value
     t = np.arange(round(1 / period) + 1) * period
@@ -67,15 +67,15 @@ def _drives(rig: Rig, engine: Engine, rest: Equilibrium) -> list[Drive]:
     drives = []
     for name, gain, reference in (("easy", 0.24, np.full(len(t), 0.01)), ("hard", 3.0, hard)):
         table = {"use": "controllers.p:P", "gain": {"value": gain, "unit": "1/m"}}
-        controller = recipe("p", table, "speed").make(period)
+        controller = controller_spec("p", table, "speed").build(period)
         run = ClosedLoop(engine, rig, controller, rest).run(reference)
         u = np.zeros((len(t), len(engine.plant.inputs)))
         u[: len(run.record.t), 0] = run.record.signals["command"]
-        drives.append(Drive(name, t, u, exact.run(rest.x, t, u).x))
+        drives.append(TimedDrive(name, t, u, exact.run(rest.x, t, u).x))
     return drives
 
 
-def _peers(plant: Plant, rest: Equilibrium, drive: Drive) -> list[dict[str, Any]]:
+def _peers(plant: Plant, rest: Equilibrium, drive: TimedDrive) -> list[dict[str, Any]]:
     """Each solver at its loosest tolerance that is accurate enough; `times_ours` is over our compiled back end."""
     rows = []
     for name, solve in _solvers(plant).items():
@@ -87,7 +87,9 @@ def _peers(plant: Plant, rest: Equilibrium, drive: Drive) -> list[dict[str, Any]
     return [{**row, "times_ours": row["ms_per_simulated_second"] / ours} for row in rows]
 
 
-def _accurate(solve: Callable[..., np.ndarray], plant: Plant, rest: Equilibrium, drive: Drive) -> tuple[float, ...]:
+def _accurate(
+    solve: Callable[..., np.ndarray], plant: Plant, rest: Equilibrium, drive: TimedDrive
+) -> tuple[float, ...]:
     """Time [s], error and tolerance of the loosest tolerance that is accurate enough, or of the tightest tried."""
     took, error, tolerance = np.inf, np.inf, TOLERANCES[0]
     for tolerance in TOLERANCES:
@@ -116,7 +118,9 @@ def _solvers(plant: Plant) -> dict[str, Callable[..., np.ndarray]]:
     return {"jackbench": ours("auto"), "jackbench interpreted": ours("interpreted"), **public}
 
 
-def _batches(engine: Engine, rest: Equilibrium, drive: Drive, least: "Floor | None") -> list[dict[str, Any]]:
+def _batches(
+    engine: Engine, rest: Equilibrium, drive: TimedDrive, least: "KernelTimeBound | None"
+) -> list[dict[str, Any]]:
     """Plants with different masses, driven alike; the share of the floor counts every core that worked."""
     rows = []
     plant = engine.plant
@@ -155,13 +159,13 @@ def _timed(call: Callable[[], object]) -> float:
     return perf_counter() - began
 
 
-def _floor(plant: Plant) -> "Floor":
-    from ...engine.floor import floor
+def _floor(plant: Plant) -> "KernelTimeBound":
+    from ...engine.floor import kernel_time_bound
 
-    return floor(plant)
+    return kernel_time_bound(plant)
 
 
-def _floor_row(least: "Floor | None") -> dict[str, Any] | None:
+def _floor_row(least: "KernelTimeBound | None") -> dict[str, Any] | None:
     if least is None:
         return None
     return {

@@ -16,7 +16,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _spread(options: argparse.Namespace, _words: list[str]) -> None:
     config = read(options)
     period = config.rig.period.value
-    able = [one for one in config.controllers if replace(one, compensators=()).make(period).measures == ("position",)]
+    able = [one for one in config.controllers if replace(one, compensators=()).build(period).measures == ("position",)]
     chosen = able or config.controllers  # where there is none, the first says why
     if left := [one.name for one in config.controllers if one not in chosen]:
         print(f"left out: {', '.join(left)}; a spread is of position laws", file=sys.stderr)

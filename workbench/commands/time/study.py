@@ -8,9 +8,9 @@ import numpy as np
 import tomli_w
 
 from ...base.process_pool import one_blas_thread
-from ...control.controller_spec import Recipe
+from ...control.controller_spec import ControllerSpec
 from ...loop.compute_time import computing, summary
-from ...loop.rows import bench, play
+from ...loop.rows import loop_setup, play
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.rig import Rig, rig_text
@@ -19,7 +19,7 @@ from ..bench.config import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
 from ..run.config import StepConfig
 
-Loops = Sequence[tuple[Rig, Sequence[Recipe], Sequence[Scenario]]]
+Loops = Sequence[tuple[Rig, Sequence[ControllerSpec], Sequence[Scenario]]]
 
 
 def run_timing(config: StepConfig | BenchConfig, rig_name: str, stage: Stage, progress: Progress) -> Outcome:
@@ -44,13 +44,13 @@ def _loops(config: StepConfig | BenchConfig) -> Loops:
     return [(loop.rig, loop.controllers, loop.scenarios) for loop in config.loops]
 
 
-def _measured(loop: tuple[Rig, Sequence[Recipe], Sequence[Scenario]], stage: Stage, progress: Progress) -> Any:
+def _measured(loop: tuple[Rig, Sequence[ControllerSpec], Sequence[Scenario]], stage: Stage, progress: Progress) -> Any:
     rig, controllers, scenarios = loop
-    on, found = bench(rig), {}
+    on, found = loop_setup(rig), {}
     for chosen in controllers:
         progress(chosen.name)
 
-        def played(chosen: Recipe = chosen) -> np.ndarray:
+        def played(chosen: ControllerSpec = chosen) -> np.ndarray:
             return np.concatenate([computing(chosen, rig, play(chosen, wanted, on))[0] for wanted in scenarios])
 
         found[chosen.name] = stage(chosen.name, played)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ...identify.fit.predict import Prediction, predictions
-from ...identify.trace.findings import Trace, Tried
-from ...identify.trace.refit import Stand
+from ...identify.trace.findings import CandidateFit, Trace
+from ...identify.trace.refit import FittedModel
 from ..common.error_page import rms_of
 from ..common.fit_result import base_intervals, effect_intervals, finite
 
@@ -44,7 +44,7 @@ def more_json(found: Trace) -> dict[str, Any]:
     }
 
 
-def ranking(found: Trace) -> list[tuple[Tried, float]]:
+def ranking(found: Trace) -> list[tuple[CandidateFit, float]]:
     """Every refitted candidate once, with the share of the rig's misfit that it takes away beside those added before.
 
     Those that were added come first, then the best.
@@ -60,13 +60,13 @@ def ranking(found: Trace) -> list[tuple[Tried, float]]:
     ]
     added = {id(one): place for place, one in enumerate(found.effects)}
     shares.sort(key=lambda pair: (added.get(id(pair[0]), len(added)), -pair[1]))
-    once: dict[tuple[str, str], tuple[Tried, float]] = {}
+    once: dict[tuple[str, str], tuple[CandidateFit, float]] = {}
     for one, share in shares:
         once.setdefault((one.candidate.effect.name, one.candidate.effect.formula), (one, share))
     return list(once.values())
 
 
-def failures(tried: Sequence[Tried]) -> list[tuple[Tried, str]]:
+def failures(tried: Sequence[CandidateFit]) -> list[tuple[CandidateFit, str]]:
     """The candidates that could not be fitted, and why."""
     return [
         (one, one.failed or "some windows can not be simulated")
@@ -91,11 +91,11 @@ def labels(found: Trace) -> list[str]:
     return ["fitted rig alone", f"with {' and '.join(one.candidate.effect.name for one in found.effects)}"]
 
 
-def _fits(stand: Stand) -> bool:
+def _fits(stand: FittedModel) -> bool:
     return stand.fit.ok and bool(np.isfinite(stand.squares))
 
 
-def _ranked(found: Trace, one: Tried, share: float) -> dict[str, Any]:
+def _ranked(found: Trace, one: CandidateFit, share: float) -> dict[str, Any]:
     effect, stand = one.candidate.effect, found.final if one in found.effects else one.stand
     assert stand is not None
     numbers = effect_intervals(effect, stand.fit)

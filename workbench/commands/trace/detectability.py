@@ -7,11 +7,11 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.units import from_si
-from ...identify.fit.free_parameters import at_strength, carried, model_with, strengths
+from ...identify.fit.free_parameters import at_strength, extend_parameters, model_with, strengths
 from ...identify.fit.model import Model
 from ...identify.trace import rule as decide
-from ...identify.trace.refit import Case, Stand
-from ...identify.trace.score import Remainder, starts_with
+from ...identify.trace.refit import EstimationProblem, FittedModel
+from ...identify.trace.score import NuisanceProjection, initial_states_with_effect
 from ...plant.effects import Effect, EffectNumber, applies
 from ...report import Table
 from ..common.outcome import Progress, Stage
@@ -20,13 +20,15 @@ _LEAST, _MOST = 1e-3, 10.0  # strengths that are tried, over the typical one
 _TRIES = 2  # an effect is not linear in its strength: look again where it should be visible
 
 
-def seen(case: Case, stand: Stand, library: Sequence[Effect], stage: Stage, progress: Progress) -> list[dict[str, Any]]:
+def detectability(
+    case: EstimationProblem, stand: FittedModel, library: Sequence[Effect], stage: Stage, progress: Progress
+) -> list[dict[str, Any]]:
     """For the first formula of every effect the strength, over the typical one, that opens the gate; None: never."""
     first = {one.name: one for one in reversed(library) if applies(one, case.rig)}
     effects = [one for one in library if first.get(one.name) is one]
 
     def compute() -> list[dict[str, Any]]:
-        rest = Remainder(stand.model, case.train, stand.fit)
+        rest = NuisanceProjection(stand.model, case.train, stand.fit)
         plain = stand.model.errors(case.train, stand.fit.x0, stand.fit.p)
         rows = []
         for effect in effects:
@@ -37,7 +39,7 @@ def seen(case: Case, stand: Stand, library: Sequence[Effect], stage: Stage, prog
     return stage("seen", compute)
 
 
-def hidden(rows: Sequence[dict[str, Any]]) -> list[str]:
+def undetectable(rows: Sequence[dict[str, Any]]) -> list[str]:
     """The effects that would not even show at their typical strength."""
     return [row["effect"] for row in rows if row["strength"] is None or row["strength"] > 1]
 
@@ -61,7 +63,9 @@ def seen_table(rows: Sequence[dict[str, Any]], library: Sequence[Effect]) -> Tab
     )
 
 
-def _strength(case: Case, stand: Stand, effect: Effect, rest: Remainder, plain: Sequence[np.ndarray]) -> float | None:
+def _strength(
+    case: EstimationProblem, stand: FittedModel, effect: Effect, rest: NuisanceProjection, plain: Sequence[np.ndarray]
+) -> float | None:
     """The strength at which the misfit is as large as the gate asks for; None where the numbers' ranges end before."""
     wanted = case.train.samples * (decide.gate(case.heldout.samples, case.kappa) - 1)
     model = model_with(case.rig, (*stand.effects, effect), case.train.names)
@@ -77,19 +81,19 @@ def _strength(case: Case, stand: Stand, effect: Effect, rest: Remainder, plain: 
 
 def _size(
     model: Model,
-    case: Case,
-    stand: Stand,
+    case: EstimationProblem,
+    stand: FittedModel,
     effect: Effect,
     strength: float,
-    rest: Remainder,
+    rest: NuisanceProjection,
     plain: Sequence[np.ndarray],
 ) -> float | None:
     """The squares that the effect would leave after a refit; None where it can not be simulated."""
-    p = carried(stand.model.plant, stand.fit.p, model.plant)
+    p = extend_parameters(stand.model.plant, stand.fit.p, model.plant)
     numbers = at_strength(effect, strength)
     p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
     try:
-        x0 = starts_with(model, stand.model, case.train, stand.fit.x0, p)
+        x0 = initial_states_with_effect(model, stand.model, case.train, stand.fit.x0, p)
     except InputError:
         return None
     change = [a - b for a, b in zip(model.errors(case.train, x0, p), plain, strict=True)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...identify.data.noise_floor import Floor
+from ...identify.data.noise_floor import NoiseFloor
 from ...identify.fit.predict import Prediction
 from ...report import Curve, Figure, Panel
 from ..common.error_page import AFTER, BEFORE, GIVEN
@@ -30,7 +30,7 @@ def evidence_figure(evidence: Sequence[tuple[str, float]]) -> Figure:
     )
 
 
-def signal_figure(pair: Pair, name: str, floor: Floor, labels: Sequence[str], part: slice = slice(None)) -> Figure:
+def signal_figure(pair: Pair, name: str, floor: NoiseFloor, labels: Sequence[str], part: slice = slice(None)) -> Figure:
     """One signal of one record: measured and modelled, and what is left of it, with twice the noise as a band."""
     signal, record = SIGNALS[name], pair[0].record
     t = record.t[part]
@@ -49,7 +49,7 @@ def signal_figure(pair: Pair, name: str, floor: Floor, labels: Sequence[str], pa
     return Figure(f"{record.name}: {name}", "time [s]", panels)
 
 
-def telling(pairs: Sequence[Pair], floor: Floor, changed: bool) -> tuple[int, str, slice]:
+def telling(pairs: Sequence[Pair], floor: NoiseFloor, changed: bool) -> tuple[int, str, slice]:
     """Where the difference is best seen: record, signal and the second of it."""
     best, found = -np.inf, (0, next(iter(pairs[0][0].signals)), slice(None))
     for index, (before, after) in enumerate(pairs):
@@ -63,6 +63,6 @@ def telling(pairs: Sequence[Pair], floor: Floor, changed: bool) -> tuple[int, st
     return found
 
 
-def _left(one: Prediction, name: str, floor: Floor) -> np.ndarray:
+def _left(one: Prediction, name: str, floor: NoiseFloor) -> np.ndarray:
     """Squared errors over sigma, 0 where nothing is compared."""
     return np.nan_to_num((one.error(name) / floor.sigma[name]) ** 2)

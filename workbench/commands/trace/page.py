@@ -12,9 +12,9 @@ from ..common.fit_result import fitted
 from ..fit.page import ranges_figure
 from ..residual.study import noise_table
 from .answer import Both, labels
-from .detectability import hidden, seen_table
+from .detectability import seen_table, undetectable
 from .figures import Pair, evidence_figure, signal_figure, telling
-from .shape import Missing, shape_figure, shape_tables
+from .shape import UnexplainedDisturbance, shape_figure, shape_tables
 from .tables import (
     base_table,
     candidates_table,
@@ -36,7 +36,7 @@ def trace_page(
     answer: dict[str, Any],
     both: Both,
     library: Sequence[Effect],
-    shape: Missing | None,
+    shape: UnexplainedDisturbance | None,
     shown: Sequence[dict[str, Any]] | None,
 ) -> tuple[Page, Figure]:
     """The page and its telling figure, from the answer and the predictions `both` before and after.
@@ -61,7 +61,7 @@ def trace_page(
         *_signals(found, pairs, names),
     ]
     title = f"{found.case.campaign.path.resolve().name} on {found.case.rig.name}: what the model lacks"
-    return Page(title, verdict(found, shape, None if shown is None else hidden(shown)), sections), picture
+    return Page(title, verdict(found, shape, None if shown is None else undetectable(shown)), sections), picture
 
 
 def _what(found: Trace) -> list[Section]:
@@ -72,7 +72,7 @@ def _what(found: Trace) -> list[Section]:
     return [Section("What explains it" if found.effects else "What was tried", items)]
 
 
-def _shape(shape: Missing | None) -> list[Section]:
+def _shape(shape: UnexplainedDisturbance | None) -> list[Section]:
     if shape is None:
         return []
     items: list[Item] = list(shape_tables(shape))

@@ -10,9 +10,9 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...identify.fit.model import Model
 from ...identify.fit.windows import Windows
-from ...identify.trace.localise import Evidence, Local, localise, smoothed
-from ...identify.trace.locate import located, opened, worst
-from ...identify.trace.refit import Case, Stand
+from ...identify.trace.localise import Evidence, LinearTimeVaryingModel, localise, smoothed
+from ...identify.trace.locate import locate_fault, opened, worst
+from ...identify.trace.refit import EstimationProblem, FittedModel
 from ...identify.trace.shape import shape
 from ...plant.probes import probes
 from ...report import Curve, Figure, Panel, Table
@@ -35,7 +35,7 @@ _SENSED = ("offset", "gain", "lag")
 
 
 @dataclass(frozen=True)
-class Missing:
+class UnexplainedDisturbance:
     """What a model lacks in one equation, in the units that people read.
 
     `explained` are cross-validated R2 of a curve through each signal. `points`
@@ -55,7 +55,9 @@ class Missing:
     sensors: list[list[Any]] | None = None
 
 
-def missing(case: Case, stand: Stand, equation: str | None, stage: Stage, progress: Progress) -> Missing:
+def unexplained_disturbance(
+    case: EstimationProblem, stand: FittedModel, equation: str | None, stage: Stage, progress: Progress
+) -> UnexplainedDisturbance:
     """The shape of what a stand leaves unexplained in an equation, which is sought where none is given.
 
     It is taken from the windows with the largest errors.
@@ -63,12 +65,12 @@ def missing(case: Case, stand: Stand, equation: str | None, stage: Stage, progre
 
     def compute() -> dict[str, Any]:
         progress("shape of what is missing")
-        return asdict(_missing(case, stand, equation or located(case, stand).equation))
+        return asdict(_missing(case, stand, equation or locate_fault(case, stand).equation))
 
-    return Missing(**stage("shape", compute))
+    return UnexplainedDisturbance(**stage("shape", compute))
 
 
-def shape_figure(of: Missing) -> Figure:
+def shape_figure(of: UnexplainedDisturbance) -> Figure:
     """The disturbance against the signal that explains most of it."""
     assert of.points is not None
     assert of.curve is not None
@@ -86,7 +88,7 @@ def shape_figure(of: Missing) -> Figure:
     )
 
 
-def shape_tables(of: Missing) -> list[Table]:
+def shape_tables(of: UnexplainedDisturbance) -> list[Table]:
     """How much of the disturbance each signal explains; or what is off at the sensors."""
     if of.sensors is not None:
         columns = ["sensor", "offset [bar]", "gain [%]", "lag [ms]"]
@@ -97,7 +99,7 @@ def shape_tables(of: Missing) -> list[Table]:
     return [Table(f"What the missing {of.name} goes with", ["signal", "R2"], rows, note=note)]
 
 
-def _missing(case: Case, stand: Stand, equation: str) -> Missing:
+def _missing(case: EstimationProblem, stand: FittedModel, equation: str) -> UnexplainedDisturbance:
     period, parts = case.train.records[0].period, worst(case, stand)
     groups = opened(case, stand, parts)[equation]
     (best,) = localise({equation: groups}, period)
@@ -105,14 +107,16 @@ def _missing(case: Case, stand: Stand, equation: str) -> Missing:
     rows = min(part.shape[1] for part in found)
     disturbance = np.concatenate([part[:, :rows] for part in found])
     if equation == "sensor":
-        return Missing("sensor", sensors=_sensors(disturbance, case.train.names, period))
+        return UnexplainedDisturbance("sensor", sensors=_sensors(disturbance, case.train.names, period))
     signals = [_signals(stand, windows, x0, rows, period) for windows, x0 in parts]
     together = {name: np.concatenate([one[name] for one in signals]) for name in signals[0]}
     moving = {name: value for name, value in together.items() if np.isfinite(value).all() and np.ptp(value) > 0}
     return _shaped(case, best, disturbance, moving)
 
 
-def _shaped(case: Case, best: Evidence, disturbance: np.ndarray, signals: Mapping[str, np.ndarray]) -> Missing:
+def _shaped(
+    case: EstimationProblem, best: Evidence, disturbance: np.ndarray, signals: Mapping[str, np.ndarray]
+) -> UnexplainedDisturbance:
     (probe,) = (one for one in probes(case.rig) if one.equation == best.equation)
     order = np.argsort(-np.mean(disturbance**2, axis=(0, 1))).tolist()
     given = probe.inputs[order[0]]
@@ -126,7 +130,7 @@ def _shaped(case: Case, best: Evidence, disturbance: np.ndarray, signals: Mappin
         partner = [_MEANING[best.equation, probe.inputs[order[1]].name], rho]
     label = found.explained[0][0]
     keep = np.unique(np.linspace(0, found.signal.size - 1, DRAWN).astype(int))
-    return Missing(
+    return UnexplainedDisturbance(
         best.equation,
         _MEANING[best.equation, given.name],
         unit,
@@ -139,13 +143,13 @@ def _shaped(case: Case, best: Evidence, disturbance: np.ndarray, signals: Mappin
     )
 
 
-def _by_group(parts: list[Local], best: Evidence) -> list[np.ndarray]:
+def _by_group(parts: list[LinearTimeVaryingModel], best: Evidence) -> list[np.ndarray]:
     """The amplitudes of each group's windows."""
     ends = np.cumsum([len(one.e) for one in parts])[:-1]
     return np.split(best.amplitudes, ends)
 
 
-def _signals(stand: Stand, windows: Windows, x0: np.ndarray, rows: int, period: float) -> dict[str, np.ndarray]:
+def _signals(stand: FittedModel, windows: Windows, x0: np.ndarray, rows: int, period: float) -> dict[str, np.ndarray]:
     """The signals of the fitted model [windows, rows] by label, in the units that people read: they have no noise."""
     plant = stand.model.plant
     names = [name for name in plant.outputs if name not in _HIDDEN]

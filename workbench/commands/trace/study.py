@@ -8,19 +8,19 @@ from typing import Any
 
 from ...base.errors import InputError, nearest
 from ...base.process_pool import one_blas_thread
-from ...identify.trace.refit import case_of
+from ...identify.trace.refit import estimation_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect, known_effects
 from ...records import Campaign, load_campaign
 from ...rigs.rig import Rig, load_rig, rig_text
 from ..common.error_page import record_tables
 from ..common.fit_result import fitted_rig
-from ..common.outcome import Outcome, Progress, Stage, at_once
+from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.run_folder import metrics_json
 from .answer import compared, labels, more_json, trace_json
-from .detectability import seen
+from .detectability import detectability
 from .page import trace_page
-from .shape import missing
+from .shape import unexplained_disturbance
 
 
 def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
@@ -48,13 +48,13 @@ def run_trace(
     `several`: the rig is known to lack more than one effect, so that those which only explain a part are added too.
     """
     with one_blas_thread():
-        found = trace(case_of(campaign, rig), library, stage, progress, several)
+        found = trace(estimation_problem(campaign, rig), library, stage, progress, several)
         answer, both = trace_json(found), compared(found)
         lacks = {"unknown": found.equation, "incomplete": None}  # what is left may sit in another equation
         shape = None
         if found.verdict in lacks:
-            shape = missing(found.case, found.final, lacks[found.verdict], stage, progress)
-        shown = seen(found.case, found.final, library, stage, progress) if found.verdict == "none" else None
+            shape = unexplained_disturbance(found.case, found.final, lacks[found.verdict], stage, progress)
+        shown = detectability(found.case, found.final, library, stage, progress) if found.verdict == "none" else None
     page, picture = trace_page(found, answer, both, library, shape, shown)
     metrics = answer | more_json(found)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(fitted_rig(found.case, found.final, files))}
@@ -66,7 +66,9 @@ def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
     campaign = load_campaign(folder)
     rig = load_rig(campaign.rig)
     with one_blas_thread():
-        found = trace(case_of(campaign, rig), effects_for(rig, without=removed), at_once, lambda _: None)
+        found = trace(
+            estimation_problem(campaign, rig), effects_for(rig, without=removed), no_checkpoint, lambda _: None
+        )
         whole = trace_json(found) | more_json(found)
     return json.loads(metrics_json(whole))
 

@@ -7,8 +7,8 @@ import numpy as np
 from ...base.signals import MEASURED
 from ...base.units import from_si
 from ...identify.trace import rule as decide
-from ...identify.trace.findings import Pass, Trace, Tried
-from ...identify.trace.refit import Case
+from ...identify.trace.findings import CandidateFit, Pass, Trace
+from ...identify.trace.refit import EstimationProblem
 from ...plant.effects import Effect, applies, known_effects
 from ...records import Record
 from ...report import Table
@@ -60,7 +60,7 @@ def rule_table(found: Trace) -> Table:
     return Table("What the rule asked", ["that", "test", "value", "asked"], rows)
 
 
-def _asked(found: Trace, each: Pass, one: Tried) -> list[list[Cell]]:
+def _asked(found: Trace, each: Pass, one: CandidateFit) -> list[list[Cell]]:
     """The rule's questions about one effect."""
     judged, name = one.judgement, one.candidate.effect.name
     fall, chance = accident(found, each, one)
@@ -155,7 +155,7 @@ def unseen_signals(found: Trace) -> Table | None:
     return Table("Signals that were not recorded", ["signal", "what it would do"], rows) if rows else None
 
 
-def records_table(case: Case) -> Table:
+def records_table(case: EstimationProblem) -> Table:
     """Which record was used for what."""
     rows = [
         [record.name, role, float(record.t[-1] - record.t[0]) + record.period, record.t.size, ", ".join(record.names)]
@@ -166,5 +166,5 @@ def records_table(case: Case) -> Table:
     return Table("Records", ["record", "role", "seconds", "samples", "signals"], rows, note=used)
 
 
-def _records(case: Case, role: str) -> tuple[Record, ...]:
+def _records(case: EstimationProblem, role: str) -> tuple[Record, ...]:
     return getattr(case.campaign, role)

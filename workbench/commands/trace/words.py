@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...identify.trace import rule as decide
-from ...identify.trace.findings import Pass, Trace, Tried
+from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...plant.effects import Effect
 from ..common.fit_result import fitted
 from .answer import ranking
-from .shape import Missing
+from .shape import UnexplainedDisturbance
 
 _FAR = 0.3  # explained share below which the next best is no rival
 
@@ -63,7 +63,7 @@ EFFECT = {
 }
 
 
-def verdict(found: Trace, shape: Missing | None, hidden: Sequence[str] | None) -> str:
+def verdict(found: Trace, shape: UnexplainedDisturbance | None, hidden: Sequence[str] | None) -> str:
     """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
     text = said[found.verdict](found, shape) if found.verdict in said else _none(found, hidden or ())
@@ -107,7 +107,7 @@ def next_records(found: Trace) -> list[tuple[str, str]]:
     return [(name, first[name]) for name in wanted]
 
 
-def reason(found: Trace, each: Pass, one: Tried) -> str:
+def reason(found: Trace, each: Pass, one: CandidateFit) -> str:
     """What the rule says of a candidate: why it counts, or why it does not."""
     stand, judged, name = one.stand, one.judgement, one.candidate.effect.name
     assert stand is not None
@@ -128,7 +128,7 @@ def reason(found: Trace, each: Pass, one: Tried) -> str:
     return "the held-out gain may be chance"
 
 
-def accident(found: Trace, each: Pass, one: Tried) -> tuple[float, float]:
+def accident(found: Trace, each: Pass, one: CandidateFit) -> tuple[float, float]:
     """What speaks against an accident: fall of BIC on train records, chance of the gain on held-out records."""
     stand, case = one.stand, found.case
     assert stand is not None
@@ -138,7 +138,7 @@ def accident(found: Trace, each: Pass, one: Tried) -> tuple[float, float]:
     return fall, decide.chance(each.before.squares, stand.squares, case.kappa, count)
 
 
-def _named(found: Trace, _shape: Missing | None) -> str:
+def _named(found: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(found)
     said = f"{_explains(found)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
     beside = [(one, share) for one, share in ranking(found) if _other(found, one)]
@@ -149,7 +149,7 @@ def _named(found: Trace, _shape: Missing | None) -> str:
     return f"{said} {_advice(found, 'To pin the numbers down, record')}"
 
 
-def _incomplete(found: Trace, shape: Missing | None) -> str:
+def _incomplete(found: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(found)
     where = f", most likely in {EQUATION[shape.equation]}" if shape else ""
     return (
@@ -158,7 +158,7 @@ def _incomplete(found: Trace, shape: Missing | None) -> str:
     )
 
 
-def _tied(found: Trace, _shape: Missing | None) -> str:
+def _tied(found: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(found)
     names = [one.candidate.effect.name for one in found.passes[0].found]
     words = listed([EFFECT.get(name, f"{name} acts") for name in names], "or")
@@ -169,7 +169,7 @@ def _tied(found: Trace, _shape: Missing | None) -> str:
     )
 
 
-def _unknown(found: Trace, shape: Missing | None) -> str:
+def _unknown(found: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, _ = times_noise(found)
     where = EQUATION.get(found.equation or "", "the model")
     said = (
@@ -219,7 +219,7 @@ def _explains(found: Trace) -> str:
     )
 
 
-def _other(found: Trace, one: Tried) -> bool:
+def _other(found: Trace, one: CandidateFit) -> bool:
     return one.candidate.effect.name not in [each.candidate.effect.name for each in found.effects]
 
 

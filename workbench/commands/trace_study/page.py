@@ -7,10 +7,10 @@ import numpy as np
 
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
-from .score import FINE, VISIBLE, Row, Score
+from .score import FINE, VISIBLE, Row, TraceScore
 
 
-def page(rows: Sequence[Row], rates: Sequence[Score], confusion: Mapping[str, Any], timing: Sequence[Any]) -> Page:
+def page(rows: Sequence[Row], rates: Sequence[TraceScore], confusion: Mapping[str, Any], timing: Sequence[Any]) -> Page:
     """The page; `timing` has a row of seconds for each campaign."""
     sections = [
         Section("Scores", [_scores(rates), picture(rows)]),
@@ -35,7 +35,7 @@ def picture(rows: Sequence[Row]) -> Figure:
     return Figure("What the traces leave", "held-out chi2 before [1]", [panel], log_x=True)
 
 
-def _verdict(rows: Sequence[Row], rates: Sequence[Score]) -> str:
+def _verdict(rows: Sequence[Row], rates: Sequence[TraceScore]) -> str:
     missed = [one for one in rates if one.met is False]
     asked = sum(one.met is not None for one in rates)
     count = f"{len(rows)} campaigns"
@@ -45,7 +45,7 @@ def _verdict(rows: Sequence[Row], rates: Sequence[Score]) -> str:
     return f"{count}: {asked - len(missed)} of {asked} rates that have a target meet it. Not met: {worst}."
 
 
-def _scores(rates: Sequence[Score]) -> Table:
+def _scores(rates: Sequence[TraceScore]) -> Table:
     rows = [
         [
             one.label,

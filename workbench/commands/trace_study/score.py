@@ -28,7 +28,7 @@ Answer = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Score:
+class TraceScore:
     """A rate (or a median) with its 95 % interval and what it should be; `sense` says on which side of the target."""
 
     id: str
@@ -83,7 +83,7 @@ def failed(truth: Truth, error: str) -> Row:
     return {**_drawn(truth), "group": "error", "error": error, "result": "error"}
 
 
-def scores(rows: Sequence[Row]) -> list[Score]:
+def scores(rows: Sequence[Row]) -> list[TraceScore]:
     """Every rate that a trace is judged by. A group without campaigns gives a score without a value."""
     single, clean, off, pair, faint = (
         [row for row in rows if row["group"] == group] for group in ("single", "clean", "off", "pair", "faint")
@@ -215,23 +215,23 @@ def _inside(true: Mapping[str, float], intervals: Mapping[str, Sequence[float]],
 
 def _rate(
     id: str, cases: Sequence[Any], is_so: Callable[[Any], bool], target: float | None, most: bool = False
-) -> Score:
+) -> TraceScore:
     sense = "" if target is None else "at most" if most else "at least"
     if not cases:
-        return Score(id, None, None, None, target, sense, 0)
+        return TraceScore(id, None, None, None, target, sense, 0)
     hits = sum(is_so(case) for case in cases)
     low, high = binomtest(hits, len(cases)).proportion_ci(0.95, "exact")
-    return Score(id, hits / len(cases), float(low), float(high), target, sense, len(cases))
+    return TraceScore(id, hits / len(cases), float(low), float(high), target, sense, len(cases))
 
 
-def _median(id: str, values: Sequence[float], target: float) -> Score:
+def _median(id: str, values: Sequence[float], target: float) -> TraceScore:
     """A median that should be small, with the interval that its order statistics give."""
     n = len(values)
     if n == 0:
-        return Score(id, None, None, None, target, "at most", 0)
+        return TraceScore(id, None, None, None, target, "at most", 0)
     ordered, edge = np.sort(values), max(0, int(binom.ppf(0.025, n, 0.5)) - 1)
     low, high = float(ordered[edge]), float(ordered[n - 1 - edge])
-    return Score(id, float(np.median(ordered)), low, high, target, "at most", n)
+    return TraceScore(id, float(np.median(ordered)), low, high, target, "at most", n)
 
 
 def _family(name: str) -> str:

@@ -13,11 +13,11 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.process_pool import team
+from ...base.process_pool import process_pool
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.run_folder import metrics_json
 from .campaigns.cause import FOREIGN, OFF, OWN, Cause, cause
-from .campaigns.draw import Case, Kind, draw
+from .campaigns.draw import CampaignPlan, Kind, draw
 from .campaigns.noise import BLEMISHES, Noise
 from .page import page, picture
 from .score import FAMILY, FINE, Row, confusion, failed, judged, scores
@@ -49,10 +49,10 @@ class Given:
         return self.truth["id"]
 
 
-Item = Case | Given
+Item = CampaignPlan | Given
 
 
-def default_plan(count: int, seed: int) -> list[Case]:
+def default_plan(count: int, seed: int) -> list[CampaignPlan]:
     """So many cases by SHARES, shuffled, so that the first of them tell something of all.
 
     The singles take the names of the library in turn, formulas ours and foreign.
@@ -87,7 +87,7 @@ def given(folder: Path) -> list[Given]:
 
 def identity(plan: Sequence[Item]) -> list[dict[str, Any]]:
     """What says that a study is the same one."""
-    return [asdict(item) if isinstance(item, Case) else {"truth": item.truth} for item in plan]
+    return [asdict(item) if isinstance(item, CampaignPlan) else {"truth": item.truth} for item in plan]
 
 
 def run_trace_study(
@@ -103,7 +103,7 @@ def run_trace_study(
     `jobs` worker processes take an item each; with one, everything runs in this process.
     """
     say = _Tally(len(plan), progress)
-    with team(jobs, partial(partial, _traced, trace=trace, keep=keep)) as traced:
+    with process_pool(jobs, partial(partial, _traced, trace=trace, keep=keep)) as traced:
         found = traced({f"campaign-{item.id}": item for item in plan}, stage, lambda one: say(one["row"]))
     if keep is not None:
         truths = [one["truth"] for one in found]
@@ -124,7 +124,7 @@ def _traced(item: Item, trace: Tracer, keep: Path | None) -> dict[str, Any]:
         truth = _known(item)
         try:
             folder = item.folder if isinstance(item, Given) else (keep or Path(scratch)) / item.id
-            truth = draw(item, folder) if isinstance(item, Case) else truth
+            truth = draw(item, folder) if isinstance(item, CampaignPlan) else truth
             drawn = perf_counter()
             row = judged(truth, trace(folder, tuple(truth.get("removed", ()))))
         except Exception as error:  # one campaign that fails is a row of the report, not the end of the study
@@ -160,14 +160,14 @@ def _known(item: Item) -> dict[str, Any]:
     return {**asdict(item), "id": item.id, "effects": [name for name, _ in item.effects], "equations": equations}
 
 
-def _case(kind: str, seed: int, number: int, names: Sequence[str]) -> Case:
+def _case(kind: str, seed: int, number: int, names: Sequence[str]) -> CampaignPlan:
     """One case of a plan; everything about it follows from seed and number."""
     drawn = np.random.default_rng([seed, 1, number])
     causes, removed = _causes(kind, number, names, drawn)
     timing = any(one.effect.family == "drive timing" for one in causes)
     few = kind == "single" and drawn.random() < FEW
     blemish = tuple(drawn.choice(BLEMISHES, drawn.integers(1, 4), replace=False).tolist())
-    return Case(
+    return CampaignPlan(
         seed=seed * 100_000 + number,
         kind=cast(Kind, kind),
         effects=tuple(one.key for one in causes),

@@ -9,8 +9,8 @@ from typing import Any
 
 from ...base.errors import InputError, nearest
 from ...base.toml import check_keys, read_toml
-from ...control.controller_spec import Recipe, recipe
-from ...loop.rig_variations import rig_of
+from ...control.controller_spec import ControllerSpec, controller_spec
+from ...loop.rig_variations import variation
 from ...rigs.rig import Rig, load_rig
 from ..run.config import StepConfig, step_config
 
@@ -66,9 +66,9 @@ class TuneConfig:
         table = _step_table(self.source, self.name, _filled(self._controller, self.searched, values))
         return {**table, "rig": rig}
 
-    def design(self, values: Mapping[str, float]) -> Recipe:
+    def design(self, values: Mapping[str, float]) -> ControllerSpec:
         """The controller with these numbers. Raises InputError where they make none."""
-        return recipe(self.name, _filled(self._controller, self.searched, values), self.name)
+        return controller_spec(self.name, _filled(self._controller, self.searched, values), self.name)
 
     @property
     def _controller(self) -> Mapping[str, Any]:
@@ -167,7 +167,7 @@ def _rigs(names: Any, rig: Rig, where: str) -> tuple[str, ...]:
         raise InputError(f'{where}: rigs must be a list of different names, "nominal" first')
     for name in names:
         try:
-            rig_of(rig, str(name))
+            variation(rig, str(name))
         except InputError as error:
             raise InputError(f"{where}: rigs: {error}") from None
     return tuple(str(name) for name in names)

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...control.controller_spec import Recipe
+from ...control.controller_spec import ControllerSpec
 from ...loop.margins import STABLE, closed_poles
-from ...loop.rig_variations import rig_of
-from ...loop.rows import Bench, LinearLoops, bench, linear_loops, play, row
+from ...loop.rig_variations import variation
+from ...loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play, row
 from ...loop.scenarios import Scenario
 from .config import TuneConfig
 
@@ -53,7 +53,7 @@ class Goals:
 
     def __init__(self, config: TuneConfig) -> None:
         self.config = config
-        self.benches = {name: bench(rig_of(config.start.rig, name)) for name in config.rigs}
+        self.benches = {name: loop_setup(variation(config.start.rig, name)) for name in config.rigs}
         self.runs = [(name, wanted) for name in config.rigs for wanted in config.start.scenarios]
 
     def judge(self, values: Mapping[str, float]) -> Verdict:
@@ -82,15 +82,15 @@ class Goals:
             goal = f"{wanted.name} on {name} without a trip, oscillating in the end by less than {RESIDUAL:.1%}"
             yield goal, _unrest(rows[-1])
 
-    def _made(self, values: Mapping[str, float]) -> Recipe | None:
+    def _made(self, values: Mapping[str, float]) -> ControllerSpec | None:
         try:
             chosen = self.config.design(values)
-            chosen.make(self.config.start.rig.period.value)
+            chosen.build(self.config.start.rig.period.value)
         except InputError:
             return None
         return chosen
 
-    def _growth(self, chosen: Recipe) -> float:
+    def _growth(self, chosen: ControllerSpec) -> float:
         """How fast the unstable loops grow [1/s], summed over rigs and points."""
         return sum(_growth(chosen, on) for on in self.benches.values())
 
@@ -106,9 +106,9 @@ class Goals:
         return float(sum(weight * np.mean([one[key] for one in worst.values()]) for key, weight in weights.items()))
 
 
-def _growth(chosen: Recipe, on: Bench) -> float:
+def _growth(chosen: ControllerSpec, on: LoopSetup) -> float:
     period = on.rig.period.value
-    controller, plant = chosen.make(period), on.engine.plant
+    controller, plant = chosen.build(period), on.engine.plant
     points = (on.null_smooth, on.moving)
     sizes = [np.abs(closed_poles(plant, point, controller, period, on.smooth)).max() for point in points]
     return float(sum(max(0.0, size - STABLE) / period for size in sizes))

@@ -7,10 +7,10 @@ from typing import Any
 
 import tomli_w
 
-from ...base.process_pool import team
+from ...base.process_pool import process_pool
 from ...loop.closed_loop import LoopRun
-from ...loop.rig_variations import rig_of
-from ...loop.rows import Bench, bench, play
+from ...loop.rig_variations import variation
+from ...loop.rows import LoopSetup, loop_setup, play
 from ...rigs.rig import bundled as bundled_rigs
 from ...rigs.rig import rig_text
 from ..common.outcome import Outcome, Progress, Stage
@@ -32,7 +32,7 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
     nearest = min(trials, key=lambda trial: trial.verdict.score)
     best = nearest if nearest.verdict.cost is not None else None
     progress("the start and the best, on the nominal rig")
-    on = bench(rig_of(config.start.rig, config.rigs[0]))
+    on = loop_setup(variation(config.start.rig, config.rigs[0]))
     runs = {what: _runs(config, trial, on) for what, trial in (("start", trials[0]), ("best", nearest))}
     metrics = {
         "best": None if best is None else _best(config, best),
@@ -61,7 +61,7 @@ def _search(config: TuneConfig, stage: Stage, progress: Progress, jobs: int) -> 
     study = optuna.create_study(sampler=sampler)
     study.enqueue_trial({one.name: one.start for one in config.searched})
     trials: list[Trial] = []
-    with team(jobs, partial(_judge, config)) as judged:
+    with process_pool(jobs, partial(_judge, config)) as judged:
         while len(trials) < config.trials:
             asked = [study.ask(space) for _ in range(min(TOGETHER, config.trials - len(trials)))]
             values = [{one.name: one.rounded(each.params[one.name]) for one in config.searched} for each in asked]
@@ -88,7 +88,7 @@ def _best_word(trials: list[Trial]) -> str:
     return f"best {min(costs):.4g}" if costs else "none yet meets every goal"
 
 
-def _runs(config: TuneConfig, trial: Trial, on: Bench) -> dict[str, LoopRun]:
+def _runs(config: TuneConfig, trial: Trial, on: LoopSetup) -> dict[str, LoopRun]:
     """A design on the nominal rig, by scenario."""
     chosen = config.design(trial.values)
     return {wanted.name: play(chosen, wanted, on) for wanted in config.start.scenarios}

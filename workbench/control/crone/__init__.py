@@ -7,6 +7,6 @@ template    the law of an open-loop template
 
 from .crossover import gain_for, order_for
 from .oustaloup import band, oustaloup, power
-from .template import TemplateLaw, template_phase
+from .template import CroneTemplateController, template_phase
 
-__all__ = ["TemplateLaw", "band", "gain_for", "order_for", "oustaloup", "power", "template_phase"]
+__all__ = ["CroneTemplateController", "band", "gain_for", "order_for", "oustaloup", "power", "template_phase"]

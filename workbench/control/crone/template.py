@@ -4,7 +4,7 @@ import numpy as np
 
 from ..jack_model import JackModel
 from ..second_order_sections import Factors, integral, pair, sections_response, tustin
-from ..section_controller import ErrorLaw
+from ..section_controller import SectionController
 from .crossover import gain_for, order_for
 from .oustaloup import band
 
@@ -14,7 +14,7 @@ _MIDDLE = len(_OCTAVES) // 2
 _NEVER = 1e3  # rad^2: more than any phase is off
 
 
-class TemplateLaw(ErrorLaw):
+class CroneTemplateController(SectionController):
     """C = beta/G: beta(s) = K/s ((1 + s/wh)/(1 + s/wl))^(n - 1) / (roll-off), G the jack's model without its delay.
 
     The order n gives the phase `margin` [rad], K the crossover [Hz]; wl and wh are those with which the phase of the

@@ -30,7 +30,7 @@ FED_BACK = ("position", "force")  # their noise is in the command, by the loop, 
 
 
 @dataclass(frozen=True)
-class Floor:
+class NoiseFloor:
     """Per measured signal: sigma (SI), kappa (variance of a mean over that of white noise, >= 1), and whence both."""
 
     sigma: Mapping[str, float]
@@ -39,7 +39,7 @@ class Floor:
 
 
 @dataclass(frozen=True)
-class Run:
+class RepeatedRun:
     """Errors [n] of one signal at even times, where they count [n] bool, period in s, numbers fitted to them."""
 
     error: np.ndarray
@@ -48,7 +48,7 @@ class Run:
     fitted: int = 0
 
 
-def noise_floor(campaign: Campaign) -> Floor:
+def noise_floor(campaign: Campaign) -> NoiseFloor:
     """The noise floor of every measured signal that some record carries.
 
     From the static records: sigma is what is left after drift and the rig's own answer to the recorded command are
@@ -80,10 +80,10 @@ def noise_floor(campaign: Campaign) -> Floor:
             found = (_white_part(name, carriers), 1.0, ESTIMATED)
         least = _resolution(campaign, name, carriers) / np.sqrt(12.0)
         sigma[name], kappa[name], source[name] = found if found[0] > least else (least, 1.0, QUANTISATION)
-    return Floor(sigma, kappa, source)
+    return NoiseFloor(sigma, kappa, source)
 
 
-def spread(runs: Sequence[Run]) -> tuple[float, float]:
+def spread(runs: Sequence[RepeatedRun]) -> tuple[float, float]:
     """sigma and kappa = 1 + 2 sum rho_k of one signal's errors, pooled over runs.
 
     The sum ends at the first lag beyond six times itself (Sokal's window: Madras and Sokal 1988, J. Stat. Phys. 50,
@@ -101,9 +101,9 @@ def spread(runs: Sequence[Run]) -> tuple[float, float]:
     return float(np.sqrt(variance)), max(1.0, kappa)
 
 
-def _repeated(records: Sequence[Record]) -> dict[str, list[Run]]:
+def _repeated(records: Sequence[Record]) -> dict[str, list[RepeatedRun]]:
     """Differences between records of one command, over root 2, in pieces of 0.5 s less a parabola; calm pieces only."""
-    found: dict[str, list[Run]] = {}
+    found: dict[str, list[RepeatedRun]] = {}
     for place, first in enumerate(records):
         alike = (other for other in records[:place] if _shares_a_signal(first, other) and same_command(first, other))
         second = next(alike, None)
@@ -124,25 +124,25 @@ def _shares_a_signal(one: Record, other: Record) -> bool:
     return any(name in MEASURED and name in other.signals for name in one.signals)
 
 
-def _differences(one: Record, other: Record, name: str) -> list[Run]:
+def _differences(one: Record, other: Record, name: str) -> list[RepeatedRun]:
     rows = min(one.t.size, other.t.size)
     error = (one.signals[name][:rows] - other.signals[name][:rows]) / np.sqrt(2.0)
     valid = one.valid[name][:rows] & other.valid[name][:rows]
     pieces = np.array_split(np.arange(rows), max(1, round(rows * one.period / REPEATED)))
     drifts = {size: _orthonormal(_drift(size)) for size in {piece.size for piece in pieces}}
     return [
-        Run(_without(drifts[piece.size], error[piece]), valid[piece], one.period, drifts[piece.size].shape[1])
+        RepeatedRun(_without(drifts[piece.size], error[piece]), valid[piece], one.period, drifts[piece.size].shape[1])
         for piece in pieces
         if valid[piece].all() and piece.size >= FEWEST_ROWS
     ]
 
 
-def _calm(runs: list[Run]) -> list[Run]:
+def _calm(runs: list[RepeatedRun]) -> list[RepeatedRun]:
     squares = np.array([np.mean(run.error**2) for run in runs])
     return [run for run, square in zip(runs, squares, strict=True) if square <= CALM * np.median(squares)]
 
 
-def _covariances(runs: Sequence[Run]) -> np.ndarray:
+def _covariances(runs: Sequence[RepeatedRun]) -> np.ndarray:
     """Autocovariance at lags 1, 2 ... over pairs of valid samples, mains lines taken off."""
     most = max(2, max(run.error.size for run in runs) // 4)
     products, pairs = np.zeros(most), np.zeros(most)
@@ -159,14 +159,16 @@ def _correlate(values: np.ndarray, lags: int) -> np.ndarray:
     return np.fft.irfft(np.abs(np.fft.rfft(values, length)) ** 2, length)[:lags]
 
 
-def _at_rest(record: Record) -> list[dict[str, Run]]:
+def _at_rest(record: Record) -> list[dict[str, RepeatedRun]]:
     """The errors in a static record, piece by piece: its signals without drift and without the rig's own motion."""
     period, mode, pieces = record.period, None, []
     command = record.signals.get("command", np.zeros(record.t.size))
     for rows in np.array_split(np.arange(record.t.size), max(1, round(record.t.size * period / PIECE))):
         drift = _orthonormal(_drift(rows.size))
         runs = {
-            name: Run(_without(drift, values[rows] - values[rows[0]]), record.valid[name][rows], period, drift.shape[1])
+            name: RepeatedRun(
+                _without(drift, values[rows] - values[rows[0]]), record.valid[name][rows], period, drift.shape[1]
+            )
             for name, values in record.signals.items()
             if name in MEASURED and record.valid[name][rows].sum() >= FEWEST_ROWS
         }
@@ -178,7 +180,7 @@ def _at_rest(record: Record) -> list[dict[str, Run]]:
     return pieces
 
 
-def _ringing_mode(command: np.ndarray, runs: Iterable[Run], period: float) -> tuple[float, float]:
+def _ringing_mode(command: np.ndarray, runs: Iterable[RepeatedRun], period: float) -> tuple[float, float]:
     """Frequency in Hz and damping of the one mode that explains most of all signals: a coarse grid, then a fine one."""
     errors = np.column_stack([run.error / np.linalg.norm(run.error) for run in runs])
     others = _drift_and_mains(command.size, period)
@@ -192,7 +194,7 @@ def _ringing_mode(command: np.ndarray, runs: Iterable[Run], period: float) -> tu
     return best(frequency * np.linspace(0.98, 1.02, 9), damping * np.array([0.5, 0.7, 1.0, 1.4, 2.0]))
 
 
-def _without_ringing(command: np.ndarray, run: Run, mode: tuple[float, float]) -> Run:
+def _without_ringing(command: np.ndarray, run: RepeatedRun, mode: tuple[float, float]) -> RepeatedRun:
     """The run less the mode's answer to the command, where that explains more than chance would."""
     basis = _answers(command, run.period, mode, _drift_and_mains(command.size, run.period))
     answer = basis @ (basis.T @ run.error)

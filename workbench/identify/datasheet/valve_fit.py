@@ -16,7 +16,7 @@ from ...base.errors import InputError
 from ...rigs.datasheet import Datasheet, build_rig, main_lands
 from ...rigs.rig import Number, Rig
 from ...rigs.schema import SECOND_ORDER, SUPPLY, THREE_STAGE
-from ..fit.determined import DETERMINED, Determination, Free, determine
+from ..fit.determined import DETERMINED, Determination, FreeParameter, determine
 from .corners import FigureErrors
 
 Keep = Callable[[str, Callable[[], Any]], Any]
@@ -39,7 +39,7 @@ class ValveFit:
 
     rig: Rig
     estimate: Rig
-    free: tuple[Free, ...]
+    free: tuple[FreeParameter, ...]
     errors: Mapping[str, float]
     determination: Determination
     start: int
@@ -76,7 +76,7 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
     return {name: _number(name, value, source) for name, (value, source) in values.items()}
 
 
-def unknowns(sheet: Datasheet) -> tuple[Free, ...]:
+def unknowns(sheet: Datasheet) -> tuple[FreeParameter, ...]:
     """What a three-stage valve's fit may move, with estimates from the geometry and the rated figures alone."""
     g, valve, supply = _geometry(sheet), sheet.valve, sheet.given["Ps"].value
     root = float(np.sqrt(valve["rated_drop"] / 2))
@@ -89,18 +89,25 @@ def unknowns(sheet: Datasheet) -> tuple[Free, ...]:
     stop, force = torque / g["l"] / g["xo"], g["rff3"] * g["K2"]
     spring, push = g["Kr2"] * g["L"] ** 2, g["S2"] * supply
     found = [
-        Free("Km", gain, 0.8 * gain, 1.2 * gain, None, "rated torque holds the feedback spring at rated pilot flow"),
-        Free("Knet", 0.0, -spring / 2, spring / 2, spring, "flexure and magnets cancel, to half the feedback spring"),
-        Free("kstop", stop, stop / 10, stop * 10, None, "rated torque pushes the flapper in by one gap"),
-        Free("cff2", force, force / 2, force * 2, None, "theory of the flow force"),
-        Free("Pr", 5e5, 0.0, 1e6, 5e5, "some bar in a return line"),
-        Free("Kp", loop, loop / 2, loop * 2, None, "the main stage as one integrator"),
-        Free("z3max", travel, 0.8 * travel, 1.2 * travel, None, "lands open all around the spool"),
-        Free("Fs1", 5e-3 * torque, 0.0, 1e-2 * torque, torque, "up to 1 % of rated torque", True),
-        Free("Fs2", 1.25e-3 * push, 0.0, 2.5e-3 * push, push, "up to 0.25 % of supply pressure on the spool", True),
+        FreeParameter(
+            "Km", gain, 0.8 * gain, 1.2 * gain, None, "rated torque holds the feedback spring at rated pilot flow"
+        ),
+        FreeParameter(
+            "Knet", 0.0, -spring / 2, spring / 2, spring, "flexure and magnets cancel, to half the feedback spring"
+        ),
+        FreeParameter("kstop", stop, stop / 10, stop * 10, None, "rated torque pushes the flapper in by one gap"),
+        FreeParameter("cff2", force, force / 2, force * 2, None, "theory of the flow force"),
+        FreeParameter("Pr", 5e5, 0.0, 1e6, 5e5, "some bar in a return line"),
+        FreeParameter("Kp", loop, loop / 2, loop * 2, None, "the main stage as one integrator"),
+        FreeParameter("z3max", travel, 0.8 * travel, 1.2 * travel, None, "lands open all around the spool"),
+        FreeParameter("Fs1", 5e-3 * torque, 0.0, 1e-2 * torque, torque, "up to 1 % of rated torque", True),
+        FreeParameter(
+            "Fs2", 1.25e-3 * push, 0.0, 2.5e-3 * push, push, "up to 0.25 % of supply pressure on the spool", True
+        ),
     ]
     found += [
-        Free(name, g[name], g[name] - h, g[name] + h, None, "as printed", True) for name, h in sheet.rounding.items()
+        FreeParameter(name, g[name], g[name] - h, g[name] + h, None, "as printed", True)
+        for name, h in sheet.rounding.items()
     ]
     return tuple(free for free in found if free.name not in sheet.given)
 
@@ -126,7 +133,7 @@ def fit_three_stage(
     return ValveFit(_rig(sheet, free, x, found), _rig(sheet, free, middle), free, errors, found, start)
 
 
-def source_of(free: Free, found: Determination) -> str:
+def source_of(free: FreeParameter, found: Determination) -> str:
     """What a rig file says of where a fitted number is from."""
     if free.printed:
         kind = "moved inside its rounding" if free.reason == "as printed" else f"in its range: {free.reason}"
@@ -139,7 +146,7 @@ def source_of(free: Free, found: Determination) -> str:
 
 
 def _search(
-    figures: FigureErrors, free: tuple[Free, ...], start: int, keep: Keep, say: Callable[[str], None]
+    figures: FigureErrors, free: tuple[FreeParameter, ...], start: int, keep: Keep, say: Callable[[str], None]
 ) -> np.ndarray:
     """A bounded least-squares search from the estimates (start 0) or from a random place; every slope is kept."""
     width = np.array([f.width for f in free])
@@ -164,7 +171,7 @@ def _search(
     return np.asarray(found.x)
 
 
-def _differences(free: tuple[Free, ...], x: np.ndarray) -> np.ndarray:
+def _differences(free: tuple[FreeParameter, ...], x: np.ndarray) -> np.ndarray:
     """Steps of the slopes, towards the middle of the ranges."""
     return np.array([_DIFFERENCE * f.width * (-1 if d > 0 else 1) for f, d in zip(free, x, strict=True)])
 
@@ -175,7 +182,7 @@ def _geometry(sheet: Datasheet) -> Rig:
     return sheet.geometry
 
 
-def _rig(sheet: Datasheet, free: tuple[Free, ...], x: np.ndarray, found: Determination | None = None) -> Rig:
+def _rig(sheet: Datasheet, free: tuple[FreeParameter, ...], x: np.ndarray, found: Determination | None = None) -> Rig:
     """The rig at distances x; the main lands follow the rated flow.
 
     With what was found, every fitted number has its source and, as bounds, its 95 % interval inside its range.

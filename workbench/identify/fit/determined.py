@@ -10,7 +10,7 @@ DETERMINED = 0.10  # a number or combination that is known better than this (95 
 
 
 @dataclass(frozen=True)
-class Free:
+class FreeParameter:
     """A number that a fit may move, SI.
 
     `scale` is the change that counts as 1; None: changes are relative. `printed`: a published number that moves inside
@@ -69,7 +69,7 @@ class Determination:
         return sum(combination.determined for combination in self.combinations)
 
 
-def determine(slopes: np.ndarray, free: tuple[Free, ...]) -> Determination:
+def determine(slopes: np.ndarray, free: tuple[FreeParameter, ...]) -> Determination:
     """What figures known to 2 % determine, from the slopes [figures, free] of their logarithms over the distances.
 
     Combinations of the unknowns: singular vectors of the slopes over the figures' errors, to which the printed

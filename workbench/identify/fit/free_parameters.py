@@ -9,7 +9,7 @@ from ...base.errors import InputError
 from ...plant import Plant, build
 from ...plant.effects import Effect, EffectNumber
 from ...rigs.rig import Rig
-from .determined import Free
+from .determined import FreeParameter
 from .model import Model
 
 _DECADES = 10.0  # a positive number whose range spans more than this factor is searched by its logarithm
@@ -22,15 +22,15 @@ class Candidate:
     effect: Effect
     start: Mapping[str, float]
 
-    def free(self) -> tuple[Free, ...]:
+    def free(self) -> tuple[FreeParameter, ...]:
         """Its numbers as a fit moves them, named as the plant names them."""
         return tuple(_free(self.effect, number, self.start[number.name]) for number in self.effect.fitted)
 
 
-def uncertain(rig: Rig) -> tuple[Free, ...]:
+def uncertain(rig: Rig) -> tuple[FreeParameter, ...]:
     """The rig's numbers that have bounds. Raises InputError where there are none."""
     found = tuple(
-        Free(n.name, n.value, n.low, n.high, _scale(n.low, n.high), "declared range")
+        FreeParameter(n.name, n.value, n.low, n.high, _scale(n.low, n.high), "declared range")
         for n in rig.numbers.values()
         if n.low is not None and n.high is not None and n.high > n.low
     )
@@ -57,7 +57,7 @@ def model_with(rig: Rig, effects: Sequence[Effect], names: Sequence[str]) -> Mod
     return Model(build(rig, effects), names)
 
 
-def carried(base: Plant, values: np.ndarray, plant: Plant) -> np.ndarray:
+def extend_parameters(base: Plant, values: np.ndarray, plant: Plant) -> np.ndarray:
     """The parameters of `plant` with the values [k] that a plant of fewer effects has."""
     return plant.parameter_values(**dict(zip(base.parameters, values.tolist(), strict=True)))
 
@@ -72,9 +72,9 @@ def _scale(low: float, high: float) -> float | None:
     return None if low > 0 and high > _DECADES * low else (high - low) / 2
 
 
-def _free(effect: Effect, number: EffectNumber, start: float) -> Free:
+def _free(effect: Effect, number: EffectNumber, start: float) -> FreeParameter:
     name, reason = effect.key(number.name), "range of the effect"
     if number.off is None and _scale(number.low, number.high) is None:
-        return Free(name, start, number.low, number.high, None, reason)
+        return FreeParameter(name, start, number.low, number.high, None, reason)
     reach = abs(number.typical - number.off) if number.off is not None else (number.high - number.low) / 4
-    return Free(name, start, number.low, number.high, reach, reason)
+    return FreeParameter(name, start, number.low, number.high, reach, reason)

@@ -47,7 +47,7 @@ def predicted_states(model: Model, windows: Windows, p: np.ndarray) -> tuple[np.
     """Initial states [w, n] with the least errors for numbers that stay, and the squared errors [w]."""
     x0, squares = fit_states(model, windows, model.starts(windows, p), p)
     for _ in range(REFRESHED):
-        moved, _, better = freed(model, windows, p, x0, squares)
+        moved, _, better = escape_bad_starts(model, windows, p, x0, squares)
         if not better.any():
             break
         part = windows.some(np.flatnonzero(better).tolist())
@@ -56,7 +56,7 @@ def predicted_states(model: Model, windows: Windows, p: np.ndarray) -> tuple[np.
     return x0, squares
 
 
-def freed(
+def escape_bad_starts(
     model: Model, windows: Windows, p: np.ndarray, x0: np.ndarray, squares: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Initial states [w, n] of which those that a bad guess had caught are better, new guesses, and which are [w].

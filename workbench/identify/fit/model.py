@@ -12,7 +12,7 @@ from ...engine.engine import back_end_of
 from ...engine.tangent import tangent_attempt, tangent_outputs
 from ...linear import equilibrium
 from ...plant import Plant
-from .windows import Group, Late, Windows, first_guess
+from .windows import DelayedCommand, Group, Windows, first_guess
 
 _TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
 _SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
@@ -78,8 +78,8 @@ class Model:
             found.append((x, self._constant(late.now)))
         return found
 
-    def _late(self, windows: Windows, group: Group, p: np.ndarray) -> Late:
-        return windows.commands(group, self.plant.lateness(p), self.plant.blended)
+    def _late(self, windows: Windows, group: Group, p: np.ndarray) -> DelayedCommand:
+        return windows.commands(group, self.plant.lateness(p), self.plant.interpolated)
 
     def errors(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
         """Errors over sigma [w, rows, signals] of each group; 0 where not compared, infinite where a window failed."""
@@ -174,7 +174,7 @@ class Model:
         t = np.repeat(group.t[part], size, axis=0)
         batch = self._tangents.run_batch(x, t, u, q)
         u[..., self.plant.input("command")] = np.repeat(late.now[part], size, axis=0)
-        if not self.plant.blended:  # what has arrived by a row's moment is one sample or another: it has no slope
+        if not self.plant.interpolated:  # what has arrived by a row's moment is one sample or another: it has no slope
             u.reshape(w, size, rows, -1)[:, n : n + len(along), :, m + self.plant.input("command")] = 0.0
         dy = self._tangents.outputs(batch.x[:, :-1], u, q[:, None])
         return np.where(np.abs(dy) < _MOST, dy, 0.0).reshape(w, size, rows, -1)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .determined import Free
+from .determined import FreeParameter
 from .model import Model
 from .windows import Windows
 
@@ -44,7 +44,7 @@ class Normal:
         return matrix, gradient, carried, offset
 
 
-def numbers_at(model: Model, free: Sequence[Free], x: np.ndarray, p: np.ndarray) -> np.ndarray:
+def numbers_at(model: Model, free: Sequence[FreeParameter], x: np.ndarray, p: np.ndarray) -> np.ndarray:
     """The parameters p with the free ones at distances x."""
     p = p.copy()
     for f, distance in zip(free, x, strict=True):
@@ -52,7 +52,7 @@ def numbers_at(model: Model, free: Sequence[Free], x: np.ndarray, p: np.ndarray)
     return p
 
 
-def directions(model: Model, free: Sequence[Free], x: np.ndarray) -> np.ndarray:
+def directions(model: Model, free: Sequence[FreeParameter], x: np.ndarray) -> np.ndarray:
     """Changes of all parameters per distance of each free one [k, parameters]."""
     along = np.zeros((len(free), len(model.plant.parameters)))
     for row, f, distance in zip(along, free, x, strict=True):
@@ -60,7 +60,7 @@ def directions(model: Model, free: Sequence[Free], x: np.ndarray) -> np.ndarray:
     return along
 
 
-def ranges(free: Sequence[Free]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def ranges(free: Sequence[FreeParameter]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     low, high = (np.array([f.distance(getattr(f, end)) for f in free]) for end in ("low", "high"))
     return low, high, (high - low) / 2
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...plant import Plant
 from ...records import Record
-from ..data.noise_floor import Floor
+from ..data.noise_floor import NoiseFloor
 from .initial_states import fit_states, predicted_states
 from .model import Model
 from .windows import Windows, compared, cut, delayed
@@ -26,7 +26,7 @@ class Prediction:
         return np.where(self.record.valid[name], error, np.nan)
 
 
-def predict_windows(plant: Plant, record: Record, floor: Floor) -> Prediction:
+def predict_windows(plant: Plant, record: Record, floor: NoiseFloor) -> Prediction:
     """Predict every signal of a record in windows of 0.5 s with refitted initial states."""
     windows = cut(plant, [record], floor)
     model = Model(plant, windows.names)
@@ -45,13 +45,13 @@ def predictions(model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -
     return found
 
 
-def predict_free(plant: Plant, record: Record, floor: Floor) -> Prediction:
+def predict_free(plant: Plant, record: Record, floor: NoiseFloor) -> Prediction:
     """One run through the whole record from the initial state that fits its first window."""
     names = compared(plant, record, floor)
     model = Model(plant, names)
     first = cut(plant, [record], floor, late=0.0).some([0])
     x0, _ = fit_states(model, first, model.starts(first, plant.p), plant.p)
-    late, place = delayed(record, plant.lateness(), plant.blended), plant.input("command")
+    late, place = delayed(record, plant.lateness(), plant.interpolated), plant.input("command")
     u = np.zeros((len(record.t), len(plant.inputs)))
     u[:, place] = late.held
     run = model.engine.run(x0[0], record.t, u)

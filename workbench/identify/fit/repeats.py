@@ -12,7 +12,7 @@ import numpy as np
 from ...base.signals import MEASURED
 from ...plant import Plant
 from ...records import Record
-from ..data.noise_floor import Floor, same_command
+from ..data.noise_floor import NoiseFloor, same_command
 from .predict import predict_free
 
 WHOLE, MOVING, STANDING = "whole", "moving", "standing"
@@ -21,7 +21,7 @@ _SLOW = 0.1  # of the fastest speed: below it the piston stands, on an end stop 
 
 
 @dataclass(frozen=True, eq=False)
-class Against:
+class FreeRunComparison:
     """One signal of a free run beside the mean of its repeats, SI.
 
     t, mean and model [n]; `errors` and `spread` are RMS over the phases whole, moving and standing: of the model's
@@ -61,7 +61,7 @@ def mean_of(group: Sequence[Record]) -> Record:
     return Record(f"mean of {len(group)} repeats", first.t, {"command": first.signals["command"], **means}, valid)
 
 
-def against_mean(plant: Plant, group: Sequence[Record], floor: Floor) -> tuple[Against, ...]:
+def against_mean(plant: Plant, group: Sequence[Record], floor: NoiseFloor) -> tuple[FreeRunComparison, ...]:
     """One free run of the plant beside the mean of repeats, signal by signal, phases apart.
 
     The run starts from the state that fits the first 0.5 s of the mean, and knows no more than the recorded command.
@@ -74,7 +74,7 @@ def against_mean(plant: Plant, group: Sequence[Record], floor: Floor) -> tuple[A
         compared = mean.valid[name]
         phases = _phases(own if _carriers(own, "position") else group)
         found.append(
-            Against(
+            FreeRunComparison(
                 name,
                 tuple(record.name for record in own),
                 mean.t,

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .determined import Free
-from .initial_states import REFRESHED, freed
+from .determined import FreeParameter
+from .initial_states import REFRESHED, escape_bad_starts
 from .model import Model
 from .normal_equations import (
     FIRST_DAMPING,
@@ -39,7 +39,7 @@ class Fit:
     alone, without any prior. `held` are the names that stand at an end of their range.
     """
 
-    free: tuple[Free, ...]
+    free: tuple[FreeParameter, ...]
     x: np.ndarray
     p: np.ndarray
     x0: np.ndarray
@@ -69,7 +69,7 @@ class Fit:
 def fit_numbers(
     model: Model,
     windows: Windows,
-    free: Sequence[Free],
+    free: Sequence[FreeParameter],
     start: np.ndarray,
     p: np.ndarray,
     guess: np.ndarray,
@@ -88,7 +88,7 @@ def fit_numbers(
     for _ in range(REFRESHED):
         if not np.isfinite(found.squares).all():
             break
-        x0, anew, better = freed(model, windows, found.p, found.x0, found.squares)
+        x0, anew, better = escape_bad_starts(model, windows, found.p, found.x0, found.squares)
         if not better.any():
             break
         guess = np.where(better[:, None], anew, guess)
@@ -110,7 +110,7 @@ class _Place:
 class _Descent:
     """Damped Gauss-Newton steps in numbers and initial states together (Levenberg, Marquardt)."""
 
-    def __init__(self, model: Model, windows: Windows, free: tuple[Free, ...], p: np.ndarray) -> None:
+    def __init__(self, model: Model, windows: Windows, free: tuple[FreeParameter, ...], p: np.ndarray) -> None:
         self._model, self._windows, self._free, self._p = model, windows, free, p
         low, high, self._width = ranges(free)
         self.ends = (low, high)
@@ -176,7 +176,7 @@ def _trust(cost: np.ndarray) -> np.ndarray:
 def _finished(
     model: Model,
     windows: Windows,
-    free: tuple[Free, ...],
+    free: tuple[FreeParameter, ...],
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     guess: np.ndarray,
     kappa: np.ndarray,

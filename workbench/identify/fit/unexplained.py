@@ -12,7 +12,7 @@ _LOST = 3.0  # error over the signal's own movement within a window: a wrong uni
 _USELESS = 0.7  # hardly better than a constant in each window; if half of the signals are, the rig is another one
 
 
-def not_followed(model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[str]:
+def unexplained_signals(model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[str]:
     """The signals that say so, worst first; none where the rig is at least of the kind that was recorded.
 
     A supply pressure that the model holds constant has an error as large as its movement, and is no such signal alone.

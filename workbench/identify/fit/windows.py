@@ -16,7 +16,7 @@ from ...base.errors import InputError
 from ...base.signals import MEASURED
 from ...plant import Plant
 from ...records import Record
-from ..data.noise_floor import Floor
+from ..data.noise_floor import NoiseFloor
 
 WINDOW = 0.5  # s
 _GAP = 1.5  # periods between rows: a sample was dropped, and with it the command that the drive held
@@ -37,7 +37,7 @@ class Group:
 
 
 @dataclass(frozen=True, eq=False)
-class Late:
+class DelayedCommand:
     """Commands as they arrive: the mean over each interval, its derivative to the delay [1/s], and the one that has
     arrived by the row's own moment, which answers there. Arrays of one shape."""
 
@@ -65,12 +65,14 @@ class Windows:
         """Number of compared samples, over all signals."""
         return sum(int(np.count_nonzero(group.weight)) for group in self.groups)
 
-    def commands(self, group: Group, delay: float = 0.0, blended: bool = False) -> Late:
+    def commands(self, group: Group, delay: float = 0.0, interpolated: bool = False) -> DelayedCommand:
         """What arrives in each row of a group [w, rows] of commands that are `delay` s late."""
         spans = [self.spans[w] for w in group.which]
-        late = {index: delayed(self.records[index], delay, blended) for index in {index for index, _, _ in spans}}
+        late = {index: delayed(self.records[index], delay, interpolated) for index in {index for index, _, _ in spans}}
         rows = [(late[index], slice(first, end)) for index, first, end in spans]
-        return Late(*(np.array([getattr(one, part)[span] for one, span in rows]) for part in ("held", "slope", "now")))
+        return DelayedCommand(
+            *(np.array([getattr(one, part)[span] for one, span in rows]) for part in ("held", "slope", "now"))
+        )
 
     def by_record(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Values of the groups [w, rows, k] put together as those of the records [n, k]."""
@@ -92,7 +94,7 @@ class Windows:
         return dict(zip(self.names, peak.tolist(), strict=True))
 
 
-def compared(plant: Plant, record: Record, floor: Floor) -> list[str]:
+def compared(plant: Plant, record: Record, floor: NoiseFloor) -> list[str]:
     """The signals that plant, record and noise floor share. Raises InputError when there are none."""
     names = [n for n in MEASURED if n in plant.outputs and n in record.signals and n in floor.sigma]
     if not names:
@@ -103,7 +105,7 @@ def compared(plant: Plant, record: Record, floor: Floor) -> list[str]:
 
 
 def cut(
-    plant: Plant, records: Sequence[Record], floor: Floor, beside: Sequence[Record] = (), late: float = _BEFORE
+    plant: Plant, records: Sequence[Record], floor: NoiseFloor, beside: Sequence[Record] = (), late: float = _BEFORE
 ) -> Windows:
     """Windows of 0.5 s of all records; what is left over at the end, or before a gap, belongs to the one before.
 
@@ -122,22 +124,22 @@ def cut(
     return Windows(tuple(records), names, spans, _groups(tuple(records), names, spans, weights))
 
 
-def delayed(record: Record, delay: float, blended: bool = False) -> Late:
+def delayed(record: Record, delay: float, interpolated: bool = False) -> DelayedCommand:
     """The recorded command `delay` s later [n]; a command that is held between samples arrives shifted.
 
-    `blended`: the drive itself holds the mean over each interval.
+    `interpolated`: the drive itself holds the mean over each interval.
     """
     command = record.signals["command"]
     if delay == 0.0:
         before = np.concatenate((command[:1], command[:-1]))
-        return Late(command, (before - command) / _intervals(record), command)
+        return DelayedCommand(command, (before - command) / _intervals(record), command)
     edges = np.append(record.t, record.t[-1] + record.period)
     area = np.concatenate(([0.0], np.cumsum(command * np.diff(edges))))
     early = edges - delay
     held = np.interp(early, edges, area) + command[0] * np.minimum(early - edges[0], 0.0)
     rows = np.clip(np.searchsorted(edges, early + 1e-9 * record.period, "right") - 1, 0, len(command) - 1)
     mean = np.diff(held) / np.diff(edges)
-    return Late(mean, -np.diff(command[rows]) / np.diff(edges), mean if blended else command[rows[:-1]])
+    return DelayedCommand(mean, -np.diff(command[rows]) / np.diff(edges), mean if interpolated else command[rows[:-1]])
 
 
 def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> np.ndarray:

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..fit.free_parameters import Candidate
-from .refit import Case, Stand
+from .refit import EstimationProblem, FittedModel
 from .rule import Judgement
 
 
 @dataclass(frozen=True, eq=False)
-class Tried:
+class CandidateFit:
     """A refitted effect and what the rule says of it; `failed` says why there is no fit."""
 
     candidate: Candidate
     score: float
     judgement: Judgement
-    stand: Stand | None
+    stand: FittedModel | None
     failed: str = ""
 
 
@@ -25,12 +25,12 @@ class Tried:
 class Pass:
     """One search for an effect: shortlist with scores (share of the misfit) and cosines, and what was refitted."""
 
-    before: Stand
+    before: FittedModel
     scores: tuple[tuple[Candidate, float], ...]
     compared: tuple[str, ...]
     cosines: np.ndarray
-    tried: tuple[Tried, ...]
-    found: tuple[Tried, ...]
+    tried: tuple[CandidateFit, ...]
+    found: tuple[CandidateFit, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +41,11 @@ class Trace:
     measured signals test by themselves. Both are empty where chi2 is at the floor.
     """
 
-    case: Case
-    base: Stand
-    final: Stand
+    case: EstimationProblem
+    base: FittedModel
+    final: FittedModel
     verdict: str
-    effects: tuple[Tried, ...]
+    effects: tuple[CandidateFit, ...]
     tied: tuple[str, ...]
     equation: str | None
     evidence: tuple[tuple[str, float], ...]

@@ -31,7 +31,7 @@ _BROKEN = 1.2  # chi2 of a cut from which on its equation is broken
 
 
 @dataclass(frozen=True, eq=False)
-class Local:
+class LinearTimeVaryingModel:
     """The linear model of a group's windows over sigma, states and inputs over their scales, row by row.
 
     e [w, rows, s]; a [w, rows, n, n]; b [w, rows, n, m]; c [w, rows, s, n]; d [w, rows, s, m].
@@ -43,9 +43,9 @@ class Local:
     c: np.ndarray
     d: np.ndarray
 
-    def inputs(self, columns: Sequence[int]) -> "Local":
+    def inputs(self, columns: Sequence[int]) -> "LinearTimeVaryingModel":
         """With some of the inputs only."""
-        return Local(self.e, self.a, self.b[..., columns], self.c, self.d[..., columns])
+        return LinearTimeVaryingModel(self.e, self.a, self.b[..., columns], self.c, self.d[..., columns])
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Evidence:
     amplitudes: np.ndarray
 
 
-def localise(groups: Mapping[str, Sequence[Local]], period: float) -> list[Evidence]:
+def localise(groups: Mapping[str, Sequence[LinearTimeVaryingModel]], period: float) -> list[Evidence]:
     """The evidence of every equation, most first. `groups` has the windows with the inputs of each equation alone.
 
     A disturbance's amplitude may differ from window to window: effects come in bursts.
@@ -76,7 +76,11 @@ def localise(groups: Mapping[str, Sequence[Local]], period: float) -> list[Evide
 
 
 def _gain(
-    parts: Sequence[Local], nothing: Sequence[np.ndarray], sizes: np.ndarray, period: float, time: float
+    parts: Sequence[LinearTimeVaryingModel],
+    nothing: Sequence[np.ndarray],
+    sizes: np.ndarray,
+    period: float,
+    time: float,
 ) -> tuple[float, np.ndarray]:
     """Gain over all windows, each at its best amplitude, and those amplitudes."""
     gain, chosen = 0.0, []
@@ -87,7 +91,7 @@ def _gain(
     return gain, np.concatenate(chosen)
 
 
-def _unit(parts: Sequence[Local], period: float) -> float:
+def _unit(parts: Sequence[LinearTimeVaryingModel], period: float) -> float:
     """The amplitude of a disturbance that moves the most sensitive signal by one sigma within 10 ms."""
     rows = max(1, round(_LENGTH / period))
     most = 0.0
@@ -100,7 +104,7 @@ def _unit(parts: Sequence[Local], period: float) -> float:
     return 1.0 / max(most, 1e-12)
 
 
-def likelihood(one: Local, sizes: np.ndarray, period: float, time: float) -> np.ndarray:
+def likelihood(one: LinearTimeVaryingModel, sizes: np.ndarray, period: float, time: float) -> np.ndarray:
     """Log-likelihood [h, w] of the errors with disturbances of amplitudes `sizes` [h]; correlation `time` in s."""
     kept = float(np.exp(-period / time))
     n, m, s = one.a.shape[-1], one.b.shape[-1], one.c.shape[2]
@@ -133,7 +137,7 @@ def likelihood(one: Local, sizes: np.ndarray, period: float, time: float) -> np.
     return total
 
 
-def smoothed(one: Local, size: np.ndarray, period: float, time: float) -> np.ndarray:
+def smoothed(one: LinearTimeVaryingModel, size: np.ndarray, period: float, time: float) -> np.ndarray:
     """The disturbance [w, rows, m], over the inputs' scales, that the errors tell of; amplitudes `size` [w].
 
     Rauch, Tung, Striebel, AIAA Journal 3(8), 1965.
@@ -169,7 +173,7 @@ def smoothed(one: Local, size: np.ndarray, period: float, time: float) -> np.nda
     return -found
 
 
-def _step(one: Local, k: int, kept: float) -> np.ndarray:
+def _step(one: LinearTimeVaryingModel, k: int, kept: float) -> np.ndarray:
     n, m = one.a.shape[-1], one.b.shape[-1]
     step = np.zeros((one.e.shape[0], n + m, n + m))
     step[:, :n, :n], step[:, :n, n:] = one.a[:, k], one.b[:, k]
@@ -177,16 +181,16 @@ def _step(one: Local, k: int, kept: float) -> np.ndarray:
     return step
 
 
-def cut_open(
+def linearise_windows(
     rig: Rig, known: Sequence[Effect], windows: Windows, x0: np.ndarray, p: np.ndarray, base: Plant
-) -> dict[str, list[Local]]:
+) -> dict[str, list[LinearTimeVaryingModel]]:
     """The windows linearised with each equation's disturbance: x0 and p are those of the plant `base`."""
     probed = probes(rig)
     model = Model(build(rig, (*known, *probed)), windows.names)
     first = len(base.inputs)
     columns = list(range(first, len(model.plant.inputs)))
     values = model.plant.parameter_values(**dict(zip(base.parameters, p.tolist(), strict=True)))
-    whole = [Local(*parts) for parts in model.linear(windows, x0, values, columns)]
+    whole = [LinearTimeVaryingModel(*parts) for parts in model.linear(windows, x0, values, columns)]
     names = [variable.name for variable in model.plant.inputs[first:]]
     found = {}
     for probe in probed:
@@ -200,7 +204,9 @@ def cut_open(
     return found
 
 
-def _sensed(one: Local, y: np.ndarray, weight: np.ndarray, names: Sequence[str]) -> Local:
+def _sensed(
+    one: LinearTimeVaryingModel, y: np.ndarray, weight: np.ndarray, names: Sequence[str]
+) -> LinearTimeVaryingModel:
     """Offset, gain and lag of both pressure sensors, as constants: a free process would explain any pressure."""
     columns = []
     for k in (names.index(name) for name in ("pa", "pb") if name in names):
@@ -210,10 +216,10 @@ def _sensed(one: Local, y: np.ndarray, weight: np.ndarray, names: Sequence[str])
             column[..., k] = basis * weight[..., k]
             columns.append(column)
     d = np.stack(columns, axis=-1) if columns else np.zeros((*y.shape, 0))
-    return Local(one.e, one.a, np.zeros((*one.a.shape[:3], d.shape[-1])), one.c, d)
+    return LinearTimeVaryingModel(one.e, one.a, np.zeros((*one.a.shape[:3], d.shape[-1])), one.c, d)
 
 
-def cuts(model: Model, parts: Sequence[tuple[Windows, np.ndarray]], p: np.ndarray) -> dict[str, float]:
+def parity_residuals(model: Model, parts: Sequence[tuple[Windows, np.ndarray]], p: np.ndarray) -> dict[str, float]:
     """chi2 of equations that hold between measured signals, sample by sample, with no simulation in between.
 
     drive: the current that the spool loop makes of command and measured spool; force: the acceleration that measured

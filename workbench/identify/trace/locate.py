@@ -6,32 +6,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..fit.windows import Windows
-from .localise import Local, cut_open, cuts, equation_of, localise
-from .refit import Case, Stand
+from .localise import LinearTimeVaryingModel, equation_of, linearise_windows, localise, parity_residuals
+from .refit import EstimationProblem, FittedModel
 
 _WINDOWS = 8  # with the largest errors, in which the equation is sought
 
 
 @dataclass(frozen=True)
-class Located:
+class FaultLocation:
     """Where a residual sits, with the evidence of each equation and the chi2 of those that signals test directly."""
 
     equation: str
     evidence: tuple[tuple[str, float], ...]
-    cuts: Mapping[str, float]
+    parity_residuals: Mapping[str, float]
 
 
-def located(case: Case, stand: Stand) -> Located:
+def locate_fault(case: EstimationProblem, stand: FittedModel) -> FaultLocation:
     """The equation that lacks something, from the windows with the largest errors."""
     parts = worst(case, stand)
     evidence = tuple(
         (one.equation, one.gain) for one in localise(opened(case, stand, parts), case.train.records[0].period)
     )
-    cut = cuts(stand.model, parts, stand.fit.p)
-    return Located(equation_of(evidence, cut), evidence, cut)
+    cut = parity_residuals(stand.model, parts, stand.fit.p)
+    return FaultLocation(equation_of(evidence, cut), evidence, cut)
 
 
-def worst(case: Case, stand: Stand) -> list[tuple[Windows, np.ndarray]]:
+def worst(case: EstimationProblem, stand: FittedModel) -> list[tuple[Windows, np.ndarray]]:
     """The windows with the largest errors, fitted and held out, with their initial states."""
     squares = np.append(stand.fit.squares, stand.heldout)
     keep = np.sort(np.argsort(-squares)[:_WINDOWS])
@@ -40,7 +40,9 @@ def worst(case: Case, stand: Stand) -> list[tuple[Windows, np.ndarray]]:
     return [(windows.some(own.tolist()), x0[own]) for windows, x0, own in both if own.size]
 
 
-def opened(case: Case, stand: Stand, parts: Sequence[tuple[Windows, np.ndarray]]) -> dict[str, list[Local]]:
+def opened(
+    case: EstimationProblem, stand: FittedModel, parts: Sequence[tuple[Windows, np.ndarray]]
+) -> dict[str, list[LinearTimeVaryingModel]]:
     """Windows cut open equation by equation, group after group."""
-    found = [cut_open(case.rig, stand.effects, w, x0, stand.fit.p, stand.model.plant) for w, x0 in parts]
+    found = [linearise_windows(case.rig, stand.effects, w, x0, stand.fit.p, stand.model.plant) for w, x0 in parts]
     return {equation: [one for each in found for one in each[equation]] for equation in found[0]}

@@ -10,17 +10,17 @@ from ...base.errors import InputError
 from ...plant.effects import Effect
 from ...records import Campaign
 from ...rigs.rig import Rig
-from ..data.noise_floor import Floor, noise_floor
-from ..fit.determined import Free
-from ..fit.free_parameters import Candidate, carried, model_with, uncertain
+from ..data.noise_floor import NoiseFloor, noise_floor
+from ..fit.determined import FreeParameter
+from ..fit.free_parameters import Candidate, extend_parameters, model_with, uncertain
 from ..fit.initial_states import predicted_states
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
 from ..fit.solver import Fit, fit_numbers
-from ..fit.unexplained import not_followed
+from ..fit.unexplained import unexplained_signals
 from ..fit.windows import WINDOW, Windows, cut
 from . import rule as decide
-from .score import starts_with
+from .score import initial_states_with_effect
 
 _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
 _REFIT_ROUNDS = 12
@@ -31,16 +31,16 @@ _ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, ov
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class EstimationProblem:
     """What a trace or a fit of one campaign works on: windows to fit and windows to judge by."""
 
     campaign: Campaign
     rig: Rig
-    floor: Floor
+    floor: NoiseFloor
     train: Windows
     heldout: Windows
 
-    def thinned(self) -> "Case":
+    def thinned(self) -> "EstimationProblem":
         """With every so many windows only, spread evenly, where there are more than a search needs; else itself."""
         if max(self.train.count, self.heldout.count) <= _MOST:
             return self
@@ -58,7 +58,7 @@ class Case:
 
 
 @dataclass(frozen=True, eq=False)
-class Stand:
+class FittedModel:
     """A model that was fitted, and judged: `known` are the effects added to the rig, with the numbers they started at.
 
     `heldout` are squared errors [windows] of the held-out records, of `samples` in all, `x0` their initial states.
@@ -87,7 +87,7 @@ class Stand:
         return self.squares / self.samples
 
 
-def case_of(campaign: Campaign, rig: Rig) -> Case:
+def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     """Windows and noise floor of a campaign. Raises InputError where it can not be fitted, saying what to add."""
     if not campaign.train:
         raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
@@ -101,10 +101,10 @@ def case_of(campaign: Campaign, rig: Rig) -> Case:
             raise InputError(
                 f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
             )
-    return Case(campaign, rig, floor, train, heldout)
+    return EstimationProblem(campaign, rig, floor, train, heldout)
 
 
-def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: None) -> Stand:
+def fit_rig(case: EstimationProblem, starts: int = 1, say: Callable[[str], None] = lambda _: None) -> FittedModel:
     """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best."""
     free = uncertain(case.rig)
     model = model_with(case.rig, (), case.train.names)
@@ -116,7 +116,7 @@ def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: 
         guess = model.starts(case.train, p)
         found = fit_numbers(model, case.train, free, x, p, guess, case.kappas)
         if found.ok and (best is None or found.squares.sum() < best.squares.sum()):
-            best, lost = found, not_followed(model, case.train, found.x0, found.p)
+            best, lost = found, unexplained_signals(model, case.train, found.x0, found.p)
         if best is not None and not lost:  # bad input is told in one line: no word before it is clear that it is none
             say(f"start {start + 1}: chi2 {found.chi2:.4g} on the train records")
     if best is None or lost:
@@ -124,10 +124,10 @@ def fit_rig(case: Case, starts: int = 1, say: Callable[[str], None] = lambda _: 
             f"{case.campaign.path}: {case.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant would "
             "be; check units, signs, and that the records are of this rig"
         )
-    return judged(case, model, best, ())
+    return evaluate_on_heldout(case, model, best, ())
 
 
-def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -> Stand:
+def refit(case: EstimationProblem, stand: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
     """The stand with one more effect, fitted with all numbers; `again`: a second start too, if the first misses."""
     model = model_with(case.rig, (*stand.effects, candidate.effect), case.train.names)
     found = _fitted(case, stand, model, candidate)
@@ -136,10 +136,10 @@ def refit(case: Case, stand: Stand, candidate: Candidate, again: bool = False) -
         other = _fitted(case, stand, model, moved)
         if not found.ok or other.squares.sum() < found.squares.sum():
             found, candidate = other, moved
-    return judged(case, model, found, (*stand.known, candidate))
+    return evaluate_on_heldout(case, model, found, (*stand.known, candidate))
 
 
-def restarted(case: Case, stand: Stand) -> Stand:
+def refit_from_declared(case: EstimationProblem, stand: FittedModel) -> FittedModel:
     """The stand fitted once more with the rig's numbers from where it declares them, if that is better: else itself.
 
     Numbers absorb an effect while the model lacks it, and may not find back by themselves.
@@ -151,10 +151,10 @@ def restarted(case: Case, stand: Stand) -> Stand:
     found = fit_numbers(stand.model, case.train, stand.fit.free, x, p, guess, case.kappas)
     if not found.squares.sum() < stand.fit.squares.sum():
         return stand
-    return judged(case, stand.model, found, stand.known)
+    return evaluate_on_heldout(case, stand.model, found, stand.known)
 
 
-def relieved(case: Case, before: Stand, after: Stand) -> Stand:
+def refit_without_last_effect(case: EstimationProblem, before: FittedModel, after: FittedModel) -> FittedModel:
     """The stand `before`, fitted again from where `after`, with one more effect, has its numbers, if that is better.
 
     An effect may seem to explain what a fit that stopped half way left: if the numbers found with it do better without
@@ -168,10 +168,10 @@ def relieved(case: Case, before: Stand, after: Stand) -> Stand:
     found = fit_numbers(before.model, case.train, before.fit.free, after.fit.x[:own], p, x0, case.kappas)
     if not found.squares.sum() < before.fit.squares.sum():
         return before
-    return judged(case, before.model, found, before.known)
+    return evaluate_on_heldout(case, before.model, found, before.known)
 
 
-def vanished(stand: Stand) -> bool:
+def is_switched_off(stand: FittedModel) -> bool:
     """Whether the effect that was added last stands where it is off: it is named by nothing but its free states."""
     effect, values = stand.known[-1].effect, dict(zip(stand.model.plant.parameters, stand.fit.p, strict=True))
     strong = [number for number in effect.fitted if number.off is not None]
@@ -180,20 +180,20 @@ def vanished(stand: Stand) -> bool:
     )
 
 
-def refined(case: Case, stand: Stand) -> Stand:
+def refit_all_windows(case: EstimationProblem, stand: FittedModel) -> FittedModel:
     """The stand fitted to all windows of a case, from where it is."""
     guess = stand.model.starts(case.train, stand.fit.p)
     found = fit_numbers(stand.model, case.train, stand.fit.free, stand.fit.x, stand.fit.p, guess, case.kappas)
-    return judged(case, stand.model, found, stand.known)
+    return evaluate_on_heldout(case, stand.model, found, stand.known)
 
 
-def judged(case: Case, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> Stand:
+def evaluate_on_heldout(case: EstimationProblem, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> FittedModel:
     """A fit with its errors on the held-out records, initial states refitted."""
     if not fit.ok:
         x0 = np.zeros((case.heldout.count, model.plant.n))
-        return Stand(known, model, fit, x0, np.full(case.heldout.count, np.inf), case.heldout.samples)
+        return FittedModel(known, model, fit, x0, np.full(case.heldout.count, np.inf), case.heldout.samples)
     x0, squares = predicted_states(model, case.heldout, fit.p)
-    return Stand(known, model, fit, x0, squares, case.heldout.samples)
+    return FittedModel(known, model, fit, x0, squares, case.heldout.samples)
 
 
 def _spread(windows: Windows) -> Windows:
@@ -201,15 +201,15 @@ def _spread(windows: Windows) -> Windows:
     return windows.some(np.linspace(0, windows.count - 1, min(_MOST, windows.count)).round().astype(int).tolist())
 
 
-def _fitted(case: Case, stand: Stand, model: Model, candidate: Candidate) -> Fit:
+def _fitted(case: EstimationProblem, stand: FittedModel, model: Model, candidate: Candidate) -> Fit:
     more = candidate.free()
-    free: Sequence[Free] = (*stand.fit.free, *more)
-    before = carried(stand.model.plant, stand.fit.p, model.plant)
+    free: Sequence[FreeParameter] = (*stand.fit.free, *more)
+    before = extend_parameters(stand.model.plant, stand.fit.p, model.plant)
     offs = [number.off for number in candidate.effect.fitted]
     places = [np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)]) for share in _WEAKER]
     for place in places:
         p = numbers_at(model, more, place, before)
-        guess = starts_with(model, stand.model, case.train, stand.fit.x0, p)
+        guess = initial_states_with_effect(model, stand.model, case.train, stand.fit.x0, p)
         squares = sum(float(np.sum(e**2)) for e in model.errors(case.train, guess, p))
         if squares < stand.fit.squares.sum() or place is places[-1]:
             start = np.append(stand.fit.x, place)
@@ -217,7 +217,7 @@ def _fitted(case: Case, stand: Stand, model: Model, candidate: Candidate) -> Fit
     raise AssertionError("one of the places is the last")
 
 
-def _toward(free: Free, off: float | None, share: float) -> float:
+def _toward(free: FreeParameter, off: float | None, share: float) -> float:
     """The distance of a number that is `share` of the way from off to its start; a number without off stays."""
     return 0.0 if off is None else (1 - share) * free.distance(off)
 

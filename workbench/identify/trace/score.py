@@ -12,7 +12,7 @@ import numpy as np
 
 from ...plant.effects import Effect
 from ...rigs.rig import Rig
-from ..fit.free_parameters import Candidate, at_strength, carried, model_with, strengths
+from ..fit.free_parameters import Candidate, at_strength, extend_parameters, model_with, strengths
 from ..fit.model import Model
 from ..fit.normal_equations import HELD, directions
 from ..fit.solver import Fit
@@ -33,7 +33,7 @@ class Score:
 
 
 @dataclass(frozen=True)
-class _Tried:
+class _ScoredEffect:
     """An effect at a strength: all its strengths or `only` one, with `shape` for the numbers that only shape it."""
 
     effect: Effect
@@ -45,7 +45,7 @@ class _Tried:
         return at_strength(self.effect, self.strength * factor, self.only) | dict(self.shape)
 
 
-class Remainder:
+class NuisanceProjection:
     """Takes out of a change of the errors what initial states and fitted numbers could do as well."""
 
     def __init__(self, model: Model, windows: Windows, fit: Fit) -> None:
@@ -71,7 +71,7 @@ class Remainder:
 
 
 def score(
-    rig: Rig, known: Sequence[Effect], effect: Effect, base: Model, windows: Windows, fit: Fit, rest: Remainder
+    rig: Rig, known: Sequence[Effect], effect: Effect, base: Model, windows: Windows, fit: Fit, rest: NuisanceProjection
 ) -> Score:
     """The score of one effect beside those that are `known` already, about a fit of the model `base`."""
     model = model_with(rig, (*known, effect), windows.names)
@@ -94,7 +94,7 @@ def score(
     return best
 
 
-def telling(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
+def worst_windows(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
     """The windows where a fit is most wrong, and the fit in them: no need to try an effect on all."""
     keep = np.sort(np.argsort(-fit.squares, kind="stable")[:_TELLING])
     return windows.some(keep.tolist()), replace(fit, x0=fit.x0[keep], squares=fit.squares[keep])
@@ -106,7 +106,9 @@ def cosines(scores: Sequence[Score]) -> np.ndarray:
     return np.abs(shapes @ shapes.T)
 
 
-def starts_with(model: Model, base: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -> np.ndarray:
+def initial_states_with_effect(
+    model: Model, base: Model, windows: Windows, x0: np.ndarray, p: np.ndarray
+) -> np.ndarray:
     """Initial states [w, n] of a plant with further effects: those of the base, its own as the window before ends."""
     if model.plant.n == base.plant.n:
         return x0
@@ -116,14 +118,14 @@ def starts_with(model: Model, base: Model, windows: Windows, x0: np.ndarray, p: 
     return found
 
 
-def _tried(effect: Effect) -> list[_Tried]:
+def _tried(effect: Effect) -> list[_ScoredEffect]:
     """Every strength of the whole effect, then each of its strengths alone, and every shape at a small strength."""
     names = strengths(effect)
-    found = [_Tried(effect, strength) for strength in STRENGTHS]
+    found = [_ScoredEffect(effect, strength) for strength in STRENGTHS]
     if len(names) > 1:
-        found += [_Tried(effect, STRENGTHS[1], only) for only in names]
+        found += [_ScoredEffect(effect, STRENGTHS[1], only) for only in names]
     shapes = [(number.name, value) for number in effect.numbers for value in number.tried]
-    return found + [_Tried(effect, STRENGTHS[0], shape=(shape,)) for shape in shapes]
+    return found + [_ScoredEffect(effect, STRENGTHS[0], shape=(shape,)) for shape in shapes]
 
 
 def _two_sided(effect: Effect) -> bool:
@@ -140,8 +142,8 @@ def _change(
     plain: Sequence[np.ndarray],
 ) -> list[np.ndarray] | None:
     """What the effect changes in the errors of every group; None where it can not be simulated."""
-    p = carried(base.plant, fit.p, model.plant)
+    p = extend_parameters(base.plant, fit.p, model.plant)
     p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
-    x0 = starts_with(model, base, windows, fit.x0, p)
+    x0 = initial_states_with_effect(model, base, windows, fit.x0, p)
     changed = [a - b for a, b in zip(model.errors(windows, x0, p), plain, strict=True)]
     return changed if all(np.isfinite(part).all() for part in changed) else None

@@ -7,12 +7,12 @@ from ...base.errors import InputError
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, model_with, uncertain
 from ..fit.solver import Fit
-from .refit import Case, Stand
+from .refit import EstimationProblem, FittedModel
 
 _ARRAYS = ("x", "p", "x0", "squares", "covariance", "information")
 
 
-def packed(stand: Stand) -> dict[str, Any]:
+def packed(stand: FittedModel) -> dict[str, Any]:
     """A stand as dict, list, numbers and arrays."""
     fit = {name: getattr(stand.fit, name) for name in _ARRAYS}
     return {
@@ -24,14 +24,14 @@ def packed(stand: Stand) -> dict[str, Any]:
     }
 
 
-def unpacked(stored: Mapping[str, Any], case: Case, library: Sequence[Effect]) -> Stand:
+def unpacked(stored: Mapping[str, Any], case: EstimationProblem, library: Sequence[Effect]) -> FittedModel:
     """The stand again."""
     known = tuple(unpacked_candidate(one, library) for one in stored["known"])
     model = model_with(case.rig, [one.effect for one in known], case.train.names)
     free = (*uncertain(case.rig), *(number for one in known for number in one.free()))
     arrays = {name: stored["fit"][name] for name in _ARRAYS}
     fit = Fit(free=free, samples=stored["fit"]["samples"], held=tuple(stored["fit"]["held"]), **arrays)
-    return Stand(known, model, fit, stored["x0"], stored["heldout"], stored["samples"])
+    return FittedModel(known, model, fit, stored["x0"], stored["heldout"], stored["samples"])
 
 
 def packed_candidate(candidate: Candidate) -> dict[str, Any]:

@@ -14,10 +14,19 @@ from ...base.errors import InputError
 from ...plant.effects import Effect, applies
 from ..fit.free_parameters import Candidate
 from . import rule as decide
-from .findings import Pass, Trace, Tried
-from .locate import Located, located
-from .refit import Case, Stand, fit_rig, refined, refit, relieved, restarted, vanished
-from .score import Remainder, Score, cosines, score, telling
+from .findings import CandidateFit, Pass, Trace
+from .locate import FaultLocation, locate_fault
+from .refit import (
+    EstimationProblem,
+    FittedModel,
+    fit_rig,
+    is_switched_off,
+    refit,
+    refit_all_windows,
+    refit_from_declared,
+    refit_without_last_effect,
+)
+from .score import NuisanceProjection, Score, cosines, score, worst_windows
 from .stored import packed, packed_candidate, unpacked, unpacked_candidate
 
 NAMES = 4  # effects on the shortlist
@@ -27,7 +36,9 @@ _FORMULAS = 0.3  # of the explained share of its best formula: what a name must 
 _PASSES = 6  # effects at most
 
 
-def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Progress, several: bool = False) -> Trace:
+def trace(
+    case: EstimationProblem, library: Sequence[Effect], stage: Stage, say: Progress, several: bool = False
+) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
 
     `several`: the rig is known to lack more than one; effects that explain only part of what is left are added too,
@@ -37,7 +48,9 @@ def trace(case: Case, library: Sequence[Effect], stage: Stage, say: Progress, se
 
 
 class _Tracer:
-    def __init__(self, case: Case, library: Sequence[Effect], stage: Stage, say: Progress, several: bool) -> None:
+    def __init__(
+        self, case: EstimationProblem, library: Sequence[Effect], stage: Stage, say: Progress, several: bool
+    ) -> None:
         self._whole, self._case = case, case.thinned()
         self._library, self._stage, self._say, self._several = library, stage, say, several
         self._passes: list[Pass] = []
@@ -63,19 +76,19 @@ class _Tracer:
         final = self._again("final", effects[-1].stand or base) if effects else base
         return self._result(base, final, self._verdict(final, effects, tied), effects, tied, place)
 
-    def _verdict(self, final: Stand, effects: tuple[Tried, ...], tied: tuple[str, ...]) -> str:
+    def _verdict(self, final: FittedModel, effects: tuple[CandidateFit, ...], tied: tuple[str, ...]) -> str:
         if not effects:
             return "unknown"
         if self._misfit(final):
             return "incomplete"
         return "tied" if tied and len(effects) == 1 else "named"
 
-    def _search(self, base: Stand) -> tuple[tuple[Tried, ...], tuple[str, ...], Stand | None]:
+    def _search(self, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[str, ...], FittedModel | None]:
         """Effects one after the other, until nothing is missing or nothing passes; the names that tie with the first.
 
         Where the first pass shows that the rig alone can do better than `base`, nothing but that fit, which is last.
         """
-        effects: tuple[Tried, ...] = ()
+        effects: tuple[CandidateFit, ...] = ()
         tied: tuple[str, ...] = ()
         stand = base
         while len(effects) < _PASSES and self._misfit(stand) and self._matters(base, stand.squares - stand.samples):
@@ -96,31 +109,33 @@ class _Tracer:
             stand = effects[-1].stand or stand
         return effects, tied, None
 
-    def _relieved(self, stand: Stand, one: Pass) -> Stand:
+    def _relieved(self, stand: FittedModel, one: Pass) -> FittedModel:
         """The stand of a pass, or where the numbers of its best effect show a way to it a better fit without it."""
         fits = [tried.stand for tried in one.tried if tried.stand is not None and np.isfinite(tried.stand.squares)]
         if not fits:
             return stand
-        found = self._stored(f"without-{len(self._passes)}", lambda: relieved(self._case, stand, fits[0]))
+        found = self._stored(
+            f"without-{len(self._passes)}", lambda: refit_without_last_effect(self._case, stand, fits[0])
+        )
         return found if self._matters_for_fit(stand, found) else stand
 
-    def _matters_for_fit(self, stand: Stand, found: Stand) -> bool:
+    def _matters_for_fit(self, stand: FittedModel, found: FittedModel) -> bool:
         """Whether a fit without a further effect is better by more than the rule asks of an effect."""
         before, after = (float(one.fit.squares.sum()) for one in (stand, found))
         return decide.worth_adding(before - after, before, stand.fit.samples)
 
-    def _one_of_several(self, stand: Stand, refits: Sequence[Tried]) -> Tried | None:
+    def _one_of_several(self, stand: FittedModel, refits: Sequence[CandidateFit]) -> CandidateFit | None:
         """The effect that explains most of the fitted records, if that is enough; of its formulas the best on all.
 
         While others are missing, the right effect may make held-out records worse: what the numbers had made up for it
         is gone. Its formula is chosen on fitted and held-out records together, within TIED with the fewest numbers.
         """
 
-        def left(tried: Tried, heldout: bool) -> float:
+        def left(tried: CandidateFit, heldout: bool) -> float:
             return float(_stand(tried).fit.squares.sum()) + (_stand(tried).squares if heldout else 0.0)
 
         enough = decide.BIC * self._case.kappa
-        real = [tried for tried in refits if tried.stand and not vanished(tried.stand)]
+        real = [tried for tried in refits if tried.stand and not is_switched_off(tried.stand)]
         able = [tried for tried in real if self._bic_fall(stand, tried) > enough]
         if not able:
             return None
@@ -132,24 +147,24 @@ class _Tracer:
         near = [one for one in own if left(one, True) <= min(left(other, True) for other in own) + tied]
         return min(near, key=lambda one: (one.judgement.numbers, left(one, True)))
 
-    def _bic_fall(self, before: Stand, tried: Tried) -> float:
+    def _bic_fall(self, before: FittedModel, tried: CandidateFit) -> float:
         squares = float(before.fit.squares.sum()), float(_stand(tried).fit.squares.sum())
         return decide.bic_fall(*squares, tried.judgement.numbers, before.fit.samples)
 
-    def _restarted(self, one: Tried) -> Tried:
+    def _restarted(self, one: CandidateFit) -> CandidateFit:
         """The effect with its fit from the rig's declared numbers, where that is better."""
         name = f"again-{len(self._passes)}-{one.candidate.effect.name}"
-        return replace(one, stand=self._stored(name, lambda: restarted(self._case, _stand(one))))
+        return replace(one, stand=self._stored(name, lambda: refit_from_declared(self._case, _stand(one))))
 
-    def _matters(self, base: Stand, fall: float) -> bool:
+    def _matters(self, base: FittedModel, fall: float) -> bool:
         return self._several or decide.worth_adding(fall, base.squares, base.samples)
 
-    def _part(self, one: Pass, share: float) -> Tried | None:
+    def _part(self, one: Pass, share: float) -> CandidateFit | None:
         """The effect that explains most of what is left, if it passes and explains that share."""
         able = [tried for tried in one.tried if tried.judgement.passes and tried.judgement.explained >= share]
         return able[0] if able else None
 
-    def _pair(self, one: Pass, base: Stand) -> tuple[Tried, ...]:
+    def _pair(self, one: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
         """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
         first = self._part(one, decide.PARTIAL)
         if first is None or first.stand is None:
@@ -157,7 +172,7 @@ class _Tracer:
         second = self._pass(first.stand, base, decide.PAIR)
         return (first, second.found[0]) if second.found else ()
 
-    def _pass(self, stand: Stand, before: Stand, share: float = decide.NAMED) -> Pass:
+    def _pass(self, stand: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:
         """Shortlist, refit and judge against the misfit `before`; an effect that explains `share` of it is found."""
         number = len(self._passes) + 1
         names = [one.name for one in stand.effects]
@@ -172,13 +187,13 @@ class _Tracer:
         return self._passes[-1]
 
     def _scores(
-        self, number: int, stand: Stand, library: Sequence[Effect]
+        self, number: int, stand: FittedModel, library: Sequence[Effect]
     ) -> tuple[tuple[tuple[Candidate, float], ...], tuple[str, ...], np.ndarray]:
         """Every effect's share of the misfit, most first; names and cosines of the best formula of the best effects."""
 
         def compute() -> dict[str, Any]:
-            windows, fit = telling(self._case.train, stand.fit)
-            rest = Remainder(stand.model, windows, fit)
+            windows, fit = worst_windows(self._case.train, stand.fit)
+            rest = NuisanceProjection(stand.model, windows, fit)
             scores: list[Score] = []
             for effect in library:
                 scores.append(score(self._case.rig, stand.effects, effect, stand.model, windows, fit, rest))
@@ -197,12 +212,12 @@ class _Tracer:
         return ranked, tuple(stored["names"]), np.asarray(stored["cosines"])
 
     def _refits(
-        self, number: int, stand: Stand, base: Stand, ranked: Sequence[tuple[Candidate, float]]
-    ) -> tuple[Tried, ...]:
+        self, number: int, stand: FittedModel, base: FittedModel, ranked: Sequence[tuple[Candidate, float]]
+    ) -> tuple[CandidateFit, ...]:
         """Refits of the shortlist, most explained first: the best formula of each name, then its others."""
         able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > _FAINT]
         names = list(dict.fromkeys(candidate.effect.name for candidate, _ in able))[:NAMES]
-        tried: list[Tried] = []
+        tried: list[CandidateFit] = []
         for name in names:
             own = [pair for pair in able if pair[0].effect.name == name]
             explained = max((one.judgement.explained for one in tried), default=0.0)
@@ -219,8 +234,14 @@ class _Tracer:
         return tuple(sorted(tried, key=lambda one: -one.judgement.explained))
 
     def _try(
-        self, number: int, stand: Stand, base: Stand, candidate: Candidate, share: float, again: bool = False
-    ) -> Tried:
+        self,
+        number: int,
+        stand: FittedModel,
+        base: FittedModel,
+        candidate: Candidate,
+        share: float,
+        again: bool = False,
+    ) -> CandidateFit:
         effect, n = candidate.effect, self._case.heldout.samples
         self._say(f"pass {number}: fit with {effect.title}")
         try:
@@ -229,48 +250,50 @@ class _Tracer:
             )
         except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
             nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
-            return Tried(candidate, share, nothing, None, str(error))
+            return CandidateFit(candidate, share, nothing, None, str(error))
         explained = decide.explained(base.squares, found.squares, n)
         self._say(f"pass {number}: {effect.name} {effect.formula} explains {100 * explained:.1f} %")
         squares = float(stand.fit.squares.sum()), float(found.fit.squares.sum())
         fall = decide.bic_fall(*squares, len(effect.fitted), self._case.train.samples)
         passes = decide.passes(stand.squares, found.squares, fall, self._case.kappa, len(self._library))
-        passes = passes and not vanished(found)
+        passes = passes and not is_switched_off(found)
         judgement = decide.Judgement(
             effect.name, effect.formula, explained, found.squares / n, len(effect.fitted), passes
         )
-        return Tried(candidate, share, judgement, found)
+        return CandidateFit(candidate, share, judgement, found)
 
-    def _located(self, base: Stand) -> Located:
+    def _located(self, base: FittedModel) -> FaultLocation:
         def compute() -> dict[str, Any]:
             self._say("in which equation")
-            found = located(self._case, base)
+            found = locate_fault(self._case, base)
             return asdict(found) | {"evidence": [list(one) for one in found.evidence]}  # a stage keeps no tuples
 
         stored = self._stage(f"localise-{len(self._passes)}" if self._passes else "localise", compute)
-        return Located(stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["cuts"])
+        return FaultLocation(
+            stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["cuts"]
+        )
 
-    def _again(self, name: str, stand: Stand) -> Stand:
+    def _again(self, name: str, stand: FittedModel) -> FittedModel:
         """A stand of thinned windows fitted to all of them; where none were left out it stays."""
         if self._whole is self._case:
             return stand
-        stored = self._stage(name, lambda: packed(refined(self._whole, stand)))
+        stored = self._stage(name, lambda: packed(refit_all_windows(self._whole, stand)))
         return unpacked(stored, self._whole, self._library)
 
-    def _misfit(self, stand: Stand) -> bool:
+    def _misfit(self, stand: FittedModel) -> bool:
         return decide.misfit(stand.chi2, stand.samples, self._case.kappa)
 
-    def _stored(self, name: str, compute: Callable[[], Stand]) -> Stand:
+    def _stored(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:
         return unpacked(self._stage(name, lambda: packed(compute())), self._case, self._library)
 
     def _result(
         self,
-        base: Stand,
-        final: Stand,
+        base: FittedModel,
+        final: FittedModel,
         verdict: str,
-        effects: tuple[Tried, ...],
+        effects: tuple[CandidateFit, ...],
         tied: tuple[str, ...],
-        place: Located | None,
+        place: FaultLocation | None,
     ) -> Trace:
         equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
         alone = self._again("base, all windows", base)
@@ -283,12 +306,12 @@ class _Tracer:
             tied=tied,
             equation=None if verdict == "none" else equation,
             evidence=place.evidence if place else (),
-            cuts=place.cuts if place else {},
+            cuts=place.parity_residuals if place else {},
             passes=tuple(self._passes),
         )
 
 
-def _stand(one: Tried) -> Stand:
+def _stand(one: CandidateFit) -> FittedModel:
     assert one.stand is not None
     return one.stand
 

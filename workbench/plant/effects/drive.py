@@ -49,7 +49,7 @@ interpolated = replace(
     formula="interpolated",
     source="linear interpolation between two samples",
     numbers=(replace(_DELAY, tried=()),),
-    blended=True,
+    interpolated=True,
 )
 """The command is late by a share of a period too, and the drive interpolates between the two samples."""
 

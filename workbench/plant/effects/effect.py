@@ -61,7 +61,7 @@ class Effect:
 
     `equation` is the one of EQUATIONS that lacks it, `family` the effects that look alike, `shows` the excitation that
     shows it. `delay` names the number by which the plant's command is late: whoever feeds the plant holds it back;
-    where it is `blended`, the plant holds the mean over each period of what arrives in it.
+    where it is `interpolated`, the plant holds the mean over each period of what arrives in it.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Effect:
     inputs: tuple[EffectInput, ...] = ()
     family: str = ""
     delay: str = ""
-    blended: bool = False
+    interpolated: bool = False
 
     def key(self, name: str) -> str:
         """The name that a number or state of this effect has inside a plant."""

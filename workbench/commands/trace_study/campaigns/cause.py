@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from ....base.errors import InputError
 from ....plant.effects import LIBRARY, Effect
-from ..off_library import NAMELESS, OTHER_FORMULAS
+from ..off_library import OTHER_FORMULAS, UNNAMED
 
 UNSEEN = ("pilot", "main")
 """Nothing is measured between the motor's current and the main spool: either equation is right for both."""
@@ -56,4 +56,4 @@ def _cause(effect: Effect) -> Cause:
 
 OWN: tuple[Cause, ...] = tuple(_cause(effect) for effect in LIBRARY)
 FOREIGN: tuple[Cause, ...] = tuple(_cause(effect) for effect in OTHER_FORMULAS)
-OFF: tuple[Cause, ...] = tuple(_cause(effect) for effect in NAMELESS)
+OFF: tuple[Cause, ...] = tuple(_cause(effect) for effect in UNNAMED)

@@ -24,7 +24,7 @@ from .cause import Cause, cause
 from .excitation import excitations, loop_gain
 from .misfit import Misfit
 from .noise import Noise, noise, quantised, sigmas, write
-from .play import Motion, play, start
+from .play import PlayedMotion, play, start
 from .strength import Strength, off, settle, shaped
 
 RIG = "jack-10t"
@@ -38,7 +38,7 @@ Kind = Literal["single", "pair", "off", "clean"]
 
 
 @dataclass(frozen=True)
-class Case:
+class CampaignPlan:
     """A campaign to draw; whatever is not said here follows from the seed.
 
     effects: name and formula of each, see foreign.py. removed: names that the tracer's library is to be without.
@@ -76,7 +76,7 @@ class Scene:
 
     def motions(
         self, mix: Mapping[Cause, Mapping[str, float]], played: Sequence[Excitation], heard: Sequence[np.ndarray] = ()
-    ) -> list[Motion]:
+    ) -> list[PlayedMotion]:
         """Excitations played on the rig with these effects' numbers; `heard` [n] m is the noise of position, if any."""
         engine = _engine(tuple(one.key for one in mix))
         given = {one.effect.key(name): value for one, numbers in mix.items() for name, value in numbers.items()}
@@ -86,7 +86,7 @@ class Scene:
         return [play(engine, p, begin, one, self.gain, noise) for one, noise in zip(played, noises, strict=True)]
 
 
-def draw(case: Case, folder: Path) -> dict[str, Any]:
+def draw(case: CampaignPlan, folder: Path) -> dict[str, Any]:
     """Write the campaign's folder and return what it is short of. Raises InputError."""
     scene, causes = _scene(case), [cause(*key) for key in case.effects]
     strengths = _strengths(case, scene, causes)
@@ -105,7 +105,7 @@ def draw(case: Case, folder: Path) -> dict[str, Any]:
     return _truth(case, scene, causes, strengths)
 
 
-def _scene(case: Case) -> Scene:
+def _scene(case: CampaignPlan) -> Scene:
     rig = _rig()
     drawn = _random(case, "rig")
     true = {
@@ -134,12 +134,12 @@ def _within_limits(scene: Scene) -> Scene:
     raise InputError(f"{scene.rig.name}: drawn excitations are too large at any size; check its limits")
 
 
-def _fits(rig: Rig, motion: Motion) -> bool:
+def _fits(rig: Rig, motion: PlayedMotion) -> bool:
     travelled = np.abs(motion.outputs["position"] - rig["xmid"]).max()
     return travelled < rig.limit("stroke") and motion.outputs["lowest_pressure"].min() > 0
 
 
-def _strengths(case: Case, scene: Scene, causes: Sequence[Cause]) -> list[Strength]:
+def _strengths(case: CampaignPlan, scene: Scene, causes: Sequence[Cause]) -> list[Strength]:
     """Each effect alone as strong as the case asks."""
     if not causes:
         return []
@@ -152,7 +152,7 @@ def _strengths(case: Case, scene: Scene, causes: Sequence[Cause]) -> list[Streng
     ]
 
 
-def _strength(case: Case, scene: Scene, one: Cause, shape: Mapping[str, float], plain: Misfit) -> Strength:
+def _strength(case: CampaignPlan, scene: Scene, one: Cause, shape: Mapping[str, float], plain: Misfit) -> Strength:
     """By slopes along the base motion first, then along that with the effect, where the refit ends: air in the oil
     moves resonances so far that only these say what a refit can do."""
     base, moving, misfit = _engine(()), scene.played[1:], plain
@@ -174,13 +174,13 @@ def _strength(case: Case, scene: Scene, one: Cause, shape: Mapping[str, float], 
     return found
 
 
-def _noises(case: Case, scene: Scene, number: int) -> dict[str, np.ndarray]:
+def _noises(case: CampaignPlan, scene: Scene, number: int) -> dict[str, np.ndarray]:
     """Noise [n] SI of every sensor in one record; the position's is there even where the loop alone reads it."""
     one, drawn = scene.played[number], _random(case, "noise", number)
     return {n: s * noise(len(one.reference), one.period, case.noise, drawn) for n, s in scene.sigma.items()}
 
 
-def _truth(case: Case, scene: Scene, causes: Sequence[Cause], strengths: Sequence[Strength]) -> dict[str, Any]:
+def _truth(case: CampaignPlan, scene: Scene, causes: Sequence[Cause], strengths: Sequence[Strength]) -> dict[str, Any]:
     """What the campaign is short of; keys as in truth.json, numbers in SI."""
     equations = list(dict.fromkeys(equation for one in causes for equation in one.equations))
     numbers = {c.effect.key(n): v for c, s in zip(causes, strengths, strict=True) for n, v in s.numbers.items()}
@@ -210,7 +210,7 @@ def _truth(case: Case, scene: Scene, causes: Sequence[Cause], strengths: Sequenc
     }
 
 
-def _random(case: Case, purpose: str, number: int = 0) -> np.random.Generator:
+def _random(case: CampaignPlan, purpose: str, number: int = 0) -> np.random.Generator:
     """A stream of its own for every purpose: one more draw for one leaves the others as they were."""
     return np.random.default_rng([case.seed, *purpose.encode(), number])
 

@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 from ....engine import Engine
 from ....plant import Plant
 from ....rigs.rig import Rig
-from .play import Motion
+from .play import PlayedMotion
 
 WINDOW = 0.5  # s
 NUDGE = 1e-3  # of a scale or of half a declared range, for slopes
@@ -32,7 +32,7 @@ class Misfit:
     """
 
     def __init__(
-        self, base: Engine, p: np.ndarray, rig: Rig, sigma: Mapping[str, float], motions: Sequence[Motion]
+        self, base: Engine, p: np.ndarray, rig: Rig, sigma: Mapping[str, float], motions: Sequence[PlayedMotion]
     ) -> None:
         self._base, self._p, self._period = base, p, rig.period.value
         self._sigma = sigma
@@ -50,7 +50,7 @@ class Misfit:
         self._root = np.linalg.cholesky(fitted.T @ fitted + np.eye(len(self._shifts))).T
         self._aim = np.linalg.solve(self._root.T, fitted.T)
 
-    def refit(self, motions: Sequence[Motion]) -> Refit:
+    def refit(self, motions: Sequence[PlayedMotion]) -> Refit:
         """What a refit leaves of motions of the plant with an effect; infinite, p as it was, where the base fails."""
         starts, commands, seen = self._windows(motions)
         left = self._without_states((seen - self._predicted(starts, commands, self._p))[..., None])
@@ -66,7 +66,7 @@ class Misfit:
         """What free initial states leave of errors [windows, samples, k]."""
         return errors - self._states @ (_t(self._states) @ errors)
 
-    def _windows(self, motions: Sequence[Motion]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _windows(self, motions: Sequence[PlayedMotion]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of each window the base model's state at its start [w, n], the commands [w, rows], and what is seen over
         sigma [w, samples]."""
         starts, commands, seen = [], [], []

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....base.errors import InputError
-from ....engine import Engine, Line
+from ....engine import DelayLine, Engine
 from ....linear import equilibrium
 from ....records.excitation import Excitation
 
@@ -14,7 +14,7 @@ QUANTUM = 1 / 32767  # of full command: a drive of 16 bits
 
 
 @dataclass(frozen=True)
-class Motion:
+class PlayedMotion:
     """What a rig did, sample by sample: true states and outputs by name, [n] SI, and the written command [n]."""
 
     states: dict[str, np.ndarray]
@@ -38,7 +38,7 @@ def play(
     played: Excitation,
     gain: float,
     noise: np.ndarray,
-) -> Motion:
+) -> PlayedMotion:
     """Follow the reference by `gain` [1/m] times the error of a position read with `noise` [n] m.
 
     The loop runs here and not in ClosedLoop because a late plant meets another command than the one that was written,
@@ -47,7 +47,7 @@ def play(
     plant, period, steps = engine.plant, played.period, len(played.reference)
     place, middle = plant.state("x"), p[plant.parameters.index("xmid")]
     x, held = begin[0], begin[1].copy()
-    line = Line(plant.lateness(p), period, held[0], plant.blended)
+    line = DelayLine(plant.lateness(p), period, held[0], plant.interpolated)
     states, met, written = np.empty((steps, plant.n)), np.empty(steps), np.empty(steps)
     for k in range(steps):
         states[k] = x
@@ -64,7 +64,7 @@ def play(
     u = np.tile(begin[1], (steps, 1))
     u[:, 0] = met
     outputs = engine.outputs(states, u, p)
-    return Motion(
+    return PlayedMotion(
         {one.name: states[:, i] for i, one in enumerate(plant.states)},
         {name: outputs[:, i] for i, name in enumerate(plant.outputs)},
         written,

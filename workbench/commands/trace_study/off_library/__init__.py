@@ -7,6 +7,6 @@ from . import drive, hydraulics, motion, valve
 from . import unnamed as nameless
 
 OTHER_FORMULAS = (*drive.EFFECTS, *valve.EFFECTS, *hydraulics.EFFECTS, *motion.EFFECTS)
-NAMELESS = nameless.EFFECTS
+UNNAMED = nameless.EFFECTS
 
-__all__ = ["NAMELESS", "OTHER_FORMULAS"]
+__all__ = ["OTHER_FORMULAS", "UNNAMED"]

@@ -4,7 +4,7 @@ import casadi as ca
 
 from ....plant.effects import EffectNumber, EffectState, Scope
 from ....plant.effects.lag import FAST, first_order, second_order
-from .formula import formula, shape, size
+from .formula import off_library, shape, size
 
 _FRANKLIN = "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998"
 
@@ -89,7 +89,7 @@ _Y = (EffectState("y", "A", 0.02), EffectState("y_rate", "A", 0.02))
 _SIDES = (EffectState("a", "Pa", 1e7, 1e7), EffectState("b", "Pa", 1e7, 1e7))
 
 EFFECTS = (
-    formula(
+    off_library(
         "drive.delay",
         "shift and filter",
         f"{_FRANKLIN}, ch. 4 and 5",
@@ -98,7 +98,7 @@ EFFECTS = (
         (EffectState("c", "1", 1.0),),
         "delay",
     ),
-    formula(
+    off_library(
         "drive.lag",
         "two poles",
         "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: coil and amplifier with current feedback",
@@ -109,7 +109,7 @@ EFFECTS = (
         ),
         _Y,
     ),
-    formula(
+    off_library(
         "drive.lag",
         "bare pole",
         "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: torque motor driven through its coil",
@@ -117,21 +117,21 @@ EFFECTS = (
         (_TAU,),
         (EffectState("i", "A", 0.02),),
     ),
-    formula(
+    off_library(
         "drive.saturation",
         "one-sided",
         "a power stage whose halves differ",
         {"current": _one_sided},
         (size("up", "1", 0.9, 0.98, "lost of the limit upwards"), size("down", "1", 0.75, 0.98, "lost downwards")),
     ),
-    formula(
+    off_library(
         "drive.saturation",
         "fourth power",
         "Rapp, 2nd European Conference on Satellite Communications, 1991: p = 2",
         {"current": _fourth_power},
         (size("w", "1", 5.0, 50.0, "declared limit over the one that is tended to"),),
     ),
-    formula(
+    off_library(
         "drive.corrector",
         "leaky integral",
         "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3",
@@ -139,7 +139,7 @@ EFFECTS = (
         (size("ki", "1/s", 40.0, 500.0, "integral rate"), shape("leak", "s", 0.05, "time in which it forgets")),
         (EffectState("c", "1", 1.0),),
     ),
-    formula(
+    off_library(
         "drive.corrector",
         "lag-lead",
         "Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems, ch. 6",
@@ -147,7 +147,7 @@ EFFECTS = (
         (size("k", "1", 0.5, 5.0, "high-frequency gain less 1"), shape("tf", "s", 2e-3, "its time constant")),
         (EffectState("c", "1", 1.0),),
     ),
-    formula(
+    off_library(
         "sensor.lag",
         "unequal lines",
         "Doebelin, Measurement Systems, 5th ed. 2004, sec. 6.6",
@@ -155,7 +155,7 @@ EFFECTS = (
         (size("tau_a", "s", 2e-3, 0.1, "time constant of A"), size("tau_b", "s", 1e-3, 0.1, "time constant of B")),
         _SIDES,
     ),
-    formula(
+    off_library(
         "sensor.lag",
         "all-pass",
         "first-order Pade approximation of a line's travel time",

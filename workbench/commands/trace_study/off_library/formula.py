@@ -20,7 +20,7 @@ def shape(name: str, si: str, typical: float, meaning: str) -> EffectNumber:
     return EffectNumber(name, si, si, typical, typical / 20, typical * 20, meaning)
 
 
-def formula(
+def off_library(
     name: str,
     title: str,
     source: str,

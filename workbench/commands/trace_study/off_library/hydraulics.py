@@ -4,7 +4,7 @@ import casadi as ca
 
 from ....plant.effects import EffectNumber, EffectState, Scope
 from ....plant.orifice import root
-from .formula import formula, shape, size
+from .formula import off_library, shape, size
 
 _Pair = tuple[ca.SX, ca.SX]
 _ATMOSPHERE = 1.013e5  # Pa
@@ -61,7 +61,7 @@ _R = size("R", "Pa s/m^3", 1e8, 1e10, "resistance of the line")
 _ALPHA = size("alpha", "1", 0.02, 0.3, "share of air in the volume at 1 atm")
 
 EFFECTS = (
-    formula(
+    off_library(
         "supply.sag",
         "linear and square",
         "Idelchik, Handbook of Hydraulic Resistance: laminar and local losses in series",
@@ -69,7 +69,7 @@ EFFECTS = (
         (_R, size("k", "Pa s^2/m^6", 1e10, 1e13, "square loss"), shape("tau", "s", 5e-3, "of line and manifold")),
         (_DROP,),
     ),
-    formula(
+    off_library(
         "supply.sag",
         "inert line",
         "Watton, Fundamentals of Fluid Power Control, Cambridge 2009, ch. 5: resistance, inertance, capacitance",
@@ -81,7 +81,7 @@ EFFECTS = (
         ),
         (_DROP, EffectState("rate", "Pa", 1e6)),
     ),
-    formula(
+    off_library(
         "oil.air",
         "exponential",
         "Hoffmann, Dynamisches Verhalten hydraulischer Steuerungssysteme, Springer 1981",
@@ -91,28 +91,28 @@ EFFECTS = (
             shape("p1", "Pa", 5e6, "pressure over which it comes"),
         ),
     ),
-    formula(
+    off_library(
         "oil.air",
         "logarithmic",
         "Boes, Christian: Hydraulische Achsantriebe im digitalen Regelkreis, RWTH Aachen 1995",
         {"modulus": _logarithmic},
         (size("a", "1", 0.5, 1.2, "1: as published"),),
     ),
-    formula(
+    off_library(
         "oil.air",
         "dissolving",
         "Zhou, Vacca, Manhartsgruber, J. Fluids Engineering 135(9), 2013: gas that goes into solution, simplified",
         {"modulus": _dissolving},
         (_ALPHA, shape("ps", "Pa", 1.5e7, "pressure at which all is dissolved")),
     ),
-    formula(
+    off_library(
         "jack.external_leakage",
         "mixed, one side",
         "Merritt, Hydraulic Control Systems, Wiley 1967, sec. 3.2 and 3.3",
         {"leakage": _mixed},
         (size("C", "m^3/s/Pa", 1e-11, 1e-9, "laminar leak"), size("k", "m^3/s/Pa^0.5", 3e-8, 3e-6, "turbulent leak")),
     ),
-    formula(
+    off_library(
         "jack.external_leakage",
         "seal that opens",
         "flow in a gap grows with the cube of its height",

@@ -3,7 +3,7 @@
 import casadi as ca
 
 from ....plant.effects import EffectState, Scope
-from .formula import formula, shape, size, smooth_sign
+from .formula import off_library, shape, size, smooth_sign
 
 
 def _three_halves(friction: ca.SX, s: Scope) -> ca.SX:
@@ -69,42 +69,42 @@ _F = shape("f", "Hz", 70.0, "its frequency with the rod held")
 _Y = (EffectState("y", "m", 1e-3), EffectState("vy", "m/s", 1.0))
 
 EFFECTS = (
-    formula(
+    off_library(
         "jack.friction",
         "stribeck 3/2",
         "Armstrong-Helouvry et al., Automatica 30(7), 1994: exponent between 1/2 and 2",
         {"friction": _three_halves},
         (_COULOMB, _STATIC, _STRIBECK),
     ),
-    formula(
+    off_library(
         "jack.friction",
         "hyperbolic",
         "Hess, Soom, J. Tribology 112(1), 1990",
         {"friction": _hyperbolic},
         (_COULOMB, _STATIC, _STRIBECK),
     ),
-    formula(
+    off_library(
         "jack.friction",
         "pressed seals",
         "Bonchis, Corke, Rye, IEEE Trans. Control Systems Technology 7(2), 1999: friction with pressure",
         {"friction": _pressed},
         (_COULOMB, shape("p1", "Pa", 5e6, "difference that doubles it")),
     ),
-    formula(
+    off_library(
         "load.bias",
         "weight on a link",
         "statics",
         {"body_force": _link},
         (size("F", "N", 3e3, 1e5, "weight"), shape("r", "m", 0.6, "of the link")),
     ),
-    formula(
+    off_library(
         "load.spring",
         "softening",
         "a rubber block",
         {"load": _softening},
         (size("k", "N/m", 1e5, 1e7, "stiffness"), shape("x1", "m", 0.1, "travel at which it yields")),
     ),
-    formula(
+    off_library(
         "load.compliance",
         "square damping",
         "Den Hartog, Mechanical Vibrations, 4th ed. 1956, sec. 8.4",
@@ -112,7 +112,7 @@ EFFECTS = (
         (_MU, _F, shape("c", "1/m", 60.0, "damping over speed")),
         _Y,
     ),
-    formula(
+    off_library(
         "load.compliance",
         "rubber",
         "Zener, Elasticity and Anelasticity of Metals, Chicago 1948",

@@ -4,7 +4,7 @@ import casadi as ca
 
 from ....plant.effects import EffectState, Scope
 from ....plant.orifice import exponential_lap
-from .formula import formula, shape, size, smooth_sign
+from .formula import off_library, shape, size, smooth_sign
 
 _Pair = tuple[ca.SX, ca.SX]
 _FAST = 8e-5  # s: a hysteresis is dragged along this fast
@@ -78,14 +78,14 @@ def _one_edge(flows: _Pair, s: Scope) -> _Pair:
 def _stick(name: str, force: float, speed: float, bristle: float) -> tuple:
     coulomb = size("Fc", "N", force, 100 * force, "Coulomb friction", dry=True)
     return (
-        formula(
+        off_library(
             name,
             "saturated line",
             "Karnopp, J. Dynamic Systems, Measurement and Control 107(1), 1985",
             {_SLOTS[name]: _line},
             (coulomb, shape("v0", "m/s", speed, "half the band about standstill")),
         ),
-        formula(
+        off_library(
             name,
             "dahl",
             "Dahl, A Solid Friction Model, Aerospace Corporation TOR-158(3107-18), 1968",
@@ -102,7 +102,7 @@ _OVERLAP = size("overlap", "1", 0.01, 0.3, "over full travel")
 _GAIN = size("a", "1", 0.1, 0.6, "gain more on one side")
 
 EFFECTS = (
-    formula(
+    off_library(
         "pilot.hysteresis",
         "generalised play",
         "Brokate, Sprekels, Hysteresis and Phase Transitions, Springer 1996, sec. 2.3",
@@ -110,7 +110,7 @@ EFFECTS = (
         (size("up", "A", 3e-4, 5e-3, "upper edge"), size("down", "A", 2e-4, 5e-3, "lower edge")),
         (_CURRENT,),
     ),
-    formula(
+    off_library(
         "pilot.hysteresis",
         "dahl squared",
         "Dahl, AIAA Journal 14(12), 1976: exponent 2",
@@ -120,21 +120,21 @@ EFFECTS = (
     ),
     *_stick("main.stiction", 20.0, 2e-3, 4e-6),
     *_stick("jack.friction", 500.0, 4e-3, 8e-5),
-    formula(
+    off_library(
         "main.deadband",
         "bare lap",
         "lap of Salazar Garcia et al., ICINCO 2007, shifted",
         {"main_openings": _bare_lap},
         (_OVERLAP,),
     ),
-    formula("main.deadband", "cubic", "a smooth dead zone without corners", {"main_openings": _cubic}, (_OVERLAP,)),
-    formula(
+    off_library("main.deadband", "cubic", "a smooth dead zone without corners", {"main_openings": _cubic}, (_OVERLAP,)),
+    off_library(
         "main.deadband",
         "round ports",
         "Merritt, Hydraulic Control Systems, Wiley 1967, sec. 5.2: circular ports",
         {"main_openings": _round_ports},
         (_OVERLAP,),
     ),
-    formula("main.asymmetry", "bent", "a gain that grows with the opening", {"main_openings": _bent}, (_GAIN,)),
-    formula("main.asymmetry", "one edge", "one worn metering edge", {"main_flows": _one_edge}, (_GAIN,)),
+    off_library("main.asymmetry", "bent", "a gain that grows with the opening", {"main_openings": _bent}, (_GAIN,)),
+    off_library("main.asymmetry", "one edge", "one worn metering edge", {"main_flows": _one_edge}, (_GAIN,)),
 )
