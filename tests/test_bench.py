@@ -13,8 +13,8 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.run.config import StepConfig, load_config
 from workbench.linear.frequency_response import first_harmonic
-from workbench.loop.closed_loop import ClosedLoop
 from workbench.loop.rows import linear_loops, loop_setup, play, row
+from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.scenarios import SCENARIOS
 from workbench.loop.stiffness_and_noise import command_noise, dynamic_stiffness
 
@@ -128,7 +128,7 @@ def test_dynamic_stiffness_is_what_a_shaken_loop_shows(config, on, name):
     """A sine of 20 N and 10 Hz, too small to leave the lap's doubled gain, on the nonlinear loop."""
     chosen, f, force = controller(config, name), 10.0, 20.0
     period = on.rig.period.value
-    loop = ClosedLoop(on.engine, on.rig, chosen.build(period), on.null)
+    loop = SampledLoop(on.engine, on.rig, chosen.build(period), on.null)
     t = np.arange(2001) * period
     run = loop.run(np.zeros(len(t)), {"disturbance": force * np.sin(2 * np.pi * f * t)})
     moved = abs(first_harmonic(run.record.signals["position"][-101:]))
@@ -138,7 +138,7 @@ def test_dynamic_stiffness_is_what_a_shaken_loop_shows(config, on, name):
 @pytest.mark.parametrize("name", ["p", "p-dp"])
 def test_command_noise_is_what_noisy_sensors_leave(config, on, name):
     chosen = controller(config, name)
-    loop = ClosedLoop(on.engine, on.rig, chosen.build(on.rig.period.value), on.null, seed=1)
+    loop = SampledLoop(on.engine, on.rig, chosen.build(on.rig.period.value), on.null, seed=1)
     command = loop.run(np.zeros(4000)).record.signals["command"]
     expected = command_noise(chosen, on, linear_loops(chosen, on).null)
     assert np.std(command[-3000:]) == pytest.approx(expected, rel=0.1)

@@ -14,9 +14,9 @@ from workbench.engine import DelayLine, Engine, periods
 from workbench.identify.fit.windows import delayed
 from workbench.linear import discretise, equilibrium, linearise, nonlinear_system
 from workbench.linear.frequency_response import sampled_response, stepped_sine
-from workbench.loop.closed_loop import run_loop
 from workbench.loop.describing_function import closed_loop_sine
 from workbench.loop.margins import linear_loop
+from workbench.loop.sampled_loop import run_loop
 from workbench.plant import build, build_pilot_bench, build_valve_bench
 from workbench.rigs.rig import EffectUse, Number
 

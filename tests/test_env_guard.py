@@ -9,8 +9,8 @@ from made_tasks import hold_at, make
 from envs.lane_guard import LaneGuard, Trip
 from envs.sensing import LaneSensors
 from envs.single import JackPosition
-from workbench.loop.closed_loop import ClosedLoop
 from workbench.loop.guard import Guard
+from workbench.loop.sampled_loop import SampledLoop
 from workbench.rigs.rig import load_rig
 
 REASONS = {
@@ -108,7 +108,7 @@ def test_an_episode_is_a_loop_of_the_workbench(rig, engine, rest, written):
         positions.append(env.core.x[0, place])
         info = env.step(np.array([20 * (0.01 - positions[-1])]))[4]
         commands.append(info["command"])
-    run = ClosedLoop(engine, rig, Proportional(), rest).run(np.full(steps, 0.01))
+    run = SampledLoop(engine, rig, Proportional(), rest).run(np.full(steps, 0.01))
     np.testing.assert_allclose(positions, run.record.signals["position"], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(commands, run.record.signals["command"], rtol=1e-6, atol=1e-9)
     assert max(commands) > 0.19

@@ -10,8 +10,8 @@ from workbench.base.errors import InputError
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop import step_metrics as metrics
-from workbench.loop.closed_loop import SIMULATION_FAILED, ClosedLoop, Sensors, run_loop
 from workbench.loop.margins import linear_loop
+from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop, Sensors, run_loop
 from workbench.plant import build
 from workbench.rigs.rig import load_rig
 
@@ -68,7 +68,7 @@ def test_the_loop_is_its_linear_model_for_a_small_step(rig, plant, engine, rest)
 def test_a_loop_goes_on_where_it_ended(rig, engine, rest):
     reference = 0.01 * np.sin(np.arange(400) / 40)
     whole = run_loop(engine, rig, position(), rest, reference)
-    loop = ClosedLoop(engine, rig, position(), rest)
+    loop = SampledLoop(engine, rig, position(), rest)
     first, second = loop.run(reference[:150]), loop.run(reference[150:])
     assert np.concatenate([first.record.t, second.record.t]) == pytest.approx(whole.record.t)
     pieces = np.concatenate([first.record.signals["position"], second.record.signals["position"]])
@@ -88,7 +88,7 @@ def test_a_loop_does_not_depend_on_what_ran_before(rig, plant, rest, commanded):
 def test_the_start_has_no_bump(rig, plant, engine):
     """From any operating point with its own command, a loop asked for nothing new stays there."""
     start = equilibrium(plant, position=0.1, disturbance=2e4)
-    loop = ClosedLoop(engine, rig, position(), start)
+    loop = SampledLoop(engine, rig, position(), start)
     run = loop.run(np.full(300, 0.1), {"disturbance": np.full(300, 2e4)})
     assert run.record.signals["command"] == pytest.approx(start.u[0], abs=1e-6)
     assert run.record.signals["position"] == pytest.approx(0.1, abs=1e-6)
@@ -129,7 +129,7 @@ def test_a_controller_is_reset_once_then_computes_and_learns_what_was_realised(r
 
 
 def test_inputs_reach_the_plant(rig, engine, rest):
-    loop = ClosedLoop(engine, rig, position(), rest)
+    loop = SampledLoop(engine, rig, position(), rest)
     run = loop.run(np.zeros(300), {"disturbance": np.where(np.arange(300) < 100, 0.0, 5e3)})
     seen = run.record.signals
     assert np.abs(seen["position"][:100]).max() < 1e-6
@@ -147,7 +147,7 @@ def test_inputs_reach_the_plant(rig, engine, rest):
 def test_a_loop_trips(rig, engine, rest, reference, inputs, reason):
     """The record goes on, the command goes to 0 and stays there."""
     steps = 1500
-    loop = ClosedLoop(engine, rig, position(2.0), rest)
+    loop = SampledLoop(engine, rig, position(2.0), rest)
     run = loop.run(np.full(steps, reference), {name: np.full(steps, value) for name, value in inputs.items()})
     assert run.tripped == reason
     command = run.record.signals["command"]
@@ -177,10 +177,10 @@ def test_a_command_that_is_not_finite_stops_the_loop(rig, engine, rest):
 def test_a_failed_simulation_ends_the_record(rig, engine, rest):
     """A force that no number can hold for long: flagged, and the record ends with the last good sample."""
     blow = {"disturbance": np.where(np.arange(50) < 20, 0.0, 1e200)}
-    run = ClosedLoop(engine, rig, position(), rest).run(np.full(50, 0.01), blow)
+    run = SampledLoop(engine, rig, position(), rest).run(np.full(50, 0.01), blow)
     assert run.tripped == SIMULATION_FAILED
     assert len(run.record.t) == len(run.demanded) == 21
-    calm = ClosedLoop(engine, rig, position(), rest).run(np.full(50, 0.01))
+    calm = SampledLoop(engine, rig, position(), rest).run(np.full(50, 0.01))
     assert run.record.signals["position"] == pytest.approx(calm.record.signals["position"][:21], abs=1e-9)
 
 
@@ -213,4 +213,4 @@ def test_sensors_read_what_the_rig_measures_in_steps_of_their_resolution(rig, pl
 def test_a_controller_that_needs_what_is_not_measured_is_refused(rig, engine, rest):
     blind = replace(rig, sensors={name: sensor for name, sensor in rig.sensors.items() if name != "position"})
     with pytest.raises(InputError, match="rig jack-10t has no position sensor, which the controller needs"):
-        ClosedLoop(engine, blind, position(), rest)
+        SampledLoop(engine, blind, position(), rest)

@@ -7,8 +7,8 @@ import pytest
 from controllers.lqg import Lqg
 from workbench.control.jack_model import fit_jack_model
 from workbench.linear import discretise
-from workbench.loop.closed_loop import run_loop
 from workbench.loop.margins import linear_loop
+from workbench.loop.sampled_loop import run_loop
 from workbench.loop.step_metrics import overshoot, settling_time
 
 PERIOD = 1e-3

@@ -11,7 +11,7 @@ from controllers.shaping import Shaping
 from workbench.control.compensators import Compensated
 from workbench.control.kalman_observer import JackObserver
 from workbench.control.mpc_qp import Limits, Planner, build_horizon
-from workbench.loop.closed_loop import ClosedLoop
+from workbench.loop.sampled_loop import SampledLoop
 
 PERIOD = 1e-3
 JACK = {
@@ -81,7 +81,7 @@ def test_the_plan_is_the_optimum_that_an_independent_solver_finds(planner):
 def looped(engine, rig, rest, controller, reference, force=0.0):
     """On the jack that its model is of: damped by pressure feedback."""
     damped = Compensated(controller, PressureFeedback(PressureFeedback.Design(gain=2e-9, corner=1.0), PERIOD))
-    loop = ClosedLoop(engine, rig, damped, rest)
+    loop = SampledLoop(engine, rig, damped, rest)
     return loop.run(reference, {"disturbance": np.full(len(reference), force)})
 
 

@@ -11,7 +11,7 @@ from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.excite.study import drive, play, trouble
 from workbench.commands.record.study import identity, logged, plan, run_record, standard_set
 from workbench.commands.residual.study import run_residual
-from workbench.loop.closed_loop import LoopRun
+from workbench.loop.sampled_loop import LoopRun
 from workbench.records import load_campaign
 from workbench.records.excitation import Excitation, excitation, excitation_text, steps, triangle
 from workbench.rigs.rig import EffectUse, Number, load_rig, save_rig

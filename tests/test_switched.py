@@ -7,7 +7,7 @@ from controllers.switched import Switched
 from workbench.control.controller_spec import controller_spec
 from workbench.engine import Engine
 from workbench.linear import equilibrium
-from workbench.loop.closed_loop import ClosedLoop
+from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
 
 PERIOD, FADE, STIFFNESS = 1e-3, 0.02, 1e7
@@ -46,7 +46,7 @@ def test_position_to_force_and_back(held):
     """A millimetre, then 20 kN instead of the 10 kN found there, then half a millimetre: without a bump."""
     rig, engine, rest = held
     controller = switched()
-    loop = ClosedLoop(engine, rig, controller, rest)
+    loop = SampledLoop(engine, rig, controller, rest)
     position = loop.run(np.full(600, 1e-3))
     controller.select("force")
     force = loop.run(np.full(800, 20e3))
@@ -78,7 +78,7 @@ def test_a_moving_jack_is_taken_over_and_stopped(held):
     controller = Switched(
         {name: controller_spec(name, LOOP, name).build(PERIOD) for name in ("one", "other")}, "one", FADE, PERIOD
     )
-    loop = ClosedLoop(engine, free, controller, equilibrium(engine.plant))
+    loop = SampledLoop(engine, free, controller, equilibrium(engine.plant))
     moving = loop.run(0.1 * PERIOD * np.arange(600))
     there = moving.record.signals["position"][-1]
     controller.select("other")

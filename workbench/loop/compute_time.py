@@ -7,7 +7,7 @@ import numpy as np
 from ..control.controller_spec import ControllerSpec
 from ..control.protocol import fallbacks, preview
 from ..rigs.rig import Rig
-from .closed_loop import LoopRun
+from .sampled_loop import LoopRun
 
 
 def computing(chosen: ControllerSpec, rig: Rig, run: LoopRun) -> tuple[np.ndarray, int | None]:

@@ -9,7 +9,7 @@ from ..engine import Engine
 from ..linear import Equilibrium
 from ..linear.frequency_response import AGREE, SteppedSine, first_harmonic
 from ..rigs.rig import Rig
-from .closed_loop import ClosedLoop
+from .sampled_loop import SampledLoop
 
 _BLOCK = 0.2  # s: blocks of whole cycles last at least this, so that slow loop modes are seen to have settled
 _LONGEST = 6.0  # s: a point that has not settled by then (or in two blocks) is flagged
@@ -49,7 +49,7 @@ def _point(
     name = controller.measures[0]
     level = engine.observe(start.x, start.u)[engine.plant.output(name)]
     reference = level + amplitude * np.sin(2 * np.pi * np.arange(k * block) / k)
-    loop = ClosedLoop(engine, rig, controller, start)
+    loop = SampledLoop(engine, rig, controller, start)
     before, cycles = None, 0
     while True:
         run = loop.run(reference)

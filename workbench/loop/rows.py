@@ -13,8 +13,8 @@ from ..linear.frequency_response import crossing, decibels, degrees
 from ..plant import build
 from ..rigs.rig import Rig
 from . import step_metrics as metrics
-from .closed_loop import ClosedLoop, LoopRun
 from .margins import LinearLoop, linear_loop
+from .sampled_loop import LoopRun, SampledLoop
 from .scenarios import Scenario
 
 MOVING = 0.1  # m/s: the second operating point, outside the lap's doubled gain; a specimen's far end moves along
@@ -77,7 +77,7 @@ def play(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup) -> LoopRun:
     period = on.rig.period.value
     start = float(on.engine.observe(on.null.x, on.null.u)[on.engine.plant.output(wanted.signal)])
     t = np.arange(round(wanted.duration / period) + 1) * period
-    loop = ClosedLoop(on.engine, on.rig, chosen.build(period), on.null)
+    loop = SampledLoop(on.engine, on.rig, chosen.build(period), on.null)
     return loop.run(start + wanted.reference(t), wanted.inputs(t))
 
 

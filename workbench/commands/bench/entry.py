@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...loop.closed_loop import LoopRun
 from ...loop.compute_time import computing
 from ...loop.margins import LinearLoop
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, linear_loops, loop_setup, play, row
+from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...loop.stiffness_and_noise import command_noise, dynamic_stiffness
 from ...plant.valve.supply import supply_power

@@ -18,8 +18,8 @@ from ...control.controller_spec import ControllerSpec, controller_spec
 from ...control.protocol import Controller
 from ...engine import Engine
 from ...linear import equilibrium
-from ...loop.closed_loop import ClosedLoop, LoopRun
 from ...loop.margins import linear_loop
+from ...loop.sampled_loop import LoopRun, SampledLoop
 from ...plant import build
 from ...records.excitation import (
     SIMPLE,
@@ -206,10 +206,10 @@ def _is_taken(drive: DriveSimulation, played: Excitation) -> bool:
     return all(trouble(loop.run(piece)) is None for piece in pieces)
 
 
-def _closed(drive: DriveSimulation, played: Excitation, seed: int | None) -> ClosedLoop:
+def _closed(drive: DriveSimulation, played: Excitation, seed: int | None) -> SampledLoop:
     start = equilibrium(drive.engine.plant, position=float(played.reference[0]) - drive.rig["xmid"])
     controller = _Adding(drive.loop.build(played.period), played.command)
-    return ClosedLoop(drive.engine, drive.rig, controller, start, seed)
+    return SampledLoop(drive.engine, drive.rig, controller, start, seed)
 
 
 class _Adding:

@@ -14,7 +14,7 @@ from ...base.errors import InputError
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...linear import equilibrium
-from ...loop.closed_loop import LoopRun, Sensors
+from ...loop.sampled_loop import LoopRun, Sensors
 from ...plant import build
 from ...records import Record
 from ...records.campaign import ROLES

@@ -6,8 +6,8 @@ from typing import Any
 from ...base.signals import SIGNALS, Signal
 from ...base.units import from_si
 from ...linear.frequency_response import crossing, decibels, degrees
-from ...loop.closed_loop import LoopRun
 from ...loop.rows import MOVING, LinearLoops
+from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
 from ..common.sines import Sines, closed_loop_figure

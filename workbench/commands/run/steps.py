@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ...loop.closed_loop import LoopRun
 from ...loop.rows import LinearLoops, linear_loops, loop_setup, play, row
+from ...loop.sampled_loop import LoopRun
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import Sines, sines
 from .config import StepConfig

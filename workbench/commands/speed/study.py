@@ -13,7 +13,7 @@ from ...engine import Engine
 from ...engine.backend import cores
 from ...engine.peers import PEERS
 from ...linear import Equilibrium, equilibrium
-from ...loop.closed_loop import ClosedLoop
+from ...loop.sampled_loop import SampledLoop
 from ...plant import Plant, build
 from ...report import Page, Section, Table
 from ...report.figures import Curve, Figure, Panel
@@ -68,7 +68,7 @@ def _drives(rig: Rig, engine: Engine, rest: Equilibrium) -> list[TimedDrive]:
     for name, gain, reference in (("easy", 0.24, np.full(len(t), 0.01)), ("hard", 3.0, hard)):
         table = {"use": "controllers.p:P", "gain": {"value": gain, "unit": "1/m"}}
         controller = controller_spec("p", table, "speed").build(period)
-        run = ClosedLoop(engine, rig, controller, rest).run(reference)
+        run = SampledLoop(engine, rig, controller, rest).run(reference)
         u = np.zeros((len(t), len(engine.plant.inputs)))
         u[: len(run.record.t), 0] = run.record.signals["command"]
         drives.append(TimedDrive(name, t, u, exact.run(rest.x, t, u).x))

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...loop.closed_loop import LoopRun
+from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from .config import WEIGHTS, TuneConfig

@@ -8,9 +8,9 @@ from typing import Any
 import tomli_w
 
 from ...base.process_pool import process_pool
-from ...loop.closed_loop import LoopRun
 from ...loop.rig_variations import variation
 from ...loop.rows import LoopSetup, loop_setup, play
+from ...loop.sampled_loop import LoopRun
 from ...rigs.rig import bundled as bundled_rigs
 from ...rigs.rig import rig_text
 from ..common.outcome import Outcome, Progress, Stage

@@ -41,7 +41,7 @@ def play(
 ) -> PlayedMotion:
     """Follow the reference by `gain` [1/m] times the error of a position read with `noise` [n] m.
 
-    The loop runs here and not in ClosedLoop because a late plant meets another command than the one that was written,
+    The loop runs here and not in SampledLoop because a late plant meets another command than the one that was written,
     which is the one that is recorded. Raises InputError where the plant can not be simulated.
     """
     plant, period, steps = engine.plant, played.period, len(played.reference)

@@ -49,7 +49,7 @@ class Sensors:
         return dict(zip(self.names, seen.tolist(), strict=True))
 
 
-class ClosedLoop:
+class SampledLoop:
     """A controller, its guard and a plant, started from an operating point; each `run` goes on where the last ended.
 
     At each sample the signals are measured, the controller computes, the guard limits, the drive holds the command.
@@ -136,5 +136,5 @@ class ClosedLoop:
 def run_loop(
     engine: Engine, rig: Rig, controller: Controller, start: Equilibrium, reference: np.ndarray, seed: int | None = None
 ) -> LoopRun:
-    """A ClosedLoop run once over `reference` [k]."""
-    return ClosedLoop(engine, rig, controller, start, seed).run(reference)
+    """A SampledLoop run once over `reference` [k]."""
+    return SampledLoop(engine, rig, controller, start, seed).run(reference)
