@@ -270,7 +270,7 @@ class _Tracer:
 
         stored = self._stage(f"localise-{len(self._passes)}" if self._passes else "localise", compute)
         return FaultLocation(
-            stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["cuts"]
+            stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["parity_residuals"]
         )
 
     def _again(self, name: str, stand: FittedModel) -> FittedModel:
