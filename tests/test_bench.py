@@ -108,7 +108,7 @@ def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monk
     kept = dict(list(stages.items())[:3])
     played = []
     monkeypatch.setattr(
-        study, "cell", lambda c, _loop, rig: played.append((c.name, rig)) or stages[f"{c.name} on {rig}"]
+        study, "benchmark_entry", lambda c, _loop, rig: played.append((c.name, rig)) or stages[f"{c.name} on {rig}"]
     )
     monkeypatch.setattr(study, "bench", lambda rig: rig.name)
     again = study.run_bench(config, lambda name, compute: kept[name] if name in kept else compute(), lambda _: None)

@@ -70,7 +70,7 @@ def test_the_plan_is_the_optimum_that_an_independent_solver_finds(planner):
         state = np.zeros(order)
         state[0], state[-1] = drawn.normal(0, 0.1), drawn.normal(0, 1e6)
         wanted = np.full(60, drawn.normal(0, 0.1) / 0.2)
-        planner.forget()
+        planner.reset()
         change, free = planner.plan(state, wanted, 0.0), planner.free(state, wanted, 0.0)
         other = solver(h=np.diag(planner.weights), a=planner.matrix, lba=-1 - free, uba=1 - free)
         assert change == pytest.approx(float(other["x"][0]), abs=5e-3)
