@@ -110,7 +110,7 @@ def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monk
     monkeypatch.setattr(
         study, "benchmark_entry", lambda c, _loop, rig: played.append((c.name, rig)) or stages[f"{c.name} on {rig}"]
     )
-    monkeypatch.setattr(study, "bench", lambda rig: rig.name)
+    monkeypatch.setattr(study, "loop_setup", lambda rig: rig.name)
     again = study.run_bench(config, lambda name, compute: kept[name] if name in kept else compute(), lambda _: None)
     assert played == [("p-dp", "mass+50")]
     assert metrics_json(again.metrics) == metrics_json(outcome.metrics)
