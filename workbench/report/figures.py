@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -65,7 +66,7 @@ class Panel:
     y_step: float | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Figure:
     """Panels stacked over one shared x axis.
 
@@ -80,6 +81,27 @@ class Figure:
     note: str = ""
     height: int | None = None
     x_names: Sequence[str] = ()
+
+    def __repr__(self) -> str:
+        panels = ", ".join(panel.y_label for panel in self.panels)
+        return f'Figure "{self.title}": {panels} over {self.x_label}'
+
+    def _repr_html_(self) -> str:
+        from .show import figure_html  # draws with matplotlib, which only pictures wait for
+
+        return figure_html(self)
+
+    def show(self) -> Path | None:
+        """Display it in a notebook, else open it in a browser; the path of the page then."""
+        from .show import show_figure
+
+        return show_figure(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write it as a .png, .svg or interactive .html file. Raises InputError for another suffix."""
+        from .show import save_figure
+
+        return save_figure(self, path)
 
 
 @dataclass(frozen=True, eq=False)

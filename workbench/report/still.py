@@ -1,6 +1,7 @@
 """The same figure as a still picture, for a README: drawn with matplotlib, without its global state."""
 
 from collections.abc import Mapping
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -36,11 +37,22 @@ def still_picture(figure: Figure, path: Path, look: Mapping[str, Look] | None = 
     """
     if path.suffix not in (".png", ".svg"):
         raise ValueError(f"{path}: a still picture is a .png or an .svg")
+    _save(figure, path, path.suffix[1:], look)
+
+
+def svg_text(figure: Figure) -> str:
+    """The text of the .svg file of a figure."""
+    text = StringIO()
+    _save(figure, text, "svg", None)
+    return text.getvalue()
+
+
+def _save(figure: Figure, target: Path | StringIO, kind: str, look: Mapping[str, Look] | None) -> None:
     with mpl.rc_context(_STYLE):
         canvas = _draw(figure, look or looks([figure]))
         FigureCanvasAgg(canvas)
-        plain = {"Software": None} if path.suffix == ".png" else {"Date": None, "Creator": None}
-        canvas.savefig(path, dpi=_DPI, metadata=plain)
+        plain = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
+        canvas.savefig(target, format=kind, dpi=_DPI, metadata=plain)
 
 
 def _draw(figure: Figure, look: Mapping[str, Look]) -> Canvas:

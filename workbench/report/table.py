@@ -9,7 +9,7 @@ from typing import Literal
 Cell = str | float | int | bool | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Table:
     """Rows of cells under column headers. best: the columns whose least or greatest number is marked.
 
@@ -30,6 +30,14 @@ class Table:
         if missing := set(self.best) - set(self.columns):
             raise ValueError(f'table "{self.title}": best names no column: {", ".join(sorted(missing))}')
 
+    def __repr__(self) -> str:
+        return table_text(self)
+
+    def _repr_html_(self) -> str:
+        from .show import small_table_html
+
+        return small_table_html(self)
+
 
 def shown(cell: Cell) -> str:
     """The text of a cell: at most about four significant digits, no exponent between 1e-4 and 1e7."""
@@ -42,6 +50,19 @@ def shown(cell: Cell) -> str:
     if isinstance(cell, int):
         return str(cell)
     return _number(float(cell))
+
+
+def table_text(table: Table) -> str:
+    """The table in aligned columns for a terminal, numbers to the right."""
+    lines = [list(table.columns), *([shown(cell) for cell in row] for row in table.rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(table.columns))]
+    right = [_numeric([row[i] for row in table.rows]) for i in range(len(table.columns))]
+
+    def aligned(line: Sequence[str]) -> str:
+        cells = zip(line, widths, right, strict=True)
+        return "  ".join(cell.rjust(width) if to_right else cell.ljust(width) for cell, width, to_right in cells)
+
+    return "\n".join([*([table.title] if table.title else []), *(aligned(line).rstrip() for line in lines)])
 
 
 def table_html(table: Table) -> str:

@@ -5,15 +5,14 @@ import shlex
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
 from ...engine.backend import cores
 from ...report import page_looks
-from .outcome import Outcome, Progress, Stage
-from .run_folder import open_run, resolved_config, versions
+from .outcome import Outcome, Progress, Stage, leave
+from .run_folder import open_run, versions
 
 Study = Callable[[Stage, Progress], Outcome]
 Call = Callable[[argparse.Namespace, list[str]], None]
@@ -58,11 +57,8 @@ def finish(options: argparse.Namespace, words: list[str], name: str, identity: d
 
     with open_run(out, identity, options.force) as run:
         outcome = study(run.stage, progress)
-        footer = {"command": shlex.join(["jackbench", *words]), "versions": _versions(), **outcome.page.footer}
-        page = replace(outcome.page, footer=footer)
-        for file, text in outcome.files.items():
-            (run.dir / file).write_text(text, encoding="utf-8")
-        run.finish(outcome.metrics, resolved_config(identity), outcome.tables, page)
+        footer = {"command": shlex.join(["jackbench", *words]), "versions": _versions()}
+        page = leave(run, outcome, identity, footer)
     if options.picture:
         from ...report.still import still_picture
 

@@ -1,22 +1,27 @@
 """What a study leaves behind, and what it is given to work with."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...base.checkpoint import Progress, Stage, no_checkpoint
 from ...report import Figure, Page
 
-__all__ = ["Outcome", "Progress", "Stage", "no_checkpoint"]
+if TYPE_CHECKING:
+    from .run_folder import Run
+
+__all__ = ["Outcome", "Progress", "Stage", "leave", "no_checkpoint"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Outcome:
     """`metrics` for metrics.json, `tables` for *.parquet (columns by name), the report and its telling figure.
 
-    `files` are further text files, content by name.
+    `files` are further text files, content by name. In a notebook it shows its verdict and that figure.
     """
 
     metrics: Mapping[str, Any]
@@ -24,3 +29,43 @@ class Outcome:
     picture: Figure
     tables: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"{self.page.title}\n{self.page.verdict}"
+
+    def _repr_html_(self) -> str:
+        title, verdict = escape(self.page.title), escape(self.page.verdict)
+        return f"<p><b>{title}</b></p><p>{verdict}</p>{self.picture._repr_html_()}"
+
+    def plot(self) -> Figure:
+        """The telling figure."""
+        return self.picture
+
+    def show(self) -> Path:
+        """Open the whole report in a browser; the path of the page."""
+        from ...report.show import open_page
+
+        return open_page(self.page)
+
+    def report(self, folder: str | Path, force: bool = False) -> Path:
+        """Leave metrics.json, report.html, the tables and files in a new folder; the path of the report.
+
+        Raises InputError where the folder exists; `force` replaces it.
+        """
+        from .run_folder import open_run
+
+        identity = {"report": self.page.title}
+        with open_run(Path(folder), identity, force) as run:
+            leave(run, self, identity, {})
+        return Path(folder) / "report.html"
+
+
+def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], footer: Mapping[str, str]) -> Page:
+    """Write an outcome into its open run folder, and finish that; the page with its footer."""
+    from .run_folder import resolved_config
+
+    page = replace(outcome.page, footer={**footer, **outcome.page.footer})
+    for file, text in outcome.files.items():
+        (run.dir / file).write_text(text, encoding="utf-8")
+    run.finish(outcome.metrics, resolved_config(identity), outcome.tables, page)
+    return page
