@@ -18,12 +18,14 @@ from made_campaigns import (
     written,
 )
 
+from workbench.base.errors import InputError
 from workbench.base.process_pool import one_blas_thread
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.residual.study import run_residual
-from workbench.commands.trace.answer import more_json, trace_json
-from workbench.commands.trace.study import effects_for, run_trace, traced
+from workbench.commands.trace.answer import TraceAnswer
+from workbench.commands.trace.metrics import more_json, trace_json
+from workbench.commands.trace.study import effects_for, identity, run_trace, trace_campaign, traced
 from workbench.commands.trace.tables import candidates_table
 from workbench.identify.fit.initial_states import predicted_states
 from workbench.identify.fit.normal_equations import numbers_at
@@ -71,6 +73,32 @@ def test_the_answer_is_what_the_contract_says():
     low, value, high = (metrics["base"]["M [kg]"][k] for k in (1, 0, 2))
     assert low < value < high
     assert metrics["evidence"]["force"] == max(metrics["evidence"].values())
+
+
+def test_the_answer_in_python_says_the_sentence_and_writes_the_report(tmp_path):
+    (tmp_path / "found.toml").write_text(named().files["rig.toml"])
+    rig = load_rig(str(tmp_path / "found.toml"))
+    answer = TraceAnswer(found(), rig, named(), identity(rubbing_campaign(), RIG, (), (), False))
+    assert str(answer) == answer.sentence == named().page.verdict
+    assert repr(answer).startswith(answer.sentence)
+    assert "jack.friction" in repr(answer)
+    assert (answer.verdict, answer.effects, answer.equation) == ("named", ("jack.friction",), "force")
+    assert answer.ranking[0]["effect"] == "jack.friction"
+    assert "<table>" in answer._repr_html_()
+    page = answer.report(tmp_path / "out")
+    assert page.is_file()
+    assert json.loads((tmp_path / "out" / "trace.json").read_text())["verdict"] == "named"
+    assert load_rig(str(tmp_path / "out" / "rig.toml")).effects == rig.effects
+    with pytest.raises(InputError, match="exists already"):
+        answer.report(tmp_path / "out")
+
+
+def test_a_campaign_folder_is_traced_in_one_call(tmp_path):
+    folder = written(rubbing_campaign(), tmp_path)
+    others = [effect.name for effect in effects_for(RIG) if effect.name != "jack.friction"]
+    answer = trace_campaign(folder, RIG, without=others)
+    assert answer.effects == ("jack.friction",)
+    assert [use.name for use in answer.rig.effects] == ["jack.friction"]
 
 
 def test_residual_of_the_rig_as_found_is_the_chi2_after(tmp_path):

@@ -9,9 +9,9 @@ from made_campaigns import LIBRARY, found, named, none, rubbing, unknown
 from workbench.base.signals import MEASURED
 from workbench.commands.common.error_page import error_figure, error_table
 from workbench.commands.trace import words as words
-from workbench.commands.trace.answer import compared, trace_json
 from workbench.commands.trace.detectability import undetectable
 from workbench.commands.trace.figures import telling
+from workbench.commands.trace.metrics import compared, trace_json
 from workbench.commands.trace.page import trace_page
 from workbench.commands.trace.shape import UnexplainedDisturbance, shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table

@@ -1,102 +1,111 @@
-"""The answer of a trace as plain numbers: trace.json, and what metrics.json has beside it."""
+"""The answer of a trace as one object: the sentence, the ranking, the rig as found, and the report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
 from typing import Any
 
-import numpy as np
+from ...identify.trace.findings import Trace
+from ...rigs.rig import Rig
+from ..common.outcome import Outcome
+from ..common.run_folder import open_run, resolved_config
 
-from ...identify.fit.predict import Prediction, predictions
-from ...identify.trace.findings import CandidateFit, Trace
-from ...identify.trace.refit import FittedModel
-from ..common.error_page import rms_of
-from ..common.fit_result import base_intervals, effect_intervals, finite
-
-Both = tuple[Sequence[Prediction], Sequence[Prediction]]
+_SHOWN = 5  # lines of the ranking in a repr
 
 
-def trace_json(found: Trace) -> dict[str, Any]:
-    """The answer by the keys of trace.json."""
-    names = [one.candidate.effect.name for one in found.effects]
-    return {
-        "verdict": found.verdict,
-        "effects": [*names, *found.tied] if found.verdict == "tied" else names,
-        "equation": found.equation,
-        "ranking": [_ranked(found, one, share) for one, share in ranking(found)],
-        "chi2": dict(zip(("before", "after"), map(finite, found.chi2), strict=True)),
-        "rms": rms_of(found.case.floor, *compared(found)),
-    }
+@dataclass(frozen=True, eq=False)
+class TraceAnswer:
+    """What a campaign says of the rig's model: `str()` is the sentence that `jackbench trace` prints.
 
-
-def more_json(found: Trace) -> dict[str, Any]:
-    """What metrics.json has beside the answer."""
-    failed = {f"{one.candidate.effect.title}": why for each in found.passes for one, why in failures(each.tried)}
-    return {
-        "base": base_intervals(found.case.rig, found.final.fit),
-        "evidence": dict(found.evidence),
-        "cuts": dict(found.cuts),
-        "at_an_end": list(found.final.fit.held),
-        "failed": failed,
-        "scores": [
-            {"effect": one.effect.name, "formula": one.effect.formula, "score": share, "pass": number}
-            for number, each in enumerate(found.passes, 1)
-            for one, share in each.scores
-        ],
-    }
-
-
-def ranking(found: Trace) -> list[tuple[CandidateFit, float]]:
-    """Every refitted candidate once, with the share of the rig's misfit that it takes away beside those added before.
-
-    Those that were added come first, then the best.
+    `rig` is the rig as found: its fitted numbers and the effects that were added, with sources. `trace` holds the fits,
+    `outcome` the report, `identity` what says that two traces are the same one. The properties are the keys of
+    trace.json.
     """
-    if not found.passes:
-        return []
-    first = found.passes[0].before
-    shares = [
-        (one, max(0.0, (each.before.squares - one.stand.squares) / (first.squares - first.samples)))
-        for each in found.passes
-        for one in each.tried
-        if one.stand is not None and _fits(one.stand)
-    ]
-    added = {id(one): place for place, one in enumerate(found.effects)}
-    shares.sort(key=lambda pair: (added.get(id(pair[0]), len(added)), -pair[1]))
-    once: dict[tuple[str, str], tuple[CandidateFit, float]] = {}
-    for one, share in shares:
-        once.setdefault((one.candidate.effect.name, one.candidate.effect.formula), (one, share))
-    return list(once.values())
+
+    trace: Trace = field(repr=False)
+    rig: Rig
+    outcome: Outcome = field(repr=False)
+    identity: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def verdict(self) -> str:
+        """ "named", "tied", "incomplete", "unknown" or "none"."""
+        return self.outcome.metrics["verdict"]
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the effects that the model lacks, best first; none where the verdict is "unknown" or "none"."""
+        return tuple(self.outcome.metrics["effects"])
+
+    @property
+    def equation(self) -> str | None:
+        """The equation in which the residual sits; None for "none"."""
+        return self.outcome.metrics["equation"]
+
+    @property
+    def ranking(self) -> list[dict[str, Any]]:
+        """One row a fitted effect, best first: effect, formula, explained (share of the misfit), parameters.
+
+        Parameters are {"Fc [N]": [value, low, high]}, 95 %.
+        """
+        return self.outcome.metrics["ranking"]
+
+    @property
+    def chi2(self) -> Mapping[str, float | None]:
+        """Mean of (error / sigma)^2 on held-out records, "before" and "after"; 1 is the noise floor."""
+        return self.outcome.metrics["chi2"]
+
+    @property
+    def rms(self) -> Mapping[str, Mapping[str, float | None]]:
+        """{"pa [bar]": {"before", "after", "floor"}} of every measured signal, on held-out records."""
+        return self.outcome.metrics["rms"]
+
+    @property
+    def sentence(self) -> str:
+        """The answer in a few plain sentences."""
+        return self.outcome.page.verdict
+
+    def report(self, folder: str | Path, force: bool = False) -> Path:
+        """Write the run folder of `jackbench trace` (report.html, trace.json, rig.toml ...); the path of the report.
+
+        Raises InputError where `folder` exists already, unless `force`.
+        """
+        folder = Path(folder)
+        with open_run(folder, self.identity, force) as run:
+            for name, text in self.outcome.files.items():
+                (run.dir / name).write_text(text, encoding="utf-8")
+            run.finish(self.outcome.metrics, resolved_config(self.identity), self.outcome.tables, self.outcome.page)
+        return folder / "report.html"
+
+    def __str__(self) -> str:
+        return self.sentence
+
+    def __repr__(self) -> str:
+        rows = [
+            f"  {_percent(row['explained']):>7}  {row['effect']} ({row['formula']})" for row in self.ranking[:_SHOWN]
+        ]
+        return "\n".join([self.sentence, *rows])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{_percent(row['explained'])}</td><td>{escape(row['effect'])}</td>"
+            f"<td>{escape(row['formula'])}</td><td>{escape(_numbers(row['parameters']))}</td></tr>"
+            for row in self.ranking
+        )
+        head = "<tr><th>explained</th><th>effect</th><th>formula</th><th>numbers, 95 %</th></tr>"
+        return f"<p>{escape(self.sentence)}</p>" + (f"<table>{head}{rows}</table>" if rows else "")
 
 
-def failures(tried: Sequence[CandidateFit]) -> list[tuple[CandidateFit, str]]:
-    """The candidates that could not be fitted, and why."""
-    return [
-        (one, one.failed or "some windows can not be simulated")
-        for one in tried
-        if one.stand is None or not _fits(one.stand)
-    ]
+def _percent(share: float) -> str:
+    return f"{100 * min(share, 1.0):.1f} %"
 
 
-def compared(found: Trace) -> Both:
-    """What the rig alone, and the rig with what was added, predict of every held-out record."""
-    heldout = found.case.heldout
-    before = predictions(found.base.model, heldout, found.base.x0, found.base.fit.p)
-    if found.final is found.base:
-        return before, before
-    return before, predictions(found.final.model, heldout, found.final.x0, found.final.fit.p)
-
-
-def labels(found: Trace) -> list[str]:
-    """What the fitted rig is called, and the rig with what was added, where something was."""
-    if not found.effects:
-        return ["fitted rig"]
-    return ["fitted rig alone", f"with {' and '.join(one.candidate.effect.name for one in found.effects)}"]
-
-
-def _fits(stand: FittedModel) -> bool:
-    return stand.fit.ok and bool(np.isfinite(stand.squares))
-
-
-def _ranked(found: Trace, one: CandidateFit, share: float) -> dict[str, Any]:
-    effect, stand = one.candidate.effect, found.final if one in found.effects else one.stand
-    assert stand is not None
-    numbers = effect_intervals(effect, stand.fit)
-    return {"effect": effect.name, "formula": effect.formula, "explained": share, "parameters": numbers}
+def _numbers(parameters: Mapping[str, list[float | None]]) -> str:
+    """ "Fc = 60 N (58 to 62), ..."."""
+    shown = []
+    for label, (value, low, high) in parameters.items():
+        name, unit = label.rstrip("]").split(" [")
+        interval = "" if low is None or high is None else f" ({low:.3g} to {high:.3g})"
+        shown.append(f"{name} = {'?' if value is None else f'{value:.3g}'} {unit}{interval}")
+    return ", ".join(shown)

@@ -4,10 +4,9 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...rigs.rig import rig_table
 from ..common.rig_out import finish_with_rig, leaves_rig
-from ..residual.study import fingerprint, load
-from .study import digest, effects_for, run_trace
+from ..residual.study import load
+from .study import effects_for, identity, run_trace
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -25,8 +24,6 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
     campaign, rig = load(options.campaign, options.rig)
     files = [str(file.resolve()) for file in options.effects]
     library = effects_for(rig, files, options.without)
-    identity = {"command": "trace", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
-    identity |= {"effects": digest((*rig.effect_files, *files)), "without": sorted(options.without)}
-    identity["several"] = options.several
+    command = identity(campaign, rig, files, options.without, options.several)
     study = partial(run_trace, campaign, rig, library, files=files, several=options.several)
-    finish_with_rig(options, words, campaign, identity, study)
+    finish_with_rig(options, words, campaign, command, study)

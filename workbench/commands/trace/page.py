@@ -11,9 +11,9 @@ from ..common.error_page import error_figure, error_table
 from ..common.fit_result import fitted
 from ..fit.page import ranges_figure
 from ..residual.study import noise_table
-from .answer import Both, labels
 from .detectability import seen_table, undetectable
 from .figures import Pair, evidence_figure, signal_figure, telling
+from .metrics import Both, labels
 from .shape import UnexplainedDisturbance, shape_figure, shape_tables
 from .tables import (
     base_table,

@@ -12,13 +12,15 @@ from ...identify.trace.refit import estimation_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect, known_effects
 from ...records import Campaign, load_campaign
-from ...rigs.rig import Rig, load_rig, rig_text
+from ...rigs.rig import Rig, load_rig, rig_table, rig_text
 from ..common.error_page import record_tables
 from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.run_folder import metrics_json
-from .answer import compared, labels, more_json, trace_json
+from ..residual.study import fingerprint
+from .answer import TraceAnswer
 from .detectability import detectability
+from .metrics import compared, labels, more_json, trace_json
 from .page import trace_page
 from .shape import unexplained_disturbance
 
@@ -34,6 +36,31 @@ def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[st
     return tuple(effect for effect in known if effect.name not in gone)
 
 
+def trace_campaign(
+    campaign: Campaign | str | Path,
+    rig: Rig | str | None = None,
+    effects: Sequence[str | Path] = (),
+    without: Sequence[str] = (),
+    several: bool = False,
+    stage: Stage = no_checkpoint,
+    progress: Progress = lambda _: None,
+) -> TraceAnswer:
+    """Why do model and rig disagree? Trace a campaign's residual to the effect that the model lacks.
+
+    campaign: a campaign folder, or a Campaign. rig: a Rig, a bundled rig's name or a rig file; without one, the rig
+    that the campaign names. effects: Python files with effects of your own. without: names that are not to be tried.
+    several: the rig is known to lack more than one effect, so that those which only explain a part are added too.
+    Raises InputError for records, a rig or effects that can not be read, and for records that are not of this rig.
+    """
+    if not isinstance(campaign, Campaign):
+        campaign = load_campaign(campaign)
+    if not isinstance(rig, Rig):
+        rig = load_rig(rig or campaign.rig)
+    files = [str(Path(file).resolve()) for file in effects]
+    library = effects_for(rig, files, without)
+    return _answer(campaign, rig, library, stage, progress, files, without, several)
+
+
 def run_trace(
     campaign: Campaign,
     rig: Rig,
@@ -43,10 +70,34 @@ def run_trace(
     files: Sequence[str] = (),
     several: bool = False,
 ) -> Outcome:
-    """Trace a campaign to effects of `library`; `files` are where effects beside the library's come from.
+    """Trace a campaign to effects of `library`; `files` are where effects beside the library's come from."""
+    return _answer(campaign, rig, library, stage, progress, files, (), several).outcome
 
-    `several`: the rig is known to lack more than one effect, so that those which only explain a part are added too.
-    """
+
+def identity(
+    campaign: Campaign, rig: Rig, files: Sequence[str], without: Sequence[str], several: bool
+) -> dict[str, Any]:
+    """What says that a trace is the same one."""
+    return {
+        "command": "trace",
+        "campaign": fingerprint(campaign),
+        "rig": rig_table(rig),
+        "effects": digest((*rig.effect_files, *files)),
+        "without": sorted(without),
+        "several": several,
+    }
+
+
+def _answer(
+    campaign: Campaign,
+    rig: Rig,
+    library: Sequence[Effect],
+    stage: Stage,
+    progress: Progress,
+    files: Sequence[str],
+    without: Sequence[str],
+    several: bool,
+) -> TraceAnswer:
     with one_blas_thread():
         found = trace(estimation_problem(campaign, rig), library, stage, progress, several)
         answer, both = trace_json(found), compared(found)
@@ -56,9 +107,11 @@ def run_trace(
             shape = unexplained_disturbance(found.case, found.final, lacks[found.verdict], stage, progress)
         shown = detectability(found.case, found.final, library, stage, progress) if found.verdict == "none" else None
     page, picture = trace_page(found, answer, both, library, shape, shown)
-    metrics = answer | more_json(found)
-    texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(fitted_rig(found.case, found.final, files))}
-    return Outcome(metrics, page, picture, record_tables(dict(zip(labels(found), both, strict=False))), texts)
+    rig_found = fitted_rig(found.case, found.final, files)
+    texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}
+    tables = record_tables(dict(zip(labels(found), both, strict=False)))
+    outcome = Outcome(answer | more_json(found), page, picture, tables, texts)
+    return TraceAnswer(found, rig_found, outcome, identity(campaign, rig, files, without, several))
 
 
 def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from ...records import Record
 from ...report import Table
 from ...report.table import Cell
 from ..common.fit_result import effect_intervals, fitted
-from .answer import failures, ranking
+from .metrics import failures, ranking
 from .words import SIGNAL, accident, reason
 
 _NUMBERS = 6  # candidates whose numbers are listed

@@ -8,7 +8,7 @@ from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...plant.effects import Effect
 from ..common.fit_result import fitted
-from .answer import ranking
+from .metrics import ranking
 from .shape import UnexplainedDisturbance
 
 _FAR = 0.3  # explained share below which the next best is no rival
