@@ -12,7 +12,6 @@ from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.plant import build, build_pilot_bench, build_valve_bench
 from workbench.rigs.rig import EffectUse, Number, load_rig
-from workbench.rigs.schema import CORRECTORS
 
 settings.register_profile("jackbench", deadline=None)  # a busy machine is no failure
 settings.load_profile("jackbench")
@@ -73,7 +72,7 @@ def with_corrector():
     numbers = {"Ti": 12.1e-3, "Td": 0.633e-3, "tf": 0.548e-3}
 
     def changed(rig, corrector):
-        specs = CORRECTORS[corrector]
+        specs = rig.valve_kind.correctors[corrector]
         added = {name: Number(name, numbers[name], spec.unit, spec.unit, "") for name, spec in specs.items()}
         return replace(rig, corrector=corrector, numbers={**rig.numbers, **added})
 

@@ -6,10 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from workbench.base.errors import InputError
 from workbench.base.signals import SIGNALS
 from workbench.engine import Engine
 from workbench.linear import equilibrium
-from workbench.plant import build, build_force_port, orifice
+from workbench.plant import build, build_force_port, build_pilot_bench, orifice
+from workbench.plant.effects import SLOTS
+from workbench.plant.valve import VALVES
+from workbench.rigs import valve as kinds
 from workbench.rigs.rig import load_rig
 
 
@@ -328,3 +332,14 @@ def test_steady_speed_without_load(rig, plant, command, speed):
     drop = (rig["Ps"] - rig["Pr"] - rig["b"] * found.speed / rig["Aj"]) / 2  # a land; friction takes its part
     opening = found.x[plant.state("z3")] + rig["eps"]
     assert found.speed == pytest.approx(rig["n"] * rig["K3"] * opening * np.sqrt(drop) / rig["Aj"], rel=2e-3)
+
+
+def test_every_kind_of_valve_has_numbers_and_equations():
+    assert VALVES.keys() == kinds.VALVES.keys()
+    assert all(VALVES[name].kind is kind for name, kind in kinds.VALVES.items())
+    assert {slot for kind in kinds.VALVES.values() for slot in kind.slots} <= SLOTS.keys()
+
+
+def test_a_valve_without_a_pilot_has_no_bench_for_one():
+    with pytest.raises(InputError, match="second-order valve has no pilot"):
+        build_pilot_bench(load_rig("festo-tp511"))

@@ -13,7 +13,9 @@ from workbench.base.errors import InputError
 from workbench.base.signals import SIGNALS
 from workbench.base.units import to_si
 from workbench.rigs import schema as rig_schema
+from workbench.rigs.jack import JACKS
 from workbench.rigs.rig import bundled, load_rig, number_specs, save_rig
+from workbench.rigs.valve import VALVES
 
 BUNDLED = ("festo-tp511", "jack-10t", "jack-10t-rounded")
 
@@ -273,7 +275,8 @@ def test_a_changed_rig_can_be_saved(tmp_path, rig):
 
 def test_every_schema_entry_says_what_it_is():
     tables = (rig_schema.SUPPLY, rig_schema.OIL, rig_schema.LOAD, rig_schema.LIMITS, rig_schema.CONTROL)
-    kinds = (*rig_schema.VALVES.values(), *rig_schema.CORRECTORS.values(), *rig_schema.JACKS.values())
+    valves = [valve.schema(corrector) for valve in VALVES.values() for corrector in (*valve.correctors, "")]
+    kinds = (*valves, *(jack.numbers for jack in JACKS.values()))
     for table in (*tables, *kinds):
         for spec in table.values():
             assert spec.meaning

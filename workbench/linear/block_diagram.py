@@ -45,7 +45,7 @@ def valve_blocks(rig: Rig, at_null: bool = False) -> ValveBlocks:
 
     Raises InputError for a rig without a three-stage valve or whose spool loop is not proportional.
     """
-    if rig.valve != "three-stage" or rig.corrector != "p":
+    if not rig.valve_kind.has_pilot or rig.valve_kind.correctors[rig.corrector]:
         raise InputError(f"rig {rig.name}: the block diagram is of a three-stage valve with a proportional spool loop")
     pressure = null_pressure(rig)
     nozzle = rig["l"] * rig["Kbuse"] * np.pi * rig["Dbuse"] * np.sqrt(pressure - rig["Pr"])

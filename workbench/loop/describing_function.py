@@ -8,6 +8,7 @@ from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear import Equilibrium
 from ..linear.frequency_response import AGREE, SteppedSine, first_harmonic
+from ..plant.valve import VALVES
 from ..rigs.rig import Rig
 from .sampled_loop import SampledLoop
 
@@ -61,8 +62,7 @@ def _point(
         settled = before is not None and abs(now - before) < AGREE * abs(now)
         if settled or (before is not None and cycles / f > _LONGEST):
             altered = not np.allclose(run.demanded[-k:], signals["command"][-k:], atol=1e-9)
-            full = (
-                rig.valve == "three-stage" and np.abs(signals["current"][-k:]).max() > 0.999 * rig["imax"] * rig["isat"]
-            )
+            limits = VALVES[rig.valve].saturation_limits(rig)
+            full = any(np.abs(signals[signal][-k:]).max() > 0.999 * limit for signal, limit in limits.items())
             return now, cycles, settled, bool(altered or full), bool(signals["lowest_pressure"][-k:].min() < 0)
         before = now

@@ -102,7 +102,7 @@ class Plant:
 
 
 class Assembly:
-    """Collects the symbols and equations of one plant. Parts call it; only graph.py creates it."""
+    """Collects the symbols and equations of one plant. Parts call it; only build.py creates it."""
 
     def __init__(
         self, name: str, numbers: Mapping[str, float], effects: tuple[tuple[Effect, Mapping[str, float]], ...] = ()
@@ -127,6 +127,10 @@ class Assembly:
     def __getitem__(self, name: str) -> ca.SX:
         """The symbol of a number of the rig."""
         return self._p[name]
+
+    def __contains__(self, name: str) -> bool:
+        """Whether the rig has this number."""
+        return name in self._p
 
     def magnitude(self, name: str) -> float:
         """The value of a number, to scale a state by."""

@@ -10,8 +10,8 @@ from . import jack as jacks
 from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, resolve
 from .load import specimen_force
-from .valve.main_stage import ValveFlows, second_order, three_stage
-from .valve.pilot import Lands, pilot_stage
+from .valve import VALVES, Lands, ValveFlows
+from .valve.lands import rated_flow
 
 _PORT = 35e5  # Pa: load ports of a valve on its test bench
 _BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
@@ -26,11 +26,11 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     b = _assembly(rig, rig.name, also)
     _check_slots(rig, b.effects)
     command = b.input("command", "1", 1.0)
-    cylinder = jacks.chambers(b, rig.jack)
+    cylinder = jacks.chambers(b, rig.jack_kind)
     x = b.state("x", "m", rig["S"] / 2)
     v = b.state("v", "m/s", rig.limit("speed"))
     supply = b.slot("supply", b["Ps"])
-    valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
+    valve = VALVES[rig.valve].flows(b, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply, b["Pr"])
     _draw(b, valve, supply)
     travel, speed = b.slot("piston", (x, v))
     jacks.continuity(b, cylinder, valve, travel, speed, b["Pr"])
@@ -49,9 +49,9 @@ def build_force_port(rig: Rig) -> Plant:
     command = b.input("command", "1", 1.0)
     x = b.input("position", "m", rig["S"] / 2) - b["xmid"]
     v = b.input("velocity", "m/s", rig.limit("speed"))
-    cylinder = jacks.chambers(b, rig.jack)
+    cylinder = jacks.chambers(b, rig.jack_kind)
     supply = b.slot("supply", b["Ps"])
-    valve = _valve(b, rig, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply)
+    valve = VALVES[rig.valve].flows(b, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply, b["Pr"])
     _draw(b, valve, supply)
     jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
     _outputs(b, valve, cylinder, supply)
@@ -60,12 +60,14 @@ def build_force_port(rig: Rig) -> Plant:
 
 
 def build_pilot_bench(rig: Rig) -> Plant:
-    """The pilot alone on a flow bench: current [A] in, its spool and flow out; ports at 35 bar, lands fed at 70 bar."""
+    """The pilot alone on a flow bench: current [A] in, its spool and flow out; ports at 35 bar, lands fed at 70 bar.
+
+    Raises InputError for a kind of valve without a pilot.
+    """
     b = _assembly(rig, f"{rig.name} pilot")
-    current = b.input("current", "A", rig["imax"])
     lands = Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0))
-    pilot = pilot_stage(b, current, lands, b["Ps"], b["Pr"])
-    b.output(current=current, **pilot.signals, flow=pilot.into_a, lowest_pressure=pilot.lowest)
+    pilot = VALVES[rig.valve].pilot(b, lands, b["Ps"], b["Pr"])
+    b.output(**pilot.signals, flow=pilot.into_a, lowest_pressure=pilot.lowest)
     return b.finish()
 
 
@@ -73,7 +75,8 @@ def build_valve_bench(rig: Rig) -> Plant:
     """One valve on a flow bench: command in, main spool and flow out; ports at 35 bar, main lands fed at 70 bar."""
     b = _assembly(rig, f"{rig.name} valve")
     command = b.input("command", "1", 1.0)
-    valve = _valve(b, rig, command, Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0)), b["Ps"])
+    lands = Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0))
+    valve = VALVES[rig.valve].flows(b, command, lands, b["Ps"], b["Pr"])
     b.output(command=command, **valve.signals, flow=valve.into_a, lowest_pressure=valve.lowest)
     return b.finish()
 
@@ -101,12 +104,6 @@ def _check_slots(rig: Rig, effects: Sequence[Effect]) -> None:
             raise InputError(f"rig {rig.name}: {effect.title} does not apply to a {rig.valve} valve; {hint}")
 
 
-def _valve(b: Assembly, rig: Rig, command: ca.SX, lands: Lands, pilot_supply: ca.SX) -> ValveFlows:
-    if rig.valve == "three-stage":
-        return three_stage(b, command, lands, pilot_supply, b["Pr"], rig.corrector)
-    return second_order(b, command, lands)
-
-
 def _acceleration(b: Assembly, rod: ca.SX, specimen: ca.SX, x: ca.SX, v: ca.SX) -> ca.SX:
     """Acceleration [m/s^2] of the moving mass, between the rod and the load cell."""
     body = b.slot("body_force", ca.SX(0), position=x, velocity=v)
@@ -116,8 +113,7 @@ def _acceleration(b: Assembly, rod: ca.SX, specimen: ca.SX, x: ca.SX, v: ca.SX) 
 def _draw(b: Assembly, valve: ValveFlows, supply: ca.SX) -> None:
     """The flow [m^3/s] that the main lands draw from the supply; the rated one is at full travel, 35 bar a land."""
     drawn = b["n"] * (ca.fmax(valve.into_a, 0) + ca.fmax(-valve.out_of_b, 0))
-    rated = b["n"] * b["K3"] * b["z3max"] * 35e5**0.5
-    b.slot("supply_flow", None, flow=drawn, rated=rated, supply=supply)
+    b.slot("supply_flow", None, flow=drawn, rated=rated_flow(b), supply=supply)
 
 
 def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: ca.SX) -> None:

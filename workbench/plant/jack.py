@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from ..rigs.jack import JackKind
 from .assembly import Assembly
 from .orifice import end_stop, volume
-from .valve.main_stage import ValveFlows
+from .valve import ValveFlows
 
 
 @dataclass(frozen=True)
@@ -26,14 +27,13 @@ class Chambers:
         return self.pa * self.area_a - self.pb * self.area_b
 
 
-def chambers(b: Assembly, kind: str) -> Chambers:
+def chambers(b: Assembly, kind: JackKind) -> Chambers:
     """Declare the chamber pressures of a jack of this kind."""
     feed = b.magnitude("Ps")
     pa = b.state("P1", "Pa", feed, 0.5 * feed)
     pb = b.state("P2", "Pa", feed, 0.5 * feed)
-    if kind == "double-rod":
-        return Chambers(pa, pb, b["Aj"], b["Aj"], b["V0"], b["V0"])
-    return Chambers(pa, pb, b["AA"], b["AB"], b["V0A"], b["V0B"])
+    area_a, area_b, dead_a, dead_b = (b[name] for name in (*kind.areas, *kind.dead_volumes))
+    return Chambers(pa, pb, area_a, area_b, dead_a, dead_b)
 
 
 def continuity(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.SX, drain: ca.SX) -> None:

@@ -10,6 +10,7 @@ import casadi as ca
 
 from ..rigs.rig import Rig
 from .effects import Effect, EffectInput, Scope
+from .valve import VALVES, ProbePoint
 
 _Pair = tuple[ca.SX, ca.SX]
 _Law = Callable[[Any, Scope], Any]
@@ -37,17 +38,21 @@ def _probe(equation: str, laws: dict[str, _Law], *inputs: EffectInput) -> Effect
     return Effect(f"probe.{equation}", "", equation, "no physics: a disturbance", "any", laws, inputs=inputs)
 
 
+def _at(point: ProbePoint) -> Effect:
+    law = _pushed if point.against_motion else _added(point.name)
+    return _probe(point.equation, {point.slot: law}, EffectInput(point.name, point.unit, point.scale))
+
+
 def probes(rig: Rig) -> tuple[Effect, ...]:
     """The probes that this rig's plant has room for, one an equation; SI inputs, their scales clearly visible.
 
-    drive: A on the measured current, or of a second-order valve on its command [1]. pilot: A on the current that makes
-    torque. main: N along the main spool's motion. flow: m^3/s into chambers A and B, and
-    Pa on the supply. force: N on the moving mass along
-    positive motion, not in the load cell. sensor: Pa on the signals of pa and pb.
+    drive, pilot and main: those of the valve, see `Valve.probe_points`. flow: m^3/s into chambers A and B, and Pa on
+    the supply. force: N on the moving mass along positive motion, not in the load cell. sensor: Pa on the signals of
+    pa and pb.
     """
-    area, pressure = max(rig[name] for name in ("Aj", "AA", "AB") if name in rig.numbers), 0.05 * rig["Ps"]
+    area, pressure = max(rig.areas), 0.05 * rig["Ps"]
     flow = 0.02 * rig["n"] * rig["K3"] * rig["z3max"] * rig["Ps"] ** 0.5
-    known = [
+    beyond_valve = [
         _probe(
             "flow",
             {"leakage": _fed, "supply": _added("supply")},
@@ -63,12 +68,4 @@ def probes(rig: Rig) -> tuple[Effect, ...]:
             EffectInput("pb", "Pa", pressure),
         ),
     ]
-    if rig.valve == "second-order":
-        return (_probe("drive", {"command": _added("command")}, EffectInput("command", "1", 0.05)), *known)
-    current = 0.05 * rig["imax"]
-    return (
-        _probe("drive", {"current": _added("current")}, EffectInput("current", "A", current)),
-        _probe("pilot", {"motor_current": _added("current")}, EffectInput("current", "A", current)),
-        _probe("main", {"main_friction": _pushed}, EffectInput("force", "N", 0.1 * rig["S3"] * rig["Ps"])),
-        *known,
-    )
+    return (*(_at(point) for point in VALVES[rig.valve].probe_points(rig)), *beyond_valve)

@@ -1,6 +1,8 @@
 """What a rig is: its numbers with units, sources and bounds.
 
 rig         a rig and its TOML file; the bundled ones are beside this file
-schema      which numbers a rig has, by the kind of its valve and jack
+schema      the numbers that every rig has
+valve/      the kinds of valve: their numbers, spool loops, slots and stages
+jack        the kinds of jack
 datasheet   a rig from what makers say
 """

@@ -15,32 +15,19 @@ import numpy as np
 from ..base.errors import InputError, nearest
 from ..base.toml import check_keys, read_toml
 from ..base.units import to_si
-from . import schema as schema
+from . import schema
+from .jack import JACKS
 from .rig import Number, Rig, Sensor, load_rig, number_specs
 from .schema import Spec
+from .valve import VALVES, ValveKind
 
 KIND = "new-rig"
-_FLOW = Spec("m^3/s", 1e-9, 10.0, "flow of one valve at full command")
-_DROP = Spec("Pa", 1e4, 1e8, "pressure drop over both lands at which it was measured")
-_RATED = {"rated_flow": _FLOW, "rated_drop": _DROP, "n": schema.SECOND_ORDER["n"]}
-_SECOND_ORDER = {
-    **_RATED,
-    "leakage": Spec("m^3/s", 1e-12, 1.0, "flow from supply to return at null, ports closed"),
-    "leakage_drop": Spec("Pa", 1e4, 1e8, "supply less return at which the leakage was measured"),
-}
-_THREE_STAGE = {
-    **_RATED,
-    "pilot_flow": Spec("m^3/s", 1e-9, 1.0, "flow of the pilot stage at rated current, over the same drop"),
-    "imax": schema.THREE_STAGE["imax"],
-}
-_VALVES = {"second-order": _SECOND_ORDER, "three-stage": _THREE_STAGE}
 _RESPONSE = {
     "amplitude": Spec("1", 1e-3, 1.0, "amplitude of the sine, over full input"),
     "reference": Spec("Hz", 1e-3, 1e4, "frequency that the gain is referred to"),
     "f3db": Spec("Hz", 1e-2, 1e4, "where the gain has fallen by 3 dB"),
     "f90": Spec("Hz", 1e-2, 1e4, "where the phase is -90 deg"),
 }
-_STAGES = {"second-order": ("main",), "three-stage": ("pilot", "main")}
 _NEEDED = ("Ps", "Aj", "AA", "AB", "S", "M")
 
 
@@ -80,6 +67,16 @@ class Datasheet:
     rounding: Mapping[str, float]
     read: Mapping[str, Any]
 
+    @property
+    def valve_kind(self) -> ValveKind:
+        """What is known of this kind of valve."""
+        return VALVES[self.kind]
+
+    @property
+    def areas(self) -> tuple[str, str]:
+        """Names of the piston areas of side A and side B."""
+        return JACKS[self.jack].areas
+
 
 def load_datasheet(path: str | Path) -> Datasheet:
     """Read a datasheet. Raises InputError with file and key."""
@@ -90,21 +87,21 @@ def load_datasheet(path: str | Path) -> Datasheet:
         raise InputError(f'{where}: is no datasheet; write experiment = "{KIND}" on top')
     check_keys(table, ("experiment", "name", "title", "source", "supply", "oil", "valve", "jack", "load"), where)
     valve = _table(table, "valve", where)
-    kind = _word(valve, "kind", _VALVES, f"{where}: [valve]")
-    jack = _word(_table(table, "jack", where), "kind", schema.JACKS, f"{where}: [jack]")
-    like = ("like", "rounding") if kind == "three-stage" else ()
-    check_keys(valve, ("kind", "response", *like, *_VALVES[kind]), f"{where}: [valve]")
-    figures = {key: _quantity(valve, key, spec, f"{where}: [valve]").value for key, spec in _VALVES[kind].items()}
-    geometry = _geometry(valve, path) if like else None
+    kind = VALVES[_word(valve, "kind", VALVES, f"{where}: [valve]")]
+    jack = _word(_table(table, "jack", where), "kind", JACKS, f"{where}: [jack]")
+    like = ("like", "rounding") if kind.needs_geometry else ()
+    check_keys(valve, ("kind", "response", *like, *kind.figures), f"{where}: [valve]")
+    figures = {key: _quantity(valve, key, spec, f"{where}: [valve]").value for key, spec in kind.figures.items()}
+    geometry = _geometry(valve, kind, path) if kind.needs_geometry else None
     sheet = Datasheet(
         str(table.get("name", path.stem)),
         str(table.get("title", "")),
         str(table.get("source", "")),
-        kind,
+        kind.name,
         jack,
         figures,
         tuple(_response(entry, kind, f"{where}: [[valve.response]]") for entry in valve.get("response", [])),
-        _given(table, jack, where),
+        _given(table, kind, jack, where),
         geometry,
         _rounding(valve.get("rounding", {}), geometry, f"{where}: [valve.rounding]"),
         table,
@@ -119,18 +116,19 @@ def build_rig(sheet: Datasheet, valve: Mapping[str, Number], corrector: str = "p
     Raises InputError for a number that is not possible.
     """
     known = {name: number.value for name, number in (*sheet.given.items(), *valve.items())}
+    areas = (known[sheet.areas[0]], known[sheet.areas[1]])
     specs = number_specs(sheet.kind, corrector, sheet.jack)
     numbers: dict[str, Number] = {}
     for name, spec in specs.items():
         if name in sheet.given or name in valve:
             numbers[name] = sheet.given.get(name) or valve[name]
         else:
-            value, reason = _thumb(name, known, sheet)
+            value, reason = _thumb(name, known, areas)
             known[name] = value
             spread = (value / 2, value * 2) if value else (None, None)
             numbers[name] = Number(name, value, spec.unit, spec.unit, f"estimate: {reason}", *spread)
     period = _declared("period", 1e-3, "s", "declared here: a usual control period")
-    limits, sensors = _limits(known), _sensors(known)
+    limits, sensors = _limits(known, areas), _sensors(known, areas[0])
     heads = (sheet.name, sheet.title, sheet.source, sheet.kind, corrector, sheet.jack)
     rig = Rig(*heads, numbers, limits, period, sensors)
     return rig.with_values(**{name: number.value for name, number in numbers.items()})
@@ -141,20 +139,19 @@ def main_lands(sheet: Datasheet, travel: float, eps: float) -> float:
     return sheet.valve["rated_flow"] / np.sqrt(sheet.valve["rated_drop"] / 2) / (travel + eps)
 
 
-def _thumb(name: str, known: Mapping[str, float], sheet: Datasheet) -> tuple[float, str]:
+def _thumb(name: str, known: Mapping[str, float], areas: tuple[float, float]) -> tuple[float, str]:
     """A rule of thumb for a number of jack, oil or load, which may use those before it in the schema."""
-    area, net = known["AA" if "AA" in known else "Aj"], known["Ps"] - known["Pr"]
-    side = known.get("AB" if name == "V0B" else "AA", area)
+    area, net = areas[0], known["Ps"] - known["Pr"]
     rules = {
         "beta": lambda: (1e9, "mineral oil with hoses and a little air"),
         "xmid": lambda: (0.0, "position counted from mid stroke"),
         "V0": lambda: (0.1 * area * known["S"], "a tenth of the swept volume"),
-        "V0A": lambda: (0.1 * side * known["S"], "a tenth of the swept volume"),
-        "V0B": lambda: (0.1 * side * known["S"], "a tenth of the swept volume"),
+        "V0A": lambda: (0.1 * area * known["S"], "a tenth of the swept volume"),
+        "V0B": lambda: (0.1 * areas[1] * known["S"], "a tenth of the swept volume"),
         "Cl": lambda: (2e-3 * _lands(known) / np.sqrt(2 * net), "0.2 % of full flow at full pressure"),
         "ke": lambda: (1e3 * net * area / known["S"], "the stall force gives it 0.1 % of the stroke"),
-        "ce": lambda: (np.sqrt(known["ke"] * sheet.given["M"].value), "half of critical with the moving mass"),
-        "b": lambda: (0.03 * net * area / _fastest(known), "3 % of the stall force at no-load speed"),
+        "ce": lambda: (np.sqrt(known["ke"] * known["M"]), "half of critical with the moving mass"),
+        "b": lambda: (0.03 * net * area / _fastest(known, areas), "3 % of the stall force at no-load speed"),
         "ks": lambda: (0.0, "no specimen"),
         "cs": lambda: (0.0, "no specimen"),
     }
@@ -167,26 +164,26 @@ def _lands(known: Mapping[str, float]) -> float:
     return known["n"] * known["K3"] * (known["z3max"] + known["eps"])
 
 
-def _fastest(known: Mapping[str, float]) -> float:
+def _fastest(known: Mapping[str, float], areas: tuple[float, float]) -> float:
     """No-load speed [m/s] at full command: v^2 = k^2 (A Ps - B Pr)/(A^3 + B^3) with the areas A, B."""
-    driving, driven = (known[a if a in known else "Aj"] for a in ("AA", "AB"))
+    driving, driven = areas
     force = driving * known["Ps"] - driven * known["Pr"]
     return _lands(known) * float(np.sqrt(force / (driving**3 + driven**3)))
 
 
-def _limits(known: Mapping[str, float]) -> dict[str, Number]:
-    area, net = known["AA" if "AA" in known else "Aj"], known["Ps"] - known["Pr"]
+def _limits(known: Mapping[str, float], areas: tuple[float, float]) -> dict[str, Number]:
+    net = known["Ps"] - known["Pr"]
     return {
         "stroke": _declared("stroke", 0.48 * known["S"], "m", "declared here: short of the end stops"),
-        "speed": _declared("speed", 1.1 * _fastest(known), "m/s", "declared here: 1.1 times the no-load speed"),
-        "force": _declared("force", net * area, "N", "stall force"),
+        "speed": _declared("speed", 1.1 * _fastest(known, areas), "m/s", "declared here: 1.1 times the no-load speed"),
+        "force": _declared("force", net * areas[0], "N", "stall force"),
         "command_rate": _declared("command_rate", 200.0, "1/s", "declared here: full reversal in 10 ms"),
     }
 
 
-def _sensors(known: Mapping[str, float]) -> dict[str, Sensor]:
+def _sensors(known: Mapping[str, float], area: float) -> dict[str, Sensor]:
     """What such a rig usually measures: 16 bits over the range, noise of 0.02 % of it."""
-    force = known["AA" if "AA" in known else "Aj"] * known["Ps"]
+    force = area * known["Ps"]
     ranges = {
         "spool": 3 * known["z3max"],
         "position": known["S"],
@@ -203,48 +200,48 @@ def _declared(name: str, value: float, unit: str, source: str) -> Number:
     return Number(name, float(value), unit, unit, source)
 
 
-def _given(table: Mapping[str, Any], jack: str, where: str) -> dict[str, Number]:
+def _given(table: Mapping[str, Any], valve: ValveKind, jack: str, where: str) -> dict[str, Number]:
     """The numbers of supply, oil, jack and load that the sheet states."""
-    tables = {"supply": schema.SUPPLY, "oil": schema.OIL, "jack": schema.JACKS[jack], "load": schema.LOAD}
+    tables = {"supply": schema.SUPPLY, "oil": schema.OIL, "jack": JACKS[jack].numbers, "load": schema.LOAD}
     found = {}
     for section, specs in tables.items():
         part = table.get(section, {}) if section == "oil" else _table(table, section, where)
         check_keys(part, (*specs, *(("kind",) if section == "jack" else ())), f"{where}: [{section}]")
         for name, spec in specs.items():
-            if name in part or name in _NEEDED or (name == "Pr" and table["valve"]["kind"] == "second-order"):
+            if name in part or name in _NEEDED or (name == "Pr" and not valve.needs_geometry):
                 found[name] = _quantity(part, name, spec, f"{where}: [{section}]")
     return found
 
 
-def _geometry(valve: Mapping[str, Any], path: Path) -> Rig:
+def _geometry(valve: Mapping[str, Any], kind: ValveKind, path: Path) -> Rig:
     named = valve.get("like")
     if not isinstance(named, str):
         raise InputError(f'{path}: [valve]: like is missing; write like = "jack-10t", the rig with its printed numbers')
     rig = load_rig(named, path.parent)
-    if rig.valve != "three-stage":
-        raise InputError(f"{path}: [valve]: like: rig {rig.name} has no three-stage valve")
+    if rig.valve_kind is not kind:
+        raise InputError(f"{path}: [valve]: like: rig {rig.name} has no {kind.name} valve")
     return rig
 
 
 def _rounding(part: Mapping[str, Any], geometry: Rig | None, where: str) -> dict[str, float]:
     if geometry is None:
         return {}
-    specs = schema.THREE_STAGE
+    specs = geometry.valve_kind.numbers
     for name in part:
         if name not in specs:
             raise InputError(f'{where}: no number "{name}" of a valve; {nearest(name, specs)}')
     return {name: _quantity(part, name, Spec(specs[name].unit, 0, geometry[name], ""), where).value for name in part}
 
 
-def _response(entry: Mapping[str, Any], kind: str, where: str) -> Response:
+def _response(entry: Mapping[str, Any], kind: ValveKind, where: str) -> Response:
     check_keys(entry, ("stage", *_RESPONSE), where)
-    stage = _word(entry, "stage", _STAGES[kind], where)
+    stage = _word(entry, "stage", kind.stages, where)
     return Response(stage, **{key: _quantity(entry, key, spec, where).value for key, spec in _RESPONSE.items()})
 
 
 def _check_responses(sheet: Datasheet, where: str) -> None:
     ids = [response.id for response in sheet.responses]
-    for stage in _STAGES[sheet.kind]:
+    for stage in sheet.valve_kind.stages:
         if not any(response.stage == stage for response in sheet.responses):
             raise InputError(f'{where}: add a [[valve.response]] with stage = "{stage}"')
     for response in sheet.responses:

@@ -18,10 +18,13 @@ from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS
 from ..base.toml import check_keys, read_toml
 from ..base.units import from_si, to_si
-from . import schema as schema
+from . import schema
+from .jack import JACKS, JackKind
 from .schema import Spec
+from .valve import VALVES, ValveKind
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
+NO_CORRECTOR = "p"  # of a valve whose kind has no spool loop to choose
 TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "effects")
 
 
@@ -85,6 +88,28 @@ class Rig:
         """SI value of a plant number."""
         return self.numbers[name].value
 
+    @property
+    def valve_kind(self) -> ValveKind:
+        """What is known of this kind of valve; its equations are in plant/valve."""
+        return VALVES[self.valve]
+
+    @property
+    def jack_kind(self) -> JackKind:
+        """What is known of this kind of jack."""
+        return JACKS[self.jack]
+
+    @property
+    def areas(self) -> tuple[float, float]:
+        """Piston areas [m^2] of side A and side B."""
+        a, b = self.jack_kind.areas
+        return self[a], self[b]
+
+    @property
+    def dead_volumes(self) -> tuple[float, float]:
+        """Dead volumes [m^3] of side A and side B."""
+        a, b = self.jack_kind.dead_volumes
+        return self[a], self[b]
+
     def limit(self, name: str) -> float:
         """SI value of a limit: stroke [m], speed [m/s], force [N] or command_rate [1/s]."""
         return self.limits[name].value
@@ -115,7 +140,7 @@ def _moved(number: Number, value: float) -> Number:
 
 def number_specs(valve: str, corrector: str, jack: str) -> dict[str, Spec]:
     """Every plant number that a rig of these kinds has, by name."""
-    tables = (schema.SUPPLY, schema.OIL, _valve_specs(valve, corrector), schema.JACKS[jack], schema.LOAD)
+    tables = (schema.SUPPLY, schema.OIL, VALVES[valve].schema(corrector), JACKS[jack].numbers, schema.LOAD)
     return {name: spec for table in tables for name, spec in table.items()}
 
 
@@ -137,32 +162,27 @@ def load_rig(name: str | Path, beside: Path | None = None) -> Rig:
     return _parse(path, str(path))
 
 
-def _valve_specs(valve: str, corrector: str) -> dict[str, Spec]:
-    extra = schema.CORRECTORS[corrector] if valve == "three-stage" else {}
-    return {**schema.VALVES[valve], **extra}
-
-
 def _parse(path: Path, shown: str) -> Rig:
     table = read_toml(path)
     check_keys(table, TITLES + TABLES, shown)
     read = _Reader(path, shown, table)
-    valve = read.kind("valve", "kind", schema.VALVES)
-    corrector = read.kind("valve", "corrector", schema.CORRECTORS) if valve == "three-stage" else "p"
-    jack = read.kind("jack", "kind", schema.JACKS)
+    valve = VALVES[read.kind("valve", "kind", VALVES)]
+    corrector = read.kind("valve", "corrector", valve.correctors) if valve.correctors else NO_CORRECTOR
+    jack = JACKS[read.kind("jack", "kind", JACKS)]
     numbers = {
         **read.numbers("supply", schema.SUPPLY),
         **read.numbers("oil", schema.OIL),
-        **read.numbers("valve", _valve_specs(valve, corrector), ("kind", "corrector")),
-        **read.numbers("jack", schema.JACKS[jack], ("kind",)),
+        **read.numbers("valve", valve.schema(corrector), ("kind", "corrector")),
+        **read.numbers("jack", jack.numbers, ("kind",)),
         **read.numbers("load", schema.LOAD),
     }
     return Rig(
         name=str(table.get("name", path.stem)),
         title=str(table.get("title", "")),
         source=str(table.get("source", "")),
-        valve=valve,
+        valve=valve.name,
         corrector=corrector,
-        jack=jack,
+        jack=jack.name,
         numbers=numbers,
         limits=read.numbers("limits", schema.LIMITS),
         period=read.numbers("control", schema.CONTROL)["period"],
@@ -303,14 +323,14 @@ def rig_table(rig: Rig) -> dict[str, Any]:
     sections: dict[str, dict[str, Any]] = {
         "supply": dict.fromkeys(schema.SUPPLY),
         "oil": dict.fromkeys(schema.OIL),
-        "valve": dict.fromkeys(_valve_specs(rig.valve, rig.corrector)),
-        "jack": dict.fromkeys(schema.JACKS[rig.jack]),
+        "valve": dict.fromkeys(rig.valve_kind.schema(rig.corrector)),
+        "jack": dict.fromkeys(rig.jack_kind.numbers),
         "load": dict.fromkeys(schema.LOAD),
     }
     filled: dict[str, dict[str, Any]] = {
         section: {name: _entry(rig.numbers[name]) for name in names} for section, names in sections.items()
     }
-    corrector = {"corrector": rig.corrector} if rig.valve == "three-stage" else {}
+    corrector = {"corrector": rig.corrector} if rig.valve_kind.correctors else {}
     filled["valve"] = {"kind": rig.valve, **corrector, **filled["valve"]}
     filled["jack"] = {"kind": rig.jack, **filled["jack"]}
     titles = {"name": rig.name, "title": rig.title, "source": rig.source, "recordings": rig.recordings}

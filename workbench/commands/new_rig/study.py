@@ -38,7 +38,7 @@ def identity(sheet: Datasheet) -> dict[str, Any]:
 def run_new_rig(sheet: Datasheet, stage: Stage, progress: Progress) -> tuple[Outcome, Rig]:
     """A rig with the sheet's figures, fitted where the valve has three stages; the outcome, and the rig to save."""
     fit = None
-    if sheet.kind == "three-stage":
+    if sheet.geometry is not None:
         fit = fit_three_stage(sheet, STARTS, TOLERANCE, stage, progress)
     rig = fit.rig if fit else build_rig(sheet, second_order_numbers(sheet))
     progress("figures of the rig")
@@ -71,7 +71,7 @@ def _measure(sheet: Datasheet, rig: Rig, stage: Stage, label: str) -> _Measured:
         stored = stage(f"{label} {response.id}", compute)
         figures |= {f"{response.id}_{key}": stored[key] for key, _ in _CORNERS}
         curves[response.id] = (np.asarray(stored["f"]), stored["real"] + 1j * stored["imag"])
-    for part in ("pilot", "main") if sheet.kind == "three-stage" else ("main",):
+    for part in sheet.valve_kind.stages:
         flow = rated_flow(rig, part, sheet.valve["rated_drop"])
         figures[f"{part}_flow"] = float(from_si(flow, "l/min", "m^3/s"))
     return _Measured(figures, curves)

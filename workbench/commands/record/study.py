@@ -166,8 +166,7 @@ class _Pace:
         commands = np.concatenate((-COMMANDS[::-1], [0.0], COMMANDS))
         speeds = [equilibrium(plant, command=c, p=smooth).speed if c else 0.0 for c in commands]
         self._commands, self._speeds = commands, np.array(speeds)
-        area = min(number.value for name, number in rig.numbers.items() if name in ("Aj", "AA", "AB"))
-        self._acceleration = PUSH * (rig["Ps"] - rig["Pr"]) * area / rig["M"]
+        self._acceleration = PUSH * (rig["Ps"] - rig["Pr"]) * min(rig.areas) / rig["M"]
 
     def speed(self, command: float) -> float:
         """Steady speed [m/s], never above half the rig's limit."""

@@ -106,7 +106,7 @@ def _paper(table: Mapping[str, Any], rig: Rig, where: str) -> PaperConfig:
 
 
 def _three_stages(rig: Rig, where: str) -> None:
-    if rig.valve != "three-stage":
+    if not rig.valve_kind.has_pilot:
         raise InputError(f"{where}: rig {rig.name} has no three-stage valve, which is what the paper is about")
 
 

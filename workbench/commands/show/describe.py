@@ -86,13 +86,9 @@ def _null_command(rest: Equilibrium) -> float:
     return float(rest.u[0])
 
 
-def _areas(rig: Rig) -> tuple[float, float]:
-    return (rig["Aj"], rig["Aj"]) if rig.jack == "double-rod" else (rig["AA"], rig["AB"])
-
-
 def _stall_force(rig: Rig, sign: float) -> float:
     """Force [N] with the supply on the driving side and the return on the other."""
-    driving, driven = _areas(rig)[:: int(sign)]
+    driving, driven = rig.areas[:: int(sign)]
     return rig["Ps"] * driving - rig["Pr"] * driven
 
 
@@ -101,9 +97,8 @@ def _mode_formula(rig: Rig, plant: Plant, rest: Equilibrium) -> tuple[float, flo
 
     wh^2 = (kA + kB)/M with k = beta A^2/V; 2 zeta wh = b/M + sum of leakage times (pressure per travel)^2 over kA + kB.
     """
-    areas = np.array(_areas(rig))
-    dead = (rig["V0"], rig["V0"]) if rig.jack == "double-rod" else (rig["V0A"], rig["V0B"])
-    per_travel = rig["beta"] * areas / (np.array(dead) + areas * rig["S"] / 2) * (-1.0, 1.0)
+    areas = np.array(rig.areas)
+    per_travel = rig["beta"] * areas / (np.array(rig.dead_volumes) + areas * rig["S"] / 2) * (-1.0, 1.0)
     stiffness = float(np.sum(np.abs(per_travel) * areas))
     wh = np.sqrt(stiffness / rig["M"])
     lost = float(np.sum(_land_leakage(rig, plant, rest) * per_travel**2) + rig["Cl"] * np.ptp(per_travel) ** 2)

@@ -15,7 +15,8 @@ from scipy.optimize import least_squares
 from ...base.errors import InputError
 from ...rigs.datasheet import Datasheet, build_rig, main_lands
 from ...rigs.rig import Number, Rig
-from ...rigs.schema import SECOND_ORDER, SUPPLY, THREE_STAGE
+from ...rigs.schema import SUPPLY
+from ...rigs.valve import SECOND_ORDER, THREE_STAGE
 from ..fit.determined import DETERMINED, Determination, FreeParameter, determine
 from .corners import FigureErrors
 
@@ -52,7 +53,7 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
     parallel. Raises InputError for corners or a leakage that no such valve has.
     """
     f3db, f90 = (float(np.exp(np.mean([np.log(getattr(r, k)) for r in sheet.responses]))) for k in ("f3db", "f90"))
-    ratio, lowest, highest = f3db / f90, SECOND_ORDER["zeta"].low, SECOND_ORDER["zeta"].high
+    ratio, lowest, highest = f3db / f90, SECOND_ORDER.numbers["zeta"].low, SECOND_ORDER.numbers["zeta"].high
     zeta = float(np.sqrt(max(2 - (1 - ratio**2) ** 2, 0))) / (2 * ratio)
     if not lowest <= zeta <= highest:
         raise InputError(
@@ -188,7 +189,7 @@ def _rig(sheet: Datasheet, free: tuple[FreeParameter, ...], x: np.ndarray, found
     With what was found, every fitted number has its source and, as bounds, its 95 % interval inside its range.
     """
     printed = _geometry(sheet).numbers
-    numbers = {name: replace(printed[name], low=None, high=None) for name in THREE_STAGE}
+    numbers = {name: replace(printed[name], low=None, high=None) for name in THREE_STAGE.numbers}
     numbers |= {name: _number(name, sheet.valve[name], "datasheet") for name in ("imax", "n")}
     for f, d in zip(free, x, strict=True):
         value = _number(f.name, f.value(d), f"estimate: {f.reason}")
@@ -203,5 +204,5 @@ def _rig(sheet: Datasheet, free: tuple[FreeParameter, ...], x: np.ndarray, found
 
 
 def _number(name: str, value: float, source: str) -> Number:
-    unit = {**SUPPLY, **THREE_STAGE, **SECOND_ORDER}[name].unit
+    unit = {**SUPPLY, **THREE_STAGE.numbers, **SECOND_ORDER.numbers}[name].unit
     return Number(name, float(value), unit, unit, source)

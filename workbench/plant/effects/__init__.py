@@ -6,7 +6,7 @@ Whoever writes one imports `effect`, `number` and `state` from here; SLOTS says 
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
 from .known import LIBRARY, applies, find, known_effects, load_effects, resolve
-from .slots import SLOTS, Slot
+from .slots import SLOTS, Slot, valves_with
 
 __all__ = [
     "EQUATIONS",
@@ -26,4 +26,5 @@ __all__ = [
     "number",
     "resolve",
     "state",
+    "valves_with",
 ]

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 
 from ...base.errors import InputError, nearest
-from .slots import SLOTS
+from .slots import valves_with
 
 EQUATIONS = ("drive", "pilot", "main", "flow", "force", "sensor")
 """Where a model can lack something: amplifier and spool loop, torque motor and pilot, main spool, chambers, motion."""
@@ -94,10 +94,7 @@ class Effect:
     @property
     def valves(self) -> frozenset[str]:
         """The kinds of valve whose plant has all the slots of this effect."""
-        return frozenset.intersection(_ALL_VALVES, *(frozenset(SLOTS[slot].valves) for slot in self.laws))
-
-
-_ALL_VALVES = frozenset(valve for slot in SLOTS.values() for valve in slot.valves)
+        return valves_with(self.laws)
 
 
 class Scope:

@@ -3,29 +3,32 @@
 Effects in the same slot act one after the other, in the order in which a rig declares them.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-_BOTH = ("three-stage", "second-order")
-_THREE_STAGE = ("three-stage",)
+from ...rigs.valve import VALVES
 
 
 @dataclass(frozen=True)
 class Slot:
-    """What passes through a slot [SI], what its laws may read as s["name"], and the kinds of valve that have it."""
+    """What passes through a slot [SI], and what its laws may read as s["name"]."""
 
     passes: str
     offers: tuple[str, ...] = ()
-    valves: tuple[str, ...] = _BOTH
 
 
-SLOTS = {
+_VALVE = {
     "command": Slot("spool-position command [1] after the drive's input"),
-    "corrector": Slot("output of the spool loop over rated current [1]", ("error", "gain", "limit"), _THREE_STAGE),
-    "current": Slot("pilot current [A], as measured", ("limit",), _THREE_STAGE),
-    "motor_current": Slot("current [A] that makes torque in the motor", (), _THREE_STAGE),
-    "main_friction": Slot("dry friction [N] against the main spool's motion", ("spool", "velocity"), _THREE_STAGE),
+    "corrector": Slot("output of the spool loop over rated current [1]", ("error", "gain", "limit")),
+    "current": Slot("pilot current [A], as measured", ("limit",)),
+    "motor_current": Slot("current [A] that makes torque in the motor"),
+    "main_friction": Slot("dry friction [N] against the main spool's motion", ("spool", "velocity")),
     "main_openings": Slot("openings (o(z), o(-z)) [m] of the main lands", ("spool", "lap", "travel")),
     "main_flows": Slot("flows (into A, out of B) [m^3/s] of one valve"),
+}
+"""Slots inside a valve, of which each kind has its own."""
+
+_PLANT = {
     "supply": Slot("supply pressure [Pa] at the valve"),
     "supply_flow": Slot("nothing: here the flow [m^3/s] drawn from the supply is known", ("flow", "rated", "supply")),
     "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain")),
@@ -40,3 +43,12 @@ SLOTS = {
     "sensor_pa": Slot("pressure signal of chamber A [Pa]"),
     "sensor_pb": Slot("pressure signal of chamber B [Pa]"),
 }
+"""Slots of every plant, whatever its valve."""
+
+SLOTS = _VALVE | _PLANT
+
+
+def valves_with(slots: Iterable[str]) -> frozenset[str]:
+    """The kinds of valve whose plant has all these slots."""
+    inside = _VALVE.keys() & set(slots)
+    return frozenset(name for name, kind in VALVES.items() if inside <= set(kind.slots))

@@ -1,31 +1,10 @@
 """Stages 1 and 2: torque motor, double nozzle-flapper, pilot spool with feedback spring (paper, section 2)."""
 
-from dataclasses import dataclass
-
 import casadi as ca
 
 from ..assembly import Assembly
 from ..orifice import curtain, exponential_lap, flow_force, land_flows, root, spool_stop, volume
-
-
-@dataclass(frozen=True)
-class Lands:
-    """What the lands of a spool see [Pa]: the two load ports, their supply and their drain."""
-
-    a: ca.SX
-    b: ca.SX
-    supply: ca.SX
-    drain: ca.SX
-
-
-@dataclass(frozen=True)
-class PilotFlows:
-    """Flow into port A and out of port B of the pilot spool [m^3/s], lowest chamber pressure [Pa], and its signals."""
-
-    into_a: ca.SX
-    out_of_b: ca.SX
-    lowest: ca.SX
-    signals: dict[str, ca.SX]
+from .lands import Lands, PilotFlows
 
 
 def pilot_stage(b: Assembly, current: ca.SX, lands: Lands, supply: ca.SX, drain: ca.SX) -> PilotFlows:

@@ -1,0 +1,34 @@
+"""What rigs and datasheets know of a kind of valve; its equations have the same name in plant/valve."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..schema import Spec
+
+
+@dataclass(frozen=True)
+class ValveKind:
+    """A kind of valve.
+
+    `numbers` are those of every valve of this kind, `correctors` the further ones of each spool loop that a rig may
+    choose (empty: there is nothing to choose), `slots` the places in its equations where effects act. `stages` can be
+    measured alone on a flow bench, the main one last. A datasheet states `figures`; where it `needs_geometry`, the
+    remaining numbers are fitted from those printed for another rig of this kind.
+    """
+
+    name: str
+    numbers: Mapping[str, Spec]
+    slots: tuple[str, ...]
+    stages: tuple[str, ...]
+    figures: Mapping[str, Spec]
+    correctors: Mapping[str, Mapping[str, Spec]] = field(default_factory=dict)
+    needs_geometry: bool = False
+
+    @property
+    def has_pilot(self) -> bool:
+        """Whether a pilot stage with an electric current drives the main spool."""
+        return "pilot" in self.stages
+
+    def schema(self, corrector: str) -> dict[str, Spec]:
+        """Every number of a valve of this kind with this spool loop."""
+        return {**self.numbers, **self.correctors.get(corrector, {})}
