@@ -1,1 +1,89 @@
-"""Controllers, one file each, all after the protocol of workbench.controller."""
+"""Controllers and compensators, a file each, after the protocol of workbench.control.
+
+position and force laws
+    P, PidLead                          proportional; PID with a lead
+    Crone1, Crone2, Crone3              fractional order, three generations
+    Tvc                                 three-variable control
+    Lqg, Mpc                            a Kalman filter, and state feedback or a plan that keeps the limits
+compensators, to be added to a law
+    PressureFeedback, AccelerationFeedback    damp the jack on its oil
+    VelocityCompensation                gives a force loop the flow that the jack's motion takes
+    FeedForward, Shaping                of the reference
+Switched                                changes over between controllers while they run
+
+`from controllers import P, PressureFeedback` gives what makes a controller of design numbers, in SI or with a unit:
+`P(gain="3.7 1/m") + PressureFeedback(gain="2.15e-4 1/bar")`; `P` by itself lists its numbers. The classes that compute
+are in the files: `from controllers.p import P`, or "controllers.p:P" in a config.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from workbench.control.controller_type import ControllerType
+
+    from .switched import Switched
+
+    AccelerationFeedback: ControllerType
+    Crone1: ControllerType
+    Crone2: ControllerType
+    Crone3: ControllerType
+    FeedForward: ControllerType
+    Lqg: ControllerType
+    Mpc: ControllerType
+    P: ControllerType
+    PidLead: ControllerType
+    PressureFeedback: ControllerType
+    Shaping: ControllerType
+    Tvc: ControllerType
+    VelocityCompensation: ControllerType
+
+_FILES = {
+    "AccelerationFeedback": "acceleration",
+    "Crone1": "crone1",
+    "Crone2": "crone2",
+    "Crone3": "crone3",
+    "FeedForward": "feedforward",
+    "Lqg": "lqg",
+    "Mpc": "mpc",
+    "P": "p",
+    "PidLead": "pid_lead",
+    "PressureFeedback": "pressure",
+    "Shaping": "shaping",
+    "Tvc": "tvc",
+    "VelocityCompensation": "velocity",
+}
+
+__all__ = [
+    "AccelerationFeedback",
+    "Crone1",
+    "Crone2",
+    "Crone3",
+    "FeedForward",
+    "Lqg",
+    "Mpc",
+    "P",
+    "PidLead",
+    "PressureFeedback",
+    "Shaping",
+    "Switched",
+    "Tvc",
+    "VelocityCompensation",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a law's file when its name is first used."""
+    if name == "Switched":
+        from .switched import Switched
+
+        return Switched
+    if name not in _FILES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from workbench.control.controller_type import ControllerType
+
+    globals()[name] = ControllerType(f"{__name__}.{_FILES[name]}:{name}")
+    return globals()[name]
+
+
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

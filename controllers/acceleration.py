@@ -1,12 +1,11 @@
 """Acceleration feedback: damps the jack on its oil by what the mass does."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from workbench.control.discrete_filter import weighted
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class AccelerationFeedback:
@@ -18,7 +17,7 @@ class AccelerationFeedback:
 
     into: ClassVar[Literal["command", "reference"]] = "command"
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers."""
 

@@ -1,13 +1,11 @@
 """CRONE, first generation: a fractional order about the crossover, and so a constant phase of the controller there."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from workbench.control.crone.crossover import gain_for, order_for
 from workbench.control.crone.oustaloup import band
 from workbench.control.jack_model import JackModel
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 from workbench.control.second_order_sections import Factors, integral, tustin
 from workbench.control.section_controller import SectionController
 
@@ -22,7 +20,7 @@ class Crone1(SectionController):
     under a change of gain as far as the jack's own phase is constant there; where it is not, take crone2.
     """
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design(JackModel):
         """Design numbers: the jack's model, and what the loop should do on it."""
 

@@ -1,10 +1,8 @@
 """CRONE, second generation: an open loop of constant phase about the crossover, whatever the jack's own phase does."""
 
-from dataclasses import dataclass
-
 from workbench.control.crone.template import CroneTemplateController
 from workbench.control.jack_model import JackModel
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class Crone2(CroneTemplateController):
@@ -15,7 +13,7 @@ class Crone2(CroneTemplateController):
     damps, not a sharp mode that a mass moves.
     """
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design(JackModel):
         """Design numbers: the jack's model, and what the loop should do on it."""
 

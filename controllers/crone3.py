@@ -1,6 +1,6 @@
 """CRONE, third generation: an open loop of complex order, its phase turning about the crossover as a plant set asks."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import control
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from workbench.base.errors import InputError
 from workbench.control.crone.template import CroneTemplateController
 from workbench.control.inner_loop import peak
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 from .crone2 import Crone2
 
@@ -23,7 +23,7 @@ class Crone3(CroneTemplateController):
     1(2), 1995). The one band of a CroneTemplateController follows the template to some 15 degrees an octave.
     """
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design(Crone2.Design):
         """Design numbers: those of crone2, and the imaginary order."""
 

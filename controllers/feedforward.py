@@ -1,12 +1,11 @@
 """Feed-forward of the reference's velocity and acceleration."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from workbench.control.discrete_filter import weighted
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class FeedForward:
@@ -19,7 +18,7 @@ class FeedForward:
 
     into: ClassVar[Literal["command", "reference"]] = "command"
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers."""
 

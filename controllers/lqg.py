@@ -1,13 +1,12 @@
 """LQG: the best that a linear controller makes of position and pressures, by its own measure: a yardstick."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import control
 import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class Lqg:
@@ -17,7 +16,7 @@ class Lqg:
     leaves an error.
     """
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design(ObservedJack):
         """Design numbers: the jack as it is observed, and what an error costs."""
 

@@ -1,14 +1,13 @@
 """Linear model predictive control: LQG where no limit is near, and a plan that keeps every limit where one is."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import control
 import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
 from workbench.control.mpc_qp import Limits, Planner, build_horizon
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 from .lqg import lq_gain, preview_gains
 
@@ -24,7 +23,7 @@ class Mpc:
     one the command stays; `fallbacks` counts these periods.
     """
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design(ObservedJack):
         """Design numbers: the jack as it is observed, what an error costs, limits and the plan."""
 

@@ -1,12 +1,11 @@
 """Proportional control: command = gain (reference - controlled signal)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import control
 
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class P:
@@ -14,7 +13,7 @@ class P:
 
     measures: ClassVar[tuple[str, ...]] = ("position",)
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers."""
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import control
 import numpy as np
 
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class PidLead:
@@ -19,7 +19,7 @@ class PidLead:
 
     measures: ClassVar[tuple[str, ...]] = ("position",)
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers."""
 

@@ -1,12 +1,11 @@
 """Pressure feedback: the difference of the chamber pressures damps the jack on its oil."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from workbench.control.discrete_filter import weighted
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class PressureFeedback:
@@ -20,7 +19,7 @@ class PressureFeedback:
 
     into: ClassVar[Literal["command", "reference"]] = "command"
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers."""
 

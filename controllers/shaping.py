@@ -1,12 +1,11 @@
 """Reference shaping: the second degree of freedom, which no margin sees."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from workbench.control.discrete_filter import weighted
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class Shaping:
@@ -18,7 +17,7 @@ class Shaping:
 
     into: ClassVar[Literal["command", "reference"]] = "reference"
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers."""
 

@@ -1,7 +1,6 @@
 """Three-variable control of test rigs: displacement, velocity and acceleration, each asked for and fed back."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import control
@@ -9,7 +8,7 @@ import numpy as np
 from scipy.linalg import block_diag, expm
 
 from workbench.control.discrete_filter import Filter
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class Tvc:
@@ -29,7 +28,7 @@ class Tvc:
 
     measures: ClassVar[tuple[str, ...]] = ("position", "acceleration")
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers: what the loop should be, and the jack, which `jackbench show` gives."""
 

@@ -1,12 +1,11 @@
 """Velocity compensation: a force loop that gives the jack the flow that its own motion takes."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from workbench.control.discrete_filter import weighted
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class VelocityCompensation:
@@ -20,7 +19,7 @@ class VelocityCompensation:
 
     into: ClassVar[Literal["command", "reference"]] = "command"
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers."""
 

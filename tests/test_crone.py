@@ -134,7 +134,7 @@ def test_the_phase_of_crone2_is_constant_about_the_crossover(jack, model, crosso
         (pi, (-3, 6), 6.0, 70),
         (pid, (-4, 2), 4.0, 60),
         (pid, (-4, 2), 6.0, 55),
-        (lead, (1e-6, 1.4), 8.0, 75),
+        (lead, (1e-6, 1.28), 8.0, 75),
     ],
 )
 def test_crone_keeps_its_overshoot_where_pid_lead_does_not(jack, model, shape, ends, crossover, margin):

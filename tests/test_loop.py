@@ -98,7 +98,7 @@ class Noting(P):
     """Keeps what the loop told it."""
 
     def __init__(self):
-        super().__init__(P.Design(gain=500.0), PERIOD)
+        super().__init__(P.Design(gain=100.0), PERIOD)
         self.heard = []
 
     def reset(self, reference, measurement, command):
@@ -116,12 +116,12 @@ class Noting(P):
 
 def test_a_controller_is_reset_once_then_computes_and_learns_what_was_realised(rig, engine, rest):
     controller = Noting()
-    run = run_loop(engine, rig, controller, rest, np.full(5, 0.01))
+    run = run_loop(engine, rig, controller, rest, np.full(5, 0.05))
     command = run.record.signals["command"]
     assert controller.heard[0] == ("reset", 0.0, pytest.approx(0.0, abs=1e-12))
     periods = zip(controller.heard[1::2], controller.heard[2::2], run.demanded, command, strict=True)
     for asked, told, demanded, realised in periods:
-        assert asked == ("compute", 0.01, demanded)
+        assert asked == ("compute", 0.05, demanded)
         assert told == ("update", realised)
     assert np.all(run.demanded[:4] > 1)
     assert command == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])  # the guard's rate

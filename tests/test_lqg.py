@@ -64,7 +64,7 @@ def test_a_dearer_error_is_followed_faster(design, own):
         law = Lqg(Lqg.Design(**{**vars(design), "error": error}), PERIOD).linear()
         return abs(closed(own, law, seconds=1.0)[1] - 1)
 
-    assert slowest(0.08) < slowest(2.0) < slowest(20.0)
+    assert slowest(0.08) < slowest(2.0) < slowest(10.0)
 
 
 def test_neither_a_command_nor_a_load_leaves_an_offset(design, own):

@@ -1,12 +1,11 @@
 """A controller of your own: P on a reference that never moves faster than the jack can."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import control
 
-from workbench.control.protocol import number
+from workbench.control.protocol import design_numbers, number
 
 
 class SlewedP:
@@ -14,7 +13,7 @@ class SlewedP:
 
     measures: ClassVar[tuple[str, ...]] = ("position",)  # what it needs, the controlled signal first
 
-    @dataclass(frozen=True)
+    @design_numbers
     class Design:
         """Design numbers: unit, bounds that tuning may search, meaning, and a default where there is one."""
 

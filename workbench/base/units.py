@@ -2,6 +2,7 @@
 
 import re
 from functools import lru_cache
+from numbers import Real
 
 import numpy as np
 import pint
@@ -10,6 +11,8 @@ from numpy.typing import ArrayLike
 from .errors import InputError
 
 _BARE_POWER = re.compile(r"\b(m|mm|cm|s|ms)([2-9])\b")  # "m/s2", as headers are written
+
+_TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")  # "0.25 Hz", "2.15e-4 1/bar"
 
 _ANGLE = re.compile(r"\b(rad|deg|rev|turn|rpm)")  # of "rad/s", "degree/s", "revolution/min"
 
@@ -47,3 +50,19 @@ def from_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
     """`value` in the SI unit `si`, converted to `unit`."""
     gain, offset = _scale(unit, si)
     return (np.asarray(value, dtype=float) - offset) / gain
+
+
+def quantity(value: float | str, si: str) -> float:
+    """A number in the SI unit `si`, of a number in that unit or of text with its own, such as "100 mm".
+
+    Raises InputError for text without a number or a unit, for a unit of another kind, a truth value, and what is not
+    finite.
+    """
+    if isinstance(value, str):
+        read = _TEXT.fullmatch(value)
+        if read is None or not (read.group(2) or si == "1"):
+            raise InputError(f'"{value}": write a number and its unit, such as "1 {si}"')
+        value = float(to_si(float(read.group(1)), read.group(2), si))
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real) or not np.isfinite(float(value)):
+        raise InputError(f"{value!r} is no finite number; write one in {si}, or text with a unit")
+    return float(value)

@@ -2,29 +2,38 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
-from importlib import import_module
+from dataclasses import MISSING, Field, asdict, dataclass, fields, is_dataclass, replace
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from ..base.errors import InputError
 from ..base.toml import check_keys
 from ..base.units import to_si
 from .compensators import Compensated, Compensator, Deflection, OnLoadCell
-from .protocol import Controller, number
+from .load_class import absolute, load_class
+from .protocol import Controller, design_number, number
 
 T = TypeVar("T")
-_OF_THE_LOOP = ("compensators", "stiffness", "computing_delay")
-_COMPUTING = number("s", 0.0, 0.1, "time from a sample to its command")
-_STIFFNESS = number("N/m", 1e3, 1e10, "stiffness of the specimen that the loop is designed on")
 
 
 @dataclass(frozen=True)
+class _OfTheLoop:
+    """What a controller's table has besides `use`, compensators and the numbers of its design."""
+
+    stiffness: float = number("N/m", 1e3, 1e10, "stiffness of the specimen that the loop is designed on")
+    computing_delay: float = number("s", 0.0, 0.1, "time from a sample to its command")
+
+
+_OF_THE_LOOP = {entry.name: entry for entry in fields(_OfTheLoop)}
+
+
+@dataclass(frozen=True, repr=False)
 class ControllerSpec:
-    """A named controller of a config: where its class is, its design numbers in SI, and the compensators around it.
+    """A named controller: where its class is, its design numbers in SI, and the compensators around it.
 
     With a `stiffness` [N/m] the loop is on the load cell, of force over stiffness: the controller and every compensator
     see the reference as a deflection [m]. `computing_delay` [s] is how long after a sample its command comes: what the
-    rig's computer needs, which `build` knows nothing of.
+    rig's computer needs, which `build` knows nothing of. `spec + compensator` is the same with a compensator around it.
     """
 
     name: str
@@ -33,6 +42,27 @@ class ControllerSpec:
     compensators: tuple["ControllerSpec", ...] = ()
     stiffness: float | None = None
     computing_delay: float = 0.0
+
+    def named(self, name: str) -> "ControllerSpec":
+        """The same under another name."""
+        return replace(self, name=name)
+
+    def on_load_cell(self, stiffness: float | str) -> "ControllerSpec":
+        """The same as a force loop on a specimen of a stiffness, in N/m or text such as "10 kN/mm"."""
+        return replace(self, stiffness=design_number(stiffness, _OF_THE_LOOP["stiffness"]))
+
+    def __add__(self, compensator: "ControllerSpec") -> "ControllerSpec":
+        if not isinstance(compensator, ControllerSpec):
+            return NotImplemented
+        if self.is_compensator or not compensator.is_compensator:
+            raise InputError(f"{self.name} + {compensator.name}: add a compensator to a controller, not the reverse")
+        name = f"{self.name}+{compensator.name}"
+        return replace(self, name=name, compensators=(*self.compensators, compensator))
+
+    @property
+    def is_compensator(self) -> bool:
+        """Whether it is a filter that stands beside a controller."""
+        return hasattr(load_class(self.use, self.name), "into")
 
     def expecting_its_delay(self) -> "ControllerSpec":
         """The same for a loop that has the computing delay: a design with the number `delay` has it added."""
@@ -46,46 +76,66 @@ class ControllerSpec:
         Raises InputError, with its name, for a design that is out of reach.
         """
         try:
-            made = cast(Controller, _load(self.use, self.name)(self.design, period))
+            controller = cast(Controller, load_class(self.use, self.name)(self.design, period))
         except InputError as error:
             raise InputError(f"[controllers.{self.name}]: {error}") from None
         if self.stiffness is not None:
-            made = OnLoadCell(made, self.stiffness)
+            controller = OnLoadCell(controller, self.stiffness)
         for part in self.compensators:
-            made = Compensated(made, cast(Compensator, _load(part.use, part.name)(part.design, period)))
-        return made if self.stiffness is None else Compensated(made, Deflection(self.stiffness, period))
+            controller = Compensated(
+                controller, cast(Compensator, load_class(part.use, part.name)(part.design, period))
+            )
+        return controller if self.stiffness is None else Compensated(controller, Deflection(self.stiffness, period))
+
+    def __repr__(self) -> str:
+        """Class and numbers that are not at their default, part by part."""
+        on_cell = "" if self.stiffness is None else f" on the load cell at {self.stiffness:g} N/m"
+        calls = [_call(part) for part in (self, *self.compensators)]
+        line = " + ".join(calls) + on_cell
+        return line if len(line) <= 100 else "\n    + ".join(calls) + on_cell
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """By the numbers of the design: another process may not have run the file of its class yet."""
+        rest = self.compensators, self.stiffness, self.computing_delay
+        return _restored, (self.name, self.use, asdict(self.design), *rest)
 
 
-def controller_spec(name: str, table: Mapping[str, Any], where: str) -> ControllerSpec:
+def _restored(name: str, use: str, numbers: Mapping[str, float], *rest: Any) -> ControllerSpec:
+    return ControllerSpec(name, use, load_class(use, name).Design(**numbers), *rest)
+
+
+def _call(spec: ControllerSpec) -> str:
+    entries = [entry for entry in fields(spec.design) if getattr(spec.design, entry.name) != entry.default]
+    numbers = (f"{entry.name}={getattr(spec.design, entry.name):g} {entry.metadata['unit']}" for entry in entries)
+    return f"{spec.use.rpartition(':')[2]}({', '.join(numbers)})"
+
+
+def controller_spec(name: str, table: Mapping[str, Any], where: str, beside: Path | None = None) -> ControllerSpec:
     """The controller of a table with `use = "module:Class"` and its design numbers `{value, unit}`.
 
+    `use = "file.py:Class"` names a file from the folder `beside`, that of the experiment (else the current one).
     `compensators` is a list of such tables, the first innermost; `stiffness` puts the loop on the load cell;
     `computing_delay` says what `jackbench time` measured. Raises InputError, opened by `where`.
     """
-    stack, stiffness, computing = (table.get(key) for key in ("compensators", "stiffness", "computing_delay"))
-    stack = [] if stack is None else stack
+    stack = table.get("compensators", [])
     if not isinstance(stack, list) or not all(isinstance(part, Mapping) for part in stack):
         raise InputError(f"{where}: compensators must be a list of tables; write [[controllers.{name}.compensators]]")
-    around = (_part(name, part, f"{where}: compensator {i + 1}", Compensator) for i, part in enumerate(stack))
-    own = {key: entry for key, entry in table.items() if key not in _OF_THE_LOOP}
-    return replace(
-        _part(name, own, where, Controller),
-        compensators=tuple(around),
-        stiffness=None if stiffness is None else _number(stiffness, _STIFFNESS, f"{where}: stiffness"),
-        computing_delay=0.0 if computing is None else _number(computing, _COMPUTING, f"{where}: computing_delay"),
-    )
+    around = (_part(name, part, f"{where}: compensator {i + 1}", Compensator, beside) for i, part in enumerate(stack))
+    own = {key: entry for key, entry in table.items() if key != "compensators" and key not in _OF_THE_LOOP}
+    given = {key: table[key] for key in _OF_THE_LOOP if key in table}
+    numbers = {key: _number(entry, _OF_THE_LOOP[key], where) for key, entry in given.items()}
+    return replace(_part(name, own, where, Controller, beside), compensators=tuple(around), **numbers)
 
 
-def _part(name: str, table: Mapping[str, Any], where: str, kind: type) -> ControllerSpec:
+def _part(name: str, table: Mapping[str, Any], where: str, kind: type, beside: Path | None) -> ControllerSpec:
     """A controller or a compensator, by itself."""
     use, what = table.get("use"), kind.__name__.lower()
-    if not isinstance(use, str) or use.count(":") != 1:
+    if not isinstance(use, str) or ":" not in use:
         raise InputError(f'{where}: needs use = "module:Class", such as "controllers.p:P"')
-    found = _load(use, where)
-    design = getattr(found, "Design", None)
-    if not (isinstance(design, type) and is_dataclass(design)):
-        raise InputError(f'{where}: use = "{use}" is no {what}: it has no dataclass Design')
-    if hasattr(found, "into") is not (kind is Compensator):
+    use = absolute(use, beside)
+    law = load_class(use, where)
+    design = design_class(law, f'{where}: use = "{use}"', what)
+    if hasattr(law, "into") is not (kind is Compensator):
         other = "compensator; name it under compensators" if kind is Controller else "controller, and stands by itself"
         raise InputError(f'{where}: use = "{use}" is a {other}')
     return ControllerSpec(
@@ -93,11 +143,19 @@ def _part(name: str, table: Mapping[str, Any], where: str, kind: type) -> Contro
     )
 
 
+def design_class(law: Any, where: str, what: str = "controller") -> type:
+    """The dataclass of a law's design numbers; raises InputError, opened by `where`, where it has none."""
+    design = getattr(law, "Design", None)
+    if not (isinstance(design, type) and is_dataclass(design)):
+        raise InputError(f"{where} is no {what}: it has no dataclass Design")
+    return design
+
+
 def read_numbers(kind: type[T], table: Mapping[str, Any], where: str) -> T:
     """A dataclass of `number` fields from a table of `{value, unit}`; raises InputError, opened by `where`."""
     known = {entry.name: entry for entry in fields(cast(Any, kind))}
     check_keys(table, known, where)
-    values = {key: _number(table[key], entry, f"{where}: {key}") for key, entry in known.items() if key in table}
+    values = {key: _number(table[key], entry, where) for key, entry in known.items() if key in table}
     missing = [key for key, entry in known.items() if key not in table and entry.default is MISSING]
     if missing:
         entry = known[missing[0]]
@@ -105,28 +163,18 @@ def read_numbers(kind: type[T], table: Mapping[str, Any], where: str) -> T:
     return kind(**values)
 
 
-def _number(entry: Any, spec: Any, where: str) -> float:
+def _number(entry: Any, spec: Field[Any], where: str) -> float:
+    """The SI number of `{value, unit}`, within the bounds of its field."""
     unit = spec.metadata["unit"]
     if not isinstance(entry, Mapping) or not isinstance(entry.get("unit"), str) or isinstance(entry.get("value"), bool):
-        raise InputError(f'{where}: write {{value = ..., unit = "{unit}"}}')
+        raise InputError(f'{where}: {spec.name}: write {{value = ..., unit = "{unit}"}}')
     if not isinstance(entry.get("value"), int | float) or not math.isfinite(entry["value"]):
-        raise InputError(f"{where}: value must be a finite number")
+        raise InputError(f"{where}: {spec.name}: value must be a finite number")
     try:
         value = float(to_si(entry["value"], entry["unit"], unit))
     except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    low, high = spec.metadata["low"], spec.metadata["high"]
-    if not low <= value <= high:
-        raise InputError(f"{where}: {value:g} {unit} is outside {low:g} to {high:g} {unit}")
-    return value
-
-
-def _load(use: str, where: str) -> Any:
-    module, name = use.split(":")
+        raise InputError(f"{where}: {spec.name}: {error}") from None
     try:
-        found = getattr(import_module(module), name)
-    except (ImportError, TypeError, ValueError) as error:
-        raise InputError(f'{where}: use = "{use}": {error}; write the module as Python imports it') from None
-    except AttributeError:
-        raise InputError(f'{where}: use = "{use}": module {module} has no class {name}') from None
-    return found
+        return design_number(value, spec)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None

@@ -1,6 +1,5 @@
 """The jack in six numbers, as a position controller sees it: what CRONE and LQG designs know of their plant."""
 
-from dataclasses import dataclass
 from typing import cast
 
 import control
@@ -10,7 +9,7 @@ from scipy.optimize import least_squares
 from ..base.errors import InputError
 from ..linear import zero_order_hold
 from ..linear.frequency_response import sampled_response
-from .protocol import number
+from .protocol import design_numbers, number
 from .second_order_sections import Factors, pair
 
 FIT = (0.2, 60.0)  # Hz: a fit sees these frequencies
@@ -18,7 +17,7 @@ _POINTS = 100
 _START = (30.0, 100.0, 0.5, 0.5, 1e-3)  # of a search: the two modes [Hz], their damping, the delay [s]
 
 
-@dataclass(frozen=True)
+@design_numbers
 class JackModel:
     """position/command = velocity_gain exp(-s delay) / (s (jack mode) (valve mode)), each mode of gain 1 at s = 0.
 
@@ -35,13 +34,11 @@ class JackModel:
     @property
     def modes(self) -> np.ndarray:
         """The four poles [rad/s] of jack and valve."""
-        jack, valve = pair(self.jack_frequency, self.jack_damping), pair(self.valve_frequency, self.valve_damping)
-        return np.append(jack, valve)
+        return _modes(self.jack_frequency, self.jack_damping, self.valve_frequency, self.valve_damping)
 
     def response(self, f: np.ndarray) -> np.ndarray:
         """position/command at f [k] in Hz, complex [k] in m."""
-        s = 2j * np.pi * np.asarray(f)
-        return self.velocity_gain * np.exp(-s * self.delay) / s * Factors(np.array([]), self.modes)(f)
+        return _response(f, self.velocity_gain, self.delay, self.modes)
 
     def discretise(self, period: float) -> control.StateSpace:
         """command -> position [m] and acceleration, held over each `period` [s]; half a period of delay is the hold's.
@@ -77,7 +74,8 @@ def fit_jack_model(plant: control.StateSpace) -> JackModel:
     wanted = sampled_response(plant, np.exp(2j * np.pi * f * plant.dt))[0, 0]
 
     def off(x: np.ndarray) -> np.ndarray:
-        ratio = _model(x).response(f) / wanted
+        gain, jack, valve, jack_damping, valve_damping, delay = np.exp(x)
+        ratio = _response(f, gain, delay, _modes(jack, jack_damping, valve, valve_damping)) / wanted
         return np.append(np.log(np.abs(ratio)), np.angle(ratio))
 
     start = np.log((float(np.abs(wanted[0]) * 2 * np.pi * f[0]), *_START))
@@ -85,9 +83,15 @@ def fit_jack_model(plant: control.StateSpace) -> JackModel:
     worst = 20 / np.log(10) * float(np.abs(found.fun[: len(f)]).max())
     if not worst < 1.0:
         raise InputError(f"{plant.name}: an integrator with two modes is {worst:.1f} dB off; damp the jack first")
-    return _model(found.x)
-
-
-def _model(x: np.ndarray) -> JackModel:
-    gain, jack, valve, jack_damping, valve_damping, delay = np.exp(x).tolist()
+    gain, jack, valve, jack_damping, valve_damping, delay = np.exp(found.x).tolist()
     return JackModel(gain, jack, jack_damping, valve, valve_damping, delay)
+
+
+def _modes(jack: float, jack_damping: float, valve: float, valve_damping: float) -> np.ndarray:
+    """The poles [4] in rad/s of two modes with natural frequencies in Hz."""
+    return np.append(pair(jack, jack_damping), pair(valve, valve_damping))
+
+
+def _response(f: np.ndarray, gain: float, delay: float, modes: np.ndarray) -> np.ndarray:
+    s = 2j * np.pi * np.asarray(f)
+    return gain * np.exp(-s * delay) / s * Factors(np.array([]), modes)(f)

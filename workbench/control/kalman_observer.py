@@ -1,16 +1,15 @@
 """What a model-based controller knows of a jack: its model and a Kalman filter of its state, load and drive offset."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import control
 import numpy as np
 
 from .jack_model import JackModel
-from .protocol import number
+from .protocol import design_numbers, number
 
 
-@dataclass(frozen=True)
+@design_numbers
 class ObservedJack(JackModel):
     """The jack's model, and how far signals and model are trusted. Without a `spool_travel` no spool is measured."""
 

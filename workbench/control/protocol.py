@@ -1,10 +1,15 @@
-"""What a controller is: the protocol that every file in controllers/ follows."""
+"""What a controller is: the protocol that every file in controllers/ follows, and its design numbers."""
 
 from collections.abc import Mapping
-from dataclasses import field
-from typing import Any, Protocol
+from dataclasses import Field, dataclass, field, fields
+from typing import Any, Protocol, TypeVar, cast, dataclass_transform
 
 import control
+
+from ..base.errors import InputError
+from ..base.units import quantity
+
+T = TypeVar("T")
 
 
 class Controller(Protocol):
@@ -53,3 +58,31 @@ def number(unit: str, low: float, high: float, meaning: str, default: float | No
     """A design number of a controller: SI unit, bounds [SI] that tuning may search, and its meaning."""
     metadata = {"unit": unit, "low": low, "high": high, "meaning": meaning}
     return field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(number,))
+def design_numbers(kind: type[T]) -> type[T]:
+    """Make a class of `number` fields a frozen dataclass that checks them.
+
+    Each takes a number in its SI unit or text with a unit, such as "100 mm", and holds the SI number. Constructing it
+    raises InputError, with the number's name, its bounds and their unit, for what is outside of them.
+    """
+
+    def check(self: Any) -> None:
+        for entry in fields(self):
+            object.__setattr__(self, entry.name, design_number(getattr(self, entry.name), entry))
+
+    cast(Any, kind).__post_init__ = check
+    return dataclass(frozen=True)(kind)
+
+
+def design_number(value: float | str, entry: Field[Any]) -> float:
+    """The SI number of a `number` field within its bounds; raises InputError, opened by the field's name."""
+    unit, low, high = (entry.metadata[key] for key in ("unit", "low", "high"))
+    try:
+        result = quantity(value, unit)
+    except InputError as error:
+        raise InputError(f"{entry.name}: {error}") from None
+    if not low <= result <= high:
+        raise InputError(f"{entry.name}: {result:g} {unit} is outside {low:g} to {high:g} {unit}")
+    return result

@@ -10,7 +10,7 @@ from ...base.signals import SIGNALS, Signal
 from ...base.toml import check_keys, read_toml
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
-from ...control.protocol import number
+from ...control.protocol import design_numbers, number
 from ...identify.datasheet.corrector import Maker
 from ...loop.scenarios import Scenario, scenario
 from ...rigs.rig import Rig, load_rig
@@ -38,7 +38,7 @@ class BodeConfig:
     amplitudes: tuple[float, ...]
 
 
-@dataclass(frozen=True)
+@design_numbers
 class Specimen:
     """What the load cell is on: a spring and a damper."""
 
@@ -58,7 +58,7 @@ class StepConfig:
     source: Mapping[str, Any]
 
 
-@dataclass(frozen=True)
+@design_numbers
 class Corners:
     """Where a maker's curve has fallen by 3 dB, and where it is 90 degrees late."""
 
