@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
-from workbench.commands.excite.study import Design, designed, drive, excite, play, trouble, within_limits
+from workbench.commands.excite.config import Design
+from workbench.commands.excite.study import designed, drive, excite, play, trouble, within_limits
 from workbench.records.excitation import (
     SIMPLE,
     chirp,

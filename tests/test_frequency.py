@@ -10,7 +10,8 @@ from scipy.signal import cont2discrete, lfilter
 
 from workbench.base.errors import InputError
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.frequency.study import FrequencyTask, _linear, load, run_frequency
+from workbench.commands.frequency.config import FrequencyTask, load
+from workbench.commands.frequency.study import _linear, run_frequency
 from workbench.engine import Engine
 from workbench.identify.data.frequency_response import excited, measured_response, same_estimate
 from workbench.identify.data.noise_floor import NoiseFloor

@@ -9,7 +9,8 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.excite.study import drive, play, trouble
-from workbench.commands.record.study import identity, logged, plan, run_record, standard_set
+from workbench.commands.record.config import identity, plan
+from workbench.commands.record.study import logged, run_record, standard_set
 from workbench.commands.residual.study import run_residual
 from workbench.loop.sampled_loop import LoopRun
 from workbench.records import load_campaign

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.residual.study import chi2, fingerprint, run_residual
+from workbench.commands.residual.config import fingerprint
+from workbench.commands.residual.study import chi2, run_residual
 from workbench.engine import Engine
 from workbench.identify.data.noise_floor import NoiseFloor
 from workbench.identify.fit.predict import predict_free, predict_windows

@@ -4,5 +4,5 @@ errors          the one exception for bad input
 units, signals  units at the borders; the signals of a jack rig by name
 toml            TOML files read strictly
 checkpoint      stages of a long computation, and progress
-process_pool    worker processes
+cores, process_pool    processors, and worker processes that share them
 """

@@ -1,6 +1,5 @@
 """The choice of the back end: machine code where this machine and the graph allow it, else a reason why not."""
 
-import os
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -32,8 +31,3 @@ def compile_plant(attempt: ca.Function, outputs: ca.Function, p: np.ndarray, ste
         return CompiledPlant(attempt, outputs, p, stepping)
     except (ImportError, OSError, RuntimeError) as error:
         raise NotCompiled(f"interpreted: no compiler here ({error})") from error
-
-
-def cores() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

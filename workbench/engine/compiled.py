@@ -8,8 +8,8 @@ from threading import Thread
 import casadi as ca
 import numpy as np
 
+from ..base.cores import cores
 from . import object_cache
-from .backend import cores
 from .codegen import module
 from .driver import Batch, OutputJob, RunJob, Stepping
 

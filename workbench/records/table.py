@@ -7,14 +7,15 @@ import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv as pacsv
-import pyarrow.parquet as pq
 
 from ..base.errors import InputError
 from .mat import vectors
+
+if TYPE_CHECKING:
+    import pyarrow
 
 FORMATS = (".csv", ".csv.gz", ".parquet", ".mat")
 MISSING = ("", "nan", "-nan", "na", "n/a", "#n/a", "null", "none")
@@ -66,6 +67,9 @@ def _csv(path: Path) -> DataTable:
     body = [lines[number - 1] for number in rows[1:]]
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
+        import pyarrow as pa
+        import pyarrow.csv as pacsv
+
         places = [header.index(cell) for cell in cells]
         names = [str(place) for place in range(len(header))]  # cells may repeat among the columns that are not read
         try:
@@ -121,11 +125,14 @@ def _is_number(text: str) -> bool:
     return "_" not in text  # which float() takes for 1_000
 
 
-def _floats(column: pa.ChunkedArray) -> np.ndarray:
-    return np.array(column.cast(pa.float64()).to_numpy(), dtype=float)  # null becomes NaN
+def _floats(column: "pyarrow.ChunkedArray") -> np.ndarray:
+    return np.array(column.cast("float64").to_numpy(), dtype=float)  # null becomes NaN
 
 
 def _parquet(path: Path) -> DataTable:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     try:
         table = pq.read_table(path)
     except (pa.ArrowException, OSError) as error:

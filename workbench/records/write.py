@@ -4,8 +4,6 @@ import gzip
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from ..base.signals import SIGNALS
 from ..base.units import from_si
@@ -24,6 +22,9 @@ def write_csv(record: Record, path: str | Path) -> None:
 
 def write_parquet(record: Record, path: str | Path) -> None:
     """Write a .parquet with columns `name [unit]` of doubles."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     pq.write_table(pa.table(_shown(record)), path)
 
 

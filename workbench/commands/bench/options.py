@@ -7,7 +7,6 @@ from pathlib import Path
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish, jobs, works
 from .config import load_bench
-from .study import run_bench
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -19,5 +18,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _bench(options: argparse.Namespace, words: list[str]) -> None:
     config = load_bench(options.experiment, options.rig)
+    from .study import run_bench
+
     identity = {"command": "bench", "experiment": config.source, "rig": rig_table(config.rig)}
     finish(options, words, Path(options.experiment).stem, identity, partial(run_bench, config, jobs=jobs(options)))

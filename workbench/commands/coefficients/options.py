@@ -2,7 +2,6 @@
 
 import argparse
 
-from ...control.export import as_json, as_text, coefficients
 from ..common.designs import of_controllers, print_each, read
 
 
@@ -13,6 +12,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     config = read(options)
+    from ...control.export import as_json, as_text, coefficients
+
     period = config.rig.period.value
     found = {chosen.name: coefficients(chosen.build(period), period) for chosen in config.controllers}
     print_each(options, {name: as_json(one) for name, one in found.items()}, lambda name: as_text(name, found[name]))

@@ -8,11 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ...base.cores import cores
 from ...base.errors import InputError
-from ...engine.backend import cores
-from ...report import page_looks
 from .outcome import Outcome, Progress, Stage, leave
-from .run_folder import open_run, versions
 
 Study = Callable[[Stage, Progress], Outcome]
 Call = Callable[[argparse.Namespace, list[str]], None]
@@ -48,6 +46,8 @@ def jobs(options: argparse.Namespace) -> int:
 
 def finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> Outcome:
     """Compute in DIR.partial, then rename it."""
+    from .run_folder import open_run, versions
+
     out = options.out or Path("out") / name
     _check_picture(options.picture)
     began = time.perf_counter()
@@ -57,9 +57,13 @@ def finish(options: argparse.Namespace, words: list[str], name: str, identity: d
 
     with open_run(out, identity, options.force) as run:
         outcome = study(run.stage, progress)
-        footer = {"command": shlex.join(["jackbench", *words]), "versions": _versions()}
+        footer = {
+            "command": shlex.join(["jackbench", *words]),
+            "versions": ", ".join(" ".join(item) for item in versions().items()),
+        }
         page = leave(run, outcome, identity, footer)
     if options.picture:
+        from ...report import page_looks
         from ...report.still import still_picture
 
         still_picture(outcome.picture, options.picture, page_looks(page))
@@ -80,7 +84,3 @@ def check_place(path: Path, option: str) -> None:
     """Raises InputError where a file can not be written because its folder is not there."""
     if not path.parent.is_dir():
         raise InputError(f"{option} {path}: no folder {path.parent}; make it first")
-
-
-def _versions() -> str:
-    return ", ".join(f"{package} {number}" for package, number in versions().items())

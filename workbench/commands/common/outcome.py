@@ -6,12 +6,12 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ...base.checkpoint import Progress, Stage, no_checkpoint
-from ...report import Figure, Page
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from ...report import Figure, Page
     from .run_folder import Run
 
 __all__ = ["Outcome", "Progress", "Stage", "leave", "no_checkpoint"]
@@ -25,9 +25,9 @@ class Outcome:
     """
 
     metrics: Mapping[str, Any]
-    page: Page
-    picture: Figure
-    tables: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
+    page: "Page"
+    picture: "Figure"
+    tables: "Mapping[str, Mapping[str, np.ndarray]]" = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -37,7 +37,7 @@ class Outcome:
         title, verdict = escape(self.page.title), escape(self.page.verdict)
         return f"<p><b>{title}</b></p><p>{verdict}</p>{self.picture._repr_html_()}"
 
-    def plot(self) -> Figure:
+    def plot(self) -> "Figure":
         """The telling figure."""
         return self.picture
 
@@ -60,7 +60,7 @@ class Outcome:
         return Path(folder) / "report.html"
 
 
-def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], footer: Mapping[str, str]) -> Page:
+def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], footer: Mapping[str, str]) -> "Page":
     """Write an outcome into its open run folder, and finish that; the page with its footer."""
     from .run_folder import resolved_config
 

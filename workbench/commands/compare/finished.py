@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from ...base.errors import InputError
 
@@ -37,6 +35,9 @@ class Finished:
 
     def read(self, table: str) -> dict[str, np.ndarray]:
         """The columns of a table."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
         try:
             read = pq.read_table(self.tables[table])
         except (OSError, pa.ArrowInvalid) as error:

@@ -4,7 +4,6 @@ import argparse
 
 from ..common.options import computes, finish
 from .finished import fingerprint, load
-from .study import run_compare
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -15,6 +14,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _compare(options: argparse.Namespace, words: list[str]) -> None:
     runs = load(options.folders)
+    from .study import run_compare
+
     identity = {"command": "compare", "runs": fingerprint(runs)}
     name = "-".join(["compare", *(run.name.replace("/", "-") for run in runs)])
     finish(options, words, name, identity, lambda _stage, _say: run_compare(runs))

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ...rigs.rig import load_rig
-from .study import KINDS, Design, excite
+from .config import KINDS, Design
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -28,4 +28,7 @@ def _excite(options: argparse.Namespace, _words: list[str]) -> None:
     band = tuple(options.band) if options.band else None
     shape = (options.repeat, band, options.lines, options.spectrum, options.sweep)
     design = Design(options.kind, options.signal, options.amplitude, options.seconds, *shape)
-    print(excite(design, load_rig(options.rig), options.out, options.force))
+    rig = load_rig(options.rig)
+    from .study import excite
+
+    print(excite(design, rig, options.out, options.force))

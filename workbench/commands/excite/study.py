@@ -24,8 +24,6 @@ from ...plant import build
 from ...records.excitation import (
     SIMPLE,
     Excitation,
-    Spacing,
-    Spectrum,
     chirp,
     crest_factor,
     excitation,
@@ -34,8 +32,8 @@ from ...records.excitation import (
     multisine,
 )
 from ...rigs.rig import Rig
+from .config import KINDS, Design
 
-KINDS = (*SIMPLE, "chirp", "multisine")
 MARGIN = 8.0  # dB of gain at null, where the lap doubles it
 CROSSOVER = 1.0  # Hz, at most: the loop is there to hold the jack, not to explain it
 STIRRED = 5e-4  # of full command, at most: what the position sensor's noise makes the loop command
@@ -50,21 +48,6 @@ class DriveSimulation:
     rig: Rig
     engine: Engine
     loop: ControllerSpec
-
-
-@dataclass(frozen=True)
-class Design:
-    """What `jackbench excite` is asked for: amplitude in the unit of the signal (1 or mm), band in Hz, seconds."""
-
-    kind: str
-    signal: str
-    amplitude: float
-    seconds: float
-    repeat: int = 1
-    band: tuple[float, float] | None = None
-    lines: int | None = None
-    spectrum: Spectrum = "flat"
-    spacing: Spacing = "log"
 
 
 def drive(rig: Rig) -> DriveSimulation:

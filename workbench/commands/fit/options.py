@@ -5,8 +5,9 @@ from functools import partial
 
 from ...rigs.rig import rig_table
 from ..common.rig_out import finish_with_rig, leaves_rig
-from ..residual.study import fingerprint, load
-from .study import STARTS, run_fit
+from ..residual.config import fingerprint, load
+
+STARTS = 3
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -18,6 +19,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _fit(options: argparse.Namespace, words: list[str]) -> None:
     campaign, rig = load(options.campaign, options.rig)
+    from .study import run_fit
+
     identity = {"command": "fit", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
     identity["starts"] = options.starts
     finish_with_rig(options, words, campaign, identity, partial(run_fit, campaign, rig, options.starts))

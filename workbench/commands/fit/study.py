@@ -15,8 +15,6 @@ from ..common.fit_result import base_intervals, correlations, finite, fitted, fi
 from ..common.outcome import Outcome, Progress, Stage
 from .page import fit_page
 
-STARTS = 3
-
 
 def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: Progress) -> Outcome:
     """Fit from several starts; parameters with intervals and correlations, errors on train and held-out records."""

@@ -5,7 +5,7 @@ from functools import partial
 
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
-from .study import identity, load, run_frequency
+from .config import identity, load
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -22,6 +22,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _frequency(options: argparse.Namespace, words: list[str]) -> None:
     pair = (options.input, options.output)
     task = load(options.source, pair, options.rig, options.record, options.period, options.amplitude)
+    from .study import run_frequency
+
     name = "-".join(["frequency", task.source, *pair])
     whole = {"command": "frequency", "rig": rig_table(task.rig), **identity(task)}
     finish(options, words, name, whole, partial(run_frequency, task))

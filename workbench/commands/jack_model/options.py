@@ -5,10 +5,6 @@ from dataclasses import asdict, fields
 from typing import cast
 
 from ...control.compensators import Compensator
-from ...control.inner_loop import inner_loop_closed
-from ...control.jack_model import JackModel, fit_jack_model
-from ...linear import equilibrium
-from ...plant import build
 from ..common.designs import of_controllers, print_each, read
 
 MOVING = 0.1  # m/s
@@ -21,6 +17,11 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
     config = read(options)
+    from ...control.inner_loop import inner_loop_closed
+    from ...control.jack_model import JackModel, fit_jack_model
+    from ...linear import equilibrium
+    from ...plant import build
+
     plant, period = build(config.rig), config.rig.period.value
     smooth = plant.without_dry_friction()
     points = {"null": equilibrium(plant, p=smooth), "moving": equilibrium(plant, speed=MOVING, p=smooth)}

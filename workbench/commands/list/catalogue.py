@@ -7,12 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InputError, nearest
-from ...plant.effects import LIBRARY, EffectNumber
 from ...rigs.rig import bundled, load_rig
 from ..common.columns import columns
+
+if TYPE_CHECKING:
+    from ...plant.effects import EffectNumber
 
 KINDS = ("rigs", "controllers", "effects", "experiments")
 CONTROLLERS = "controllers"  # a package known by name alone: the workbench does not import it
@@ -66,6 +68,8 @@ def _design_number(entry: Any) -> dict[str, Any]:
 
 
 def _effects() -> list[dict[str, Any]]:
+    from ...plant.effects import LIBRARY
+
     return [
         {
             "name": effect.name,
@@ -82,7 +86,7 @@ def _effects() -> list[dict[str, Any]]:
     ]
 
 
-def _effect_number(number: EffectNumber) -> dict[str, Any]:
+def _effect_number(number: "EffectNumber") -> dict[str, Any]:
     values = {key: getattr(number, key) for key in ("typical", "low", "high", "off")}
     return {"name": number.name, "unit": number.si, **values, "meaning": number.meaning}
 

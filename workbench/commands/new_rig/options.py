@@ -8,7 +8,6 @@ from ...rigs.datasheet import load_datasheet
 from ...rigs.rig import rig_text
 from ..common.options import computes, finish
 from ..common.outcome import Outcome, Progress, Stage
-from .study import identity, run_new_rig
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -19,6 +18,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _new_rig(options: argparse.Namespace, words: list[str]) -> None:
     sheet = load_datasheet(options.datasheet)
+    from .study import identity, run_new_rig
 
     def study(stage: Stage, say: Progress) -> Outcome:
         outcome, rig = run_new_rig(sheet, stage, say)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
-from .study import identity, plan, run_record
+from .config import identity, plan
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -21,5 +21,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _record(options: argparse.Namespace, words: list[str]) -> None:
     planned = plan(options.rig, options.play, options.seed)
+    from .study import run_record
+
     whole = {"command": "record", "rig": rig_table(planned.rig), **identity(planned)}
     finish(options, words, f"record-{planned.rig.name}", whole, partial(run_record, planned))

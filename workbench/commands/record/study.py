@@ -1,10 +1,8 @@
 """Recordings of a rig in simulation: its drive plays excitations, its sensors log them, a campaign folder is left."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,12 +16,13 @@ from ...loop.sampled_loop import LoopRun, Sensors
 from ...plant import build
 from ...records import Record
 from ...records.campaign import ROLES
-from ...records.excitation import Excitation, excitation, excitation_text, multisine, read_excitation
+from ...records.excitation import Excitation, excitation, excitation_text, multisine
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Page, Panel, Section, Table
-from ...rigs.rig import Rig, bundled, load_rig, rig_text
+from ...rigs.rig import Rig, rig_text
 from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import DriveSimulation, drive, effort, play, trouble, within_limits
+from .config import OWN, Plan
 
 LARGEST = 0.4  # of full command: no move is faster
 COMMANDS = LARGEST * np.array([0.005, 0.0125, 0.025, 0.05, 0.125, 0.25, 0.5, 1.0])  # between which speeds are straight
@@ -37,45 +36,11 @@ STEPS = (
 """Displacement over the travel, and the command whose steady speed it is made at."""
 TRIANGLES = ((0.04, 0.25), (0.02, 0.4), (0.008, 0.7))
 """Command, and seconds from 0 to the peak: fast to so slow that friction shows."""
-OWN = "rig.toml"  # the rig beside its records, where it is not a bundled one
 REST = 2.0  # s
 LASTS = 6.0  # s, at least, of steps and triangles
 STEP_REST = 0.45  # s
 SECONDS, REPEAT = 2.0, 4  # of the multisine: one period, and how many
 SLOW, FAST, LINES, FINE = (0.5, 3.0), (5.0, 250.0), 50, 0.03  # Hz on the reference; Hz, lines and peak on the command
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What is to be recorded: the rig as it is simulated, what the campaign says of it, and files to play."""
-
-    rig: Rig
-    declared: str
-    seed: int
-    files: tuple[Excitation, ...] = ()
-
-
-def plan(rig: str, files: Sequence[str | Path] = (), seed: int = 0) -> Plan:
-    """Read a rig and the excitation files that are to be played instead of the standard set. Raises InputError."""
-    loaded = load_rig(rig)
-    if "position" not in loaded.sensors:
-        raise InputError(f"rig {rig}: no position sensor, which its drive needs; add [sensors.position]")
-    if seed < 0:
-        raise InputError(f"seed {seed}: must be 0 or more")
-    played = tuple(read_excitation(path, loaded.period.value, loaded["xmid"]) for path in files)
-    names = [one.name for one in played]
-    for name in names:
-        if names.count(name) > 1 or name == "static":
-            raise InputError(
-                f"--play {name}.csv: each record needs a name of its own, static is taken; rename the file"
-            )
-    return Plan(loaded, rig if rig in bundled() and not loaded.effects else OWN, seed, played)
-
-
-def identity(plan: Plan) -> dict[str, Any]:
-    """What says, beside the rig, that a recording is the same one."""
-    digests = {one.name: sha256(one.reference.tobytes() + one.command.tobytes()).hexdigest()[:16] for one in plan.files}
-    return {"seed": plan.seed, "play": digests}
 
 
 def run_record(plan: Plan, stage: Stage, progress: Progress) -> Outcome:

@@ -5,7 +5,7 @@ from functools import partial
 
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
-from .study import fingerprint, load, run_residual
+from .config import fingerprint, load
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -17,6 +17,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _residual(options: argparse.Namespace, words: list[str]) -> None:
     campaign, rig = load(options.campaign, options.rig)
+    from .study import run_residual
+
     identity = {"command": "residual", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
     identity["free_run"] = options.free_run
     name = f"residual-{campaign.path.resolve().name}"

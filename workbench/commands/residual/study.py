@@ -1,7 +1,5 @@
 """The residual of a campaign: what a rig's model leaves unexplained of the held-out records."""
 
-from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,9 +11,9 @@ from ...identify.data.whiteness import Whiteness, whiteness
 from ...identify.fit.predict import Prediction, predict_free, predict_windows
 from ...identify.fit.windows import WINDOW, compared
 from ...plant import build
-from ...records import Campaign, Record, load_campaign
+from ...records import Campaign, Record
 from ...report import Curve, Figure, Page, Panel, Section, Table
-from ...rigs.rig import Rig, load_rig
+from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
 from .free_run import free_run_rows, free_run_section, free_runs
 
@@ -52,25 +50,6 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
     telling = _figure(predictions[0], next(iter(predictions[0].signals)))
     more = [free_run_section(repeats)] if repeats else []
     return Outcome(metrics, _page(campaign, rig, floor, predictions, metrics, more), telling, tables)
-
-
-def load(folder: str | Path, rig: str | None) -> tuple[Campaign, Rig]:
-    """A campaign with its own rig, or with the one that is named instead."""
-    campaign = load_campaign(folder)
-    return campaign, load_rig(rig or campaign.rig)
-
-
-def fingerprint(campaign: Campaign) -> dict[str, Any]:
-    """What says that a campaign is the same one: its folder's name, and a digest of every record."""
-    roles = {"static": campaign.static, "train": campaign.train, "heldout": campaign.heldout}
-    return {"name": campaign.path.resolve().name} | {
-        role: {record.name: _digest(record) for record in records} for role, records in roles.items()
-    }
-
-
-def _digest(record: Record) -> str:
-    arrays = [record.t, *(record.signals[n] for n in sorted(record.signals)), *record.valid.values()]
-    return sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()[:16]
 
 
 def chi2(predictions: list[Prediction], floor: NoiseFloor) -> float | None:

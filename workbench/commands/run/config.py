@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS, Signal
@@ -11,9 +11,11 @@ from ...base.toml import check_keys, read_toml
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...control.protocol import design_numbers, number
-from ...identify.datasheet.corrector import Maker
 from ...loop.scenarios import Scenario, scenario
 from ...rigs.rig import Rig, load_rig
+
+if TYPE_CHECKING:
+    from ...identify.datasheet.corrector import Maker
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class CorrectorConfig:
     ratio at null, points per curve."""
 
     rig: Rig
-    maker: Maker
+    maker: "Maker"
     current_limit: float
     least_damping: float
     points: int
@@ -112,6 +114,8 @@ def _three_stages(rig: Rig, where: str) -> None:
 
 def _corrector(table: Mapping[str, Any], rig: Rig, where: str) -> CorrectorConfig:
     check_keys(table, ("experiment", "rig", "points", "current_limit", "least_damping", "maker"), where)
+    from ...identify.datasheet.corrector import Maker
+
     _three_stages(rig, where)
     maker = dict(_table(table.get("maker"), f"{where}: [maker]"))
     peak = maker.pop("peak_db", None)

@@ -6,7 +6,6 @@ from pathlib import Path
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
 from .config import load_config
-from .study import study_of
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -17,5 +16,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace, words: list[str]) -> None:
     config = load_config(options.experiment, options.rig)
+    from .study import study_of
+
     identity = {"command": "run", "experiment": config.source, "rig": rig_table(config.rig)}
     finish(options, words, Path(options.experiment).stem, identity, study_of(config))

@@ -5,7 +5,6 @@ import json
 
 from ...rigs.rig import load_rig
 from ..common.options import prints
-from .describe import describe, describe_text
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -15,5 +14,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _show(options: argparse.Namespace, _words: list[str]) -> None:
-    table = describe(load_rig(options.rig))
+    rig = load_rig(options.rig)
+    from .describe import describe, describe_text
+
+    table = describe(rig)
     print(json.dumps(table, indent=2) if options.json else describe_text(table))

@@ -5,7 +5,6 @@ from functools import partial
 
 from ...rigs.rig import load_rig, rig_table
 from ..common.options import computes, finish
-from .study import run_speed
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -15,4 +14,6 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _speed(options: argparse.Namespace, words: list[str]) -> None:
     rig = load_rig(options.rig or "jack-10t")
+    from .study import run_speed
+
     finish(options, words, "speed", {"command": "speed", "rig": rig_table(rig)}, partial(run_speed, rig))

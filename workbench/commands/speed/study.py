@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...base.cores import cores
 from ...control.controller_spec import controller_spec
 from ...engine import Engine
-from ...engine.backend import cores
 from ...engine.peers import PEERS
 from ...linear import Equilibrium, equilibrium
 from ...loop.sampled_loop import SampledLoop

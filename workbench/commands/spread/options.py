@@ -4,7 +4,6 @@ import argparse
 import sys
 from dataclasses import replace
 
-from ...loop.overshoot_spread import overshoot_spread, spread
 from ..common.designs import of_controllers, print_each, read
 
 
@@ -15,6 +14,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _spread(options: argparse.Namespace, _words: list[str]) -> None:
     config = read(options)
+    from ...loop.overshoot_spread import overshoot_spread, spread
+
     period = config.rig.period.value
     able = [one for one in config.controllers if replace(one, compensators=()).build(period).measures == ("position",)]
     chosen = able or config.controllers  # where there is none, the first says why

@@ -10,7 +10,6 @@ from ...rigs.rig import rig_table
 from ..bench.config import BenchConfig, load_bench
 from ..common.options import computes, finish
 from ..run.config import StepConfig, load_config
-from .study import run_timing
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +24,8 @@ def _time(options: argparse.Namespace, words: list[str]) -> None:
     config = load(path, options.rig)
     if not isinstance(config, StepConfig | BenchConfig):
         raise InputError(f"{path}: has no controllers")
+    from .study import run_timing
+
     identity = {"command": "time", "experiment": config.source, "rig": rig_table(config.rig)}
     study = partial(run_timing, config, options.rig or config.source["rig"])
     finish(options, words, f"time-{path.stem}", identity, study)

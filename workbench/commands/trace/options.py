@@ -5,8 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from ..common.rig_out import finish_with_rig, leaves_rig
-from ..residual.study import load
-from .study import effects_for, identity, run_trace
+from ..residual.config import load
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -22,6 +21,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _trace(options: argparse.Namespace, words: list[str]) -> None:
     campaign, rig = load(options.campaign, options.rig)
+    from .study import effects_for, identity, run_trace
+
     files = [str(file.resolve()) for file in options.effects]
     library = effects_for(rig, files, options.without)
     command = identity(campaign, rig, files, options.without, options.several)

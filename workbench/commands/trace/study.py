@@ -17,7 +17,7 @@ from ..common.error_page import record_tables
 from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.run_folder import metrics_json
-from ..residual.study import fingerprint
+from ..residual.config import fingerprint
 from .answer import TraceAnswer
 from .detectability import detectability
 from .metrics import compared, labels, more_json, trace_json

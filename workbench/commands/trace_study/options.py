@@ -6,8 +6,7 @@ from pathlib import Path
 
 from ...base.errors import InputError
 from ..common.options import computes, finish, jobs, works
-from ..trace.study import traced
-from .study import default_plan, given, identity, run_trace_study
+from .given import given
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +25,11 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
         if value < least:
             raise InputError(f"--{name} {value}: must be {least} or more")
     folder = options.campaigns
-    plan = given(folder) if folder else default_plan(options.number, options.seed)
+    campaigns = given(folder) if folder else []
+    from ..trace.study import traced
+    from .study import default_plan, identity, run_trace_study
+
+    plan = campaigns or default_plan(options.number, options.seed)
     if options.keep is not None:
         options.keep.mkdir(parents=True, exist_ok=True)
     name = f"trace-study-{folder.resolve().name}" if folder else "trace-study"

@@ -1,10 +1,9 @@
 """How often a trace is right: campaigns that are drawn, or given with their truth, each traced and scored."""
 
-import json
 import tempfile
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -12,17 +11,16 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from ...base.errors import InputError
 from ...base.process_pool import process_pool
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.run_folder import metrics_json
 from .campaigns.cause import FOREIGN, OFF, OWN, Cause, cause
 from .campaigns.draw import CampaignPlan, Kind, draw
 from .campaigns.noise import BLEMISHES, Noise
+from .given import TRUTH, Given
 from .page import page, picture
 from .score import FAMILY, FINE, Row, confusion, failed, judged, scores
 
-TRUTH = "truth.json"
 SHARES = {"single": 0.55, "clean": 0.15, "off": 0.15, "pair": 0.15}
 MISFIT = (2.0, 15.0)  # held-out chi2 that a refit of the base model leaves, log-uniform
 SHARP, TIMING_SHARP = (0.25, 1.0), (0.1, 0.25)  # late currents show far too well where the command is rough
@@ -34,19 +32,6 @@ class Tracer(Protocol):
     """Traces a campaign folder without the effects called `removed`; a trace.json as a dict. A function of a module."""
 
     def __call__(self, folder: Path, removed: tuple[str, ...]) -> dict[str, Any]: ...
-
-
-@dataclass(frozen=True)
-class Given:
-    """A campaign that is there already, and what it is short of."""
-
-    folder: Path
-    truth: dict[str, Any]
-
-    @property
-    def id(self) -> str:
-        """Its name in truth.json."""
-        return self.truth["id"]
 
 
 Item = CampaignPlan | Given
@@ -62,27 +47,6 @@ def default_plan(count: int, seed: int) -> list[CampaignPlan]:
     order = np.random.default_rng([seed, 0])
     names = order.permutation(list(FAMILY)).tolist()
     return [_case(str(kinds[i]), seed, int(i), names) for i in order.permutation(count)]
-
-
-def given(folder: Path) -> list[Given]:
-    """The campaigns of a folder with a truth.json beside them. Raises InputError."""
-    path = folder / TRUTH
-    try:
-        listed = json.loads(path.read_text(encoding="utf-8"))["campaigns"]
-        items = [Given(folder / one["id"], one) for one in listed]
-        missing = [
-            key for item in items for key in ("kind", "effects", "equation", "equations") if key not in item.truth
-        ]
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}; put one beside the campaign folders") from None
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f'{path}: {error}; write {{"campaigns": [{{"id": ..., "kind": ...}}]}}') from None
-    if missing:
-        raise InputError(f'{path}: a campaign without "{missing[0]}"; add it')
-    for item in items:
-        if not item.folder.is_dir():
-            raise InputError(f"{path}: no folder {item.folder}; remove it from the list")
-    return items
 
 
 def identity(plan: Sequence[Item]) -> list[dict[str, Any]]:

@@ -7,7 +7,6 @@ from pathlib import Path
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish, jobs, works
 from .config import load_tune
-from .study import run_tune
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -19,5 +18,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _tune(options: argparse.Namespace, words: list[str]) -> None:
     config = load_tune(options.experiment, options.rig)
+    from .study import run_tune
+
     identity = {"command": "tune", "experiment": config.source, "rig": rig_table(config.start.rig)}
     finish(options, words, Path(options.experiment).stem, identity, partial(run_tune, config, jobs=jobs(options)))

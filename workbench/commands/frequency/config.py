@@ -1,0 +1,81 @@
+"""What a frequency response is measured on: records of a campaign, or the sheet of a datasheet curve."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError, nearest
+from ...base.signals import SIGNALS
+from ...base.units import to_si
+from ...records import Campaign, Record, load_campaign
+from ...records.frequency_sheet import FrequencySheet, read_sheet
+from ...rigs.rig import Rig, load_rig
+from ..residual.config import fingerprint
+
+
+@dataclass(frozen=True)
+class FrequencyTask:
+    """What is compared: `records` of a campaign, or sheets, with a rig; `pair` is input and output."""
+
+    rig: Rig
+    source: str
+    pair: tuple[str, str]
+    records: tuple[Record, ...] = ()
+    sheets: tuple[FrequencySheet, ...] = ()
+    campaign: Campaign | None = None
+    period: float | None = None
+
+
+def load(
+    path: str | Path,
+    pair: tuple[str, str],
+    rig: str | None = None,
+    only: Sequence[str] = (),
+    period: float | None = None,
+    amplitude: float | None = None,
+) -> FrequencyTask:
+    """A campaign folder, of which the held-out records or those named in `only`; or the file of a sheet.
+
+    `period` [s] of periodic records; `amplitude` of a sheet in the unit of its input (1, mA, mm). Raises InputError.
+    """
+    for name in pair:
+        if name not in SIGNALS or name == "t":
+            raise InputError(f'no signal "{name}"; {nearest(name, [known for known in SIGNALS if known != "t"])}')
+    path = Path(path)
+    if path.is_file() and path.suffix != ".toml":
+        if rig is None:
+            raise InputError(f"{path}: a sheet names no rig; add --rig")
+        signal = SIGNALS[pair[0]]
+        size = None if amplitude is None else float(to_si(amplitude, signal.unit, signal.si))
+        return FrequencyTask(load_rig(rig), path.stem, pair, sheets=(read_sheet(path, size, *pair),))
+    campaign = load_campaign(path)
+    every = {record.name: record for record in (*campaign.static, *campaign.train, *campaign.heldout)}
+    for name in only:
+        if name not in every:
+            raise InputError(f'{path}: no record "{name}"; {nearest(name, every)}')
+    records = tuple(every[name] for name in only) or campaign.heldout
+    source = campaign.path.resolve().name
+    sheets = tuple(sheet for sheet in campaign.sheets if (sheet.input, sheet.output) == pair)
+    return FrequencyTask(load_rig(rig or campaign.rig), source, pair, records, sheets, campaign, period)
+
+
+def identity(task: FrequencyTask) -> dict[str, Any]:
+    """What says, beside the rig, that a comparison is the same one."""
+    sheets = {
+        sheet.name: sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in (sheet.f, sheet.response))).hexdigest()[
+            :16
+        ]
+        for sheet in task.sheets
+    }
+    return {
+        "campaign": None if task.campaign is None else fingerprint(task.campaign),
+        "records": [record.name for record in task.records],
+        "sheets": sheets,
+        "amplitudes": [sheet.amplitude for sheet in task.sheets],
+        "pair": list(task.pair),
+        "period": task.period,
+    }

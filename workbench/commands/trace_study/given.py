@@ -1,0 +1,44 @@
+"""Campaigns that are there already, with their truth beside them."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...base.errors import InputError
+
+TRUTH = "truth.json"
+
+
+@dataclass(frozen=True)
+class Given:
+    """A campaign that is there already, and what it is short of."""
+
+    folder: Path
+    truth: dict[str, Any]
+
+    @property
+    def id(self) -> str:
+        """Its name in truth.json."""
+        return self.truth["id"]
+
+
+def given(folder: Path) -> list[Given]:
+    """The campaigns of a folder with a truth.json beside them. Raises InputError."""
+    path = folder / TRUTH
+    try:
+        listed = json.loads(path.read_text(encoding="utf-8"))["campaigns"]
+        items = [Given(folder / one["id"], one) for one in listed]
+        missing = [
+            key for item in items for key in ("kind", "effects", "equation", "equations") if key not in item.truth
+        ]
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; put one beside the campaign folders") from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f'{path}: {error}; write {{"campaigns": [{{"id": ..., "kind": ...}}]}}') from None
+    if missing:
+        raise InputError(f'{path}: a campaign without "{missing[0]}"; add it')
+    for item in items:
+        if not item.folder.is_dir():
+            raise InputError(f"{path}: no folder {item.folder}; remove it from the list")
+    return items
