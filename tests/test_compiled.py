@@ -1,5 +1,6 @@
 """Machine code against CasADi's interpreter: every operation, whole runs, bad lanes, the cache, and what falls back."""
 
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -333,6 +334,25 @@ def test_a_damaged_entry_is_compiled_again(fresh_cache: Path, monkeypatch) -> No
         assert square() == 9
         assert entry.read_bytes() == whole
     assert len(calls) == 4
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="only POSIX says who may write to a file")
+@pytest.mark.parametrize("open_to_others", ["entry", "folder", "another user's"])
+def test_an_entry_that_others_could_have_written_is_compiled_again(fresh_cache, monkeypatch, open_to_others) -> None:
+    calls, compiler = [], object_cache._compile
+    assert square() == 9
+    (entry,) = fresh_cache.iterdir()
+    assert (fresh_cache.stat().st_mode | entry.stat().st_mode) & 0o077 == 0
+    if open_to_others == "another user's":
+        monkeypatch.setattr(os, "getuid", lambda: entry.stat().st_uid + 1)
+    else:
+        (entry if open_to_others == "entry" else fresh_cache).chmod(0o722)
+    restart(monkeypatch, lambda ir: calls.append(ir) or compiler(ir))
+    assert square() == 9
+    assert len(calls) == 1
+    restart(monkeypatch, lambda ir: calls.append(ir) or compiler(ir))
+    assert square() == 9
+    assert len(calls) == (2 if open_to_others == "another user's" else 1)
 
 
 def test_without_a_folder_to_write_to_nothing_is_kept(tmp_path: Path, monkeypatch) -> None:

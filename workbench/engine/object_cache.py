@@ -110,17 +110,26 @@ def _c_library() -> dict[str, int]:
 
 
 def _stored(digest: str) -> bytes | None:
-    with suppress(OSError):
-        content = (cache_folder() / f"{digest}.o").read_bytes()
+    """Code from the cache folder; None where there is none, it is damaged, or others could have written it."""
+    with suppress(OSError), (cache_folder() / f"{digest}.o").open("rb") as file:
+        if not (_is_private(cache_folder().stat()) and _is_private(os.fstat(file.fileno()))):
+            return None
+        content = file.read()
         if hashlib.sha256(content[_DIGEST:]).digest() == content[:_DIGEST]:
             return content[_DIGEST:]
     return None
+
+
+def _is_private(status: os.stat_result) -> bool:
+    """Whether a file or folder belongs to this user and no other may write to it; where there is no POSIX, always."""
+    return not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
 
 
 def _store(digest: str, code: bytes) -> bytes:
     """Keep the code, unless the folder cannot be written to."""
     with suppress(OSError):
         cache_folder().mkdir(parents=True, exist_ok=True)
+        cache_folder().chmod(0o700)
         with tempfile.NamedTemporaryFile(dir=cache_folder(), delete=False) as file:
             file.write(hashlib.sha256(code).digest() + code)
         os.replace(file.name, cache_folder() / f"{digest}.o")

@@ -1,4 +1,7 @@
-"""Views of a plant: pure functions to its equilibria, its linear models and its python-control system."""
+"""Views of a plant: pure functions to its equilibria, its linear models and its python-control system.
+
+Each function that returns a system of python-control imports it when called: an equilibrium need not wait for it.
+"""
 
 from .block_diagram import ValveBlocks, null_pressure, valve_blocks
 from .discretise import discretise, zero_order_hold

@@ -12,12 +12,15 @@ Pn is the nozzle pressure at null: K1 and Kf2 in, nozzle out.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from ..base.errors import InputError
 from ..rigs.rig import Rig
+
+if TYPE_CHECKING:
+    import control
 
 
 @dataclass(frozen=True)
@@ -25,9 +28,9 @@ class ValveBlocks:
     """`pilot`: current [A] -> pilot spool [m]; `valve`: command [1] -> main spool [m]; `state_space`: the same."""
 
     null_pressure: float
-    pilot: control.TransferFunction
-    valve: control.TransferFunction
-    state_space: control.StateSpace
+    pilot: "control.TransferFunction"
+    valve: "control.TransferFunction"
+    state_space: "control.StateSpace"
 
 
 def null_pressure(rig: Rig) -> float:
@@ -45,6 +48,8 @@ def valve_blocks(rig: Rig, at_null: bool = False) -> ValveBlocks:
 
     Raises InputError for a rig without a three-stage valve or whose spool loop is not proportional.
     """
+    import control
+
     if not rig.valve_kind.has_pilot or rig.valve_kind.correctors[rig.corrector]:
         raise InputError(f"rig {rig.name}: the block diagram is of a three-stage valve with a proportional spool loop")
     pressure = null_pressure(rig)

@@ -1,6 +1,7 @@
 """The plant as a sampled loop sees it: commands held over each period, a delay of theirs included, exact."""
 
-import control
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.linalg import expm
 
@@ -9,6 +10,9 @@ from ..plant import Plant
 from .equilibrium import Equilibrium
 from .linearise import Matrices, jacobians
 
+if TYPE_CHECKING:
+    import control
+
 
 def discretise(
     plant: Plant,
@@ -16,12 +20,14 @@ def discretise(
     period: float,
     outputs: tuple[str, ...] = ("position",),
     p: np.ndarray | None = None,
-) -> control.StateSpace:
+) -> "control.StateSpace":
     """x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k] about an operating point, every `period` [s], in SI.
 
     u is the command, held over each period; where it is late, as in `held`, the commands on their way come after the
     plant's states. p as for `linearise`. Raises InputError for an unknown output.
     """
+    import control
+
     matrices = zero_order_hold(jacobians(plant, about, ("command",), outputs, p), plant.lateness(p), period)
     way = len(matrices[0]) - plant.n
     return control.StateSpace(

@@ -6,13 +6,16 @@ coefficient of each output over that of the held input is the response (the desc
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 from scipy.linalg import matrix_balance, schur
 
 from ..base.errors import InputError
 from ..engine import Engine
+
+if TYPE_CHECKING:
+    import control
 
 POINTS_PER_CYCLE = 64
 _LONGEST_HOLD = 0.25e-3  # s: a coarser staircase would itself excite the valve
@@ -193,7 +196,7 @@ def _merge(first: SteppedSine, second: SteppedSine) -> SteppedSine:
     return SteppedSine(joined("f"), first.amplitude, response, **flags)
 
 
-def sampled_response(system: control.StateSpace, z: np.ndarray) -> np.ndarray:
+def sampled_response(system: "control.StateSpace", z: np.ndarray) -> np.ndarray:
     """Response of a discrete system at z [k] = exp(j w T), complex [outputs, inputs, k].
 
     C (z - A)^-1 B + D by a complex Schur form of the balanced A: triangular, so that all z are solved for at once, and
@@ -212,6 +215,6 @@ def sampled_response(system: control.StateSpace, z: np.ndarray) -> np.ndarray:
     return np.tensordot(leaving, x, 1) + d[..., None]
 
 
-def linear_response(system: control.StateSpace | control.TransferFunction, f: np.ndarray) -> np.ndarray:
+def linear_response(system: "control.StateSpace | control.TransferFunction", f: np.ndarray) -> np.ndarray:
     """Response of a single-input, single-output python-control system at f [k] in Hz, complex [k]."""
     return np.asarray(system(2j * np.pi * f)).ravel()

@@ -1,14 +1,16 @@
 """Linear models of a plant about an operating point, as python-control systems."""
 
 from functools import cache
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
-from scipy.signal import tf2ss
 
 from ..base.errors import InputError, nearest
 from ..plant import Plant
 from .equilibrium import Equilibrium
+
+if TYPE_CHECKING:
+    import control
 
 PADE = 4  # order of the approximation of a delay d: 1 degree off at w d = 4.5 rad
 
@@ -21,13 +23,15 @@ def linearise(
     inputs: tuple[str, ...] = ("command",),
     outputs: tuple[str, ...] = ("position",),
     p: np.ndarray | None = None,
-) -> control.StateSpace:
+) -> "control.StateSpace":
     """x' = A x + B u, y = C x + D u about an operating point, in SI, named inputs, outputs and states.
 
     Pass `p = plant.without_dry_friction()` (here and to `equilibrium`) where tanh friction would count as damping. A
     command that is late passes a Padé approximation of order PADE, an all-pass 1 degree off at w d = 4.5, whose states
     follow the plant's; `discretise` is exact. Raises InputError for a name that is no input or output.
     """
+    import control
+
     matrices, names = jacobians(plant, about, inputs, outputs, p), [state.name for state in plant.states]
     delay = plant.lateness(p)
     if delay > 0 and "command" in inputs:
@@ -66,6 +70,9 @@ def _behind(matrices: Matrices, column: int, delay: float) -> Matrices:
 @cache
 def _late_by_one() -> Matrices:
     """A Padé approximation of a delay of 1 s."""
+    import control
+    from scipy.signal import tf2ss
+
     return tf2ss(*control.pade(1, PADE))
 
 

@@ -1,20 +1,24 @@
 """The plant as a python-control nonlinear system."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import control
 import numpy as np
 
 from ..base.errors import InputError
 from ..plant import Plant
 
+if TYPE_CHECKING:
+    import control
 
-def nonlinear_system(plant: Plant, p: np.ndarray | None = None) -> control.NonlinearIOSystem:
+
+def nonlinear_system(plant: Plant, p: np.ndarray | None = None) -> "control.NonlinearIOSystem":
     """A control.NonlinearIOSystem with this plant's states, inputs and outputs, all SI; stiff: integrate with Radau.
 
     Raises InputError for a plant whose command is late: no ordinary differential equation is.
     """
+    import control
+
     values = plant.p if p is None else p
     if plant.lateness(values) > 0:
         raise InputError(
