@@ -238,6 +238,16 @@ def test_lanes_agree_with_single_runs_bit_for_bit(rig: str, width: int, monkeypa
     assert np.allclose(y[2], plant.observe(batch.x[2], before[2], p[2]), rtol=1e-12, atol=1e-12 * np.abs(y[2]).max(0))
 
 
+def test_a_brief_plant_gives_the_same_numbers_bit_for_bit(jack: Plant, compiled: CompiledPlant, monkeypatch) -> None:
+    t, (x0, u, p) = PERIOD * np.arange(13), lanes_of(jack, 9, 12)
+    whole = compiled.run_batch(x0, t, u, p)
+    brief = compile_plant(rosenbrock.adaptive_attempt(jack), jack.h, jack.p, STEPPING, brief=True)
+    monkeypatch.setattr(object_cache, "vector_width", lambda: pytest.fail("a brief plant needs no block"))
+    assert brief.run_batch(x0, t, u, p).x.tobytes() == whole.x.tobytes()
+    y = brief.outputs(whole.x[:, 1:], u, p[:, None])
+    assert y.tobytes() == compiled.outputs(whole.x[:, 1:], u, p[:, None]).tobytes()
+
+
 def test_a_lane_that_fails_is_marked_and_its_neighbours_are_untouched(jack: Plant, compiled: CompiledPlant) -> None:
     rows = 12
     t, (x0, u, p) = PERIOD * np.arange(rows + 1), lanes_of(jack, 9, rows)

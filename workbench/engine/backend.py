@@ -16,11 +16,13 @@ class NotCompiled(RuntimeError):
     """Says in one line why a plant runs through the interpreter."""
 
 
-def compile_plant(attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping) -> "CompiledPlant":
+def compile_plant(
+    attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping, brief: bool = False
+) -> "CompiledPlant":
     """Machine code for an attempt (s, u, p, tolerance) -> s and for outputs (x, u, p) -> y.
 
-    `p` are the parameters where a run gives none. Raises NotCompiled for an operation that has no compiled form, and
-    where the compiler is missing or does not work.
+    `p` are the parameters where a run gives none; `brief` as CompiledPlant has it. Raises NotCompiled for an operation
+    that has no compiled form, and where the compiler is missing or does not work.
     """
     for function in (attempt, outputs):
         if operation := first_unsupported(function):
@@ -28,6 +30,6 @@ def compile_plant(attempt: ca.Function, outputs: ca.Function, p: np.ndarray, ste
     try:
         from .compiled import CompiledPlant
 
-        return CompiledPlant(attempt, outputs, p, stepping)
+        return CompiledPlant(attempt, outputs, p, stepping, brief)
     except (ImportError, OSError, RuntimeError) as error:
         raise NotCompiled(f"interpreted: no compiler here ({error})") from error

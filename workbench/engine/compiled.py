@@ -29,12 +29,16 @@ class _Kernel:
 class CompiledPlant:
     """Runs an attempt (s, u, p, tolerance) -> s, s = [x, time left, step, attempts], and outputs h(x, u, p).
 
-    `p` are the parameters where none are given. `advance` and `observe` reuse their buffers: one thread at a time.
-    Raises RuntimeError or OSError if this machine cannot compile.
+    `p` are the parameters where none are given. `brief`: it runs for a few seconds of simulated time only, so that code
+    for blocks of lanes, which takes longer to compile than it would save, is left out; every number is the same to the
+    bit. `advance` and `observe` reuse their buffers: one thread at a time. Raises RuntimeError or OSError if this
+    machine cannot compile.
     """
 
-    def __init__(self, attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping) -> None:
-        self._attempt, self._h = attempt, outputs
+    def __init__(
+        self, attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping, brief: bool = False
+    ) -> None:
+        self._attempt, self._h, self._brief = attempt, outputs, brief
         self._p, self._stepping = np.array(p, dtype=float), stepping
         self._n, self._m, self._k = outputs.numel_in(0), outputs.numel_in(1), outputs.numel_out(0)
         self._single = _Kernel(attempt, outputs, 1)
@@ -42,7 +46,7 @@ class CompiledPlant:
 
     @cached_property
     def _block(self) -> _Kernel:
-        return _Kernel(self._attempt, self._h, object_cache.vector_width())
+        return self._single if self._brief else _Kernel(self._attempt, self._h, object_cache.vector_width())
 
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1

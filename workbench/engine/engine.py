@@ -41,15 +41,18 @@ class Engine:
     """One plant, ready to run. It remembers nothing: every call is a function of its arguments.
 
     `back_end` says what runs, "compiled" or "interpreted", and `note` why it is interpreted. Asking for "compiled"
-    raises NotCompiled where that is impossible. Parameters p [k], or [lanes, k] in batches, are the plant's own when
-    left out. All SI. Inputs are what the plant holds: where `plant.delay` says that its command is late, `late.Line`
-    tells what that is.
+    raises NotCompiled where that is impossible. `brief`: it runs for a few seconds of simulated time only, so that it
+    must not take long to compile; every number is the same to the bit. Parameters p [k], or [lanes, k] in batches, are
+    the plant's own when left out. All SI. Inputs are what the plant holds: where `plant.delay` says that its command is
+    late, `DelayLine` tells what that is.
     """
 
-    def __init__(self, plant: Plant, tolerance: float = TOLERANCE, back_end: BackEnd = "auto") -> None:
+    def __init__(
+        self, plant: Plant, tolerance: float = TOLERANCE, back_end: BackEnd = "auto", brief: bool = False
+    ) -> None:
         self.plant = plant
         graphs = (adaptive_attempt(plant), plant.h, plant.p, Stepping(tolerance, _FIRST_STEP, _ATTEMPTS))
-        self._runs, self.back_end, self.note = back_end_of(*graphs, back_end)
+        self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief)
 
     def run(self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> Trajectory:
         """From x0 [n] over times t [k + 1], holding row j of u [k or more, m] over [t_j, t_(j+1)].
@@ -100,13 +103,13 @@ class Engine:
 
 
 def back_end_of(
-    attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping, wanted: BackEnd
+    attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping, wanted: BackEnd, brief: bool = False
 ) -> "tuple[CompiledPlant | InterpretedPlant, str, str]":
     """A back end for graphs of an attempt and of outputs, its name, and why it is interpreted if it is."""
     note = "interpreted: asked for"
     if wanted != "interpreted":
         try:
-            return compile_plant(attempt, outputs, p, stepping), "compiled", ""
+            return compile_plant(attempt, outputs, p, stepping, brief), "compiled", ""
         except NotCompiled as error:
             if wanted == "compiled":
                 raise

@@ -68,7 +68,7 @@ def _strength(
 ) -> float | None:
     """The strength at which the misfit is as large as the gate asks for; None where the numbers' ranges end before."""
     wanted = case.train.samples * (decide.gate(case.heldout.samples, case.kappa) - 1)
-    model = model_with(case.rig, (*stand.effects, effect), case.train.names)
+    model = model_with(case.rig, (*stand.effects, effect), case.train.names, brief=True)
     strength = 1.0
     for _ in range(_TRIES):
         size = _size(model, case, stand, effect, strength, rest, plain)

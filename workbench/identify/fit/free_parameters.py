@@ -52,9 +52,9 @@ def strengths(effect: Effect) -> list[str]:
     return [n.name for n in effect.fitted if n.off is not None]
 
 
-def model_with(rig: Rig, effects: Sequence[Effect], names: Sequence[str]) -> Model:
+def model_with(rig: Rig, effects: Sequence[Effect], names: Sequence[str], brief: bool = False) -> Model:
     """The model of a rig with effects beyond those that it declares."""
-    return Model(build(rig, effects), names)
+    return Model(build(rig, effects), names, brief)
 
 
 def extend_parameters(base: Plant, values: np.ndarray, plant: Plant) -> np.ndarray:

@@ -22,11 +22,14 @@ _LANES = 256  # directions times windows that are computed together, so that the
 
 
 class Model:
-    """A plant and the signals it is compared in. Errors are predicted less measured, over sigma."""
+    """A plant and the signals it is compared in. Errors are predicted less measured, over sigma.
 
-    def __init__(self, plant: Plant, names: Sequence[str]) -> None:
+    `brief`: it will run a few times only, so that a long compilation does not pay (see Engine).
+    """
+
+    def __init__(self, plant: Plant, names: Sequence[str], brief: bool = False) -> None:
         self.plant, self.names = plant, tuple(names)
-        self.engine = Engine(plant, _TOLERANCE)
+        self.engine = Engine(plant, _TOLERANCE, brief=brief)
         self._columns = [plant.output(name) for name in names]
 
     @cached_property
