@@ -1,16 +1,22 @@
 """Gymnasium environments of the jack: importing this package registers them.
 
+    env = gymnasium.make("envs:JackPosition-v0", task="position-sensors")
+    many = gymnasium.make_vec("envs:JackForce-v0", num_envs=256, task="force")
+
 registration     the names: JackPosition-v0, JackForce-v0
-single, vector   one jack, and many side by side; thin shells over the core
-core             the episodes of N lanes: reset, period, reward, end
-lone             a core of one lane, in plain numbers while nothing ends
-timeline         what an episode is given in advance: rig numbers, start, reference, specimen, sensor noise
-lane_guard       workbench.guard over lanes
-sensing, sight   what the sensors say; what an observation holds, with its full scales
+single, vector   one jack, and many side by side; thin shells over the core, documented as Gymnasium does
+spaces           action and observation space; reset options, of which there are none
+core             the episodes of N lanes: reset, step, reward, end
+single_lane      a core of one lane, in plain numbers while nothing ends
+timeline         all that is random in an episode, drawn at its reset
+references       the families that references are drawn from
+lane_guard       the guard of workbench.loop over N lanes
+sensing          readings of the rig's sensors
+observation      the channels of an observation and their full scales
 drives           commands that arrive late
 physics          advance and observe of N lanes: the only place that knows an engine
-task, table      a task's TOML, read strictly; the bundled ones are in tasks/
-references       the families that references are drawn from
+task             a task's TOML, read strictly; the bundled ones are in tasks/
+speed            steps per second
 """
 
 from .registration import register

@@ -10,9 +10,9 @@ from workbench.plant import build
 
 from .drives import LateDrives
 from .lane_guard import LaneGuard, Trip
+from .observation import ObservationEncoder, ObservedChannel
 from .physics import Physics
 from .sensing import LaneSensors
-from .sight import ObservationEncoder, ObservedChannel
 from .task import Task
 from .timeline import EpisodeSampler
 
@@ -42,24 +42,24 @@ class Core:
         self.plant = plant = build(task.rig)
         self.task, rig = task, task.rig
         self._physics, self._rest = Physics(plant), equilibrium(plant)
-        self._sensors = LaneSensors(rig, plant.outputs, task.sees == "ideal")
+        self._sensors = LaneSensors(rig, plant.outputs, task.observes == "ideal")
         self._guard = LaneGuard(rig, self._sensors.names, lanes)
-        self._sight = ObservationEncoder(task, plant, self._sensors.names, lanes)
-        self._author = EpisodeSampler(task, plant, self._sensors.noise)
+        self._encoder = ObservationEncoder(task, plant, self._sensors.names, lanes)
+        self._sampler = EpisodeSampler(task, plant, self._sensors.noise)
         period = rig.period.value
-        self._late = LateDrives(self._physics, plant, period, lanes) if plant.delay else None
-        self._period, self._place, self._stroke = period, plant.state("x"), plant.parameters.index("S")
-        self._controlled, self._seen = plant.output(task.loop), self._sensors.names.index(task.loop)
+        self._late_drives = LateDrives(self._physics, plant, period, lanes) if plant.delay else None
+        self._period, self._position, self._stroke = period, plant.state("x"), plant.parameters.index("S")
+        self._controlled, self._controlled_sensor = plant.output(task.loop), self._sensors.names.index(task.loop)
         self._origin = float(plant.observe(self._rest.x, self._rest.u)[0, self._controlled])
         self._end_inputs = (plant.input("specimen_position"), plant.input("specimen_velocity"))
         reward = task.reward
-        prices = (reward.tracking, reward.effort, reward.change / period**2)
+        weights = (reward.tracking, reward.effort, reward.change / period**2)
         self._countdown = tuple(reversed(range(task.control_periods)))
-        self._prices = [np.array(price / task.control_periods) for price in prices]
+        self._weights = [np.array(weight / task.control_periods) for weight in weights]
         self._allocate(lanes)
 
     def _allocate(self, lanes: int) -> None:
-        times, task = len(self._author.t), self.task
+        times, task = len(self._sampler.t), self.task
         self.x, self.u = np.tile(self._rest.x, (lanes, 1)), np.tile(self._rest.u, (lanes, 1))
         self.p, self._half_stroke = np.tile(self.plant.p, (lanes, 1)), np.zeros(lanes)
         # row `now` of these belongs to a lane's present; each lane has `times` of them
@@ -76,7 +76,7 @@ class Core:
     @property
     def channels(self) -> tuple[ObservedChannel, ...]:
         """What an observation holds, in order."""
-        return self._sight.channels
+        return self._encoder.channels
 
     @property
     def trip(self) -> np.ndarray:
@@ -107,12 +107,12 @@ class Core:
 
     def _begin(self, rows: np.ndarray) -> None:
         """New episodes in these lanes, up to their first measurement."""
-        times = len(self._author.t)
+        times = len(self._sampler.t)
         for row in rows:
-            episode, first = self._author.draw(self._random[row]), self._first[row]
+            episode, first = self._sampler.draw(self._random[row]), self._first[row]
             present = slice(first, first + times)
             self.p[row], self.x[row], self.u[row] = episode.p, self._rest.x, self._rest.u
-            self.x[row, self._place] = start = episode.start
+            self.x[row, self._position] = start = episode.start
             self.u[row, self._end_inputs] = episode.end[:, 0]
             self._reference[present] = (
                 self._origin + (start if self.task.loop == "position" else 0.0) + episode.reference
@@ -120,8 +120,8 @@ class Core:
             self._noise[present] = episode.noise
             if self._moves:
                 self._end[:, present] = episode.end
-            if self._late:
-                self._late.reset(row, episode.p, float(self._rest.u[0]))
+            if self._late_drives:
+                self._late_drives.reset(row, episode.p, float(self._rest.u[0]))
         self._half_stroke[rows] = self.p[rows, self._stroke] / 2
         self._now[rows] = self._first[rows]
         self._guard.reset(rows, float(self._rest.u[0]))
@@ -129,7 +129,7 @@ class Core:
     def _advance(self, command: np.ndarray) -> None:
         """Send the commands [N] to the drives, and go on by one control period."""
         self.u[:, 0] = command
-        if self._late or self._some_wait or self._guard.any_tripped:
+        if self._late_drives or self._some_wait or self._guard.any_tripped:
             self._advance_some(np.flatnonzero(~self._waiting & (self._guard.trip != Trip.SIMULATION)))
         else:
             x, failed = self._physics.advance(self.x, self.u, self.p, self._period)
@@ -149,9 +149,9 @@ class Core:
 
     def _moved(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x, u, p = self.x[rows], self.u[rows], self.p[rows]
-        if self._late is None:
+        if self._late_drives is None:
             return self._physics.advance(x, u, p, self._period)
-        moved = self._late.advance(rows, x, u, p)
+        moved = self._late_drives.advance(rows, x, u, p)
         self.u[rows, 0] = u[:, 0]
         return moved
 
@@ -163,7 +163,7 @@ class Core:
     def _measure(self) -> None:
         """Look at the lanes as they are now: what is wanted, what is true, what is measured; the guard watches."""
         wanted = self._reference.take(self._now, mode="clip")
-        np.copyto(self._sight.reference, wanted)
+        np.copyto(self._encoder.reference, wanted)
         if self._moves:
             for index, values in zip(self._end_inputs, self._end, strict=True):
                 self.u[:, index] = values[self._now]
@@ -171,14 +171,14 @@ class Core:
         self._error = wanted - outputs[:, self._controlled]
         self._measured = self._sensors.read(outputs, self._noise, self._now)
         self._guard.watch(self._measured)
-        stopped = np.abs(self.x[:, self._place]) >= self._half_stroke
+        stopped = np.abs(self.x[:, self._position]) >= self._half_stroke
         if np.count_nonzero(stopped):
             self._guard.end(stopped, Trip.END_STOP)
 
     def _accumulate_reward(self, reward: np.ndarray) -> None:
         """What this control period costs, off `reward` [N]."""
         command, change = self._guard.command, self._guard.change
-        tracking, effort, rate = self._prices
+        tracking, effort, rate = self._weights
         reward -= np.abs(self._error) * tracking
         reward -= command * command * effort
         reward -= change * change * rate
@@ -196,7 +196,7 @@ class Core:
         return reward, terminated, truncated
 
     def _stepped(self, reward: np.ndarray, terminated: np.ndarray, truncated: np.ndarray) -> Stepped:
-        sight, command = self._sight, self._guard.command
-        np.subtract(sight.reference, self._measured[:, self._seen], sight.error)
-        np.copyto(sight.command, command)
-        return Stepped(sight.encode(self.x, self._measured), reward, terminated, truncated, self._error, command)
+        encoder, command = self._encoder, self._guard.command
+        np.subtract(encoder.reference, self._measured[:, self._controlled_sensor], encoder.error)
+        np.copyto(encoder.command, command)
+        return Stepped(encoder.encode(self.x, self._measured), reward, terminated, truncated, self._error, command)

@@ -9,7 +9,7 @@ from gymnasium.error import ResetNeeded
 
 from .core import Stepped
 from .lane_guard import Trip
-from .lone import SingleLaneCore
+from .single_lane import SingleLaneCore
 from .spaces import action_space, observation_space, refuse_options
 from .task import load_task
 
@@ -40,9 +40,9 @@ class _Jack(gymnasium.Env[np.ndarray, np.ndarray]):
         if not self._running:
             raise ResetNeeded("no episode is going on; call reset() first")
         demanded = float(np.asarray(action).item())
-        plain = self.core.plain_step(demanded)
-        if plain is not None:
-            return plain.observation, plain.reward, False, False, {"error": plain.error, "command": plain.command}
+        fast = self.core.fast_step(demanded)
+        if fast is not None:
+            return fast.observation, fast.reward, False, False, {"error": fast.error, "command": fast.command}
         stepped = self.core.step(np.array([demanded]))
         terminated, truncated = bool(stepped.terminated[0]), bool(stepped.truncated[0])
         self._running = not (terminated or truncated)
@@ -64,7 +64,7 @@ class JackPosition(_Jack):
 
     ## Observation
     Box(-2, 2, float32): each channel over its full scale, cut at twice that. Pressures are absolute. With
-    `sees = "ideal"`, as in the task "position", every state:
+    `observes = "ideal"`, as in the task "position", every state:
 
     | # | channel | full scale | what |
     |---|---|---|---|
@@ -86,7 +86,7 @@ class JackPosition(_Jack):
     | 15 | z2 | 0.3 mm | pilot-spool position |
     | 16 | v2 | 0.1 m/s | pilot-spool velocity |
 
-    With `sees = "sensors"`, as in "position-sensors", what the rig's sensors say, with their noise and resolution:
+    With `observes = "sensors"`, as in "position-sensors", what the rig's sensors say, with their noise and resolution:
 
     | # | channel | full scale | what |
     |---|---|---|---|
@@ -144,7 +144,7 @@ class JackForce(_Jack):
 
     ## Observation
     Box(-2, 2, float32): each channel over its full scale, cut at twice that. Pressures are absolute. With
-    `sees = "ideal"`, as in the task "force", every state:
+    `observes = "ideal"`, as in the task "force", every state:
 
     | # | channel | full scale | what |
     |---|---|---|---|
@@ -167,7 +167,7 @@ class JackForce(_Jack):
     | 16 | v2 | 0.1 m/s | pilot-spool velocity |
     | 17 | force | 90 kN | force on the specimen |
 
-    With `sees = "sensors"`, as in "force-moving-end", what the rig's sensors say, with their noise and resolution:
+    With `observes = "sensors"`, as in "force-moving-end", what the rig's sensors say, with their noise and resolution:
 
     | # | channel | full scale | what |
     |---|---|---|---|

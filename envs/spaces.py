@@ -8,7 +8,7 @@ from gymnasium.spaces import Box
 
 from workbench.base.errors import InputError
 
-from .sight import BOUND, ObservedChannel
+from .observation import BOUND, ObservedChannel
 
 
 def action_space() -> Box:

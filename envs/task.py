@@ -1,4 +1,4 @@
-"""A task: what the jack has to follow, what an agent sees of it and what it is paid; a TOML file, read strictly.
+"""A task: what the jack has to follow, what an agent observes and what its reward is; a TOML file, read strictly.
 
 title = "..."
 rig = "jack-10t"                                # a bundled rig, or a rig file beside this one
@@ -9,7 +9,7 @@ randomise = true                                # draw the rig's numbers within 
 start = {low = -50, high = 50, unit = "mm"}     # from mid stroke
 
 [observation]
-sees = "ideal"                                  # every state; "sensors": the rig's sensors, with noise
+observes = "ideal"                                # every state; "sensors": the rig's sensors, with noise
 error = {value = 10, unit = "mm"}               # its full scale
 
 [references.steps]                              # or ramps, sines, multisine: see references.py
@@ -40,14 +40,15 @@ from typing import Any, get_args
 
 from workbench.base.errors import InputError, nearest
 from workbench.base.signals import SIGNALS
+from workbench.base.table import Table
 from workbench.base.toml import read_toml
+from workbench.base.units import Spec
 from workbench.rigs.rig import Rig, load_rig
 
 from .references import FAMILIES, Family, Range
-from .table import Table
 
 LOOPS = ("position", "force")
-SIGHTS = ("ideal", "sensors")
+OBSERVATIONS = ("ideal", "sensors")
 KEYS = (
     "title", "rig", "loop", "control_periods", "episode", "randomise", "start",
     "observation", "references", "reward", "specimen",
@@ -96,7 +97,7 @@ class Task:
     episode: float
     randomise: bool
     start: Range
-    sees: str
+    observes: str
     error_scale: float
     references: tuple[tuple[float, Family], ...]
     reward: Reward
@@ -120,29 +121,28 @@ def load_task(name: str | Path, loop: str) -> Task:
         path = Path(str(files("envs") / "tasks" / f"{name}.toml"))
     elif path.suffix != ".toml":
         raise InputError(f'no bundled task "{name}"; {nearest(shown, bundled())} A task file ends in .toml')
-    task = _read(Table(read_toml(path), shown, KEYS), path)
+    top = read_toml(path, shown).allow(*KEYS)
+    task = _read(top, path)
     if task.loop != loop:
-        raise InputError(
-            f'{shown}: loop = "{task.loop}", but this environment closes the {loop} loop; make the other one'
-        )
+        raise top.complaint("loop", f'"{task.loop}", but this environment closes the {loop} loop; make the other one')
     return task
 
 
 def _read(top: Table, path: Path) -> Task:
     loop = top.word("loop", LOOPS)
     unit = SIGNALS[loop].si
-    sight = top.table("observation", "sees", "error")
+    observation = top.table("observation", "observes", "error")
     task = Task(
         name=path.stem,
         title=top.text("title"),
         rig=load_rig(top.text("rig"), path.parent),
         loop=loop,
         control_periods=top.count("control_periods"),
-        episode=top.number("episode", "s"),
+        episode=_positive(top, "episode", "s"),
         randomise=top.flag("randomise"),
-        start=top.range("start", "m"),
-        sees=sight.word("sees", SIGHTS),
-        error_scale=sight.number("error", unit),
+        start=Range(*top.range("start", "m")),
+        observes=observation.word("observes", OBSERVATIONS),
+        error_scale=_positive(observation, "error", unit),
         references=_references(top.table("references", *FAMILIES), unit),
         reward=_reward(top.table("reward", "tracking", "effort", "change", "trip"), unit),
         specimen=_specimen(top.table("specimen", "stiffness", "damping", "end")) if "specimen" in top else None,
@@ -152,33 +152,43 @@ def _read(top: Table, path: Path) -> Task:
 
 
 def _references(table: Table, unit: str) -> tuple[tuple[float, Family], ...]:
-    found = []
+    families = []
     for name in table:
         kind = FAMILIES[name]
         part = table.table(name, "weight", *(entry.name for entry in fields(kind)))
         values: dict[str, Any] = {entry.name: _drawn(part, entry, unit) for entry in fields(kind)}
-        found.append((part.weight("weight"), kind(**values)))
-    if not sum(weight for weight, _ in found) > 0:
+        families.append((part.weight("weight"), kind(**values)))
+    if not sum(weight for weight, _ in families) > 0:
         raise table.complaint("weight", "no family has one above 0, so no reference can be drawn; give one")
-    return tuple(found)
+    return tuple(families)
 
 
 def _drawn(part: Table, entry: "Field[Any]", signal: str) -> int | Range:
     if entry.type is int:
         return part.count(entry.name)
     (unit,) = get_args(entry.type)[1:]
-    return part.range(entry.name, unit.replace("signal", signal), above=-math.inf if unit == "signal" else 0.0)
+    least_above = -math.inf if unit == "signal" else 0.0
+    return Range(*part.range(entry.name, unit.replace("signal", signal), above=least_above))
+
+
+def _positive(table: Table, key: str, si: str) -> float:
+    """A quantity above 0, in SI."""
+    value = table.quantity(key, Spec(si, 0.0, math.inf, ""))
+    if value == 0:
+        raise table.complaint(key, "must be positive")
+    return value
 
 
 def _reward(table: Table, unit: str) -> Reward:
-    def price(key: str, si: str, power: int) -> float:
-        per = table.quantity(key, "per", si)
-        return table.table(key, "weight", "per", "unit").weight("weight") / per**power
+    def weight(key: str, si: str, power: int) -> float:
+        part = table.table(key, "weight", "per", "unit")
+        part.positive("per")
+        return part.weight("weight") / part.measure("per", si) ** power
 
     return Reward(
-        tracking=price("tracking", unit, 1),
-        effort=price("effort", "1", 2),
-        change=price("change", "1/s", 2),
+        tracking=weight("tracking", unit, 1),
+        effort=weight("effort", "1", 2),
+        change=weight("change", "1/s", 2),
         trip=table.table("trip", "weight").weight("weight"),
     )
 
@@ -186,10 +196,14 @@ def _reward(table: Table, unit: str) -> Reward:
 def _specimen(table: Table) -> SpecimenDraw:
     end = table.table("end", "travel", "frequency") if "end" in table else None
     return SpecimenDraw(
-        stiffness=table.range("stiffness", "N/m", above=0.0),
-        damping=table.range("damping", "N s/m", least=0.0),
-        end=end and SpecimenMotion(end.range("travel", "m"), end.range("frequency", "Hz", above=0.0)),
+        stiffness=Range(*table.range("stiffness", "N/m", above=0.0)),
+        damping=Range(*table.range("damping", "N s/m", least=0.0)),
+        end=None if end is None else _motion(end),
     )
+
+
+def _motion(end: Table) -> SpecimenMotion:
+    return SpecimenMotion(Range(*end.range("travel", "m")), Range(*end.range("frequency", "Hz", above=0.0)))
 
 
 def _check(task: Task, top: Table) -> None:

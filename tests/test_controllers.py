@@ -271,7 +271,7 @@ GOOD = {"use": "controllers.p:P", "gain": {"value": 0.24, "unit": "1/m"}}
         ({"gain": {"value": True, "unit": "1/m"}}, 'gain: write {value = ..., unit = "1/m"}'),
         ({"gain": {"value": 0.24}}, 'gain: write {value = ..., unit = "1/m"}'),
         ({"gain": 0.24}, 'gain: write {value = ..., unit = "1/m"}'),
-        ({"gian": {"value": 0.24, "unit": "1/m"}}, 'unknown key "gian"; did you mean "gain"?'),
+        ({"gian": {"value": 0.24, "unit": "1/m"}}, 'gian: unknown key; did you mean "gain"?'),
         ({"use": "controllers.p"}, 'needs use = "module:Class"'),
         ({"use": 3}, 'needs use = "module:Class"'),
         ({"use": "controllers.q:Q"}, 'use = "controllers.q:Q": No module named'),

@@ -45,7 +45,7 @@ def test_families_are_drawn_by_weight(written):
     table = table_of("position")["references"]
     table["sines"]["weight"], table["ramps"]["weight"] = 0, 0
     core = Core(load_task(written("position", references=table), "position"), 1)
-    drawn = {core._author.family(np.random.default_rng(seed)).__class__ for seed in range(60)}
+    drawn = {core._sampler.family(np.random.default_rng(seed)).__class__ for seed in range(60)}
     assert drawn == {Steps, Multisine}
 
 
@@ -60,24 +60,26 @@ def broken(written, name="position", **changes):
 
 
 def test_unknown_keys_name_their_nearest(written):
-    assert 'unknown key "episod"; did you mean "episode"?' in broken(written, episod=1)
-    assert 'unknown key "stepz"; did you mean "steps"?' in broken(written, references={"stepz": {}})
-    assert 'unknown key "trak"' in broken(written, reward={"trak": 1})
-    assert "[observation]: sees: no such thing" in broken(written, observation={"sees": "ideals"})
+    assert 'episod: unknown key; did you mean "episode"?' in broken(written, episod=1)
+    assert 'references.stepz: unknown key; did you mean "steps"?' in broken(written, references={"stepz": {}})
+    assert "reward.trak: unknown key" in broken(written, reward={"trak": 1})
+    assert 'observation.observes = "ideals": did you mean "ideal"?' in broken(
+        written, observation={"observes": "ideals"}
+    )
     with pytest.raises(InputError, match=r'no bundled task "positon"; did you mean "position"'):
         load_task("positon", "position")
 
 
 def test_wrong_values_are_refused_with_their_place(written):
     assert "start: low must not be above high" in broken(written, start=mm(2, 1))
-    assert "start: write {low" in broken(written, start=[1, 2])
-    assert "episode: unit" in broken(written, episode={"value": 1, "unit": "mm"})
+    assert "start = [1, 2]: must be a table; write {low" in broken(written, start=[1, 2])
+    assert "episode.unit: unit" in broken(written, episode={"value": 1, "unit": "mm"})
     assert "episode: shorter than one step" in broken(written, episode={"value": 0.1, "unit": "ms"})
-    assert "episode: value must be a positive number" in broken(written, episode={"value": 0, "unit": "s"})
-    assert "control_periods: must be a whole number" in broken(written, control_periods=0)
-    assert "randomise: must be true or false" in broken(written, randomise=1)
-    assert "title is missing" in broken(written, title=None)
-    assert "[reward]: effort: per must be a positive number" in broken(written, reward={"effort": {"weight": 1}})
+    assert "episode: must be positive" in broken(written, episode={"value": 0, "unit": "s"})
+    assert "control_periods = 0: must be a whole number" in broken(written, control_periods=0)
+    assert "randomise = 1: must be true or false" in broken(written, randomise=1)
+    assert "title: missing" in broken(written, title=None)
+    assert "reward.effort.per: missing" in broken(written, reward={"effort": {"weight": 1}})
     assert "specimen: a force loop needs" in broken(written, "force", specimen=None)
     assert "references: they reach past" in broken(written, **hold_at(250))
     assert "no family has one above 0" in broken(written, references={})
@@ -99,7 +101,7 @@ def test_loop_of_another_environment_is_refused():
 def test_another_kind_of_rig_runs(written):
     """A differential jack with a second-order valve and few sensors, whose position does not count from mid stroke."""
     changes = {"rig": "festo-tp511", "start": mm(-40, 40)}
-    env = JackPosition(written("position", observation={"sees": "sensors"}, **changes))
+    env = JackPosition(written("position", observation={"observes": "sensors"}, **changes))
     observation, _ = env.reset(seed=0)
     assert [c.name for c in env.core.channels] == ["reference", "error", "command", "pa", "pb", "position"]
     assert abs(observation[0]) <= 90 / 97

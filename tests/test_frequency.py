@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import cont2discrete, lfilter
 
 from workbench.base.errors import InputError
+from workbench.base.table import Table
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.frequency.config import FrequencyTask, load
 from workbench.commands.frequency.study import _linear, run_frequency
@@ -20,7 +21,7 @@ from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
 from workbench.records.excitation import chirp, harmonics, multisine
-from workbench.records.frequency_sheet import listed_sheets, read_sheet
+from workbench.records.frequency_sheet import listed_sheet, read_sheet
 from workbench.rigs.rig import load_rig
 
 SHARED = Path(__file__).parents[2] / "shared"
@@ -269,17 +270,19 @@ def test_a_sheet_needs_an_amplitude(tmp_path):
 def test_a_campaign_lists_sheets(tmp_path):
     (tmp_path / "maker.csv").write_text(SHEET)
     file = tmp_path / "campaign.toml"
-    (sheet,) = listed_sheets(file, [{"file": "maker.csv", "input": "current", "output": "pilot_spool", "amplitude": 5}])
+    entry = {"file": "maker.csv", "input": "current", "output": "pilot_spool", "amplitude": 5}
+    sheet = listed_sheet(Table(entry, str(file)), tmp_path)
     assert (sheet.input, sheet.output, sheet.amplitude) == ("current", "pilot_spool", pytest.approx(5e-3))
     for entry, words in (
-        ("maker.csv", "is no sheet"),
         ({"file": "maker.csv", "ampl": 1}, 'did you mean "amplitude"'),
-        ({"file": "maker.csv", "amplitude": "x"}, "does not fit"),
+        ({"file": "maker.csv", "amplitude": "x"}, "must be a positive number"),
         ({"file": "none.csv", "amplitude": 1}, "no such file"),
         ({"file": "maker.csv", "input": "comand", "amplitude": 1}, 'did you mean "command"'),
     ):
         with pytest.raises(InputError, match=words):
-            listed_sheets(file, [entry])
+            listed_sheet(Table(entry, str(file)), tmp_path)
+    with pytest.raises(InputError, match=r"must be a list of tables; write \[\[sheets\]\]"):
+        Table({"sheets": ["maker.csv"]}, str(file)).tables("sheets")
 
 
 def test_the_paper_s_corner_is_a_sheet(tmp_path):

@@ -151,7 +151,7 @@ def test_where_no_design_meets_the_goals_the_verdict_says_which_and_there_is_no_
         ),
         ('gain = {low = 1e-4, high = 3e-4, unit = "1/bar"}', 'gain = {low = 1, high = 2, unit = "mm"}', 'unit "mm"'),
         ("position-1mm", "position-2mm", 'no scenario "position-2mm"'),
-        ("[bode]", "[bod]", 'unknown key "bod"; did you mean "bode"?'),
+        ("[bode]", "[bod]", 'bod: unknown key; did you mean "bode"?'),
     ],
 )
 def test_bad_input_is_refused_by_name(tmp_path, old, new, complaint):

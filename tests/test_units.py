@@ -27,7 +27,7 @@ def test_a_number_in_its_si_unit_and_back(value, unit, si, expected):
     assert from_si(expected, unit, si) == pytest.approx(value, rel=1e-12)
 
 
-@pytest.mark.parametrize(("unit", "message"), [("bar", "can not be converted"), ("parsnip", "unknown unit")])
+@pytest.mark.parametrize(("unit", "message"), [("bar", "cannot be converted"), ("parsnip", "unknown unit")])
 def test_a_unit_of_another_kind_is_refused(unit, message):
     with pytest.raises(InputError, match=message):
         to_si(1.0, unit, "m")

@@ -77,7 +77,7 @@ def test_plain_steps_are_the_steps_of_a_core_or_change_nothing(tmp_path, task, p
     for k, demanded in enumerate(0.2 * actions_of(1, 150)[:, 0, 0].astype(float)):
         demanded = np.nan if k == 20 else float(demanded)  # a trip
         before = [a.copy() for a in (lone.x, lone.u, lone._now, lone._guard.command, lone._guard.before)]
-        quick, want = lone.plain_step(demanded), core.step(np.array([demanded]))
+        quick, want = lone.fast_step(demanded), core.step(np.array([demanded]))
         if quick is None:
             after = (lone.x, lone.u, lone._now, lone._guard.command, lone._guard.before)
             for ours, theirs in zip(before, after, strict=True):

@@ -15,3 +15,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if close:
         return f'did you mean "{close[0]}"?'
     return "known: " + ", ".join(names)
+
+
+def echo(value: object) -> str:
+    """What was read, on one line of at most 80 characters."""
+    try:
+        text = f'"{value}"' if isinstance(value, str) and value.isprintable() else repr(value)
+    except ValueError:  # a whole number of more digits than Python prints
+        return "a number of too many digits"
+    return text if len(text) <= 80 else f"{text[:77]}..."

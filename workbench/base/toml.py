@@ -1,51 +1,64 @@
-"""TOML files read strictly: every complaint names the file and the line or key, and says what to do."""
+"""TOML files read strictly: every complaint names the file and the line, and says what to do."""
 
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError, nearest
+from .errors import InputError
+from .key_lines import key_lines
+from .table import Place, Table
 
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column \d+|end of document)\)$")
+_LONG_NUMBER = re.compile(r"[0-9_]{1000,}")
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """The tables of a TOML file, UTF-8 with or without a byte-order mark.
+def read_toml(path: str | Path, shown: str | None = None) -> Table:
+    """The document of a TOML file, UTF-8 with or without a byte-order mark; messages name it `shown`.
 
     Raises InputError, "file: line N: ...", for a missing file, a folder, a wrong encoding or bad syntax.
     """
     path = Path(path)
-    text = _text(path)
+    shown = str(path) if shown is None else shown
+    text = _text(path, shown)
+    return Table(_parsed(text, shown), Place(shown, (), cache(lambda: key_lines(text))))
+
+
+def _parsed(text: str, shown: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         message = str(error)
-        found = _PLACE.search(message)
-        line = found.group(1) if found and found.group(1) else str(len(text.splitlines()) or 1)
-        raise InputError(f"{path}: line {line}: {_PLACE.sub('', message)}; mend the TOML there") from None
+        place = _PLACE.search(message)
+        line = place.group(1) if place and place.group(1) else str(len(text.splitlines()) or 1)
+        raise InputError(f"{shown}: line {line}: {_PLACE.sub('', message)[:200]}; mend the TOML there") from None
+    except RecursionError:
+        raise InputError(f"{shown}: nested too deeply; write fewer tables inside tables") from None
+    except ValueError:  # Python reads no whole number of more than 4300 digits
+        number = _LONG_NUMBER.search(text)
+        line = f"line {text.count(chr(10), 0, number.start()) + 1}: " if number else ""
+        raise InputError(f"{shown}: {line}a number of too many digits; write it like 1.0e9") from None
 
 
-def check_keys(table: Mapping[str, Any], allowed: Iterable[str], where: str) -> None:
-    """Refuse a key of `table` that is not `allowed`, naming the nearest known one; `where` opens the message."""
-    known = list(allowed)
-    for key in table:
-        if key not in known:
-            raise InputError(f'{where}: unknown key "{key}"; {nearest(key, known)}')
-
-
-def _text(path: Path) -> str:
+def _text(path: Path, shown: str) -> str:
     if path.is_dir():
-        raise InputError(f"{path}: is a folder, not a TOML file; name the file in it")
+        raise InputError(f"{shown}: is a folder, not a TOML file; name the file in it")
     try:
         raw = path.read_bytes()
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file; check the path") from None
-    except OSError as error:
-        raise InputError(f"{path}: can not be read ({error.strerror}); check the path and its permissions") from None
+        raise InputError(f"{shown}: no such file; check the path") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{shown}: cannot be read ({reason}); check the path and its permissions") from None
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}: line {line}: not UTF-8 text; save the file as UTF-8") from None
+        raise InputError(f"{shown}: line {line}: not UTF-8 text; save the file as UTF-8") from None
+
+
+def check_keys(table: Mapping[str, Any], allowed: Iterable[str], where: str) -> None:
+    """Refuse a key of `table` that is not `allowed`, naming the nearest known one; `where` opens the message."""
+    Table(table, where).allow(*allowed)

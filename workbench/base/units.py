@@ -1,14 +1,18 @@
 """Units at the borders: everything inside jackbench is SI, every number that enters or leaves has a unit."""
 
 import re
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from numbers import Real
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pint
 from numpy.typing import ArrayLike
 
-from .errors import InputError
+from .errors import InputError, echo
+
+if TYPE_CHECKING:
+    import pint
 
 _BARE_POWER = re.compile(r"\b(m|mm|cm|s|ms)([2-9])\b")  # "m/s2", as headers are written
 
@@ -16,28 +20,49 @@ _TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 _ANGLE = re.compile(r"\b(rad|deg|rev|turn|rpm)")  # of "rad/s", "degree/s", "revolution/min"
 
-_REGISTRY: pint.UnitRegistry = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+@dataclass(frozen=True)
+class Spec:
+    """A number's SI unit, the widest range that is possible [SI] and its meaning."""
+
+    unit: str
+    low: float
+    high: float
+    meaning: str
+
+    def problem(self, value: float) -> str:
+        """What is wrong with a value [SI] outside the range; nothing inside it."""
+        if self.low <= value <= self.high:
+            return ""
+        return f"{value:g} {self.unit} is outside {self.low:g} to {self.high:g} {self.unit}"
 
 
 @lru_cache(maxsize=512)
 def _scale(unit: str, si: str) -> tuple[float, float]:
     """Gain and offset such that value_si = gain * value + offset; 2 pi rad/s are 1 Hz."""
-    try:
-        origin = _REGISTRY.Quantity(0.0, _parse(unit)).to(_parse(si)).magnitude
-        one = _REGISTRY.Quantity(1.0, _parse(unit)).to(_parse(si)).magnitude
-    except pint.DimensionalityError:
-        raise InputError(f'unit "{unit}" can not be converted to "{si}"') from None
+    written, wanted = _parse(unit), _parse(si)
+    if written.dimensionality != wanted.dimensionality:
+        raise InputError(f'unit {echo(unit)} cannot be converted to "{si}"')
+    origin, unity = (_registry().Quantity(value, written).to(wanted).magnitude for value in (0.0, 1.0))
     turn = 2 * np.pi  # an angle counts as 1 in pint, and so would 1 rad/s as 1 Hz
     share = {("Hz", True): 1 / turn, ("rad/s", False): turn}.get((si, bool(_ANGLE.search(unit))), 1.0)
-    return float(one - origin) * share, float(origin)
+    return float(unity - origin) * share, float(origin)
 
 
-def _parse(unit: str) -> pint.Unit:
+@cache
+def _registry() -> "pint.UnitRegistry":
+    """Made when the first unit is read: pint takes 0.3 s to import."""
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+def _parse(unit: str) -> "pint.Unit":
     try:
         plain = "" if unit in ("1", "-", "") else unit.replace("%", "percent")
-        return _REGISTRY.parse_units(_BARE_POWER.sub(r"\1^\2", plain))
+        return _registry().parse_units(_BARE_POWER.sub(r"\1^\2", plain))
     except Exception as error:  # pint raises tokenizer, attribute and type errors alike for a bad unit
-        raise InputError(f'unknown unit "{unit}"; write it like "mm", "bar", "m/s^2", "1"') from error
+        raise InputError(f'unknown unit {echo(unit)}; write it like "mm", "bar", "m/s^2", "1"') from error
 
 
 def to_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
@@ -61,8 +86,8 @@ def quantity(value: float | str, si: str) -> float:
     if isinstance(value, str):
         read = _TEXT.fullmatch(value)
         if read is None or not (read.group(2) or si == "1"):
-            raise InputError(f'"{value}": write a number and its unit, such as "1 {si}"')
+            raise InputError(f'{echo(value)}: write a number and its unit, such as "1 {si}"')
         value = float(to_si(float(read.group(1)), read.group(2), si))
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real) or not np.isfinite(float(value)):
-        raise InputError(f"{value!r} is no finite number; write one in {si}, or text with a unit")
+        raise InputError(f"{echo(value)} is no finite number; write one in {si}, or text with a unit")
     return float(value)

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..base.errors import InputError, nearest
+from ..base.errors import InputError
 from ..base.signals import SIGNALS
 from ..base.units import to_si
 
@@ -109,9 +109,3 @@ def _unused(cell: str, mapping: Mapping[str, ColumnMap]) -> str:
 
 def _listed(cells: Sequence[str]) -> str:
     return ", ".join(f'"{cell}"' for cell in cells)
-
-
-def check_signal(name: str, where: str) -> None:
-    """Refuse a name that is no signal, naming the nearest one."""
-    if name not in SIGNALS:
-        raise InputError(f'{where}: unknown signal "{name}"; {nearest(name, SIGNALS)}')

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS
+from ..base.table import Table
 from ..base.units import from_si, to_si
-from .columns import check_signal
 from .table import DataTable, open_table
 
 _CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*\[(?P<unit>[^\[\]]*)\]")
@@ -43,7 +43,8 @@ def read_sheet(path: str | Path, amplitude: float | None, input: str, output: st
     """
     path = Path(path)
     for name in (input, output):
-        check_signal(name, str(path))
+        if name not in SIGNALS:
+            raise InputError(f'{path}: unknown signal "{name}"; {nearest(name, SIGNALS)}')
     sheet = Columns(path)
     f = sheet.values("frequency", "Hz")
     late = np.flatnonzero(np.diff(f, prepend=0.0) <= 0)
@@ -61,11 +62,16 @@ def read_sheet(path: str | Path, amplitude: float | None, input: str, output: st
     return FrequencySheet(path.stem, input, output, size, f, response / response[0] if relative else response, relative)
 
 
-def listed_sheets(file: Path, value: object) -> tuple[FrequencySheet, ...]:
-    """The `[[sheets]]` of a campaign file: file, input, output, amplitude (in the unit of the input: 1, mA, mm)."""
-    if not isinstance(value, list):
-        raise InputError(f"{file}: sheets: must be a list of tables; write [[sheets]]")
-    return tuple(_listed(file, entry) for entry in value)
+def listed_sheet(entry: Table, folder: Path) -> FrequencySheet:
+    """One of the `[[sheets]]` of a campaign file: file, input, output, amplitude (in the unit of the input: 1, mA,
+    mm)."""
+    entry.allow("file", "input", "output", "amplitude")
+    file = entry.text("file")
+    input, output = entry.word("input", SIGNALS, "command"), entry.word("output", SIGNALS, "flow")
+    amplitude = None
+    if "amplitude" in entry:
+        amplitude = float(to_si(entry.positive("amplitude"), SIGNALS[input].unit, SIGNALS[input].si))
+    return read_sheet(folder / file, amplitude, input, output)
 
 
 def table_text(columns: Mapping[str, np.ndarray]) -> str:
@@ -141,18 +147,3 @@ def _amplitude(sheet: Columns, given: float | None, si: str) -> float:
     if not 0 < stated[0] < np.inf:
         raise InputError(f"{sheet.path}: amplitude {stated[0]:g} {si}: must be a positive number")
     return float(stated[0])
-
-
-def _listed(file: Path, entry: object) -> FrequencySheet:
-    keys = {"file": str, "input": str, "output": str, "amplitude": (int, float)}
-    if not isinstance(entry, Mapping) or not isinstance(entry.get("file"), str):
-        raise InputError(f'{file}: sheets: {entry!r} is no sheet; write file = "bode.csv", output = "flow"')
-    for key, value in entry.items():
-        if key not in keys:
-            raise InputError(f'{file}: sheets: {entry["file"]}: unknown key "{key}"; {nearest(key, keys)}')
-        if isinstance(value, bool) or not isinstance(value, keys[key]):
-            raise InputError(f"{file}: sheets: {entry['file']}: {key} = {value!r} does not fit; correct it")
-    input, output, amplitude = entry.get("input", "command"), entry.get("output", "flow"), entry.get("amplitude")
-    check_signal(input, f"{file}: sheets: {entry['file']}: input")
-    size = None if amplitude is None else float(to_si(amplitude, SIGNALS[input].unit, SIGNALS[input].si))
-    return read_sheet(file.parent / entry["file"], size, input, output)

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from ..base.errors import InputError, nearest
-from ..base.toml import check_keys, read_toml
-from ..base.units import to_si
+from ..base.table import Table
+from ..base.toml import read_toml
+from ..base.units import Spec
 from . import schema
 from .jack import JACKS
-from .rig import Number, Rig, Sensor, load_rig, number_specs
-from .schema import Spec
+from .rig import Number, Rig, Sensor, load_rig, number_specs, read_number
 from .valve import VALVES, ValveKind
 
 KIND = "new-rig"
@@ -81,33 +80,29 @@ class Datasheet:
 def load_datasheet(path: str | Path) -> Datasheet:
     """Read a datasheet. Raises InputError with file and key."""
     path = Path(path)
-    table = read_toml(path)
-    where = str(path)
-    if table.get("experiment") != KIND:
-        raise InputError(f'{where}: is no datasheet; write experiment = "{KIND}" on top')
-    check_keys(table, ("experiment", "name", "title", "source", "supply", "oil", "valve", "jack", "load"), where)
-    valve = _table(table, "valve", where)
-    kind = VALVES[_word(valve, "kind", VALVES, f"{where}: [valve]")]
-    jack = _word(_table(table, "jack", where), "kind", JACKS, f"{where}: [jack]")
+    top = read_toml(path)
+    if top.values.get("experiment") != KIND:
+        raise top.complaint("experiment", f'is no datasheet; write experiment = "{KIND}" on top')
+    top.allow("experiment", "name", "title", "source", "supply", "oil", "valve", "jack", "load")
+    valve = top.table("valve")
+    kind = VALVES[valve.word("kind", VALVES)]
+    jack = top.table("jack").word("kind", JACKS)
     like = ("like", "rounding") if kind.needs_geometry else ()
-    check_keys(valve, ("kind", "response", *like, *kind.figures), f"{where}: [valve]")
-    figures = {key: _quantity(valve, key, spec, f"{where}: [valve]").value for key, spec in kind.figures.items()}
-    geometry = _geometry(valve, kind, path) if kind.needs_geometry else None
-    sheet = Datasheet(
-        str(table.get("name", path.stem)),
-        str(table.get("title", "")),
-        str(table.get("source", "")),
+    valve.allow("kind", "response", *like, *kind.figures)
+    geometry = _geometry(valve, kind, path.parent) if like else None
+    return Datasheet(
+        top.text("name", path.stem),
+        top.text("title", ""),
+        top.text("source", ""),
         kind.name,
         jack,
-        figures,
-        tuple(_response(entry, kind, f"{where}: [[valve.response]]") for entry in valve.get("response", [])),
-        _given(table, kind, jack, where),
+        {key: valve.quantity(key, spec, "source") for key, spec in kind.figures.items()},
+        _responses(valve, kind),
+        _given(top, kind, jack),
         geometry,
-        _rounding(valve.get("rounding", {}), geometry, f"{where}: [valve.rounding]"),
-        table,
+        _rounding(valve.optional_table("rounding"), geometry) if geometry else {},
+        top.values,
     )
-    _check_responses(sheet, where)
-    return sheet
 
 
 def build_rig(sheet: Datasheet, valve: Mapping[str, Number], corrector: str = "p") -> Rig:
@@ -200,86 +195,47 @@ def _declared(name: str, value: float, unit: str, source: str) -> Number:
     return Number(name, float(value), unit, unit, source)
 
 
-def _given(table: Mapping[str, Any], valve: ValveKind, jack: str, where: str) -> dict[str, Number]:
+def _given(top: Table, kind: ValveKind, jack: str) -> dict[str, Number]:
     """The numbers of supply, oil, jack and load that the sheet states."""
-    tables = {"supply": schema.SUPPLY, "oil": schema.OIL, "jack": JACKS[jack].numbers, "load": schema.LOAD}
-    found = {}
-    for section, specs in tables.items():
-        part = table.get(section, {}) if section == "oil" else _table(table, section, where)
-        check_keys(part, (*specs, *(("kind",) if section == "jack" else ())), f"{where}: [{section}]")
-        for name, spec in specs.items():
-            if name in part or name in _NEEDED or (name == "Pr" and not valve.needs_geometry):
-                found[name] = _quantity(part, name, spec, f"{where}: [{section}]")
-    return found
+    specs = {"supply": schema.SUPPLY, "oil": schema.OIL, "jack": JACKS[jack].numbers, "load": schema.LOAD}
+    needed = _NEEDED if kind.needs_geometry else (*_NEEDED, "Pr")
+    given = {}
+    for section, numbers in specs.items():
+        part = top.optional_table(section) if section == "oil" else top.table(section)
+        part.allow(*numbers, *(("kind",) if section == "jack" else ()))
+        for name, spec in numbers.items():
+            if name in part or name in needed:
+                given[name] = read_number(part, name, spec, "datasheet")
+    return given
 
 
-def _geometry(valve: Mapping[str, Any], kind: ValveKind, path: Path) -> Rig:
-    named = valve.get("like")
-    if not isinstance(named, str):
-        raise InputError(f'{path}: [valve]: like is missing; write like = "jack-10t", the rig with its printed numbers')
-    rig = load_rig(named, path.parent)
+def _geometry(valve: Table, kind: ValveKind, folder: Path) -> Rig:
+    rig = load_rig(valve.text("like"), folder)
     if rig.valve_kind is not kind:
-        raise InputError(f"{path}: [valve]: like: rig {rig.name} has no {kind.name} valve")
+        raise valve.complaint("like", f"rig {rig.name} has no {kind.name} valve; name the rig with its printed numbers")
     return rig
 
 
-def _rounding(part: Mapping[str, Any], geometry: Rig | None, where: str) -> dict[str, float]:
-    if geometry is None:
-        return {}
+def _rounding(part: Table, geometry: Rig) -> dict[str, float]:
     specs = geometry.valve_kind.numbers
-    for name in part:
-        if name not in specs:
-            raise InputError(f'{where}: no number "{name}" of a valve; {nearest(name, specs)}')
-    return {name: _quantity(part, name, Spec(specs[name].unit, 0, geometry[name], ""), where).value for name in part}
+    part.allow(*specs)
+    return {name: part.quantity(name, Spec(specs[name].unit, 0, geometry[name], ""), "source") for name in part}
 
 
-def _response(entry: Mapping[str, Any], kind: ValveKind, where: str) -> Response:
-    check_keys(entry, ("stage", *_RESPONSE), where)
-    stage = _word(entry, "stage", kind.stages, where)
-    return Response(stage, **{key: _quantity(entry, key, spec, where).value for key, spec in _RESPONSE.items()})
-
-
-def _check_responses(sheet: Datasheet, where: str) -> None:
-    ids = [response.id for response in sheet.responses]
-    for stage in sheet.valve_kind.stages:
-        if not any(response.stage == stage for response in sheet.responses):
-            raise InputError(f'{where}: add a [[valve.response]] with stage = "{stage}"')
-    for response in sheet.responses:
-        if ids.count(response.id) > 1:
-            raise InputError(f"{where}: [[valve.response]]: {response.id} is there twice; leave one out")
+def _responses(valve: Table, kind: ValveKind) -> tuple[Response, ...]:
+    entries = valve.tables("response", "stage", *_RESPONSE)
+    responses = [_response(entry, kind) for entry in entries]
+    for stage in kind.stages:
+        if not any(response.stage == stage for response in responses):
+            raise valve.complaint("response", f'missing; add a [[valve.response]] with stage = "{stage}"')
+    for i, response in enumerate(responses):
+        if response.id in [other.id for other in responses[:i]]:
+            raise entries[i].error(f"{response.id} is there twice; leave one out")
         if response.reference >= min(response.f3db, response.f90):
-            raise InputError(f"{where}: [[valve.response]] {response.id}: reference must be below f3db and f90")
+            raise entries[i].complaint("reference", f"of {response.id} must be below f3db and f90")
+    return tuple(responses)
 
 
-def _table(table: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:
-    part = table.get(name)
-    if not isinstance(part, Mapping):
-        raise InputError(f"{where}: table [{name}] is missing; add it")
-    return part
-
-
-def _word(table: Mapping[str, Any], key: str, known: Any, where: str) -> str:
-    word = table.get(key)
-    if word not in known:
-        raise InputError(f'{where}: {key} = "{word}": {nearest(str(word), known)}')
-    return str(word)
-
-
-def _quantity(part: Mapping[str, Any], name: str, spec: Spec, where: str) -> Number:
-    """One `{value, unit, source}`; raises InputError when it is missing, of another kind or not possible."""
-    entry = part.get(name)
-    if entry is None:
-        raise InputError(f"{where}: {name} is missing ({spec.meaning}, in {spec.unit})")
-    if not isinstance(entry, Mapping) or not isinstance(entry.get("unit"), str):
-        raise InputError(f'{where}: {name}: write {{value = ..., unit = "{spec.unit}"}}')
-    check_keys(entry, ("value", "unit", "source"), f"{where}: {name}")
-    value = entry.get("value")
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{where}: {name}: value must be a number")
-    try:
-        si = float(to_si(value, entry["unit"], spec.unit))
-    except InputError as error:
-        raise InputError(f"{where}: {name}: {error}") from None
-    if not spec.low <= si <= spec.high:
-        raise InputError(f"{where}: {name}: {si:g} {spec.unit} is not possible ({spec.low:g} to {spec.high:g})")
-    return Number(name, si, entry["unit"], spec.unit, str(entry.get("source", "datasheet")))
+def _response(entry: Table, kind: ValveKind) -> Response:
+    numbers = {key: entry.quantity(key, spec, "source") for key, spec in _RESPONSE.items()}
+    return Response(entry.word("stage", kind.stages), **numbers)

@@ -16,11 +16,11 @@ import tomli_w
 
 from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS
-from ..base.toml import check_keys, read_toml
-from ..base.units import from_si, to_si
+from ..base.table import Table
+from ..base.toml import read_toml
+from ..base.units import Spec, from_si, to_si
 from . import schema
 from .jack import JACKS, JackKind
-from .schema import Spec
 from .valve import VALVES, ValveKind
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
@@ -124,7 +124,8 @@ class Rig:
         for name, value in values.items():
             if name not in numbers:
                 raise InputError(f'rig {self.name}: no number "{name}"; {nearest(name, numbers)}')
-            _check_range(value, specs[name], f"rig {self.name}: {name}")
+            if problem := specs[name].problem(value):
+                raise InputError(f"rig {self.name}: {name}: {problem}")
             numbers[name] = _moved(numbers[name], float(value))
         return replace(self, numbers=numbers)
 
@@ -153,169 +154,88 @@ def bundled() -> list[str]:
 def load_rig(name: str | Path, beside: Path | None = None) -> Rig:
     """A bundled rig by name, or a rig file by path (relative to `beside`). Raises InputError with file and row."""
     if str(name) in bundled():
-        return _parse(Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name))
+        return _read(Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name))
     path = (beside / name) if beside else Path(name)
     if path.suffix != ".toml":
         hint = nearest(str(name), bundled())
         end = "" if hint.endswith("?") else "."
         raise InputError(f'no bundled rig "{name}"; {hint}{end} A rig file ends in .toml')
-    return _parse(path, str(path))
+    return _read(path, str(path))
 
 
-def _parse(path: Path, shown: str) -> Rig:
-    table = read_toml(path)
-    check_keys(table, TITLES + TABLES, shown)
-    read = _Reader(path, shown, table)
-    valve = VALVES[read.kind("valve", "kind", VALVES)]
-    corrector = read.kind("valve", "corrector", valve.correctors) if valve.correctors else NO_CORRECTOR
-    jack = JACKS[read.kind("jack", "kind", JACKS)]
+def _read(path: Path, shown: str) -> Rig:
+    top = read_toml(path, shown).allow(*TITLES, *TABLES)
+    valve, jack = top.table("valve"), top.table("jack")
+    valve_kind, jack_kind = VALVES[valve.word("kind", VALVES)], JACKS[jack.word("kind", JACKS)]
+    corrector = valve.word("corrector", valve_kind.correctors) if valve_kind.correctors else NO_CORRECTOR
     numbers = {
-        **read.numbers("supply", schema.SUPPLY),
-        **read.numbers("oil", schema.OIL),
-        **read.numbers("valve", valve.schema(corrector), ("kind", "corrector")),
-        **read.numbers("jack", jack.numbers, ("kind",)),
-        **read.numbers("load", schema.LOAD),
+        **_numbers(top.table("supply"), schema.SUPPLY),
+        **_numbers(top.table("oil"), schema.OIL),
+        **_numbers(valve, valve_kind.schema(corrector), "kind", "corrector"),
+        **_numbers(jack, jack_kind.numbers, "kind"),
+        **_numbers(top.table("load"), schema.LOAD),
     }
     return Rig(
-        name=str(table.get("name", path.stem)),
-        title=str(table.get("title", "")),
-        source=str(table.get("source", "")),
-        valve=valve.name,
+        name=top.text("name", path.stem),
+        title=top.text("title", ""),
+        source=top.text("source", ""),
+        valve=valve_kind.name,
         corrector=corrector,
-        jack=jack.name,
+        jack=jack_kind.name,
         numbers=numbers,
-        limits=read.numbers("limits", schema.LIMITS),
-        period=read.numbers("control", schema.CONTROL)["period"],
-        sensors=read.sensors(),
-        effects=read.effects(),
-        recordings=str(table.get("recordings", "")),
-        effect_files=read.effect_files(path.parent),
+        limits=_numbers(top.table("limits"), schema.LIMITS),
+        period=_numbers(top.table("control"), schema.CONTROL)["period"],
+        sensors=_sensors(top.optional_table("sensors")),
+        effects=tuple(_effect(use) for use in top.tables("effects")),
+        recordings=top.text("recordings", ""),
+        effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
     )
 
 
-def _check_range(value: float, spec: Spec, where: str) -> None:
-    if not spec.low <= value <= spec.high:
-        raise InputError(f"{where}: {value:g} {spec.unit} is not possible ({spec.low:g} to {spec.high:g} {spec.unit})")
+def read_number(table: Table, name: str, spec: Spec, source: str = "") -> Number:
+    """One `{value, unit, source, bounds}` of a table; `source` is where it comes from if it does not say."""
+    if not isinstance(table.values.get(name), Mapping | None):
+        raise table.complaint(name, f'write {{value = ..., unit = "{spec.unit}", source = "..."}}')
+    value = table.quantity(name, spec, "source", "bounds")
+    entry = table.table(name)
+    low, high = _bounds(entry, value, spec.unit) if "bounds" in entry else (None, None)
+    return Number(name, value, entry.text("unit", ""), spec.unit, entry.text("source", source), low, high)
 
 
-class _Reader:
-    """Reads the tables of one rig file, naming file and row in every error."""
+def _bounds(entry: Table, value: float, si: str) -> tuple[float, float]:
+    bounds = entry.numbers("bounds", "[low, high]")
+    if len(bounds) != 2:
+        raise entry.complaint("bounds", "must be two numbers, [low, high], in the number's unit")
+    low, high = (float(to_si(bound, entry.text("unit", ""), si)) for bound in bounds)
+    if not low <= value <= high:
+        raise entry.complaint("bounds", "the value is outside its own bounds")
+    return low, high
 
-    def __init__(self, path: Path, shown: str, table: Mapping[str, Any]) -> None:
-        self.shown = shown
-        self.table = table
-        self.rows = path.read_text(encoding="utf-8").splitlines()
 
-    def where(self, section: str, key: str) -> str:
-        """ "file: line N: section.key", or without the line where the row can not be found."""
-        inside = False
-        for number, row in enumerate(self.rows, 1):
-            text = row.strip()
-            if text.startswith("["):
-                inside = text.strip("[] ").split("#")[0].strip("[] ") == section
-            elif inside and text.split("=")[0].strip().strip('"') == key:
-                return f"{self.shown}: line {number}: {section}.{key}"
-        return f"{self.shown}: {section}.{key}"
+def _numbers(table: Table, specs: Mapping[str, Spec], *words: str) -> dict[str, Number]:
+    """All numbers of a table; a missing, unknown or impossible one raises."""
+    table.allow(*specs, *words)
+    return {name: read_number(table, name, spec) for name, spec in specs.items()}
 
-    def section(self, name: str) -> Mapping[str, Any]:
-        """A table that must be there."""
-        part = self.table.get(name)
-        if not isinstance(part, Mapping):
-            raise InputError(f"{self.shown}: table [{name}] is missing; add it")
-        return part
 
-    def mapping(self, name: str) -> Mapping[str, Any]:
-        """A table that may be absent."""
-        part = self.table.get(name, {})
-        if not isinstance(part, Mapping):
-            raise InputError(f"{self.shown}: {name} must be a table; write [{name}]")
-        return part
+def _sensors(table: Table) -> dict[str, Sensor]:
+    """Tables `[sensors.NAME]` with `noise` and `resolution`."""
+    sensors = {}
+    for name in table.allow(*SIGNALS):
+        part = table.table(name, "noise", "resolution")
+        spec = Spec(SIGNALS[name].si, 0.0, float("inf"), "")
+        sensors[name] = Sensor(*(part.quantity(key, spec, "source") for key in ("noise", "resolution")))
+    return sensors
 
-    def effects(self) -> tuple[EffectUse, ...]:
-        """The list of tables `[[effects]]`."""
-        uses = self.table.get("effects", [])
-        if not isinstance(uses, list):
-            raise InputError(f"{self.shown}: effects must be a list of tables; write [[effects]]")
-        return tuple(self.effect(use) for use in uses)
 
-    def effect_files(self, beside: Path) -> tuple[str, ...]:
-        """Paths of a user's effects; what is in them is checked where effects are known."""
-        files = self.table.get("effect_files", [])
-        if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
-            raise InputError(f'{self.shown}: effect_files must be a list of paths; write effect_files = ["mine.py"]')
-        return tuple(str((beside / name).resolve()) for name in files)
-
-    def kind(self, section: str, key: str, known: Mapping[str, Any]) -> str:
-        """A word out of a list."""
-        word = self.section(section).get(key)
-        if not isinstance(word, str) or word not in known:
-            raise InputError(f'{self.where(section, key)} = "{word}": {nearest(str(word), known)}')
-        return str(word)
-
-    def numbers(self, section: str, specs: Mapping[str, Spec], words: tuple[str, ...] = ()) -> dict[str, Number]:
-        """All numbers of a table; a missing, unknown or impossible one raises."""
-        part = self.section(section)
-        for key in part:
-            if key not in specs and key not in words:
-                raise InputError(f"{self.where(section, key)}: unknown key, {nearest(key, specs)}")
-        missing = [name for name in specs if name not in part]
-        if missing:
-            spec = specs[missing[0]]
-            raise InputError(f"{self.shown}: {section}.{missing[0]} is missing ({spec.meaning}, in {spec.unit})")
-        return {name: self.number(part[name], name, spec, self.where(section, name)) for name, spec in specs.items()}
-
-    def number(self, entry: Any, name: str, spec: Spec, where: str) -> Number:
-        """One `{value, unit, source, bounds}`."""
-        if not isinstance(entry, Mapping):
-            raise InputError(f'{where}: write {{value = ..., unit = "{spec.unit}", source = "..."}}')
-        check_keys(entry, ("value", "unit", "source", "bounds"), where)
-        unit = entry.get("unit")
-        if not isinstance(unit, str):
-            raise InputError(f'{where}: no unit; write unit = "{spec.unit}" or one that converts to it')
-        limits = entry.get("bounds", [])
-        values: list[Any] = [entry.get("value"), *(limits if isinstance(limits, list) else [None])]
-        if any(isinstance(v, bool) or not isinstance(v, int | float) for v in values) or len(values) not in (1, 3):
-            raise InputError(f"{where}: value must be a number, and bounds two of them")
-        try:
-            value, *bounds = (float(to_si(v, unit, spec.unit)) for v in values)
-        except InputError as error:
-            raise InputError(f"{where}: {error}") from None
-        _check_range(value, spec, where)
-        if bounds and not bounds[0] <= value <= bounds[1]:
-            raise InputError(f"{where}: the value is outside its own bounds")
-        low, high = bounds or (None, None)
-        return Number(name, value, unit, spec.unit, str(entry.get("source", "")), low, high)
-
-    def sensors(self) -> dict[str, Sensor]:
-        """Tables `[sensors.NAME]` with `noise` and `resolution`."""
-        found = {}
-        for name, part in self.mapping("sensors").items():
-            section = f"sensors.{name}"
-            if not isinstance(part, Mapping):
-                raise InputError(f"{self.shown}: {section}: write a table [{section}] with noise and resolution")
-            if name not in SIGNALS:
-                raise InputError(f"{self.shown}: [{section}]: no such signal, {nearest(name, SIGNALS)}")
-            check_keys(part, ("noise", "resolution"), f"{self.shown}: [{section}]")
-            spec = Spec(SIGNALS[name].si, 0.0, float("inf"), "")
-            values = [
-                self.number(part.get(key), key, spec, self.where(section, key)).value for key in ("noise", "resolution")
-            ]
-            found[name] = Sensor(*values)
-        return found
-
-    def effect(self, use: Any) -> EffectUse:
-        """One `[[effects]]` entry; which names and numbers exist is checked where effects are known."""
-        if not isinstance(use, Mapping) or not isinstance(use.get("name"), str):
-            raise InputError(f'{self.shown}: [[effects]] needs name = "..." and formula = "..."')
-        where = f"{self.shown}: effect {use['name']}"
-        numbers = {}
-        for key, entry in use.items():
-            if key in ("name", "formula"):
-                continue
-            unit = entry.get("unit") if isinstance(entry, Mapping) else None
-            spec = Spec(str(unit), -float("inf"), float("inf"), "")
-            numbers[key] = self.number(entry, key, spec, f"{where}: {key}")
-        return EffectUse(use["name"], str(use.get("formula", "")), numbers)
+def _effect(use: Table) -> EffectUse:
+    """One `[[effects]]` entry; which names and numbers exist is checked where effects are known."""
+    name, numbers = use.text("name"), {}
+    for key in use:
+        if key not in ("name", "formula"):
+            unit = use.table(key).text("unit")
+            numbers[key] = read_number(use, key, Spec(unit, -float("inf"), float("inf"), ""))
+    return EffectUse(name, use.text("formula", ""), numbers)
 
 
 def rig_table(rig: Rig) -> dict[str, Any]:

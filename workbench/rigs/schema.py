@@ -1,17 +1,6 @@
 """Numbers that every rig has: meaning, SI unit and the range that physics allows. Its valve and jack have more."""
 
-from dataclasses import dataclass
-
-
-@dataclass(frozen=True)
-class Spec:
-    """A number's SI unit, the widest range that is physically possible [SI] and its meaning."""
-
-    unit: str
-    low: float
-    high: float
-    meaning: str
-
+from ..base.units import Spec
 
 ORIFICE = "m^3/s/Pa^0.5"
 GRADIENT = "m^2/s/Pa^0.5"

@@ -48,7 +48,7 @@ class BenchConfig:
 def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     """Read the file of a bench; `rig` replaces the nominal one it names. Raises InputError with file and key."""
     path = Path(path)
-    table = read_toml(path)
+    table = read_toml(path).values
     if table.get("experiment") != "bench":
         raise InputError(f'{path}: experiment = "{table.get("experiment")}"; a bench needs experiment = "bench"')
     check_keys(table, KEYS, str(path))
@@ -117,7 +117,7 @@ def _borrowed(wanted: Any, path: Path) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for file, names in wanted.items():
         where = f"{path}: [from] {file}"
-        there = read_toml(path.parent / file).get("controllers")
+        there = read_toml(path.parent / file).values.get("controllers")
         if not isinstance(there, Mapping) or not there:
             raise InputError(f"{where}: has no controllers; name another file")
         for name in _names(names, where, *there):

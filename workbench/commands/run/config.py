@@ -87,7 +87,7 @@ Config = PaperConfig | StepConfig | CorrectorConfig
 def load_config(path: str | Path, rig: str | None = None) -> Config:
     """Read an experiment file; `rig` replaces the one it names. Raises InputError with file and key."""
     path = Path(path)
-    table = read_toml(path)
+    table = read_toml(path).values
     kinds = {"paper": _paper, "step": step_config, "corrector": _corrector}
     kind = table.get("experiment")
     if kind in ("tune", "bench"):

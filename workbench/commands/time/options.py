@@ -20,7 +20,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _time(options: argparse.Namespace, words: list[str]) -> None:
     path = Path(options.experiment)
-    load = load_bench if read_toml(path).get("experiment") == "bench" else load_config
+    load = load_bench if read_toml(path).values.get("experiment") == "bench" else load_config
     config = load(path, options.rig)
     if not isinstance(config, StepConfig | BenchConfig):
         raise InputError(f"{path}: has no controllers")

@@ -78,7 +78,7 @@ class TuneConfig:
 def load_tune(path: str | Path, rig: str | None = None) -> TuneConfig:
     """Read a tune experiment; `rig` replaces the one it names. Raises InputError with file and key."""
     path = Path(path)
-    table, where = read_toml(path), str(path)
+    table, where = read_toml(path).values, str(path)
     if table.get("experiment") != "tune":
         other = "bench" if table.get("experiment") == "bench" else "run"
         hint = f"jackbench {other} takes it" if table.get("experiment") else 'write experiment = "tune"'

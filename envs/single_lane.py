@@ -24,17 +24,17 @@ class SingleLaneCore(Core):
     def __init__(self, task: Task) -> None:
         super().__init__(task, 1)
         self._u = np.empty_like(self.u[0])
-        self._costs = tuple(price.item() for price in self._prices)
+        self._scalar_weights = tuple(weight.item() for weight in self._weights)
 
-    def plain_step(self, demanded: float) -> FastStep | None:
+    def fast_step(self, demanded: float) -> FastStep | None:
         """One step with a demanded command, or None, with nothing changed, if something ends in it: then ask `step`.
 
         It is None, too, at every step of a rig whose commands come late.
         """
         guard, periods = self._guard, len(self._countdown)
-        if self._late or self._some_wait or guard.any_tripped or self._left <= periods or not isfinite(demanded):
+        if self._late_drives or self._some_wait or guard.any_tripped or self._left <= periods or not isfinite(demanded):
             return None
-        tracking, effort, rate = self._costs
+        tracking, effort, rate = self._scalar_weights
         x, u, p, half_stroke, reward = self.x[0], self._u, self.p[0], self._half_stroke.item(), 0.0
         u[:] = self.u[0]
         command, before, now = guard.command.item(), guard.before.item(), self._now.item()
@@ -44,7 +44,7 @@ class SingleLaneCore(Core):
             change = guard.change_of(demanded, command)
             u[0] = command = command + change
             x = self._physics.advance_one(x, u, p, self._period)
-            if x is None or not abs(x.item(self._place)) < half_stroke:
+            if x is None or not abs(x.item(self._position)) < half_stroke:
                 return None
             if self._moves:
                 u[self._end_inputs[0]], u[self._end_inputs[1]] = self._end[:, now]
@@ -54,8 +54,8 @@ class SingleLaneCore(Core):
             if not guard.passes(signals, before):
                 return None
             before = signals[guard.position]
-            wanted = self._reference.item(now)
-            error = wanted - outputs.item(self._controlled)
+            reference = self._reference.item(now)
+            error = reference - outputs.item(self._controlled)
             reward -= abs(error) * tracking
             reward -= command * command * effort
             reward -= change * change * rate
@@ -66,5 +66,7 @@ class SingleLaneCore(Core):
         self.x, self.u[0] = x[None], u
         guard.command[0], guard.before[0], self._now[0] = command, before, now
         self._left -= periods
-        seen = self._sight.encode_one((wanted, wanted - signals[self._seen], command), x, measured)
-        return FastStep(seen, reward, error, command)
+        observation = self._encoder.encode_one(
+            (reference, reference - signals[self._controlled_sensor], command), x, measured
+        )
+        return FastStep(observation, reward, error, command)

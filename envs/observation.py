@@ -45,7 +45,7 @@ class ObservationEncoder:
         own = signal_channel(task.loop, task.rig)
         demanded = ObservedChannel("reference", own.unit, own.full_scale, own.zero)
         loop = (demanded, ObservedChannel("error", own.unit, task.error_scale), ObservedChannel("command", "1", 1.0))
-        ideal = task.sees == "ideal"
+        ideal = task.observes == "ideal"
         inside = tuple(ObservedChannel(state.name, state.unit, state.scale) for state in plant.states if ideal)
         shown = [name for name in names if not ideal or name == task.loop == "force"]
         self.channels = loop + inside + tuple(signal_channel(name, task.rig) for name in shown)
