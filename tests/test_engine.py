@@ -1,5 +1,8 @@
 """The engine: order and accuracy against other solvers, held inputs, flagged failures, and nothing remembered."""
 
+import sys
+from types import SimpleNamespace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -7,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from workbench.base.errors import InputError
 from workbench.engine import Engine
 from workbench.engine.rosenbrock import ORDER, adaptive_attempt, fixed_step
 from workbench.engine.sparse_lu import SparseLU, markowitz_order
@@ -304,3 +308,25 @@ def test_an_arrow_is_eliminated_from_its_tips():
     """The full row and column wait until nothing would fill in."""
     order = markowitz_order([set(range(6)), *({0, i} for i in range(1, 6))])
     assert order.index(0) >= 4
+
+
+def test_a_trajectory_gives_its_signals_by_name_with_units(plant, engine, rest, commanded, monkeypatch):
+    t, u = np.arange(4) * 1e-3, commanded(np.array([0.1, 0.2, 0.3]))
+    run = engine.run(rest.x, t, u)
+    expected = plant.observe(run.x, np.vstack((u, u[-1:])))
+    for column, name in enumerate(plant.outputs):
+        assert np.array_equal(run[name], expected[:, column])
+    assert np.array_equal(run["P1"], run.x[:, plant.state("P1")])
+    assert run["command"].tolist() == [0.1, 0.2, 0.3, 0.3]
+    assert (run.units["position"], run.units["P1"], run.units["command"]) == ("m", "Pa", "1")
+    assert repr(run).startswith("<Trajectory of jack-10t: 0 to 0.003 s, 4 rows, ")
+    assert repr(engine).startswith("<Engine of jack-10t: ")
+    with pytest.raises(KeyError, match='no signal of jack-10t "positon"; did you mean "position"'):
+        run["positon"]
+    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
+    frame = run.to_pandas()
+    assert next(iter(frame)) == "t [s]"
+    assert np.array_equal(frame["position [m]"], run["position"])
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(InputError, match="pandas is not installed"):
+        run.to_pandas()

@@ -343,3 +343,10 @@ def test_every_kind_of_valve_has_numbers_and_equations():
 def test_a_valve_without_a_pilot_has_no_bench_for_one():
     with pytest.raises(InputError, match="second-order valve has no pilot"):
         build_pilot_bench(load_rig("festo-tp511"))
+
+
+def test_a_plant_shows_itself_and_names_the_nearest_signal(plant):
+    assert repr(plant).startswith("<Plant jack-10t: 14 states, ")
+    assert repr(plant).endswith(" inputs command, specimen_position, specimen_velocity, disturbance>")
+    with pytest.raises(InputError, match='plant jack-10t: no output "positon"; did you mean "position"'):
+        plant.output("positon")

@@ -294,3 +294,20 @@ def test_every_schema_entry_says_what_it_is():
             assert spec.meaning
             assert spec.low < spec.high
             assert to_si(1.0, spec.unit, spec.unit) == 1.0
+
+
+def test_a_rig_shows_itself_in_three_lines_and_as_a_table(rig):
+    lines = repr(rig).splitlines()
+    assert lines[0].startswith("<Rig jack-10t: 10 t test-rig jack")
+    assert lines[1:] == [
+        " 2 three-stage valves, p spool loop, double-rod jack",
+        " M 1000 kg, S 0.5 m, Ps 210 bar, period 1 ms>",
+    ]
+    table = rig._repr_html_()
+    assert table.count("<tr>") == len(rig.numbers) + 1
+    assert "<td>Ps</td><td>210</td><td>bar</td><td>203.7 to 216.3</td><td>supply pressure, absolute</td>" in table
+
+
+def test_an_unknown_number_names_its_neighbour(rig):
+    with pytest.raises(KeyError, match='no number of rig jack-10t "betta"; did you mean "beta"'):
+        rig["betta"]

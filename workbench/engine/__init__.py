@@ -2,6 +2,7 @@
 
 from .delay_line import DelayLine, periods
 from .driver import Batch
-from .engine import Engine, Trajectory
+from .engine import Engine
+from .trajectory import Trajectory
 
 __all__ = ["Batch", "DelayLine", "Engine", "Trajectory", "periods"]

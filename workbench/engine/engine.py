@@ -1,6 +1,5 @@
 """Simulate a plant with inputs held over intervals; which back end runs is the engine's affair."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import casadi as ca
@@ -11,6 +10,7 @@ from .backend import NotCompiled, compile_plant
 from .driver import Batch, Stepping
 from .interpreter import InterpretedPlant
 from .rosenbrock import adaptive_attempt
+from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from .compiled import CompiledPlant
@@ -22,21 +22,6 @@ _ATTEMPTS = 20_000  # a held interval that needs more has failed
 BackEnd = Literal["auto", "compiled", "interpreted"]
 
 
-@dataclass(frozen=True)
-class Trajectory:
-    """States x [k + 1, n] at times t [k + 1]; `failed_at` is the time from which they are NaN, or None."""
-
-    t: np.ndarray
-    x: np.ndarray
-    attempts: int
-    failed_at: float | None
-
-    @property
-    def ok(self) -> bool:
-        """Whether the whole run was integrated."""
-        return self.failed_at is None
-
-
 class Engine:
     """One plant, ready to run. It remembers nothing: every call is a function of its arguments.
 
@@ -44,7 +29,7 @@ class Engine:
     raises NotCompiled where that is impossible. `brief`: it runs for a few seconds of simulated time only, so that it
     must not take long to compile; every number is the same to the bit. Parameters p [k], or [lanes, k] in batches, are
     the plant's own when left out. All SI. Inputs are what the plant holds: where `plant.delay` says that its command is
-    late, `DelayLine` tells what that is.
+    late, a `DelayLine` tells what that is.
     """
 
     def __init__(
@@ -54,6 +39,10 @@ class Engine:
         graphs = (adaptive_attempt(plant), plant.h, plant.p, Stepping(tolerance, _FIRST_STEP, _ATTEMPTS))
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief)
 
+    def __repr__(self) -> str:
+        """One line: plant, back end, and why it is interpreted if it is."""
+        return f"<Engine of {self.plant.name}: {self.note or self.back_end}>"
+
     def run(self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> Trajectory:
         """From x0 [n] over times t [k + 1], holding row j of u [k or more, m] over [t_j, t_(j+1)].
 
@@ -62,7 +51,11 @@ class Engine:
         """
         batch = self.run_batch(np.asarray(x0)[None], t, u, p)
         failed = int(batch.failed[0])
-        return Trajectory(np.asarray(t), batch.x[0], int(batch.attempts[0]), None if failed < 0 else float(t[failed]))
+        failed_at = None if failed < 0 else float(t[failed])
+        values = self.plant.p if p is None else p
+        return Trajectory(
+            np.asarray(t), batch.x[0], int(batch.attempts[0]), failed_at, self.plant, np.asarray(u), values
+        )
 
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1

@@ -1,6 +1,6 @@
 """The bench on which a plant is put together: named states, rates, outputs, parameters and slots for effects."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, nearest
 from .effects.effect import Effect, Scope
 from .effects.slots import SLOTS
 
@@ -30,7 +30,8 @@ class Plant:
     `f` and `h` are CasADi functions of columns x [n], u [m], p [k]; `p` holds this rig's values in the order of
     `parameters`. `dry_friction` are the Coulomb-friction numbers that a linearisation sets to zero. `delay` is the
     parameter by which the command is late, where an effect declares one: whoever feeds the plant holds it back, by
-    engine.Line; `interpolated`: what arrives in a period comes as its mean (a linear view takes it as a shift, too).
+    engine.DelayLine; where it is `interpolated`, the plant holds the mean of the commands that arrive in a period (a
+    linear view takes that as a shift, too).
     """
 
     name: str
@@ -61,16 +62,28 @@ class Plant:
         return np.array([s.start for s in self.states])
 
     def state(self, name: str) -> int:
-        """Index of a state."""
-        return [s.name for s in self.states].index(name)
+        """Index of a state. Raises InputError for an unknown name, as `input` and `output` do."""
+        return self._index(name, "state", [state.name for state in self.states])
 
     def input(self, name: str) -> int:
         """Index of an input."""
-        return [i.name for i in self.inputs].index(name)
+        return self._index(name, "input", [variable.name for variable in self.inputs])
 
     def output(self, name: str) -> int:
         """Index of an output."""
-        return self.outputs.index(name)
+        return self._index(name, "output", self.outputs)
+
+    def _index(self, name: str, what: str, known: Sequence[str]) -> int:
+        if name not in known:
+            raise InputError(f'plant {self.name}: no {what} "{name}"; {nearest(name, known)}')
+        return known.index(name)
+
+    def __repr__(self) -> str:
+        """Two lines: how many states and outputs, and the inputs by name."""
+        inputs = ", ".join(variable.name for variable in self.inputs)
+        late = f"; the command is late by {self.delay}" if self.delay else ""
+        counts = f"{self.n} states, {len(self.outputs)} outputs, {len(self.parameters)} parameters"
+        return f"<Plant {self.name}: {counts}{late}\n inputs {inputs}>"
 
     @cached_property
     def slopes(self) -> ca.Function:

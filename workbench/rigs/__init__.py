@@ -4,5 +4,6 @@ rig         a rig and its TOML file; the bundled ones are beside this file
 schema      the numbers that every rig has
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
 jack        the kinds of jack
+summary     a rig in a few lines, and as a table in a notebook
 datasheet   a rig from what makers say
 """

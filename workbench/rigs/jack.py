@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from .schema import Spec
+from ..base.units import Spec
 
 _COMMON = {
     "S": Spec("m", 1e-3, 100.0, "stroke between the end stops"),

@@ -14,6 +14,7 @@ from typing import Any
 
 import tomli_w
 
+from ..base.columns import lookup
 from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS
 from ..base.table import Table
@@ -21,6 +22,7 @@ from ..base.toml import read_toml
 from ..base.units import Spec, from_si, to_si
 from . import schema
 from .jack import JACKS, JackKind
+from .summary import html_table, summary
 from .valve import VALVES, ValveKind
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
@@ -85,8 +87,21 @@ class Rig:
     effect_files: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> float:
-        """SI value of a plant number."""
-        return self.numbers[name].value
+        """SI value of a plant number. Raises KeyError that names the nearest there is."""
+        return lookup(self.numbers, name, f"number of rig {self.name}").value
+
+    def __repr__(self) -> str:
+        """Three lines: title, kinds of valve and jack, and the numbers that tell its size."""
+        return summary(self)
+
+    def _repr_html_(self) -> str:
+        """In a notebook: every number with unit, bounds, meaning and source."""
+        return html_table(self)
+
+    @property
+    def specs(self) -> Mapping[str, Spec]:
+        """Unit, possible range and meaning of every number of the plant."""
+        return number_specs(self.valve, self.corrector, self.jack)
 
     @property
     def valve_kind(self) -> ValveKind:
@@ -120,7 +135,7 @@ class Rig:
         Raises InputError for an unknown name or an impossible value.
         """
         numbers = dict(self.numbers)
-        specs = number_specs(self.valve, self.corrector, self.jack)
+        specs = self.specs
         for name, value in values.items():
             if name not in numbers:
                 raise InputError(f'rig {self.name}: no number "{name}"; {nearest(name, numbers)}')

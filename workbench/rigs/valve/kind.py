@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..schema import Spec
+from ...base.units import Spec
 
 
 @dataclass(frozen=True)

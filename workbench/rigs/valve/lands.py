@@ -1,6 +1,7 @@
 """Numbers that every valve with a main spool has: its lands, and how many such valves feed the jack."""
 
-from ..schema import GRADIENT, Spec
+from ...base.units import Spec
+from ..schema import GRADIENT
 
 MAIN_LANDS = {
     "K3": Spec(GRADIENT, 1e-8, 1.0, "flow gradient of the main lands: flow per spool travel and root of pressure drop"),

@@ -1,6 +1,6 @@
 """Second-order: a spool with its drive as one oscillator, for a valve that is known by its datasheet alone."""
 
-from ..schema import Spec
+from ...base.units import Spec
 from .kind import ValveKind
 from .lands import MAIN_LANDS, RATED, SLOTS
 

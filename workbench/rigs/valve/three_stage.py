@@ -1,6 +1,7 @@
 """Three-stage: torque motor and nozzles, pilot spool, main spool with an electrical position loop (the paper's)."""
 
-from ..schema import GRADIENT, ORIFICE, Spec
+from ...base.units import Spec
+from ..schema import GRADIENT, ORIFICE
 from .kind import ValveKind
 from .lands import MAIN_LANDS, RATED, SLOTS
 
