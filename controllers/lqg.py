@@ -6,6 +6,7 @@ import control
 import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
+from workbench.control.linear_law import LinearLaw
 from workbench.control.protocol import design_numbers, number
 
 
@@ -40,6 +41,20 @@ class Lqg:
     def update(self, realised: float) -> None:
         """Predict the next period with the command that the drive really got."""
         self._observer.step(realised)
+
+    def linear_law(self) -> LinearLaw:
+        """Filter and feedback as data: the filter runs on the command that the drive really got."""
+        observer, follow = self._observer, self._follow
+        corrected = np.eye(len(observer.ahead)) - observer.gain @ observer.seen
+        signals = observer.gain @ observer.pick
+        c, d = -self._feedback @ corrected, np.append(follow, -self._feedback @ signals)
+        a, b = observer.ahead @ corrected, np.hstack((np.zeros((len(corrected), 1)), observer.ahead @ signals))
+
+        def start(measured: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+            by_name = dict(zip(self.measures, measured[1:].tolist(), strict=True))
+            return observer.resting(by_name, follow * float(measured[0] - measured[1]) - command), 0.0
+
+        return LinearLaw(a, b, c, d, observer.entering, self.measures, start)
 
     def linear(self) -> control.StateSpace:
         """Filter and feedback together."""

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import control
 
+from workbench.control.linear_law import LinearLaw, static
 from workbench.control.protocol import design_numbers, number
 
 
@@ -33,6 +34,10 @@ class P:
 
     def update(self, realised: float) -> None:
         """No states."""
+
+    def linear_law(self) -> LinearLaw:
+        """The law as data."""
+        return static([self._gain, -self._gain], self.measures)
 
     def linear(self) -> control.StateSpace:
         """The gains on reference and position."""

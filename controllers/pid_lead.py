@@ -7,6 +7,7 @@ from typing import ClassVar
 import control
 import numpy as np
 
+from workbench.control.linear_law import LinearLaw
 from workbench.control.protocol import design_numbers, number
 
 
@@ -67,6 +68,25 @@ class PidLead:
         derivative = self._slope.out(slope, led)
         integral = stored + self._integral * led
         return led, derivative, integral, self._design.gain * led + derivative + integral
+
+    def linear_law(self) -> LinearLaw:
+        """The law as data: lead, derivative and integrator, which takes up what the drive did not do."""
+        lead, slope, half, follow = self._lead, self._slope, self._integral, self._follow
+        through = self._design.gain + slope.d + half
+        c, d = np.array([through * lead.c, slope.c, 1.0]), through * lead.d
+        a = np.array([[lead.a, 0, 0], [slope.b * lead.c, slope.a, 0], [2 * half * lead.c, 0, 1]])
+        b = np.array([lead.b, slope.b * lead.d, 2 * half * lead.d])
+        a[2] -= follow * c
+        b[2] -= follow * d
+
+        def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+            error = float(signals[0] - signals[1])
+            x = np.array([lead.rest(error), slope.rest(error), 0.0])
+            x[2] = command - c @ x - d * error
+            return x, 0.0
+
+        both = np.array([1.0, -1.0])
+        return LinearLaw(a, np.outer(b, both), c, d * both, np.array([0, 0, follow]), self.measures, start)
 
     def linear(self) -> control.StateSpace:
         """The same law without the command limit."""

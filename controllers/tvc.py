@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import block_diag, expm
 
 from workbench.control.discrete_filter import Filter
+from workbench.control.linear_law import LinearLaw, resting
 from workbench.control.protocol import design_numbers, number
 
 
@@ -64,6 +65,11 @@ class Tvc:
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
         self._seen = [reference, *(measurement[name] for name in self.measures)]
         return self._seen
+
+    def linear_law(self) -> LinearLaw:
+        """The law as data."""
+        a, b, c, d = (np.asarray(part) for part in (self._law.A, self._law.B, self._law.C[0], self._law.D[0]))
+        return LinearLaw(a, b, c, d, np.zeros(len(a)), self.measures, resting(a, b, c, d))
 
     def linear(self) -> control.StateSpace:
         """The law, which is linear."""

@@ -11,7 +11,8 @@ from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop import step_metrics as metrics
 from workbench.loop.margins import linear_loop
-from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop, Sensors, run_loop
+from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop, run_loop
+from workbench.loop.sensors import Sensors
 from workbench.plant import build
 from workbench.rigs.rig import load_rig
 

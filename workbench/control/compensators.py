@@ -8,7 +8,8 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from .discrete_filter import Filter, weighted
-from .protocol import Controller, fallbacks, preview
+from .linear_law import LinearLaw, on_load_cell, with_command_filter, with_reference_filter
+from .protocol import Controller, fallbacks, linear_law, preview
 
 
 class Compensator(Protocol):
@@ -77,6 +78,12 @@ class Compensated(_Around):
     def _shaped(self, future: np.ndarray) -> np.ndarray:
         return self._filter.ahead(future) if self._shapes else future
 
+    def linear_law(self) -> LinearLaw | None:
+        """Both together as data, where the inner controller has such a law."""
+        inner = linear_law(self._inner)
+        around = with_reference_filter if self._shapes else with_command_filter
+        return None if inner is None else around(inner, _matrices(self._filter.law), self._inputs)
+
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
         self._seen = [reference if name == "reference" else measurement[name] for name in self._inputs]
         return self._seen
@@ -124,6 +131,11 @@ class OnLoadCell(_Around):
         """Advance the inner controller."""
         self._inner.update(realised)
 
+    def linear_law(self) -> LinearLaw | None:
+        """The inner controller's, where it has one."""
+        inner = linear_law(self._inner)
+        return None if inner is None else on_load_cell(inner, self._stiffness)
+
     def _deflected(self, measurement: Mapping[str, float]) -> dict[str, float]:
         return {**measurement, "position": measurement["force"] / self._stiffness}
 
@@ -146,8 +158,8 @@ class Deflection:
         self.law = weighted([1], [1], period, {"reference": 1 / stiffness})
 
 
-def _matrices(law: control.StateSpace) -> list[np.ndarray]:
-    return [np.asarray(part) for part in (law.A, law.B, law.C, law.D)]
+def _matrices(law: control.StateSpace) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    return np.asarray(law.A), np.asarray(law.B), np.asarray(law.C), np.asarray(law.D)
 
 
 def _pick(wanted: Sequence[str], names: Sequence[str]) -> np.ndarray:

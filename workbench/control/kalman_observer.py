@@ -40,11 +40,11 @@ class JackObserver:
         self.ahead = np.block([[self.a, self.b, np.zeros((n, 1))], [np.zeros((2, n)), np.eye(2)]])
         self.entering = np.vstack((self.b, np.zeros((2, 1))))[:, 0]
         rows = [np.append(seen[0], [0.0, 0.0]), np.append(j.inertia * seen[1], [0.0, 1.0])]
-        trust, self._pick = [j.position_noise, j.pressure_noise], np.array([[1.0, 0, 0], [0, 1, -1]])
+        trust, self.pick = [j.position_noise, j.pressure_noise], np.array([[1.0, 0, 0], [0, 1, -1]])
         if j.spool_travel:
             rows.append(j.spool_travel * np.eye(1, n + 2, 3)[0])
             trust.append(j.spool_noise)
-            self._pick = np.array([[1.0, 0, 0, 0], [0, 1, -1, 0], [0, 0, 0, 1]])
+            self.pick = np.array([[1.0, 0, 0, 0], [0, 1, -1, 0], [0, 0, 0, 1]])
         self.seen = np.array(rows)
         w = 2 * np.pi * j.jack_frequency
         self.signals = {"position": rows[0], "speed": w * np.eye(1, n + 2, 1)[0], "pressure": rows[1]}
@@ -54,14 +54,18 @@ class JackObserver:
         self.state, self._signals = np.zeros(n + 2), np.zeros(len(rows))
 
     def rest(self, measurement: Mapping[str, float], offset: float) -> None:
-        """A jack at rest at these signals, to whose command the drive adds `offset` [1]."""
+        """Take the state of a jack at rest at these signals, to whose command the drive adds `offset` [1]."""
         self.estimate(measurement)
-        position = self.signals["position"][: self.n]
-        self.state = np.concatenate((position * self._signals[0], [offset, self._signals[1]]))
+        self.state = self.resting(measurement, offset)
+
+    def resting(self, measurement: Mapping[str, float], offset: float) -> np.ndarray:
+        """That state [n + 2]."""
+        position, pressure = (self.pick @ [measurement[name] for name in self.measures])[:2]
+        return np.concatenate((self.signals["position"][: self.n] * position, [offset, pressure]))
 
     def estimate(self, measurement: Mapping[str, float]) -> np.ndarray:
         """The state [n + 2] as these signals correct it; it counts for the next `step`."""
-        self._signals = self._pick @ [measurement[name] for name in self.measures]
+        self._signals = self.pick @ [measurement[name] for name in self.measures]
         return self._corrected()
 
     def step(self, realised: float) -> None:
@@ -74,7 +78,7 @@ class JackObserver:
     def closed(self, feedback: np.ndarray, follow: float, period: float) -> control.StateSpace:
         """The law u = follow r - feedback x of filter and feedback [n + 2] together, in the protocol's signals."""
         corrected = np.eye(len(self.ahead)) - self.gain @ self.seen
-        seen = self.gain @ np.hstack((np.zeros((len(self._pick), 1)), self._pick))
+        seen = self.gain @ np.hstack((np.zeros((len(self.pick), 1)), self.pick))
         leaving = -feedback[None] @ corrected
         direct = -feedback[None] @ seen + follow * np.eye(1, seen.shape[1])
         ahead = self.ahead @ corrected + np.outer(self.entering, leaving)

@@ -8,6 +8,7 @@ import control
 
 from ..base.errors import InputError
 from ..base.units import quantity
+from .linear_law import LinearLaw
 
 T = TypeVar("T")
 
@@ -47,6 +48,22 @@ def preview(controller: Controller) -> int:
     A loop then calls its `set_preview(future)` before each `compute`: the reference now and so far ahead [preview + 1].
     """
     return int(getattr(controller, "preview", 0))
+
+
+def linear_law(controller: Controller) -> LinearLaw | None:
+    """A controller's law as data, with which loops run compiled: its method `linear_law`, where it has one.
+
+    A class that overrides how its base class computes has the law of that class no more.
+    """
+    classes = type(controller).__mro__
+
+    def depth(name: str) -> int:
+        return next((i for i, owner in enumerate(classes) if name in vars(owner)), len(classes))
+
+    known = depth("linear_law")
+    if known == len(classes) or any(depth(name) < known for name in ("reset", "compute", "update")):
+        return None
+    return cast(Any, controller).linear_law()
 
 
 def fallbacks(controller: Controller) -> int | None:

@@ -76,6 +76,11 @@ class SectionFilter:
         self._states = [(0.0, 0.0) for _ in sections]
         self.direct = float(np.prod(sections[:, 0]))  # how much of an input is in the output at once
 
+    @property
+    def state(self) -> np.ndarray:
+        """Of `sections_system`, [2 k]."""
+        return np.ravel(self._states)
+
     def rest(self, value: float) -> None:
         """Forget the past: the input has always been `value`. An integrator holds nothing."""
         self._states = []

@@ -6,6 +6,7 @@ from typing import ClassVar
 import control
 import numpy as np
 
+from .linear_law import LinearLaw
 from .second_order_sections import SectionFilter, sections_system
 
 
@@ -22,6 +23,7 @@ class SectionController:
 
     def __init__(self, ahead: np.ndarray, memory: np.ndarray, period: float) -> None:
         self._sections, self._period = np.vstack((ahead, memory)), period
+        self._memory_sections = len(memory)
         self._ahead, self._memory = SectionFilter(ahead), SectionFilter(memory)
         self._offset = self._error = self._shaped = self._demanded = 0.0
 
@@ -44,6 +46,32 @@ class SectionController:
         """Advance both by one period, the memory to where the command that the drive really got leaves it."""
         self._ahead.advance(self._error)
         self._memory.advance(self._shaped + (realised - self._demanded) / self._memory.direct)
+
+    def linear_law(self) -> LinearLaw:
+        """The law as data; the memory's realised-command form is (Am - Bm Cm/Dm) x + Bm/Dm (v - o)."""
+        split = len(self._sections) - self._memory_sections
+        (aa, ba, ca, da), (am, bm, cm, dm) = (
+            [np.asarray(part) for part in (law.A, law.B, law.C, law.D)]
+            for law in (sections_system(part, self._period) for part in np.split(self._sections, [split]))
+        )
+        direct, k = float(dm[0, 0]), len(aa)
+        a = np.block([[aa, np.zeros((k, len(am)))], [np.zeros((len(am), k)), am - bm @ cm / direct]])
+        b, both = np.append(ba[:, 0], np.zeros(len(am))), np.array([1.0, -1.0])
+        c, d, e = (
+            np.append(direct * ca[0], cm[0]),
+            float(dm[0, 0] * da[0, 0]),
+            np.append(np.zeros(k), bm[:, 0] / direct),
+        )
+        ahead, memory = SectionFilter(self._sections[:split]), SectionFilter(self._sections[split:])
+
+        def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+            error = float(signals[0] - signals[1])
+            ahead.rest(error)
+            memory.rest(ahead.out(error))
+            x = np.concatenate((ahead.state, memory.state))
+            return x, float(command - c @ x - d * error)
+
+        return LinearLaw(a, np.outer(b, both), c, d * both, e, self.measures, start)
 
     def linear(self) -> control.StateSpace:
         """The sections on reference and, with the other sign, on the signal."""

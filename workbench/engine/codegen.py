@@ -69,6 +69,15 @@ def _inputs(code: Code, tape: Tape, frame: Frame) -> dict[int, Callable[[], str]
     return {i: partial(_load, code, first[a] + e * frame.width) for i, (a, e) in _arguments(tape).items()}
 
 
+def gathered_inputs(code: Code, tape: Tape, sources: dict[int, Callable[[int], str]]) -> dict[int, Callable[[], str]]:
+    """Loaders of the input nodes of a tape: `sources` gives the address of an element of each argument."""
+
+    def load(address: str) -> str:
+        return code.do(f"load double, ptr {code.do(f'getelementptr double, {address}')}")
+
+    return {i: partial(load, sources[a](e)) for i, (a, e) in _arguments(tape).items()}
+
+
 def _arguments(tape: Tape) -> dict[int, tuple[int, int]]:
     return {i: node.value for i, node in enumerate(tape.nodes) if isinstance(node.value, tuple)}
 

@@ -113,15 +113,64 @@ class CompiledPlant:
         x = np.empty((lanes, rows // every + 1, self._n))
         x[:, 0] = x0
         attempts, failed = np.zeros(lanes, dtype=np.int64), np.full(lanes, -1)
-        arrays = (x0, durations, u, p, x, attempts, failed)
-        strides = (rows if t.ndim == 2 else 0, u[0].size if u.ndim == 3 else 0, p.shape[1] if p.ndim == 2 else 0)
-        limits = (first_step, self._stepping.tolerance, self._stepping.cap)
-        job = RunJob(*(a.ctypes.data for a in arrays), 0, lanes, rows, every, x.shape[1], *strides, *limits)
+        job = RunJob(
+            **_addresses(x0=x0, duration=durations, u=u, p=p, x=x, attempts=attempts, failed=failed),
+            **_counts(lanes, rows, every, x.shape[1]),
+            **_lane_strides(t=durations, u=u, p=p),
+            **self._limits(first_step),
+        )
         if rows:
             _share((self._single if lanes == 1 else self._block).run, job, lanes, rows)
         for lane in np.flatnonzero(failed >= 0):
             x[lane, failed[lane] // every + 1 :] = np.nan
         return Batch(x, attempts, failed)
+
+    def run_sampled(
+        self,
+        sample: int,
+        x0: np.ndarray,
+        durations: np.ndarray,
+        law: np.ndarray,
+        rows_in: np.ndarray,
+        numbers: np.ndarray,
+        width_out: int,
+        every: int,
+        p: np.ndarray | None = None,
+    ) -> tuple[Batch, np.ndarray]:
+        """As `run_batch`, the inputs given by the sampling instants of a law: machine code at the address `sample`.
+
+        durations [parts] of the intervals of one period; law [lanes, states], which goes on to the last instant's;
+        rows_in [lanes or 1, instants, k]; numbers [lanes or 1, k]. Every `every`-th instant's state is kept. Returns
+        the batch and what each instant puts out [lanes, instants, width_out]; NaN where a lane has failed before.
+        """
+        lanes, instants, parts = len(x0), rows_in.shape[1], len(durations)
+        x0, rows_in, numbers, p = (
+            np.ascontiguousarray(a, dtype=float) for a in (x0, rows_in, numbers, self._p if p is None else p)
+        )
+        t = np.ascontiguousarray(np.tile(durations, instants))
+        x = np.empty((lanes, instants // every + 1, self._n))
+        x[:, 0] = x0
+        out = np.full((lanes, instants, width_out), np.nan)
+        attempts, failed = np.zeros(lanes, dtype=np.int64), np.full(lanes, -1)
+        job = RunJob(
+            **_addresses(x0=x0, duration=t, u=t, p=p, x=x, attempts=attempts, failed=failed),
+            **_addresses(law=law, rows_in=rows_in, numbers=numbers, rows_out=out),
+            **_counts(lanes, instants * parts, every * parts, x.shape[1]),
+            **_lane_strides(p=p),
+            **_lane_strides(law=law, numbers=numbers, **{"in": rows_in, "out": out}),
+            **self._limits(float(durations[0])),
+            sample=sample,
+            parts=parts,
+            in_row=rows_in.shape[2],
+            out_row=width_out,
+        )
+        _share((self._single if lanes == 1 else self._block).run, job, lanes, instants * parts)
+        for lane in np.flatnonzero(failed >= 0):
+            x[lane, failed[lane] // (parts * every) + 1 :] = np.nan
+        return Batch(x, attempts, np.where(failed < 0, -1, failed // parts)), out
+
+    def _limits(self, first_step: float) -> dict[str, float]:
+        return {"first_step": first_step, "tolerance": self._stepping.tolerance, "cap": self._stepping.cap}
 
     def _check(self, x0: np.ndarray, durations: np.ndarray, u: np.ndarray, p: np.ndarray) -> None:
         lanes, rows, k = len(x0), durations.shape[-1], len(self._p)
@@ -141,9 +190,10 @@ class _CallBuffers:
         self._x, self._u, self._p = np.zeros(n), np.zeros(m), p.copy()
         self.duration, self.states, self.y = np.zeros(1), np.zeros((2, n)), np.zeros(outputs)
         self._attempts, self.failed = np.zeros(1, dtype=np.int64), np.full(1, -1)
-        run = (self._x, self.duration, self._u, self._p, self.states, self._attempts, self.failed)
-        limits = (stepping.first_step, stepping.tolerance, stepping.cap)
-        self.run_job = RunJob(*(a.ctypes.data for a in run), 0, 1, 1, 1, 2, 0, 0, 0, *limits)
+        run = {"x0": self._x, "duration": self.duration, "u": self._u, "p": self._p, "x": self.states}
+        run |= {"attempts": self._attempts, "failed": self.failed}
+        limits = {"first_step": stepping.first_step, "tolerance": stepping.tolerance, "cap": stepping.cap}
+        self.run_job = RunJob(**_addresses(**run), **_counts(1, 1, 1, 2), **limits)
         observe = (self._x, self._u, self._p, self.y)
         self.output_job = OutputJob(*(a.ctypes.data for a in observe), 0, 1, 1, 0, 0, 0, 0)
         self.run_address, self.output_address = map(ctypes.addressof, (self.run_job, self.output_job))
@@ -153,6 +203,22 @@ class _CallBuffers:
         self._x[:], self._u[:] = x, u
         if p is not None or not self._has_own:
             self._p[:], self._has_own = self._own if p is None else p, p is None
+
+
+def _addresses(**arrays: np.ndarray) -> dict[str, int]:
+    return {name: array.ctypes.data for name, array in arrays.items()}
+
+
+def _counts(lanes: int, rows: int, every: int, records: int) -> dict[str, int]:
+    return {"lanes": lanes, "rows": rows, "every": every, "records": records}
+
+
+def _lane_strides(**arrays: np.ndarray) -> dict[str, int]:
+    """Numbers from one lane to the next: 0 where all lanes share them, a single lane or none having been given."""
+    shared = {"t": 1, "u": 2, "p": 1}
+    return {
+        f"{name}_lane": 0 if a.ndim <= shared.get(name, 0) or len(a) == 1 else a[0].size for name, a in arrays.items()
+    }
 
 
 def _spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:

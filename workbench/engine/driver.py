@@ -24,8 +24,9 @@ class RunJob(ctypes.Structure):
     """What `run` is told: addresses, counts and strides in numbers, limits."""
 
     FIELDS = _fields(
-        "x0 duration u p x attempts failed",
-        "next lanes rows every records t_lane u_lane p_lane",
+        "x0 duration u p x attempts failed sample law rows_in numbers rows_out",
+        "next lanes rows every records t_lane u_lane p_lane "
+        "parts law_lane in_lane in_row numbers_lane out_lane out_row",
         "first_step tolerance cap",
     )
     _fields_ = FIELDS
@@ -80,7 +81,8 @@ class Frame:
         """First element of each part, and the end; the state x is followed by time left, step and attempts."""
         sizes = {"x": self.n, "left": 1, "step": 1, "attempts": 1, "u": self.inputs, "p": self.parameters}
         sizes |= {"tolerance": 1, "prepared": self.prepared, "limit": 1}
-        sizes |= {"lane": 1, "row": 1, "clock": 1, "input": 1, "target": 1, "wait": 1, "end": 0}
+        sizes |= {"lane": 1, "row": 1, "clock": 1, "input": 1, "target": 1, "wait": 1}
+        sizes |= {"law": 1, "row_in": 1, "numbers": 1, "row_out": 1, "end": 0}
         ends = accumulate(sizes.values())
         return {name: (end - size) * self.width for (name, size), end in zip(sizes.items(), ends, strict=True)}
 
@@ -268,6 +270,9 @@ class _Service:
         self._set(b.at(b.get("u"), b.integer("mul", self.taken, b.get("u_lane"))), "input", "ptr")
         self._set(b.get("first_step"), "step")
         self._set("0.0", "attempts")
+        for name, base in (("law", "law"), ("row_in", "rows_in"), ("numbers", "numbers"), ("row_out", "rows_out")):
+            stride = b.get({"row_in": "in", "row_out": "out"}.get(name, name) + "_lane")
+            self._set(b.at(b.get(base), b.integer("mul", self.taken, stride)), name, "ptr")
         stride = b.get("p_lane")
         b.branch(b.do(f"icmp eq i64 {stride}, 0"), "interval", "parameters")
         b.write("parameters:")
@@ -285,11 +290,33 @@ class _Service:
         clock = self._get("clock", "ptr")
         self._set(b.load(clock, 0), "left")
         self._set(b.at(clock, 1), "clock", "ptr")
+        self._set(b.do(f"fadd double {self._get('attempts')}, {b.get('cap')}"), "limit")
+        sample = b.get("sample")
+        b.branch(b.do(f"icmp eq ptr {sample}, null"), "open", "closed")
+        b.write("open:")
         source = self._get("input", "ptr")
         for i in range(m):
             self._set(b.load(source, i), "u", element=i)
         self._set(b.at(source, m), "input", "ptr")
-        self._set(b.do(f"fadd double {self._get('attempts')}, {b.get('cap')}"), "limit")
+        b.write("ret i64 0")
+        self._sampled(row, sample)
+
+    def _sampled(self, row: str, sample: str) -> None:
+        """A sampled law gives the inputs; its intervals are tried in one step first, as `advance` does."""
+        b = self.b
+        b.write("closed:")
+        self._set(self._get("left"), "step")
+        law = self._get("law", "ptr")
+        b.branch(b.do(f"icmp eq i64 {b.integer('urem', row, b.get('parts'))}, 0"), "instant", "between")
+        b.write("instant:")
+        into, out = self._get("row_in", "ptr"), self._get("row_out", "ptr")
+        places = ", ".join(f"ptr {place}" for place in ("%slot", law, into, self._get("numbers", "ptr"), out))
+        b.write(f"call void {sample}({places})")
+        self._set(b.at(into, b.get("in_row")), "row_in", "ptr")
+        self._set(b.at(out, b.get("out_row")), "row_out", "ptr")
+        b.write("ret i64 0")
+        b.write("between:")  # the newer command arrives inside the period; a law keeps it first among its states
+        self._set(b.load(law, 0), "u")
         b.write("ret i64 0")
 
 

@@ -1,6 +1,6 @@
 """Simulate a plant with inputs held over intervals; which back end runs is the engine's affair."""
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import casadi as ca
 import numpy as np
@@ -14,6 +14,7 @@ from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from .compiled import CompiledPlant
+    from .sampled_law import LawShape, SampledLaw
 
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 _FIRST_STEP = 2e-5
@@ -38,6 +39,7 @@ class Engine:
         self.plant = plant
         graphs = (adaptive_attempt(plant), plant.h, plant.p, Stepping(tolerance, _FIRST_STEP, _ATTEMPTS))
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief)
+        self._laws: dict[LawShape, SampledLaw] = {}
 
     def __repr__(self) -> str:
         """One line: plant, back end, and why it is interpreted if it is."""
@@ -89,6 +91,32 @@ class Engine:
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [outputs] at one state and input, for a loop that asks every period."""
         return self._runs.observe(x, u, p)
+
+    def run_sampled(
+        self,
+        shape: "LawShape",
+        x0: np.ndarray,
+        durations: np.ndarray,
+        state: np.ndarray,
+        rows: np.ndarray,
+        numbers: np.ndarray,
+        every: int = 1,
+        p: np.ndarray | None = None,
+    ) -> tuple[Batch, np.ndarray]:
+        """Closed loops of a sampled law, from x0 [lanes, n]; `state` changes in place. See CompiledPlant.run_sampled.
+
+        Raises NotCompiled where the plant runs through the interpreter.
+        """
+        if self.back_end != "compiled":
+            raise NotCompiled(f"{self.note}; a sampled law runs compiled only")
+        from .sampled_law import OUT, compile_law
+
+        if shape not in self._laws:
+            self._laws[shape] = compile_law(self.plant, shape)
+        law, runs = self._laws[shape], cast("CompiledPlant", self._runs)
+        address = law.single if len(x0) == 1 else law.block
+        width = len(OUT) + len(shape.recorded)
+        return runs.run_sampled(address, x0, durations, state, rows, numbers, width, every, p)
 
     def outputs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [rows, outputs] or [lanes, rows, outputs] for x of rows or lanes of rows; u and p are broadcast."""

@@ -39,6 +39,26 @@ class Guard:
         self._known: set[str] = {"position"}
         self.tripped: str | None = None
 
+    def numbers(self) -> dict[str, float]:
+        """The limits as parameters of a compiled loop, SI: middle and half of the stroke, largest move and change of
+        the command in a period, force."""
+        return {
+            "middle": self._middle,
+            "stroke": self._stroke,
+            "move": self._stride,
+            "force": self._force,
+            "step": self._step,
+        }
+
+    def reason(self, limit: str) -> str:
+        """Why the guard tripped, in words, for the limit that was passed: stroke, speed, force or command."""
+        return {
+            "stroke": f"position beyond +-{self._stroke * 1e3:g} mm of mid stroke",
+            "speed": f"speed above {self._speed:g} m/s",
+            "force": f"force above {self._force / 1e3:g} kN",
+            "command": "the controller's command is not finite",
+        }[limit]
+
     def watch(self, measurement: Mapping[str, float]) -> None:
         """Trip, with the reason in `tripped`, on a lost or non-finite signal or one beyond the rig's limits (SI)."""
         if self.tripped is None:
@@ -48,7 +68,7 @@ class Guard:
     def limit(self, demanded: float) -> float:
         """The command [1] that the drive gets for the demanded one: limited in size and rate, safe after a trip."""
         if self.tripped is None and not math.isfinite(demanded):
-            self.tripped = "the controller's command is not finite"
+            self.tripped = self.reason("command")
         target = self.safe if self.tripped else min(1.0, max(-1.0, demanded))
         self._command += min(self._step, max(-self._step, target - self._command))
         return self._command
@@ -64,9 +84,9 @@ class Guard:
                     return f"the {name} signal is not finite"
         position = measurement["position"]
         if abs(position - self._middle) > self._stroke:
-            return f"position beyond +-{self._stroke * 1e3:g} mm of mid stroke"
+            return self.reason("stroke")
         if self._position is not None and abs(position - self._position) > self._stride:
-            return f"speed above {self._speed:g} m/s"
+            return self.reason("speed")
         if abs(measurement.get("force", 0.0)) > self._force:
-            return f"force above {self._force / 1e3:g} kN"
+            return self.reason("force")
         return None

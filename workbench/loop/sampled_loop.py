@@ -7,12 +7,14 @@ from typing import Any, cast
 import numpy as np
 
 from ..base.errors import InputError
-from ..control.protocol import Controller, preview
+from ..control.protocol import Controller, linear_law, preview
 from ..engine import DelayLine, Engine
 from ..linear import Equilibrium
 from ..records import Record
 from ..rigs.rig import Rig
+from .compiled_loop import CompiledLoop
 from .guard import Guard
+from .sensors import Sensors
 
 SIMULATION_FAILED = "the simulation failed"
 
@@ -29,36 +31,22 @@ class LoopRun:
     tripped: str | None
 
 
-class Sensors:
-    """What the rig's sensors say of the plant's outputs: with a seed, each with its white noise and resolution."""
-
-    def __init__(self, rig: Rig, outputs: tuple[str, ...], seed: int | None) -> None:
-        self.names = tuple(name for name in outputs if name in rig.sensors)
-        self._columns = np.array([outputs.index(name) for name in self.names], int)
-        self._noise = np.array([rig.sensors[name].noise for name in self.names])
-        self._quantum = np.array([rig.sensors[name].resolution for name in self.names])
-        self._random = None if seed is None else np.random.default_rng(seed)
-
-    def read(self, outputs: np.ndarray) -> dict[str, float]:
-        """Readings by name, of all outputs [k] of the plant."""
-        seen = outputs.take(self._columns)
-        if self._random is not None:
-            seen = seen + self._noise * self._random.standard_normal(len(seen))
-            coarse = self._quantum > 0
-            seen[coarse] = np.round(seen[coarse] / self._quantum[coarse]) * self._quantum[coarse]
-        return dict(zip(self.names, seen.tolist(), strict=True))
-
-
 class SampledLoop:
     """A controller, its guard and a plant, started from an operating point; each `run` goes on where the last ended.
 
     At each sample the signals are measured, the controller computes, the guard limits, the drive holds the command.
     Where the plant's command is late, it is held back; the record has it as it was sent. `seed` switches the sensors'
-    noise and resolution on.
+    noise and resolution on. A linear law runs compiled where the engine does; `compiled=False` keeps it in Python.
     """
 
     def __init__(
-        self, engine: Engine, rig: Rig, controller: Controller, start: Equilibrium, seed: int | None = None
+        self,
+        engine: Engine,
+        rig: Rig,
+        controller: Controller,
+        start: Equilibrium,
+        seed: int | None = None,
+        compiled: bool = True,
     ) -> None:
         self._engine, self._period, self._controller = engine, rig.period.value, controller
         self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
@@ -70,7 +58,12 @@ class SampledLoop:
                 raise InputError(f"rig {rig.name} has no {name} sensor, which the controller needs; declare one")
         measured = self._measure()
         self._guard.reset(float(self._held[0]))
-        controller.reset(measured[controller.measures[0]], measured, float(self._held[0]))
+        reference = measured[controller.measures[0]]
+        controller.reset(reference, measured, float(self._held[0]))
+        law = linear_law(controller) if compiled and engine.back_end == "compiled" else None
+        self._compiled = law and CompiledLoop(
+            engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
+        )
 
     def run(self, reference: np.ndarray, inputs: Mapping[str, np.ndarray] | None = None) -> LoopRun:
         """Follow `reference` [k] at the rig's control period (SI); `inputs` gives other inputs of the plant [k]."""
@@ -80,6 +73,8 @@ class SampledLoop:
         u = np.tile(self._held, (steps, 1))
         for name, values in (inputs or {}).items():
             u[:, plant.input(name)] = values
+        if self._compiled:
+            return self._run_compiled(self._compiled, reference, u)
         x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
         ahead = preview(self._controller)
         known = np.append(reference, np.full(ahead, reference[-1])) if ahead else reference
@@ -96,6 +91,14 @@ class SampledLoop:
                 steps = k + 1
                 break
         return self._result(x[:steps], u[:steps], reference[:steps], sent[:steps], demanded[:steps])
+
+    def _run_compiled(self, loop: CompiledLoop, reference: np.ndarray, u: np.ndarray) -> LoopRun:
+        done = loop.run(self._x, reference, u[:, 1:])
+        k = len(reference) if done.failed is None else done.failed + 1
+        u[:, 0] = done.held
+        self._x, self._held = done.x[k if done.failed is None else k - 1], u[k - 1].copy()
+        self._guard.tripped = done.trip if done.failed is None else SIMULATION_FAILED
+        return self._result(done.x[:k], u[:k], reference[:k], done.sent[:k], done.demanded[:k])
 
     def _measure(self) -> dict[str, float]:
         return self._sensors.read(self._engine.observe(self._x, self._held))

@@ -1,0 +1,106 @@
+"""The compiled closed loop does what the loop in Python does: the same run, trips in the same sample."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from workbench.commands.run.config import load_config
+from workbench.control.protocol import linear_law
+from workbench.engine import Engine
+from workbench.linear import equilibrium
+from workbench.loop.rig_variations import variation, with_delay
+from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop
+from workbench.plant import build
+from workbench.rigs.rig import load_rig
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+TUNED = load_config(EXPERIMENTS / "position_tuned.toml").controllers
+FORCE = load_config(EXPERIMENTS / "force_tuned.toml").controllers
+LINEAR = [spec for spec in (*TUNED, *FORCE) if linear_law(spec.build(1e-3)) is not None]
+SPECIMEN = {"ks": 1e7, "cs": 1e4}
+
+
+def both(rig, spec, reference, seed=None, inputs=None):
+    """The run in Python and the compiled one."""
+    engine = Engine(build(rig))
+    rest = equilibrium(engine.plant)
+    controller = spec.build(rig.period.value)
+    level = engine.observe(rest.x, rest.u)[engine.plant.output(controller.measures[0])]
+    runs = []
+    for compiled in (False, True):
+        loop = SampledLoop(engine, rig, spec.build(rig.period.value), rest, seed, compiled=compiled)
+        runs.append([loop.run(part, inputs) for part in np.split(level + reference, 2)])  # in two parts: it goes on
+    return runs
+
+
+def agree(python, compiled, size):
+    for before, after in zip(python, compiled, strict=True):
+        assert before.tripped == after.tripped
+        assert np.allclose(before.demanded, after.demanded, rtol=1e-6, atol=1e-9)
+        for name in ("position", "force", "command"):
+            was, now = before.record.signals[name], after.record.signals[name]
+            assert np.abs(was - now).max() <= 1e-6 * (size if name == "position" else np.abs(was).max() + 1e-3)
+
+
+def rig_for(spec, name="nominal", delay=0.0):
+    rig = variation(load_rig("jack-10t"), name)
+    rig = rig.with_values(**SPECIMEN) if spec.stiffness else rig
+    return with_delay(rig, delay) if delay else rig
+
+
+@pytest.mark.parametrize("spec", LINEAR, ids=lambda spec: spec.name)
+def test_every_shipped_law_runs_compiled_as_in_python(spec):
+    size = 0.002 if spec.stiffness else 0.01
+    step = size * (1e7 if spec.stiffness else 1.0)
+    agree(*both(rig_for(spec), spec, np.full(300, step)), size)
+
+
+@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    which=st.sampled_from(range(len(TUNED))),
+    name=st.sampled_from(["nominal", "mass-50", "beta-50", "supply-20"]),
+    delay=st.sampled_from([0.0, 0.3e-3, 1e-3, 1.4e-3]),
+    seed=st.one_of(st.none(), st.integers(0, 99)),
+    corners=st.lists(st.floats(-0.05, 0.05), min_size=3, max_size=6),
+)
+def test_drawn_rigs_delays_noise_and_references_agree(which, name, delay, seed, corners):
+    spec = TUNED[which]
+    if linear_law(spec.build(1e-3)) is None:
+        return
+    reference = np.repeat(corners, 200 // len(corners))
+    reference = np.append(reference, np.full(200 - len(reference), corners[-1]))
+    agree(*both(rig_for(spec, name, delay), spec, reference, seed), 0.05)
+
+
+@pytest.mark.parametrize(("reference", "reason"), [(0.4, "position beyond"), (0.12, "force above"), (None, None)])
+def test_trips_come_in_the_same_sample_with_the_same_words(reference, reason):
+    spec = next(one for one in TUNED if one.name == "p-dp")
+    rig = load_rig("jack-10t")
+    rig = rig.with_values(ks=1e6, cs=0.0) if reason == "force above" else rig
+    python, compiled = both(rig, spec, np.full(600, reference if reference else 0.01))
+    assert (python[-1].tripped or "").startswith(reason or "")
+    agree(python, compiled, 0.4)
+
+
+def test_a_specimen_that_moves_is_the_same_input_to_both():
+    spec = next(one for one in FORCE if linear_law(one.build(1e-3)) is not None)
+    t = np.arange(100) * 1e-3
+    inputs = {"specimen_position": 0.1 * t, "specimen_velocity": np.full(100, 0.1)}
+    agree(*both(rig_for(spec), spec, np.full(200, 1e4), None, inputs), 0.01)
+
+
+def test_a_loop_that_cannot_be_simulated_ends_where_the_python_one_ends():
+    spec = next(one for one in TUNED if one.name == "p")
+    rig = load_rig("jack-10t")
+    plant = build(rig)
+    engine, rest = Engine(plant), equilibrium(plant)
+    blow = {"disturbance": np.where(np.arange(50) == 20, 1e300, 0.0)}
+    runs = [
+        SampledLoop(engine, rig, spec.build(1e-3), rest, compiled=compiled).run(np.full(50, 0.01), blow)
+        for compiled in (False, True)
+    ]
+    assert runs[0].tripped == runs[1].tripped == SIMULATION_FAILED
+    assert len(runs[0].record.t) == len(runs[1].record.t) < 50

@@ -1,0 +1,213 @@
+"""A sampled linear law inside the compiled run of a plant: what happens at each sampling instant, as one graph.
+
+At an instant the sensors are read, the law demands a command, the guard limits it or trips, the drive holds what has
+arrived. The law is x+ = A x + B (r, y) + E (u - o), u_demanded = C x + D (r, y) + o with its numbers as parameters, so
+that other gains, rigs, limits and noise need no other machine code. loop/closed_loop.py runs the same instants in
+Python and is the oracle in tests.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from itertools import accumulate
+
+import casadi as ca
+import numpy as np
+
+from ..plant import Plant
+from . import object_cache
+from .codegen import gathered_inputs
+from .driver import Frame
+from .emit import emit
+from .lanes import Code
+from .tape import divide_less, read
+
+_Parts = Mapping[str, ca.SX]
+TRIPS = ("", "stroke", "speed", "force", "command")  # by the number that a tripped law keeps
+OUT = ("sent", "demanded", "held", "trip")  # what every instant puts out, before the recorded outputs
+
+
+@dataclass(frozen=True)
+class LawShape:
+    """What decides the machine code of an instant; everything else is a parameter.
+
+    states: of the law. measured: the outputs that it sees. sensors: all of the rig's, in the order of their noise.
+    late: whole periods that a command is on its way, and with `split` a part of one more, over which the drive holds
+    the older command, or `interpolated` the mean. noisy: sensors have noise and resolution. recorded: outputs put out.
+    """
+
+    states: int
+    measured: tuple[str, ...]
+    sensors: tuple[str, ...]
+    late: int = 0
+    split: bool = False
+    interpolated: bool = False
+    noisy: bool = False
+    recorded: tuple[str, ...] = ()
+
+    @property
+    def read(self) -> tuple[str, ...]:
+        """The outputs that are read: those that the law or the guard needs."""
+        return tuple(name for name in self.sensors if name in (*self.measured, "position", "force"))
+
+    @property
+    def state(self) -> dict[str, slice]:
+        """Places in the state of an instant: the command that the drive holds last, those on their way, ..."""
+        return _places(held=1, line=self.late + 1, command=1, position=1, trip=1, law=self.states)
+
+    @property
+    def numbers(self) -> dict[str, slice]:
+        """Places of the parameters."""
+        n, m, sensors = self.states, 1 + len(self.measured), len(self.read)
+        law = {"a": n * n, "b": n * m, "c": n, "d": m, "e": n, "offset": 1}
+        guard = {"middle": 1, "stroke": 1, "move": 1, "force": 1, "step": 1}
+        return _places(**law, **guard, part=1, noise=sensors, resolution=sensors)
+
+    def inputs(self, plant: Plant) -> dict[str, slice]:
+        """Places in the row of an instant: the reference, the plant's inputs but for the command, noise."""
+        return _places(reference=1, others=len(plant.inputs) - 1, noise=len(self.sensors) if self.noisy else 0)
+
+
+def _places(**sizes: int) -> dict[str, slice]:
+    ends = accumulate(sizes.values())
+    return {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+
+
+def packed(places: Mapping[str, slice], **values: np.ndarray | float) -> np.ndarray:
+    """Values put in their places, [.., k]: matrices by rows. A value may have leading axes, for lanes."""
+    missing = places.keys() - values.keys()
+    assert not missing, missing
+    parts = []
+    for name, place in places.items():
+        size = place.stop - place.start
+        value = np.asarray(values[name], float)
+        parts.append(value.reshape(*value.shape[: value.ndim - _depth(name, value, size)], size))
+    lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+    return np.concatenate([np.broadcast_to(part, (*lead, part.shape[-1])) for part in parts], axis=-1)
+
+
+def _depth(name: str, value: np.ndarray, size: int) -> int:
+    """How many trailing axes of a value are its own: 2 of the matrices A and B, 1 of a vector, 0 of a number."""
+    if name in ("a", "b"):
+        return 2
+    return 0 if size == 1 and (value.ndim == 0 or value.shape[-1] != 1) else 1
+
+
+def instant(plant: Plant, shape: LawShape) -> ca.Function:
+    """(x, u, p, state, row, numbers) -> (inputs of the plant, state after, what is put out), one after the other."""
+    x, u, p = (ca.SX.sym(*args) for args in (("x", plant.n), ("u", len(plant.inputs)), ("p", len(plant.parameters))))
+    places = (shape.state, shape.inputs(plant), shape.numbers)
+    state, row, numbers = (
+        ca.SX.sym(name, max(part.stop for part in of.values()))
+        for name, of in zip(("s", "r", "q"), places, strict=True)
+    )
+    s, r, q = (
+        {name: vector[part] for name, part in of.items()}
+        for vector, of in zip((state, row, numbers), places, strict=True)
+    )
+    outputs = plant.h(x, ca.vertcat(s["held"], r["others"]), p)
+    signals = {name: outputs[plant.output(name)] for name in shape.read}
+    readings = {name: _reading(shape, i, name, signals[name], r, q) for i, name in enumerate(shape.read)}
+    law = _law(shape, s, r, q, readings)
+    held, last, line = _arriving(shape, s["line"], law["sent"], q["part"])
+    after = ca.vertcat(last, line, law["sent"], readings["position"], law["trip"], law["state"])
+    put_out = [law["sent"], law["demanded"], held, law["trip"]]
+    put_out += [outputs[plant.output(name)] for name in shape.recorded]
+    arguments = [x, u, p, state, row, numbers]
+    return ca.Function("instant", arguments, [ca.cse(ca.vertcat(held, r["others"], after, *put_out))])
+
+
+def _reading(shape: LawShape, i: int, name: str, value: ca.SX, r: _Parts, q: _Parts) -> ca.SX:
+    """What a sensor says of an output: with its noise, in steps of its resolution where it has one."""
+    if not shape.noisy:
+        return value
+    value = value + q["noise"][i] * r["noise"][shape.sensors.index(name)]
+    quantum = q["resolution"][i]
+    coarse = ca.floor(value / ca.if_else(quantum > 0, quantum, 1) + 0.5) * quantum
+    return ca.if_else(quantum > 0, coarse, value)
+
+
+def _law(
+    shape: LawShape,
+    s: Mapping[str, ca.SX],
+    r: Mapping[str, ca.SX],
+    q: Mapping[str, ca.SX],
+    readings: Mapping[str, ca.SX],
+) -> dict[str, ca.SX]:
+    """The command that the guard lets through, what was demanded, the trip, and the law's state after."""
+    n, inputs = shape.states, ca.vertcat(r["reference"], *(readings[name] for name in shape.measured))
+    a, b = (ca.reshape(q[name], columns, n).T for name, columns in (("a", n), ("b", inputs.numel())))
+    trip = _watched(s, q, readings)
+    asked = ca.dot(q["c"], s["law"]) + ca.dot(q["d"], inputs) + q["offset"]
+    demanded = ca.if_else(trip > 0, 0, asked)
+    trip = ca.if_else(trip > 0, trip, ca.if_else(ca.fabs(demanded) <= np.finfo(float).max, 0, TRIPS.index("command")))
+    target = ca.if_else(trip > 0, 0, ca.fmin(1, ca.fmax(-1, demanded)))
+    sent = s["command"] + ca.fmin(q["step"], ca.fmax(-q["step"], target - s["command"]))
+    advanced = a @ s["law"] + b @ inputs + q["e"] * (sent - q["offset"])
+    return {"sent": sent, "demanded": demanded, "trip": trip, "state": ca.if_else(trip > 0, s["law"], advanced)}
+
+
+def _watched(s: _Parts, q: _Parts, readings: _Parts) -> ca.SX:
+    """The guard's look at the signals; the number of the reason for a trip, or 0. A trip stays."""
+    moved = ca.fabs(readings["position"] - s["position"])  # NaN, and so no trip, at the first instant
+    trip = ca.SX(0)
+    if "force" in readings:
+        trip = ca.if_else(ca.fabs(readings["force"]) > q["force"], TRIPS.index("force"), trip)
+    trip = ca.if_else(moved > q["move"], TRIPS.index("speed"), trip)
+    trip = ca.if_else(ca.fabs(readings["position"] - q["middle"]) > q["stroke"], TRIPS.index("stroke"), trip)
+    return ca.if_else(s["trip"] > 0, s["trip"], trip)
+
+
+def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, part: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """What the drive holds from now on, what at the period's end, and the commands on their way (as DelayLine)."""
+    line = ca.vertcat(line, sent)
+    before, now, line = line[0], line[1], line[1:]
+    if shape.interpolated:
+        mean = part * before + (1 - part) * now
+        return mean, mean, line
+    return (before if shape.split else now), now, line
+
+
+@dataclass(frozen=True)
+class SampledLaw:
+    """Machine code of a plant's sampling instants: its addresses for one lane and for blocks of lanes."""
+
+    single: int
+    block: int
+
+
+def compile_law(plant: Plant, shape: LawShape) -> SampledLaw:
+    """Machine code for a law of this shape on a plant, from the cache where it has been compiled before.
+
+    Raises OSError or RuntimeError where this machine cannot compile.
+    """
+    graph, fused = instant(plant, shape), object_cache.fused()
+    addresses = []
+    for width in (1, object_cache.vector_width()):
+        key = ("sample", graph.serialize(), str(width), str(fused), str(shape))
+        write = partial(_module, graph, plant, shape, width, fused)
+        addresses += object_cache.functions(key, write, ("sample",))
+    return SampledLaw(*addresses)
+
+
+def _module(graph: ca.Function, plant: Plant, shape: LawShape, width: int, fused: bool) -> str:
+    """IR of `sample(slot, law, row, numbers, out)` for one lane of a block of `width`."""
+    tape, code = divide_less(read(graph), {2, 5}), Code(1, fused)
+    places = Frame(width, plant.n, len(plant.inputs), len(plant.parameters), 0).places
+    sources: dict[int, Callable[[int], str]] = {
+        argument: (lambda e, first=places[name]: f"ptr %slot, i64 {first + e * width}")
+        for argument, name in enumerate("xup")
+    }
+    for argument, name in ((3, "law"), (4, "row"), (5, "numbers")):
+        sources[argument] = lambda e, name=name: f"ptr %{name}, i64 {e}"
+    values = emit(code, tape, [node for _, node in tape.results], gathered_inputs(code, tape, sources))
+    inputs, states = len(plant.inputs), max(part.stop for part in shape.state.values())
+    for element, node in tape.results:
+        target = f"ptr %slot, i64 {places['u'] + element * width}"
+        if element >= inputs + states:
+            target = f"ptr %out, i64 {element - inputs - states}"
+        elif element >= inputs:
+            target = f"ptr %law, i64 {element - inputs}"
+        code.write(f"store double {values[node]}, ptr {code.do(f'getelementptr double, {target}')}")
+    head = "define void @sample(ptr %slot, ptr %law, ptr %row, ptr %numbers, ptr %out) nounwind {"
+    return "\n".join([head, "entry:", *code.lines, "  ret void", "}", *sorted(code.declared)])

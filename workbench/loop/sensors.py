@@ -1,0 +1,41 @@
+"""What a rig's sensors say: noise from a counter-based generator, and steps of their resolution."""
+
+import numpy as np
+
+from ..rigs.rig import Rig
+
+
+def draws(seed: int, lane: int = 0) -> np.random.Generator:
+    """The generator of a loop's sensor noise: the same draws for the same seed and lane, in Python and compiled."""
+    return np.random.Generator(np.random.Philox(key=[seed, lane]))
+
+
+class Sensors:
+    """What the rig's sensors say of the plant's outputs: with a seed, each with its white noise and resolution."""
+
+    def __init__(self, rig: Rig, outputs: tuple[str, ...], seed: int | None) -> None:
+        self.names = tuple(name for name in outputs if name in rig.sensors)
+        self._columns = np.array([outputs.index(name) for name in self.names], int)
+        self.noise = np.array([rig.sensors[name].noise for name in self.names])
+        self.resolution = np.array([rig.sensors[name].resolution for name in self.names])
+        self._random = None if seed is None else draws(seed)
+
+    @property
+    def noisy(self) -> bool:
+        """Whether noise and resolution are on."""
+        return self._random is not None
+
+    def read(self, outputs: np.ndarray) -> dict[str, float]:
+        """Readings by name, of all outputs [k] of the plant."""
+        readings = outputs.take(self._columns)
+        if self._random is not None:
+            readings = readings + self.noise * self._random.standard_normal(len(readings))
+            coarse = self.resolution > 0
+            readings[coarse] = np.round(readings[coarse] / self.resolution[coarse]) * self.resolution[coarse]
+        return dict(zip(self.names, readings.tolist(), strict=True))
+
+    def noise_rows(self, instants: int) -> np.ndarray:
+        """The standard normal numbers [instants, sensors] that the next so many readings draw; none without a seed."""
+        if self._random is None:
+            return np.zeros((instants, 0))
+        return self._random.standard_normal((instants, len(self.names)))
