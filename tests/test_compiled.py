@@ -1,6 +1,7 @@
 """Machine code against CasADi's interpreter: every operation, whole runs, bad lanes, the cache, and what falls back."""
 
 import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -386,3 +387,17 @@ def test_without_llvmlite_the_reason_is_given(monkeypatch) -> None:
     x = ca.SX.sym("x")
     with pytest.raises(NotCompiled, match="llvmlite"):
         compile_outputs([x], [x])
+
+
+@pytest.mark.parametrize(
+    ("room", "heavy"),
+    [
+        ("rigs", "casadi"),
+        ("engine", "llvmlite scipy.stats scipy.signal control matplotlib pyarrow"),
+        ("linear", "llvmlite scipy.stats scipy.signal control matplotlib pyarrow"),
+    ],
+)
+def test_a_room_imports_no_more_than_it_needs(room: str, heavy: str) -> None:
+    code = f"import sys, workbench.{room}; print([name for name in {heavy.split()} if name in sys.modules])"
+    root = Path(__file__).parent.parent
+    assert subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True).stdout == "[]\n"

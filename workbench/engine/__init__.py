@@ -1,4 +1,17 @@
-"""The engine: a plant, a command held over each control period, and an adaptive implicit step, all one graph."""
+"""The engine: a plant, a command held over each control period, and an adaptive implicit step, all one graph.
+
+engine         simulation of one trajectory or of batches; which back end runs is its affair
+trajectory     what a run gives: signals by name, with units
+delay_line     commands on their way to a plant whose drive is late
+rosenbrock     the implicit step and its adaptive length as a graph; sparse_lu solves its linear systems
+tangent        steps with their exact derivatives along a direction
+backend        the choice between compiled and interpreter; only the first needs a compiler, and imports it when used
+compiled       machine code: tape and emit turn the graph into vector code of lanes, codegen and driver the loop around
+               it, vector_math the functions that LLVM lacks; object_cache keeps what was compiled
+interpreter    the same by CasADi alone
+floor          least time of an attempt: that of its divisions and roots
+peers          public solvers that the engine is measured against
+"""
 
 from .delay_line import DelayLine, periods
 from .driver import Batch

@@ -1,4 +1,14 @@
-"""The plant: physics written once as a CasADi graph. `build` in build.py is the only place that assembles it."""
+"""The plant: the physics, written once as a CasADi graph. `build` in build.py is the only place that assembles it.
+
+build       a rig's whole plant, its force port, and the flow benches of its pilot and valve
+assembly    a finished plant, and how parts declare states, rates, outputs and slots
+valve/      the kinds of valve with their equations
+jack        the two chambers around the piston, leakage and end stops
+load        the moving mass and the specimen
+orifice     laws of orifices, laps, stops and flow forces
+effects/    what a model may lack
+probes      inputs that disturb one equation at a time
+"""
 
 from .assembly import Plant, Variable
 from .build import build, build_force_port, build_pilot_bench, build_valve_bench

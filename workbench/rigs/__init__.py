@@ -7,3 +7,7 @@ jack        the kinds of jack
 summary     a rig in a few lines, and as a table in a notebook
 datasheet   a rig from what makers say
 """
+
+from .rig import Number, Rig, Sensor, bundled, load_rig, save_rig
+
+__all__ = ["Number", "Rig", "Sensor", "bundled", "load_rig", "save_rig"]
