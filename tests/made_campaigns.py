@@ -107,5 +107,5 @@ def none() -> Outcome:
 def found() -> Trace:
     """The trace itself, with friction alone in the library."""
     with one_blas_thread():
-        case = estimation_problem(rubbing_campaign(), load_rig("festo-tp511"))
-        return trace(case, LIBRARY[:1], no_checkpoint, lambda _: None)
+        problem = estimation_problem(rubbing_campaign(), load_rig("festo-tp511"))
+        return trace(problem, LIBRARY[:1], no_checkpoint, lambda _: None)

@@ -132,7 +132,7 @@ def test_folders_that_are_no_finished_runs_are_refused(tmp_path):
         "foreign": "no run of jackbench",
         "half.partial": "unfinished run",
         "half": "unfinished run",
-        "broken": "can not be read",
+        "broken": "cannot be read",
         "listed": "not what jackbench writes",
     }.items():
         with pytest.raises(InputError, match=words) as caught:

@@ -130,7 +130,7 @@ def test_a_prediction_of_a_record_holds_back_what_the_loop_held_back(followed, c
     """A shift of the recorded command, as fits make it, gives the recorded motion."""
     engine, run = followed(2, np.where(np.arange(400) < 10, 0.0, 2e-3))  # a record begins at rest
     record = run.record
-    held = delayed(record, engine.plant.lateness()).held
+    held = delayed(record, engine.plant.lateness()).mean
     predicted = engine.run(equilibrium(engine.plant).x, record.t, commanded(held))
     seen = engine.outputs(predicted.x, commanded(held))[:, engine.plant.output("position")]
     assert record.signals["position"] == pytest.approx(seen, abs=1e-7)

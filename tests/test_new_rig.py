@@ -216,7 +216,7 @@ def test_estimates_are_in_their_ranges_and_of_the_right_size(three_stage):
     published = load_rig("jack-10t")
     for free in unknowns(three_stage):
         assert free.low <= free.start <= free.high
-        assert free.value(free.distance(free.high)) == pytest.approx(free.high)
+        assert free.value(free.normalised(free.high)) == pytest.approx(free.high)
         assert free.low <= published[free.name] <= free.high, free.name
 
 
@@ -247,12 +247,12 @@ def test_one_figure_of_a_product_determines_the_product_alone():
     assert first.weights == pytest.approx({"a": 2**-0.5, "b": 2**-0.5})
     assert first.interval == pytest.approx(1.96 * FIGURE_ERROR / np.sqrt(2))
     assert not second.determined
-    assert found.given_others["a"] < 0.1 < found.alone["a"]
+    assert found.conditional["a"] < 0.1 < found.marginal["a"]
 
 
 def test_what_the_figures_do_not_see_keeps_its_range():
     found = determine(np.array([[1.0, 0.0]]), free_numbers(None, 1.0))
-    assert found.alone["b"] == pytest.approx(1.96 * 0.5 / np.sqrt(3))
+    assert found.marginal["b"] == pytest.approx(1.96 * 0.5 / np.sqrt(3))
     assert source_of(free_numbers(None, 1.0)[0], found) == "fitted to the datasheet"
     assert source_of(free_numbers(None, 1.0)[1], found).startswith("not determined")
 

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
+from workbench import identify
 from workbench.base.errors import InputError
-from workbench.identify.data.noise_floor import RepeatedRun, noise_floor, spread
+from workbench.identify.data.noise_floor import RepeatedRun, noise_floor, sigma_and_kappa
 from workbench.records import Campaign, Record, load_campaign
 
 SHARED = Path(__file__).parents[2] / "shared"
@@ -55,14 +56,14 @@ def test_white_noise_comes_back_at_any_scale(sigma, seed):
 
 @pytest.mark.parametrize("rho", [0.3, 0.6, 0.8, 0.9])
 def test_autocorrelated_noise_has_the_kappa_of_its_formula(rho):
-    found = [spread([run(ar1(2000, rho, seed))]) for seed in range(8)]
+    found = [sigma_and_kappa([run(ar1(2000, rho, seed))]) for seed in range(8)]
     assert np.mean([sigma for sigma, _ in found]) == pytest.approx(1.0, rel=0.06)
     assert np.mean([kappa for _, kappa in found]) == pytest.approx((1 + rho) / (1 - rho), rel=0.15)
 
 
 def test_kappa_never_falls_below_one():
     alternating = ar1(2000, -0.5)
-    assert spread([run(alternating)])[1] == 1.0
+    assert sigma_and_kappa([run(alternating)])[1] == 1.0
 
 
 def test_runs_are_pooled_and_invalid_samples_do_not_count():
@@ -70,8 +71,8 @@ def test_runs_are_pooled_and_invalid_samples_do_not_count():
     valid = np.ones(2000, dtype=bool)
     valid[::50] = False
     spoilt = np.where(valid, error, 1e3)
-    assert spread([replace(run(spoilt), valid=valid)])[0] == pytest.approx(np.std(error[valid]), rel=1e-2)
-    assert spread([run(error), run(3.0 * error)])[0] == pytest.approx(np.sqrt(5.0) * np.std(error), rel=1e-2)
+    assert sigma_and_kappa([replace(run(spoilt), valid=valid)])[0] == pytest.approx(np.std(error[valid]), rel=1e-2)
+    assert sigma_and_kappa([run(error), run(3.0 * error)])[0] == pytest.approx(np.sqrt(5.0) * np.std(error), rel=1e-2)
 
 
 def test_drift_is_no_noise():
@@ -220,3 +221,9 @@ def test_the_festo_rig_at_rest_and_in_motion_agree():
     assert measured.sigma == pytest.approx(estimated.sigma, rel=0.2)
     assert 0.1e-3 < measured.sigma["position"] < 0.5e-3
     assert 0.1e5 < measured.sigma["pa"] < 0.5e5
+
+
+def test_the_room_has_every_name_that_it_exports():
+    assert dir(identify) == identify.__all__
+    assert all(getattr(identify, name).__doc__ for name in identify.__all__)
+    assert not hasattr(identify, "nothere")

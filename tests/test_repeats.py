@@ -69,7 +69,7 @@ def test_a_true_model_is_as_near_to_the_mean_as_its_noise(plant, runs):
     found = {one.name: one for one in against_mean(plant, runs, FLOOR)}
     for name, count in (("pa", 2), ("pb", 2), ("position", 4)):
         assert found[name].errors[WHOLE] == pytest.approx(SIGMA[name] / np.sqrt(count), rel=0.15)
-        assert found[name].spread[WHOLE] == pytest.approx(SIGMA[name], rel=0.15)
+        assert found[name].repeatability[WHOLE] == pytest.approx(SIGMA[name], rel=0.15)
     assert found["pa"].records == ("run 0", "run 1")
 
 

@@ -14,7 +14,7 @@ from workbench.identify.fit.free_parameters import uncertain
 from workbench.identify.fit.initial_states import fit_states
 from workbench.identify.fit.model import Model
 from workbench.identify.fit.solver import Fit, fit_numbers
-from workbench.identify.fit.windows import Windows, cut, delayed
+from workbench.identify.fit.windows import Windows, cut_windows, delayed
 from workbench.identify.trace.shape import shape
 from workbench.plant import build
 from workbench.records import Record
@@ -41,7 +41,7 @@ def windows_of(rig, model, sigma=SIGMA, **values) -> Windows:
     records = [
         made(true, name, u, seed, sigma) for seed, (name, u) in enumerate(zip("ab", commands(1.5)[:2], strict=True))
     ]
-    return cut(model.plant, records, FLOOR)
+    return cut_windows(model.plant, records, FLOOR)
 
 
 def fitted(model, windows: Windows, free: tuple[FreeParameter, ...]) -> Fit:
@@ -61,7 +61,7 @@ def ramp(n: int = 50) -> Record:
 def test_a_delay_of_whole_samples_is_an_exact_shift(rows):
     record = ramp()
     command = record.signals["command"]
-    late = delayed(record, rows * PERIOD).held
+    late = delayed(record, rows * PERIOD).mean
     assert late[rows:] == pytest.approx(command[:-rows], abs=1e-12)
     assert late[:rows] == pytest.approx(command[0], abs=1e-12)  # what was before the record is its first value
 
@@ -69,7 +69,7 @@ def test_a_delay_of_whole_samples_is_an_exact_shift(rows):
 def test_a_delay_of_part_of_a_sample_is_the_mean_over_the_interval():
     record = ramp()
     command = record.signals["command"]
-    late = delayed(record, 0.25 * PERIOD).held
+    late = delayed(record, 0.25 * PERIOD).mean
     assert late[1:] == pytest.approx(0.75 * command[1:] + 0.25 * command[:-1], abs=1e-12)
 
 
@@ -79,14 +79,14 @@ def test_what_has_arrived_by_a_row_is_one_sample_or_a_mean(share, before):
     command = record.signals["command"]
     late, mean = delayed(record, share * PERIOD), delayed(record, share * PERIOD, interpolated=True)
     assert np.array_equal(late.now[before:], command[: len(command) - before])
-    assert np.array_equal(late.held, mean.held)
-    assert np.array_equal(mean.now, mean.held)
+    assert np.array_equal(late.mean, mean.mean)
+    assert np.array_equal(mean.now, mean.mean)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3 * PERIOD, 2.6 * PERIOD])
 def test_the_slope_of_a_delay_is_its_derivative(delay):
     record, step = ramp(), 1e-6 * PERIOD
-    ahead, behind = delayed(record, delay + step).held, delayed(record, delay).held
+    ahead, behind = delayed(record, delay + step).mean, delayed(record, delay).mean
     assert delayed(record, delay).slope == pytest.approx((ahead - behind) / step, abs=1e-3)
 
 
@@ -95,7 +95,7 @@ def test_the_slope_of_a_delay_is_its_derivative(delay):
 
 def test_windows_cover_a_record_and_the_last_takes_the_rest(rig, model):
     record = made(rig, "long", np.zeros(round(1.7 / PERIOD)), 0)
-    windows = cut(model.plant, [record], FLOOR)
+    windows = cut_windows(model.plant, [record], FLOOR)
     assert windows.spans == ((0, 10, 260), (0, 260, 510), (0, 510, 850))
     assert windows.samples == len(SIGMA) * 840
 
@@ -105,15 +105,15 @@ def test_no_window_reaches_over_a_gap(rig, model):
     keep = np.ones(record.t.size, bool)
     keep[300] = False
     torn = Record("torn", record.t[keep], {name: values[keep] for name, values in record.signals.items()})
-    assert cut(model.plant, [torn], FLOOR).spans == ((0, 10, 300), (0, 310, 499))
+    assert cut_windows(model.plant, [torn], FLOOR).spans == ((0, 10, 300), (0, 310, 499))
 
 
 def test_a_record_without_command_or_without_a_shared_signal_is_refused(model):
     t = np.arange(300) * PERIOD
     with pytest.raises(InputError, match="no command"):
-        cut(model.plant, [Record("mute", t, {"pa": 1e5 + t})], FLOOR)
+        cut_windows(model.plant, [Record("mute", t, {"pa": 1e5 + t})], FLOOR)
     with pytest.raises(InputError, match="no signal"):
-        cut(model.plant, [Record("blind", t, {"command": t})], FLOOR)
+        cut_windows(model.plant, [Record("blind", t, {"command": t})], FLOOR)
 
 
 def test_initial_states_are_found_from_a_bad_guess(rig, model):
@@ -151,7 +151,7 @@ def test_a_number_stays_in_its_range_and_is_said_to_be_at_its_end(rig, model):
     numbers = {**rig.numbers, "K3": replace(rig.numbers["K3"], low=5e-5, high=6e-5)}
     fit = fitted(model, windows, uncertain(replace(rig, numbers=numbers)))
     assert fit.p[model.plant.parameters.index("K3")] == pytest.approx(6e-5, rel=1e-9)
-    assert "K3" in fit.held
+    assert "K3" in fit.at_bounds
     assert fit.interval([free.name for free in fit.free].index("K3"))[1] <= 6e-5 * (1 + 1e-12)
 
 

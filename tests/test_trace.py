@@ -130,12 +130,12 @@ def test_without_the_effect_nothing_is_named():
 
 @pytest.mark.parametrize("how", ["raises", "is infinite"])
 def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
-    def spoilt(case, stand, candidate, again=False):
+    def spoilt(problem, model_fit, candidate, again=False):
         if candidate.effect.formula != "coulomb":
             if how == "raises":
                 raise np.linalg.LinAlgError("singular matrix")
-            return replace(stand, known=(candidate,), heldout=np.full(case.heldout.count, np.inf))
-        return refit(case, stand, candidate, again)
+            return replace(model_fit, known=(candidate,), heldout=np.full(problem.heldout.count, np.inf))
+        return refit(problem, model_fit, candidate, again)
 
     monkeypatch.setattr("workbench.identify.trace.tracer.refit", spoilt)
     library = [find("jack.friction", formula) for formula in ("coulomb", "stribeck")]
@@ -151,18 +151,18 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
 def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch):
     """Friction is declared, so nothing is missing; the rig's fit is left off its optimum, a spring's fit finds it."""
 
-    def stuck(case):
-        good = fit_rig(case)
+    def stuck(problem):
+        good = fit_rig(problem)
         x = good.fit.x + 0.4
         p = numbers_at(good.model, good.fit.free, x, good.fit.p)
-        x0, squares = predicted_states(good.model, case.train, p)
-        return evaluate_on_heldout(case, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
+        x0, squares = predicted_states(good.model, problem.train, p)
+        return evaluate_on_heldout(problem, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
 
     monkeypatch.setattr("workbench.identify.trace.tracer.fit_rig", stuck)
     with one_blas_thread():
-        case = estimation_problem(rubbing_campaign(), rubbing())
-        assert stuck(case).chi2 > 1.5
-        left = trace(case, [find("load.spring", "linear")], no_checkpoint, lambda _: None)
+        problem = estimation_problem(rubbing_campaign(), rubbing())
+        assert stuck(problem).chi2 > 1.5
+        left = trace(problem, [find("load.spring", "linear")], no_checkpoint, lambda _: None)
     assert (left.verdict, left.effects) == ("none", ())
     assert left.base.chi2 < 1.05
 

@@ -70,14 +70,14 @@ def test_what_could_not_be_seen_is_said():
 def tied() -> Trace:
     """Friction as it was found, and load.bias as if it had explained as much."""
     (each,) = found().passes
-    bias = replace(each.found[0].candidate, effect=find("load.bias", "weight"))
-    both = (each.found[0], replace(each.found[0], candidate=bias))
-    return altered(verdict="tied", tied=("load.bias",), passes=(replace(each, found=both),))
+    bias = replace(each.accepted[0].candidate, effect=find("load.bias", "weight"))
+    both = (each.accepted[0], replace(each.accepted[0], candidate=bias))
+    return altered(verdict="tied", tied=("load.bias",), passes=(replace(each, accepted=both),))
 
 
 def test_effects_that_tie_are_told_with_what_splits_them():
     said = words.verdict(tied(), None, None)
-    assert said.startswith("Either the jack rubs or a constant force pushes the jack: these records can not tell")
+    assert said.startswith("Either the jack rubs or a constant force pushes the jack: these records cannot tell")
     assert "slow triangles" in said
     assert "standing still at null" in said
     assert [name for name, _ in words.next_records(tied())] == ["jack.friction", "load.bias"]
@@ -91,7 +91,7 @@ def test_an_unfinished_effect_says_that_more_is_missing_and_where():
 def test_a_number_that_left_its_range_is_a_warning():
     """Unless the rig file has it there, as it has the leakage Cl."""
     assert "Careful" not in named().page.verdict
-    fit = replace(found().final.fit, held=("K3", "Cl", "jack.friction.Fc"))
+    fit = replace(found().final.fit, at_bounds=("K3", "Cl", "jack.friction.Fc"))
     said = words.verdict(altered(final=replace(found().final, fit=fit)), None, None)
     assert said.endswith("Careful: K3 went to the end of what the rig file allows.")
 
@@ -134,9 +134,9 @@ def test_candidates_are_ranked_with_what_the_rule_says():
 )
 def test_the_rule_says_why_not(judged, chi2, said):
     (each,) = found().passes
-    one = each.found[0]
-    stand = one.stand if chi2 is None else replace(one.stand, heldout=chi2 * each.before.heldout)
-    other = replace(one, stand=stand, judgement=replace(one.judgement, chi2=2.0, **judged))
+    one = each.accepted[0]
+    model_fit = one.model_fit if chi2 is None else replace(one.model_fit, heldout=chi2 * each.before.heldout)
+    other = replace(one, model_fit=model_fit, judgement=replace(one.judgement, chi2=2.0, **judged))
     assert words.reason(found(), each, other) == said
 
 
@@ -163,7 +163,7 @@ def test_what_was_not_tried_is_listed_with_the_reason():
     assert why["oil.air"] == "taken out by --without"
     assert why["pilot.hysteresis"] == "a second-order valve has no place for it"
     assert "jack.friction" not in why
-    declared = untested_table(replace(found(), case=replace(found().case, rig=rubbing())), WHOLE)
+    declared = untested_table(replace(found(), problem=replace(found().problem, rig=rubbing())), WHOLE)
     assert declared is not None
     assert dict(declared.rows)["jack.friction"] == "the rig file declares it"
 
@@ -202,9 +202,9 @@ def test_the_error_figure_compares_every_signal_with_its_floor():
 
 def test_the_telling_second_is_where_the_error_falls_most():
     pairs = list(zip(*compared(found()), strict=True))
-    index, name, part = telling(pairs, found().case.floor, True)
+    index, name, part = telling(pairs, found().problem.floor, True)
     before, after = pairs[index]
-    sigma = found().case.floor.sigma[name]
+    sigma = found().problem.floor.sigma[name]
     gained = [float(np.nansum((one.error(name)[part] / sigma) ** 2)) for one in (before, after)]
     assert gained[0] > 5 * gained[1]
     assert part.stop - part.start == round(1.0 / before.record.period)

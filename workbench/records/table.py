@@ -93,7 +93,7 @@ def _content(path: Path) -> bytes:
     try:
         raw = path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: can not be read ({error.strerror}); check its permissions") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
     if not path.name.lower().endswith(".gz"):
         return raw
     try:
@@ -114,7 +114,7 @@ def _first_fault(
             if not _is_number(cells[place]):
                 where = f'{path}: row {row}, column "{header[place]}"'
                 return InputError(f'{where}: "{cells[place].strip()}" is not a number; mend it or leave it empty')
-    return InputError(f"{path}: can not be read as a table of numbers ({otherwise}); export it again")
+    return InputError(f"{path}: cannot be read as a table of numbers ({otherwise}); export it again")
 
 
 def _is_number(text: str) -> bool:

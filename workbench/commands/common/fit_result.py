@@ -24,12 +24,12 @@ class Fitted:
     value: float
     low: float
     high: float
-    held: bool
+    at_bounds: bool
 
     @property
     def pushed(self) -> bool:
         """Whether it went to an end of its range at which it was not declared: evidence that something is missing."""
-        return self.held and abs(self.value - self.number.value) > 1e-6 * (self._high - self._low)
+        return self.at_bounds and abs(self.value - self.number.value) > 1e-6 * (self._high - self._low)
 
     @property
     def unseen(self) -> bool:
@@ -49,7 +49,7 @@ def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
     """The rig's own numbers that a fit moved."""
     own = [(index, free) for index, free in enumerate(fit.free) if free.name in rig.numbers]
     return [
-        Fitted(rig.numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.held)
+        Fitted(rig.numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.at_bounds)
         for index, free in own
     ]
 
@@ -84,22 +84,22 @@ def correlations(fit: Fit) -> np.ndarray:
     return fit.covariance / np.outer(size, size)
 
 
-def fitted_rig(case: EstimationProblem, stand: FittedModel, files: Sequence[str] = ()) -> Rig:
+def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequence[str] = ()) -> Rig:
     """The rig with the numbers of a fit and the effects that were added; `files` have effects beside the library's."""
-    name = case.campaign.path.resolve().name
-    numbers = dict(case.rig.numbers)
-    for one in fitted(case.rig, stand.fit):
-        end = ", at an end of its range" if one.held else ""
+    name = problem.campaign.path.resolve().name
+    numbers = dict(problem.rig.numbers)
+    for one in fitted(problem.rig, model_fit.fit):
+        end = ", at an end of its range" if one.at_bounds else ""
         low, high = (float(from_si(v, one.number.unit, one.number.si)) for v in (one.low, one.high))
         source = f"fitted to {name}: 95 % from {low:.4g} to {high:.4g}{end}; it was {one.number.shown:.4g}"
         numbers[one.number.name] = replace(one.number, value=one.value, source=source)
-    uses = tuple(_use(effect, stand.fit, f"fitted to {name}") for effect in stand.effects)
+    uses = tuple(_use(effect, model_fit.fit, f"fitted to {name}") for effect in model_fit.effects)
     return replace(
-        case.rig,
-        name=f"{case.rig.name}-{name}",
+        problem.rig,
+        name=f"{problem.rig.name}-{name}",
         numbers=numbers,
-        effects=(*case.rig.effects, *uses),
-        effect_files=tuple(dict.fromkeys((*case.rig.effect_files, *files))),
+        effects=(*problem.rig.effects, *uses),
+        effect_files=tuple(dict.fromkeys((*problem.rig.effect_files, *files))),
     )
 
 

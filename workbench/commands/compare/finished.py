@@ -71,7 +71,7 @@ def _open(path: Path, name: str) -> Finished:
     except FileNotFoundError as error:
         raise InputError(f"{path}: is no run of jackbench (no {Path(error.filename).name}); name another") from None
     except (ValueError, OSError) as error:
-        raise InputError(f"{path}: can not be read ({error}); run it again") from None
+        raise InputError(f"{path}: cannot be read ({error}); run it again") from None
     rows = metrics.get("rows", []) if isinstance(metrics, dict) else None
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise InputError(f"{path / 'metrics.json'}: is not what jackbench writes; name another folder")

@@ -1,4 +1,4 @@
-"""The report of a fit: each number in its declared range, what the records can not see, what moves together."""
+"""The report of a fit: each number in its declared range, what the records cannot see, what moves together."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -19,17 +19,17 @@ STRONG = 0.95  # a correlation above says that only a combination of two numbers
 _MOST = 10  # pairs listed
 
 
-def fit_page(case: EstimationProblem, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
+def fit_page(problem: EstimationProblem, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
     """The page, and the figure of the numbers in their ranges."""
     picture, labels = ranges_figure({"fitted": found}), ["rig file", "fitted"]
     sections = [
         Section("Numbers", [picture, numbers_table(found)]),
         Section("Held-out error", [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels)]),
         Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
-        Section("Noise floor", [noise_table(case.floor)]),
+        Section("Noise floor", [noise_table(problem.floor)]),
     ]
-    name = case.campaign.path.resolve().name
-    return Page(f"{case.rig.name} fitted to {name}", _verdict(case, found, metrics), sections), picture
+    name = problem.campaign.path.resolve().name
+    return Page(f"{problem.rig.name} fitted to {name}", _verdict(problem, found, metrics), sections), picture
 
 
 def numbers_table(found: Sequence[Fitted]) -> Table:
@@ -39,7 +39,7 @@ def numbers_table(found: Sequence[Fitted]) -> Table:
         number = one.number
         values = (number.value, one.value, one.low, one.high, number.low, number.high)
         shown = [float(from_si(v, number.unit, number.si)) for v in values if v is not None]
-        state = "at an end" if one.held else "not seen" if one.unseen else ""
+        state = "at an end" if one.at_bounds else "not seen" if one.unseen else ""
         rows.append([number.name, number.unit, *shown, state])
     return Table(
         "Numbers of the rig",
@@ -104,13 +104,13 @@ def _matrix(correlation: Mapping[str, Any]) -> Table:
     return Table("All correlations", ["", *names], rows)
 
 
-def _verdict(case: EstimationProblem, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
+def _verdict(problem: EstimationProblem, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
     chi2 = metrics["chi2"]["heldout"]
-    said = f"{len(metrics['parameters'])} numbers of {case.rig.name} are fitted; "
+    said = f"{len(metrics['parameters'])} numbers of {problem.rig.name} are fitted; "
     if chi2 is None:
-        return f"{said}some held-out windows can not be simulated with them."
+        return f"{said}some held-out windows cannot be simulated with them."
     said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"
-    missing = decide.misfit(chi2, case.heldout.samples, case.kappa)
+    missing = decide.misfit(chi2, problem.heldout.samples, problem.kappa)
     said += ": the model misses something, and jackbench trace asks what." if missing else ", as it should be."
     if pushed := [one.number.name for one in found if one.pushed]:
         said += f" At an end of its range: {', '.join(pushed)}."

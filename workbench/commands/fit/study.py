@@ -1,4 +1,4 @@
-"""Fit a rig's uncertain numbers to a campaign, and say which of them the recordings can not see."""
+"""Fit a rig's uncertain numbers to a campaign, and say which of them the recordings cannot see."""
 
 from typing import Any
 
@@ -21,20 +21,20 @@ def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: P
     if starts < 1:
         raise InputError(f"--starts {starts}: must be 1 or more")
     with one_blas_thread():
-        case = estimation_problem(campaign, rig)
-        stand = unpacked(stage("fit", lambda: packed(fit_rig(case, starts, progress))), case, ())
+        problem = estimation_problem(campaign, rig)
+        model_fit = unpacked(stage("fit", lambda: packed(fit_rig(problem, starts, progress))), problem, ())
         progress("errors of the rig file and of the fit")
-        declared = [predict_windows(build(rig), record, case.floor) for record in campaign.heldout]
-    after = predictions(stand.model, case.heldout, stand.x0, stand.fit.p)
-    found = fitted(rig, stand.fit)
+        declared = [predict_windows(build(rig), record, problem.floor) for record in campaign.heldout]
+    after = predictions(model_fit.model, problem.heldout, model_fit.x0, model_fit.fit.p)
+    found = fitted(rig, model_fit.fit)
     metrics: dict[str, Any] = {
-        "parameters": base_intervals(rig, stand.fit),
-        "chi2": {"train": stand.fit.chi2, "heldout": finite(stand.chi2)},
-        "rms": rms_of(case.floor, declared, after),
+        "parameters": base_intervals(rig, model_fit.fit),
+        "chi2": {"train": model_fit.fit.chi2, "heldout": finite(model_fit.chi2)},
+        "rms": rms_of(problem.floor, declared, after),
         "unseen": [one.number.name for one in found if one.unseen],
-        "at_an_end": [one.number.name for one in found if one.held],
-        "correlations": {"names": [one.number.name for one in found], "matrix": correlations(stand.fit)},
+        "at_an_end": [one.number.name for one in found if one.at_bounds],
+        "correlations": {"names": [one.number.name for one in found], "matrix": correlations(model_fit.fit)},
     }
-    page, picture = fit_page(case, found, metrics)
+    page, picture = fit_page(problem, found, metrics)
     tables = record_tables({"rig file": declared, "fitted": after})
-    return Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(fitted_rig(case, stand))})
+    return Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(fitted_rig(problem, model_fit))})

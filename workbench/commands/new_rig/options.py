@@ -20,8 +20,8 @@ def _new_rig(options: argparse.Namespace, words: list[str]) -> None:
     sheet = load_datasheet(options.datasheet)
     from .study import identity, run_new_rig
 
-    def study(stage: Stage, say: Progress) -> Outcome:
-        outcome, rig = run_new_rig(sheet, stage, say)
+    def study(stage: Stage, report_progress: Progress) -> Outcome:
+        outcome, rig = run_new_rig(sheet, stage, report_progress)
         return replace(outcome, files={"rig.toml": rig_text(rig)})
 
     finish(options, words, Path(options.datasheet).stem, {"command": "new-rig", **identity(sheet)}, study)

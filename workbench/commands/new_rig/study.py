@@ -120,7 +120,7 @@ def _verdict(sheet: Datasheet, rows: Sequence[Mapping[str, Any]], fit: ValveFit 
     if not fit:
         return met
     own = [f.name for f in fit.free if not f.printed]
-    lost = [f.name for f in fit.free if not f.printed and fit.determination.given_others[f.name] >= DETERMINED]
+    lost = [f.name for f in fit.free if not f.printed and fit.determination.conditional[f.name] >= DETERMINED]
     return (
         f"{met} Of the {len(own)} unpublished numbers {fit.determination.count} combinations are determined to "
         f"{100 * DETERMINED:.0f} % or better; not determined: {', '.join(lost)}."
@@ -162,7 +162,7 @@ def _numbers(fit: ValveFit) -> Table:
     rows = []
     for f in fit.free:
         n, found = fit.rig.numbers[f.name], fit.determination
-        intervals = (100 * found.alone[f.name], 100 * found.given_others[f.name])
+        intervals = (100 * found.marginal[f.name], 100 * found.conditional[f.name])
         values = [None if v is None else float(from_si(v, n.unit, n.si)) for v in (n.value, f.start, n.low, n.high)]
         rows.append([f.name, n.unit, *values, *intervals, n.source])
     return Table(

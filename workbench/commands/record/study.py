@@ -116,7 +116,7 @@ def standard_set(drive: DriveSimulation) -> dict[str, Excitation]:
     for one in designs:
         fitting = within_limits(drive, one)
         if fitting is None:
-            raise InputError(f"rig {rig.name}: can not play {one.name} at any size; check its limits")
+            raise InputError(f"rig {rig.name}: cannot play {one.name} at any size; check its limits")
         found[one.name] = fitting
     return found
 

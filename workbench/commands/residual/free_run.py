@@ -29,7 +29,7 @@ def free_run_rows(found: Sequence[FreeRunComparison]) -> list[dict[str, Any]]:
             "signal": one.name,
             "unit": SIGNALS[one.name].unit,
             **{phase: _shown(one, one.errors.get(phase)) for phase in PHASES},
-            "repeatability": {phase: _shown(one, one.spread.get(phase)) for phase in PHASES},
+            "repeatability": {phase: _shown(one, one.repeatability.get(phase)) for phase in PHASES},
         }
         for one in found
     ]
@@ -39,8 +39,8 @@ def free_run_section(found: Sequence[FreeRunComparison]) -> Section:
     """The table of errors beside the repeatability, and each mean with its free run."""
     rows = []
     for row in free_run_rows(found):
-        spread = row["repeatability"]
-        numbers = [number for phase in PHASES for number in (row[phase], spread[phase])]
+        repeatability = row["repeatability"]
+        numbers = [number for phase in PHASES for number in (row[phase], repeatability[phase])]
         rows.append([", ".join(row["records"]), row["signal"], row["unit"], *numbers])
     table = Table(
         "RMS distance of one free run to the mean of the repeats",

@@ -21,19 +21,19 @@ _TRIES = 2  # an effect is not linear in its strength: look again where it shoul
 
 
 def detectability(
-    case: EstimationProblem, stand: FittedModel, library: Sequence[Effect], stage: Stage, progress: Progress
+    problem: EstimationProblem, model_fit: FittedModel, library: Sequence[Effect], stage: Stage, progress: Progress
 ) -> list[dict[str, Any]]:
     """For the first formula of every effect the strength, over the typical one, that opens the gate; None: never."""
-    first = {one.name: one for one in reversed(library) if applies(one, case.rig)}
+    first = {one.name: one for one in reversed(library) if applies(one, problem.rig)}
     effects = [one for one in library if first.get(one.name) is one]
 
     def compute() -> list[dict[str, Any]]:
-        rest = NuisanceProjection(stand.model, case.train, stand.fit)
-        plain = stand.model.errors(case.train, stand.fit.x0, stand.fit.p)
+        rest = NuisanceProjection(model_fit.model, problem.train, model_fit.fit)
+        plain = model_fit.model.errors(problem.train, model_fit.fit.x0, model_fit.fit.p)
         rows = []
         for effect in effects:
             progress(f"from when on {effect.name} shows")
-            rows.append({"effect": effect.name, "strength": _strength(case, stand, effect, rest, plain)})
+            rows.append({"effect": effect.name, "strength": _strength(problem, model_fit, effect, rest, plain)})
         return rows
 
     return stage("seen", compute)
@@ -64,14 +64,18 @@ def seen_table(rows: Sequence[dict[str, Any]], library: Sequence[Effect]) -> Tab
 
 
 def _strength(
-    case: EstimationProblem, stand: FittedModel, effect: Effect, rest: NuisanceProjection, plain: Sequence[np.ndarray]
+    problem: EstimationProblem,
+    model_fit: FittedModel,
+    effect: Effect,
+    rest: NuisanceProjection,
+    plain: Sequence[np.ndarray],
 ) -> float | None:
     """The strength at which the misfit is as large as the gate asks for; None where the numbers' ranges end before."""
-    wanted = case.train.samples * (decide.gate(case.heldout.samples, case.kappa) - 1)
-    model = model_with(case.rig, (*stand.effects, effect), case.train.names, brief=True)
+    wanted = problem.train.samples * (decide.gate(problem.heldout.samples, problem.kappa) - 1)
+    model = model_with(problem.rig, (*model_fit.effects, effect), problem.train.names, brief=True)
     strength = 1.0
     for _ in range(_TRIES):
-        size = _size(model, case, stand, effect, strength, rest, plain)
+        size = _size(model, problem, model_fit, effect, strength, rest, plain)
         if size is None:
             return strength
         strength = float(np.clip(strength * np.sqrt(wanted / max(size, 1e-12)), _LEAST, _MOST))
@@ -81,22 +85,22 @@ def _strength(
 
 def _size(
     model: Model,
-    case: EstimationProblem,
-    stand: FittedModel,
+    problem: EstimationProblem,
+    model_fit: FittedModel,
     effect: Effect,
     strength: float,
     rest: NuisanceProjection,
     plain: Sequence[np.ndarray],
 ) -> float | None:
-    """The squares that the effect would leave after a refit; None where it can not be simulated."""
-    p = extend_parameters(stand.model.plant, stand.fit.p, model.plant)
+    """The squares that the effect would leave after a refit; None where it cannot be simulated."""
+    p = extend_parameters(model_fit.model.plant, model_fit.fit.p, model.plant)
     numbers = at_strength(effect, strength)
     p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
     try:
-        x0 = initial_states_with_effect(model, stand.model, case.train, stand.fit.x0, p)
+        x0 = initial_states_with_effect(model, model_fit.model, problem.train, model_fit.fit.x0, p)
     except InputError:
         return None
-    change = [a - b for a, b in zip(model.errors(case.train, x0, p), plain, strict=True)]
+    change = [a - b for a, b in zip(model.errors(problem.train, x0, p), plain, strict=True)]
     if not all(np.isfinite(part).all() for part in change):
         return None
     return float(np.sum(rest(change) ** 2))

@@ -32,7 +32,7 @@ Item = Figure | Table | str
 
 
 def trace_page(
-    found: Trace,
+    trace: Trace,
     answer: dict[str, Any],
     both: Both,
     library: Sequence[Effect],
@@ -43,33 +43,33 @@ def trace_page(
 
     `shape` is that of what is missing, `shown` what the records would have shown.
     """
-    changed, floor, names = bool(found.effects), found.case.floor, labels(found)
+    changed, floor, names = bool(trace.effects), trace.problem.floor, labels(trace)
     pairs = list(zip(*both, strict=True))
     index, name, part = telling(pairs, floor, changed)
     first = signal_figure(pairs[index], name, floor, names, part)
     picture = error_figure(answer["rms"], names)
     sections = [
         Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
-        *(_what(found) if changed else _shape(shape)),
-        *(_shape(shape) if changed else _what(found)),
-        *_next(found),
-        *_where(found),
-        _own_numbers(found, names),
+        *(_what(trace) if changed else _shape(shape)),
+        *(_shape(shape) if changed else _what(trace)),
+        *_next(trace),
+        *_where(trace),
+        _own_numbers(trace, names),
         *_could_show(library, shown),
         Section("Noise floor", [noise_table(floor)]),
-        _untested(found, library),
-        *_signals(found, pairs, names),
+        _untested(trace, library),
+        *_signals(trace, pairs, names),
     ]
-    title = f"{found.case.campaign.path.resolve().name} on {found.case.rig.name}: what the model lacks"
-    return Page(title, verdict(found, shape, None if shown is None else undetectable(shown)), sections), picture
+    title = f"{trace.problem.campaign.path.resolve().name} on {trace.problem.rig.name}: what the model lacks"
+    return Page(title, verdict(trace, shape, None if shown is None else undetectable(shown)), sections), picture
 
 
-def _what(found: Trace) -> list[Section]:
-    if not found.passes:
+def _what(trace: Trace) -> list[Section]:
+    if not trace.passes:
         return []
-    items: list[Item] = [candidates_table(found), rule_table(found), numbers_table(found)]
-    items += [table for n, each in enumerate(found.passes, 1) if (table := cosines_table(each, n))]
-    return [Section("What explains it" if found.effects else "What was tried", items)]
+    items: list[Item] = [candidates_table(trace), rule_table(trace), numbers_table(trace)]
+    items += [table for n, each in enumerate(trace.passes, 1) if (table := cosines_table(each, n))]
+    return [Section("What explains it" if trace.effects else "What was tried", items)]
 
 
 def _shape(shape: UnexplainedDisturbance | None) -> list[Section]:
@@ -85,55 +85,55 @@ def _shape(shape: UnexplainedDisturbance | None) -> list[Section]:
     return [Section(f"What is missing in {EQUATION[shape.equation]}", items)]
 
 
-def _next(found: Trace) -> list[Section]:
-    said = [f"{about}: {record}." for about, record in next_records(found)]
-    if found.verdict == "tied":
+def _next(trace: Trace) -> list[Section]:
+    said = [f"{about}: {record}." for about, record in next_records(trace)]
+    if trace.verdict == "tied":
         said.insert(0, "Recordings in which only one of them acts tell them apart:")
     return [Section("What to record next", said)] if said else []
 
 
-def _where(found: Trace) -> list[Section]:
-    if not found.evidence:
+def _where(trace: Trace) -> list[Section]:
+    if not trace.evidence:
         return []
-    best, second = found.evidence[0], found.evidence[1]
+    best, second = trace.evidence[0], trace.evidence[1]
     ahead = best[1] - second[1]
-    clear = decide.SIGNIFICANT * found.case.kappa
+    clear = decide.SIGNIFICANT * trace.problem.kappa
     said = (
         f"A disturbance in {EQUATION[best[0]]} explains most; the next, in {EQUATION[second[0]]}, is "
         f"{ahead:.0f} behind in log-likelihood ({clear:.0f} is clear)."
     )
-    if found.cuts:
-        direct = ", ".join(f"{name} {value:.3g}" for name, value in found.cuts.items())
+    if trace.parity_residuals:
+        direct = ", ".join(f"{name} {value:.3g}" for name, value in trace.parity_residuals.items())
         said += f" Held against measured signals alone, without simulation, equations have chi2: {direct}."
-    if found.effects and found.equation != best[0]:
-        said += f" The effect that was named acts in {EQUATION[found.equation or '']}: refits decide, not this."
-    elif found.equation not in (None, best[0]):
-        said += f" Together they point at {EQUATION[found.equation or '']}."
-    return [Section("In which equation", [said, evidence_figure(found.evidence)])]
+    if trace.effects and trace.equation != best[0]:
+        said += f" The effect that was named acts in {EQUATION[trace.equation or '']}: refits decide, not this."
+    elif trace.equation not in (None, best[0]):
+        said += f" Together they point at {EQUATION[trace.equation or '']}."
+    return [Section("In which equation", [said, evidence_figure(trace.evidence)])]
 
 
-def _own_numbers(found: Trace, names: Sequence[str]) -> Section:
-    stands = (found.base, found.final)[-len(names) :]
-    fits = {name: fitted(found.case.rig, stand.fit) for name, stand in zip(names, stands, strict=True)}
-    return Section("The rig's own numbers", [ranges_figure(fits), base_table(found, len(names) > 1)])
+def _own_numbers(trace: Trace, names: Sequence[str]) -> Section:
+    model_fits = (trace.base, trace.final)[-len(names) :]
+    fits = {name: fitted(trace.problem.rig, model_fit.fit) for name, model_fit in zip(names, model_fits, strict=True)}
+    return Section("The rig's own numbers", [ranges_figure(fits), base_table(trace, len(names) > 1)])
 
 
 def _could_show(library: Sequence[Effect], shown: Sequence[dict[str, Any]] | None) -> list[Section]:
     return [] if shown is None else [Section("What could not be seen", [seen_table(shown, library)])]
 
 
-def _untested(found: Trace, library: Sequence[Effect]) -> Section:
-    tables = [untested_table(found, library), unseen_signals(found), records_table(found.case)]
-    campaign = found.case.campaign
+def _untested(trace: Trace, library: Sequence[Effect]) -> Section:
+    tables = [untested_table(trace, library), unseen_signals(trace), records_table(trace.problem)]
+    campaign = trace.problem.campaign
     notes = [f"{r.name}: {n}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for n in r.notes]
     return Section("What was used, and what was not", [*(table for table in tables if table), *notes])
 
 
-def _signals(found: Trace, pairs: Sequence[Pair], names: Sequence[str]) -> list[Section]:
+def _signals(trace: Trace, pairs: Sequence[Pair], names: Sequence[str]) -> list[Section]:
     return [
         Section(
             f"Every signal of {pair[0].record.name}",
-            [signal_figure(pair, signal, found.case.floor, names) for signal in pair[0].signals],
+            [signal_figure(pair, signal, trace.problem.floor, names) for signal in pair[0].signals],
         )
         for pair in pairs
     ]

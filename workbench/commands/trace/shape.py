@@ -56,16 +56,16 @@ class UnexplainedDisturbance:
 
 
 def unexplained_disturbance(
-    case: EstimationProblem, stand: FittedModel, equation: str | None, stage: Stage, progress: Progress
+    problem: EstimationProblem, model_fit: FittedModel, equation: str | None, stage: Stage, progress: Progress
 ) -> UnexplainedDisturbance:
-    """The shape of what a stand leaves unexplained in an equation, which is sought where none is given.
+    """The shape of what a fit leaves unexplained in an equation, which is sought where none is given.
 
     It is taken from the windows with the largest errors.
     """
 
     def compute() -> dict[str, Any]:
         progress("shape of what is missing")
-        return asdict(_missing(case, stand, equation or locate_fault(case, stand).equation))
+        return asdict(_missing(problem, model_fit, equation or locate_fault(problem, model_fit).equation))
 
     return UnexplainedDisturbance(**stage("shape", compute))
 
@@ -99,30 +99,30 @@ def shape_tables(of: UnexplainedDisturbance) -> list[Table]:
     return [Table(f"What the missing {of.name} goes with", ["signal", "R2"], rows, note=note)]
 
 
-def _missing(case: EstimationProblem, stand: FittedModel, equation: str) -> UnexplainedDisturbance:
-    period, parts = case.train.records[0].period, worst(case, stand)
-    groups = opened(case, stand, parts)[equation]
+def _missing(problem: EstimationProblem, model_fit: FittedModel, equation: str) -> UnexplainedDisturbance:
+    period, parts = problem.train.records[0].period, worst(problem, model_fit)
+    groups = opened(problem, model_fit, parts)[equation]
     (best,) = localise({equation: groups}, period)
     found = [smoothed(*each, period, best.time) for each in zip(groups, _by_group(groups, best), strict=True)]
     rows = min(part.shape[1] for part in found)
     disturbance = np.concatenate([part[:, :rows] for part in found])
     if equation == "sensor":
-        return UnexplainedDisturbance("sensor", sensors=_sensors(disturbance, case.train.names, period))
-    signals = [_signals(stand, windows, x0, rows, period) for windows, x0 in parts]
+        return UnexplainedDisturbance("sensor", sensors=_sensors(disturbance, problem.train.names, period))
+    signals = [_signals(model_fit, windows, x0, rows, period) for windows, x0 in parts]
     together = {name: np.concatenate([one[name] for one in signals]) for name in signals[0]}
     moving = {name: value for name, value in together.items() if np.isfinite(value).all() and np.ptp(value) > 0}
-    return _shaped(case, best, disturbance, moving)
+    return _shaped(problem, best, disturbance, moving)
 
 
 def _shaped(
-    case: EstimationProblem, best: Evidence, disturbance: np.ndarray, signals: Mapping[str, np.ndarray]
+    problem: EstimationProblem, best: Evidence, disturbance: np.ndarray, signals: Mapping[str, np.ndarray]
 ) -> UnexplainedDisturbance:
-    (probe,) = (one for one in probes(case.rig) if one.equation == best.equation)
+    (probe,) = (one for one in probes(problem.rig) if one.equation == best.equation)
     order = np.argsort(-np.mean(disturbance**2, axis=(0, 1))).tolist()
     given = probe.inputs[order[0]]
     unit = str(_SHOWN.get(given.unit, given.unit))
     values = from_si(disturbance[..., order[0]] * given.scale, unit, given.unit)
-    found = shape(given.name, unit, values, signals, case.train.records[0].period)
+    found = shape(given.name, unit, values, signals, problem.train.records[0].period)
     partner = None
     if len(order) > 1:
         other = disturbance[..., order[1]]
@@ -149,13 +149,15 @@ def _by_group(parts: list[LinearTimeVaryingModel], best: Evidence) -> list[np.nd
     return np.split(best.amplitudes, ends)
 
 
-def _signals(stand: FittedModel, windows: Windows, x0: np.ndarray, rows: int, period: float) -> dict[str, np.ndarray]:
+def _signals(
+    model_fit: FittedModel, windows: Windows, x0: np.ndarray, rows: int, period: float
+) -> dict[str, np.ndarray]:
     """The signals of the fitted model [windows, rows] by label, in the units that people read: they have no noise."""
-    plant = stand.model.plant
+    plant = model_fit.model.plant
     names = [name for name in plant.outputs if name not in _HIDDEN]
-    parts = Model(plant, names).predict(windows, x0, stand.fit.p)
+    parts = Model(plant, names).predict(windows, x0, model_fit.fit.p)
     values = np.concatenate([part[:, :rows] for part in parts])
-    found = {"command [1]": np.concatenate([windows.commands(group).held[:, :rows] for group in windows.groups])}
+    found = {"command [1]": np.concatenate([windows.commands(group).mean[:, :rows] for group in windows.groups])}
     for column, name in enumerate(names):
         signal = SIGNALS[name]
         found[signal.label] = from_si(values[..., column], signal.unit, signal.si)

@@ -50,7 +50,7 @@ def trace_campaign(
     campaign: a campaign folder, or a Campaign. rig: a Rig, a bundled rig's name or a rig file; without one, the rig
     that the campaign names. effects: Python files with effects of your own. without: names that are not to be tried.
     several: the rig is known to lack more than one effect, so that those which only explain a part are added too.
-    Raises InputError for records, a rig or effects that can not be read, and for records that are not of this rig.
+    Raises InputError for records, a rig or effects that cannot be read, and for records that are not of this rig.
     """
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign)
@@ -104,10 +104,10 @@ def _answer(
         lacks = {"unknown": found.equation, "incomplete": None}  # what is left may sit in another equation
         shape = None
         if found.verdict in lacks:
-            shape = unexplained_disturbance(found.case, found.final, lacks[found.verdict], stage, progress)
-        shown = detectability(found.case, found.final, library, stage, progress) if found.verdict == "none" else None
+            shape = unexplained_disturbance(found.problem, found.final, lacks[found.verdict], stage, progress)
+        shown = detectability(found.problem, found.final, library, stage, progress) if found.verdict == "none" else None
     page, picture = trace_page(found, answer, both, library, shape, shown)
-    rig_found = fitted_rig(found.case, found.final, files)
+    rig_found = fitted_rig(found.problem, found.final, files)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}
     tables = record_tables(dict(zip(labels(found), both, strict=False)))
     outcome = Outcome(answer | more_json(found), page, picture, tables, texts)

@@ -21,17 +21,17 @@ _NUMBERS = 6  # candidates whose numbers are listed
 _COMPARED = 6  # effects whose likeness is listed
 
 
-def candidates_table(found: Trace) -> Table:
+def candidates_table(trace: Trace) -> Table:
     """Every refitted effect, with what the rule says of it."""
-    each_of = {id(one): each for each in found.passes for one in each.tried}
+    each_of = {id(one): each for each in trace.passes for one in each.tried}
     rows = []
-    for one, share in ranking(found):
+    for one, share in ranking(trace):
         effect = one.candidate.effect
-        says = reason(found, each_of[id(one)], one)
+        says = reason(trace, each_of[id(one)], one)
         rows.append(
             [effect.name, effect.formula, effect.equation, round(100 * min(share, 1.0), 1), one.judgement.chi2, says]
         )
-    for each in found.passes:
+    for each in trace.passes:
         for one, why in failures(each.tried):
             effect = one.candidate.effect
             rows.append([effect.name, effect.formula, effect.equation, None, None, f"no fit: {why}"])
@@ -45,46 +45,46 @@ def candidates_table(found: Trace) -> Table:
     )
 
 
-def rule_table(found: Trace) -> Table:
+def rule_table(trace: Trace) -> Table:
     """What the rule asked before it said anything, and what it got."""
-    case = found.case
-    gate = decide.gate(case.heldout.samples, case.kappa)
-    rows = [["the fitted rig misses something", "held-out chi2", found.chi2[0], f"above {gate:.3g}"]]
-    if found.evidence:
-        least = decide.SIGNIFICANT * case.kappa
-        rows.append(["it sits in an equation", "gain in log-likelihood", found.evidence[0][1], f"above {least:.3g}"])
-    asked = found.effects or tuple(one for one, _ in ranking(found)[:1])
-    rows += [row for each in found.passes for one in each.tried if one in asked for row in _asked(found, each, one)]
-    if found.effects:
-        rows.append(["nothing else is missing", "held-out chi2", found.chi2[1], f"at most {gate:.3g}"])
+    problem = trace.problem
+    gate = decide.gate(problem.heldout.samples, problem.kappa)
+    rows = [["the fitted rig misses something", "held-out chi2", trace.chi2[0], f"above {gate:.3g}"]]
+    if trace.evidence:
+        least = decide.SIGNIFICANT * problem.kappa
+        rows.append(["it sits in an equation", "gain in log-likelihood", trace.evidence[0][1], f"above {least:.3g}"])
+    asked = trace.effects or tuple(one for one, _ in ranking(trace)[:1])
+    rows += [row for each in trace.passes for one in each.tried if one in asked for row in _asked(trace, each, one)]
+    if trace.effects:
+        rows.append(["nothing else is missing", "held-out chi2", trace.chi2[1], f"at most {gate:.3g}"])
     return Table("What the rule asked", ["that", "test", "value", "asked"], rows)
 
 
-def _asked(found: Trace, each: Pass, one: CandidateFit) -> list[list[Cell]]:
+def _asked(trace: Trace, each: Pass, one: CandidateFit) -> list[list[Cell]]:
     """The rule's questions about one effect."""
     judged, name = one.judgement, one.candidate.effect.name
-    fall, chance = accident(found, each, one)
+    fall, chance = accident(trace, each, one)
     enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
-    if found.effects and judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
+    if trace.effects and judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
         enough = "as one of several"
     return [
-        [f"{name} is no accident", "fall of BIC, train", fall, f"above {decide.BIC * found.case.kappa:.3g}"],
+        [f"{name} is no accident", "fall of BIC, train", fall, f"above {decide.BIC * trace.problem.kappa:.3g}"],
         [f"{name} is no accident", "chance, held-out", chance, f"below {decide.CHANCE:g}"],
         [f"{name} explains it", "explained [%]", 100 * min(judged.explained, 1.0), enough],
     ]
 
 
-def numbers_table(found: Trace) -> Table:
+def numbers_table(trace: Trace) -> Table:
     """The numbers of the added and of the next best effects with intervals."""
     rows = []
-    for one, _ in ranking(found)[:_NUMBERS]:
-        stand = found.final if one in found.effects else one.stand
-        assert stand is not None
+    for one, _ in ranking(trace)[:_NUMBERS]:
+        model_fit = trace.final if one in trace.effects else one.model_fit
+        assert model_fit is not None
         effect = one.candidate.effect
-        intervals = effect_intervals(effect, stand.fit)
+        intervals = effect_intervals(effect, model_fit.fit)
         for number, values in zip(effect.numbers, intervals.values(), strict=True):
             range_ = [float(from_si(v, number.shown, number.si)) for v in (number.low, number.high)]
-            end = "at an end" if effect.key(number.name) in stand.fit.held else ""
+            end = "at an end" if effect.key(number.name) in model_fit.fit.at_bounds else ""
             cells = [effect.name, effect.formula, number.name, number.meaning, number.shown]
             rows.append([*cells, *values, *range_, end])
     return Table(
@@ -95,16 +95,16 @@ def numbers_table(found: Trace) -> Table:
     )  # fmt: skip
 
 
-def base_table(found: Trace, changed: bool) -> Table:
+def base_table(trace: Trace, changed: bool) -> Table:
     """The rig's own numbers: in its file, fitted alone, and beside what was added."""
-    rig = found.case.rig
+    rig = trace.problem.rig
     rows = []
-    for alone, last in zip(fitted(rig, found.base.fit), fitted(rig, found.final.fit), strict=True):
+    for alone, last in zip(fitted(rig, trace.base.fit), fitted(rig, trace.final.fit), strict=True):
         number = last.number
         values = [number.value, *([alone.value] if changed else []), last.value, last.low, last.high]
         ends = [v for v in (number.low, number.high) if v is not None]
         shown = [float(from_si(v, number.unit, number.si)) for v in (*values, *ends)]
-        state = ["at an end"] * last.held + ["at an end when alone"] * (alone.held and not last.held)
+        state = ["at an end"] * last.at_bounds + ["at an end when alone"] * (alone.at_bounds and not last.at_bounds)
         state += ["not seen"] * last.unseen
         rows.append([number.name, number.unit, *shown, ", ".join(state)])
     alone = ["alone", "with effects"] if changed else ["fitted"]
@@ -127,14 +127,14 @@ def cosines_table(each: Pass, number: int) -> Table | None:
     rows = [[name, *row] for name, row in zip(names, np.round(part, 2).tolist(), strict=True)]
     note = (
         "Cosine between what two effects do to the errors, beyond what the rig's numbers can do: near 1 this campaign "
-        "can not tell them apart."
+        "cannot tell them apart."
     )
     return Table(f"Likeness of effects{f', search {number}' if number > 1 else ''}", ["", *names], rows, note=note)
 
 
-def untested_table(found: Trace, library: Sequence[Effect]) -> Table | None:
+def untested_table(trace: Trace, library: Sequence[Effect]) -> Table | None:
     """Effects that were not tried, and why."""
-    rig, named = found.case.rig, {effect.name for effect in library}
+    rig, named = trace.problem.rig, {effect.name for effect in library}
     declared = {use.name for use in rig.effects}
     rows = []
     for name in dict.fromkeys(effect.name for effect in (*known_effects(rig.effect_files), *library)):
@@ -147,24 +147,24 @@ def untested_table(found: Trace, library: Sequence[Effect]) -> Table | None:
     return Table("Effects that were not tried", ["effect", "why"], rows) if rows else None
 
 
-def unseen_signals(found: Trace) -> Table | None:
+def unseen_signals(trace: Trace) -> Table | None:
     """Signals that the model predicts and no held-out record has."""
-    names = {name for record in found.case.heldout.records for name in record.signals}
-    lacking = [name for name in MEASURED if name in found.base.model.plant.outputs and name not in names]
+    names = {name for record in trace.problem.heldout.records for name in record.signals}
+    lacking = [name for name in MEASURED if name in trace.base.model.plant.outputs and name not in names]
     rows = [[name, SIGNAL[name]] for name in lacking if name != "velocity"]
     return Table("Signals that were not recorded", ["signal", "what it would do"], rows) if rows else None
 
 
-def records_table(case: EstimationProblem) -> Table:
+def records_table(problem: EstimationProblem) -> Table:
     """Which record was used for what."""
     rows = [
         [record.name, role, float(record.t[-1] - record.t[0]) + record.period, record.t.size, ", ".join(record.names)]
         for role in ("static", "train", "heldout")
-        for record in _records(case, role)
+        for record in _records(problem, role)
     ]
     used = "static: the noise floor; train: fits, scores and equations; heldout: every error that is quoted."
     return Table("Records", ["record", "role", "seconds", "samples", "signals"], rows, note=used)
 
 
-def _records(case: EstimationProblem, role: str) -> tuple[Record, ...]:
-    return getattr(case.campaign, role)
+def _records(problem: EstimationProblem, role: str) -> tuple[Record, ...]:
+    return getattr(problem.campaign, role)

@@ -63,19 +63,19 @@ EFFECT = {
 }
 
 
-def verdict(found: Trace, shape: UnexplainedDisturbance | None, hidden: Sequence[str] | None) -> str:
+def verdict(trace: Trace, shape: UnexplainedDisturbance | None, hidden: Sequence[str] | None) -> str:
     """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
-    text = said[found.verdict](found, shape) if found.verdict in said else _none(found, hidden or ())
-    ends = [one.number.name for one in fitted(found.case.rig, found.final.fit) if one.pushed]
+    text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, hidden or ())
+    ends = [one.number.name for one in fitted(trace.problem.rig, trace.final.fit) if one.pushed]
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
     return text
 
 
-def times_noise(found: Trace) -> tuple[float, float]:
+def times_noise(trace: Trace) -> tuple[float, float]:
     """Held-out error over the noise before and after, all signals together."""
-    before, after = found.chi2
+    before, after = trace.chi2
     return float(np.sqrt(before)), float(np.sqrt(after))
 
 
@@ -94,89 +94,89 @@ def listed(names: Sequence[str], last: str = "and") -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
-def next_records(found: Trace) -> list[tuple[str, str]]:
+def next_records(trace: Trace) -> list[tuple[str, str]]:
     """What to record next: an effect in question, or the equation, and the excitation that shows it best."""
-    if found.verdict == "none" or found.equation is None:
+    if trace.verdict == "none" or trace.equation is None:
         return []
-    if not found.effects:
-        return [(EQUATION[found.equation], RECORD[found.equation])]
-    asked = [one.candidate.effect for one in found.effects]
-    asked += [one.candidate.effect for each in found.passes for one in each.found]
+    if not trace.effects:
+        return [(EQUATION[trace.equation], RECORD[trace.equation])]
+    asked = [one.candidate.effect for one in trace.effects]
+    asked += [one.candidate.effect for each in trace.passes for one in each.accepted]
     first = {effect.name: effect.shows for effect in reversed(asked)}
-    wanted = dict.fromkeys((*(one.candidate.effect.name for one in found.effects), *found.tied))
+    wanted = dict.fromkeys((*(one.candidate.effect.name for one in trace.effects), *trace.tied))
     return [(name, first[name]) for name in wanted]
 
 
-def reason(found: Trace, each: Pass, one: CandidateFit) -> str:
+def reason(trace: Trace, each: Pass, one: CandidateFit) -> str:
     """What the rule says of a candidate: why it counts, or why it does not."""
-    stand, judged, name = one.stand, one.judgement, one.candidate.effect.name
-    assert stand is not None
-    if one in found.effects:
+    model_fit, judged, name = one.model_fit, one.judgement, one.candidate.effect.name
+    assert model_fit is not None
+    if one in trace.effects:
         return "added"
     if judged.passes:
         if judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
             return f"real, but explains less than {100 * decide.NAMED:.0f} %"
-        if one in each.found:
+        if one in each.accepted:
             return "as good as the one that was added"
-        added = [other.candidate.effect.name for other in found.effects]
+        added = [other.candidate.effect.name for other in trace.effects]
         return f"another {'formula' if name in added else 'effect'} explains more"
-    if stand.squares >= each.before.squares:
+    if model_fit.squares >= each.before.squares:
         return "the held-out error does not fall"
-    fall, _ = accident(found, each, one)
-    if fall <= decide.BIC * found.case.kappa:
+    fall, _ = accident(trace, each, one)
+    if fall <= decide.BIC * trace.problem.kappa:
         return "too little gain on the train records for its numbers"
     return "the held-out gain may be chance"
 
 
-def accident(found: Trace, each: Pass, one: CandidateFit) -> tuple[float, float]:
+def accident(trace: Trace, each: Pass, one: CandidateFit) -> tuple[float, float]:
     """What speaks against an accident: fall of BIC on train records, chance of the gain on held-out records."""
-    stand, case = one.stand, found.case
-    assert stand is not None
-    squares = float(each.before.fit.squares.sum()), float(stand.fit.squares.sum())
-    fall = decide.bic_fall(*squares, len(one.candidate.effect.fitted), stand.fit.samples)
-    count = len(found.passes[0].scores)
-    return fall, decide.chance(each.before.squares, stand.squares, case.kappa, count)
+    model_fit, problem = one.model_fit, trace.problem
+    assert model_fit is not None
+    squares = float(each.before.fit.squares.sum()), float(model_fit.fit.squares.sum())
+    fall = decide.bic_fall(*squares, len(one.candidate.effect.fitted), model_fit.fit.samples)
+    count = len(trace.passes[0].scores)
+    return fall, decide.chance(each.before.squares, model_fit.squares, problem.kappa, count)
 
 
-def _named(found: Trace, _shape: UnexplainedDisturbance | None) -> str:
-    before, after = times_noise(found)
-    said = f"{_explains(found)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
-    beside = [(one, share) for one, share in ranking(found) if _other(found, one)]
+def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
+    before, after = times_noise(trace)
+    said = f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
+    beside = [(one, share) for one, share in ranking(trace) if _other(trace, one)]
     if beside:
         one, share = beside[0]
         far = f" No other effect comes near: the next, {one.candidate.effect.name}, explains {_percent(share)}."
         said += far if share < _FAR else f" The next best, {one.candidate.effect.name}, explains {_percent(share)}."
-    return f"{said} {_advice(found, 'To pin the numbers down, record')}"
+    return f"{said} {_advice(trace, 'To pin the numbers down, record')}"
 
 
-def _incomplete(found: Trace, shape: UnexplainedDisturbance | None) -> str:
-    before, after = times_noise(found)
+def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
+    before, after = times_noise(trace)
     where = f", most likely in {EQUATION[shape.equation]}" if shape else ""
     return (
-        f"{_explains(found)} But the held-out error only falls from {_times(before)} to {_times(after)} times the "
-        f"noise: something else is missing too{where}. {_advice(found, 'To go on, record')}"
+        f"{_explains(trace)} But the held-out error only falls from {_times(before)} to {_times(after)} times the "
+        f"noise: something else is missing too{where}. {_advice(trace, 'To go on, record')}"
     )
 
 
-def _tied(found: Trace, _shape: UnexplainedDisturbance | None) -> str:
-    before, after = times_noise(found)
-    names = [one.candidate.effect.name for one in found.passes[0].found]
+def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
+    before, after = times_noise(trace)
+    names = [one.candidate.effect.name for one in trace.passes[0].accepted]
     words = listed([EFFECT.get(name, f"{name} acts") for name in names], "or")
     return (
-        f"Either {words}: these records can not tell {listed(names)} apart, each explains "
-        f"{_percent(found.effects[0].judgement.explained)} of what the model misses, and the held-out error falls from "
-        f"{_times(before)} to {_times(after)} times the noise. {_advice(found, 'To tell them apart, record')}"
+        f"Either {words}: these records cannot tell {listed(names)} apart, each explains "
+        f"{_percent(trace.effects[0].judgement.explained)} of what the model misses, and the held-out error falls from "
+        f"{_times(before)} to {_times(after)} times the noise. {_advice(trace, 'To tell them apart, record')}"
     )
 
 
-def _unknown(found: Trace, shape: UnexplainedDisturbance | None) -> str:
-    before, _ = times_noise(found)
-    where = EQUATION.get(found.equation or "", "the model")
+def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
+    before, _ = times_noise(trace)
+    where = EQUATION.get(trace.equation or "", "the model")
     said = (
         f"Something is missing in {where} that no known effect explains: the held-out error is {_times(before)} times "
     )
     said += "the noise"
-    best = ranking(found)
+    best = ranking(trace)
     if best:
         one, share = best[0]
         said += f", and the best effect, {title(one.candidate.effect)}, takes away only {_percent(share)} of it"
@@ -186,14 +186,14 @@ def _unknown(found: Trace, shape: UnexplainedDisturbance | None) -> str:
         name, share = shape.explained[0]
         said += f" The missing {shape.name} goes with {name.split(' [')[0]} (R2 {share:.2f})"
         said += f" and repeats at {shape.line:.3g} Hz." if shape.line else "."
-    if found.equation in RECORD:
-        said += f" To learn more, record {RECORD[found.equation]}."
+    if trace.equation in RECORD:
+        said += f" To learn more, record {RECORD[trace.equation]}."
     return said
 
 
-def _none(found: Trace, hidden: Sequence[str]) -> str:
-    before, _ = times_noise(found)
-    if found.evidence:
+def _none(trace: Trace, hidden: Sequence[str]) -> str:
+    before, _ = times_noise(trace)
+    if trace.evidence:
         return (
             f"No single equation lacks anything that these records could show: the held-out error is {before:.3g} "
             "times the noise, but a disturbance in no equation explains it. Check the noise floor: a longer static "
@@ -206,11 +206,11 @@ def _none(found: Trace, hidden: Sequence[str]) -> str:
     return said
 
 
-def _explains(found: Trace) -> str:
+def _explains(trace: Trace) -> str:
     """Which effects explain how much."""
-    effects = [one.candidate.effect for one in found.effects]
+    effects = [one.candidate.effect for one in trace.effects]
     words = listed([EFFECT.get(effect.name, f"{effect.name} acts") for effect in effects])
-    before, after = found.chi2
+    before, after = trace.chi2
     share = (before - after) / (before - 1)
     verb = "explains" if len(effects) == 1 else "explain together"
     return (
@@ -219,12 +219,12 @@ def _explains(found: Trace) -> str:
     )
 
 
-def _other(found: Trace, one: CandidateFit) -> bool:
-    return one.candidate.effect.name not in [each.candidate.effect.name for each in found.effects]
+def _other(trace: Trace, one: CandidateFit) -> bool:
+    return one.candidate.effect.name not in [each.candidate.effect.name for each in trace.effects]
 
 
-def _advice(found: Trace, begin: str) -> str:
-    records = next_records(found)
+def _advice(trace: Trace, begin: str) -> str:
+    records = next_records(trace)
     if not records:
         return ""
     if len(records) == 1:

@@ -210,8 +210,8 @@ def _local(record: Record, input: str, output: str) -> tuple:
         instrument = to_u.coherence > INSTRUMENT
         safe = np.where(instrument, to_u.response, 1.0)
         ratio = to_y.response / safe
-        spread = to_y.radius(to_y.left - ratio[:, None] * to_u.left) / np.abs(safe)
-        response, radius = np.where(instrument, ratio, response), np.where(instrument, spread, radius)
+        ratio_radius = to_y.radius(to_y.left - ratio[:, None] * to_u.left) / np.abs(safe)
+        response, radius = np.where(instrument, ratio, response), np.where(instrument, ratio_radius, radius)
     spacing = 1 / (record.t.size * record.period)
     method = f"local polynomials over {2 * REACH + 1} lines of {spacing:.3g} Hz"
     return lines * spacing, response, direct.coherence, radius, instrument, method

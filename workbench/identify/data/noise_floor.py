@@ -18,7 +18,7 @@ REPEATS = "differences between repeats"
 
 PIECE = 2.0  # s, about; drift is what a parabola follows within it
 MAINS = (50.0, 60.0, 100.0, 120.0)  # Hz
-MAINS_SPAN = 0.5  # s; a shorter run can not tell a mains line from its neighbours
+MAINS_SPAN = 0.5  # s; a shorter run cannot tell a mains line from its neighbours
 FEWEST_ROWS = 20
 RINGING_ROWS = 500  # fewer do not resolve a ringing
 RINGING_SHARE = 0.05  # of the variance; less moves sigma by less than 2.5 %
@@ -73,9 +73,9 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
         if not carriers:
             continue
         runs = [piece[name] for piece in rest if name in piece]
-        found = (*spread(runs), STATIC) if runs else (0.0, 1.0, STATIC)
+        found = (*sigma_and_kappa(runs), STATIC) if runs else (0.0, 1.0, STATIC)
         if name in again:
-            found = max(found, (*spread(again[name]), REPEATS))
+            found = max(found, (*sigma_and_kappa(again[name]), REPEATS))
         elif not runs:
             found = (_white_part(name, carriers), 1.0, ESTIMATED)
         least = _resolution(campaign, name, carriers) / np.sqrt(12.0)
@@ -83,7 +83,7 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
     return NoiseFloor(sigma, kappa, source)
 
 
-def spread(runs: Sequence[RepeatedRun]) -> tuple[float, float]:
+def sigma_and_kappa(runs: Sequence[RepeatedRun]) -> tuple[float, float]:
     """sigma and kappa = 1 + 2 sum rho_k of one signal's errors, pooled over runs.
 
     The sum ends at the first lag beyond six times itself (Sokal's window: Madras and Sokal 1988, J. Stat. Phys. 50,

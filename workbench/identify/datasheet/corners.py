@@ -13,7 +13,7 @@ from ...plant import Plant, build_pilot_bench, build_valve_bench
 from ...rigs.datasheet import Datasheet, Response
 from ...rigs.rig import Rig
 
-_FAILED = 3.0  # error of every figure where the model can not be simulated
+_FAILED = 3.0  # error of every figure where the model cannot be simulated
 _PROBE = 1.02  # corner frequencies are read off two points this factor below and above
 _CLOSE = 1.1  # corners this near each other share their points
 _LEAST_SLOPE = (0.7, 20.0)  # dB and deg per e-fold of frequency: a flatter curve has no corner to speak of

@@ -19,7 +19,7 @@ SLOW = 1e3  # Hz: faster modes are those of the oil in the spools' end chambers,
 GAINS = (0.3, 5.0)  # of the rig's own gain
 _F = np.array([REFERENCE, 12.0, 20.0, 30.0, 40.0, 50.0, 58.0, 64.0, 68.0, 72.0, 77.0, 82.0, 87.0, 93.0, 105.0])
 _CORNER, _PEAK, _DAMPING = 0.01, 0.1, 0.02  # what counts as one: a per cent of a corner, dB, damping ratio
-_LOST = 20.0  # the error where a design hunts at null, has no corner or can not be simulated
+_LOST = 20.0  # the error where a design hunts at null, has no corner or cannot be simulated
 _POPULATION, _GENERATIONS = 10, 40
 
 

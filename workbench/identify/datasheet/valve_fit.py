@@ -114,7 +114,7 @@ def unknowns(sheet: Datasheet) -> tuple[FreeParameter, ...]:
 
 
 def fit_three_stage(
-    sheet: Datasheet, starts: int, tolerance: float, keep: Keep, say: Callable[[str], None]
+    sheet: Datasheet, starts: int, tolerance: float, keep: Keep, report_progress: Callable[[str], None]
 ) -> ValveFit:
     """Fit until every figure is within `tolerance` (part): from the estimates, then from random places in the ranges.
 
@@ -125,7 +125,7 @@ def fit_three_stage(
     figures = FigureErrors(sheet, lambda x: _rig(sheet, free, x), middle)
     tried: list[tuple[float, int, np.ndarray]] = []
     while len(tried) < starts and not (tried and tried[-1][0] < tolerance):
-        x = _search(figures, free, len(tried), keep, say)
+        x = _search(figures, free, len(tried), keep, report_progress)
         tried.append((float(np.abs(figures.at(x)).max()), len(tried), x))
     _, start, x = min(tried, key=lambda each: each[0])
     slopes = keep("determination", lambda: figures.slopes(x, _differences(free, x)))
@@ -139,19 +139,23 @@ def source_of(free: FreeParameter, found: Determination) -> str:
     if free.printed:
         kind = "moved inside its rounding" if free.reason == "as printed" else f"in its range: {free.reason}"
         return f"not determined by the datasheet; {kind}"
-    if found.alone[free.name] < DETERMINED:
+    if found.marginal[free.name] < DETERMINED:
         return "fitted to the datasheet"
-    if found.given_others[free.name] < DETERMINED:
+    if found.conditional[free.name] < DETERMINED:
         return "fitted to the datasheet, which determines it only together with other numbers"
     return f"not determined by the datasheet; in its range about the estimate: {free.reason}"
 
 
 def _search(
-    figures: FigureErrors, free: tuple[FreeParameter, ...], start: int, keep: Keep, say: Callable[[str], None]
+    figures: FigureErrors,
+    free: tuple[FreeParameter, ...],
+    start: int,
+    keep: Keep,
+    report_progress: Callable[[str], None],
 ) -> np.ndarray:
     """A bounded least-squares search from the estimates (start 0) or from a random place; every slope is kept."""
     width = np.array([f.width for f in free])
-    low, high = (np.array([f.distance(getattr(f, end)) for f in free]) for end in ("low", "high"))
+    low, high = (np.array([f.normalised(getattr(f, end)) for f in free]) for end in ("low", "high"))
     first = np.zeros(len(free))
     if start:
         first = (low + high) / 2 + np.random.default_rng(start).uniform(-0.5, 0.5, len(free)) * width
@@ -164,7 +168,7 @@ def _search(
         nonlocal done
         done += 1
         slopes = keep(f"start {start} step {done}", lambda: figures.slopes(x, _differences(free, x)))
-        say(f"start {start}, step {done}: largest error {100 * np.abs(figures.at(x)).max():.1f} %")
+        report_progress(f"start {start}, step {done}: largest error {100 * np.abs(figures.at(x)).max():.1f} %")
         return np.concatenate([slopes / _TIGHT, np.diag(1 / width)])
 
     search: Any = least_squares  # its stubs know no function for the slopes
@@ -195,7 +199,7 @@ def _rig(sheet: Datasheet, free: tuple[FreeParameter, ...], x: np.ndarray, found
         value = _number(f.name, f.value(d), f"estimate: {f.reason}")
         numbers[f.name] = replace(value, unit=printed[f.name].unit)
         if found:
-            low, high = (f.value(d + sign * found.alone[f.name]) for sign in (-1, 1))
+            low, high = (f.value(d + sign * found.marginal[f.name]) for sign in (-1, 1))
             source, bounds = source_of(f, found), {"low": max(f.low, low), "high": min(f.high, high)}
             numbers[f.name] = replace(numbers[f.name], source=source, **bounds)
     lands = main_lands(sheet, numbers["z3max"].value, numbers["eps"].value)

@@ -26,17 +26,17 @@ class FreeParameter:
     printed: bool = False
 
     def value(self, x: float) -> float:
-        """SI value at a distance x from the estimate."""
+        """SI value at a normalised distance x from the estimate."""
         return self.start * float(np.exp(x)) if self.scale is None else self.start + self.scale * x
 
-    def distance(self, value: float) -> float:
-        """The x of a value."""
+    def normalised(self, value: float) -> float:
+        """The normalised distance x of a value from the estimate."""
         return float(np.log(value / self.start)) if self.scale is None else (value - self.start) / self.scale
 
     @property
     def width(self) -> float:
         """Half the range, as a distance."""
-        return (self.distance(self.high) - self.distance(self.low)) / 2
+        return (self.normalised(self.high) - self.normalised(self.low)) / 2
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,12 @@ class Combination:
 class Determination:
     """What the figures determine: `combinations` of the unknowns, best first; 95 % half intervals of single numbers.
 
-    `alone` is known whatever the others are, `given_others` when all others are known; both as distances.
+    `marginal` is known whatever the others are, `conditional` when all others are known; both normalised.
     """
 
     combinations: tuple[Combination, ...]
-    alone: Mapping[str, float]
-    given_others: Mapping[str, float]
+    marginal: Mapping[str, float]
+    conditional: Mapping[str, float]
 
     @property
     def count(self) -> int:
@@ -77,8 +77,8 @@ def determine(slopes: np.ndarray, free: tuple[FreeParameter, ...]) -> Determinat
     """
     prior = np.array([f.width for f in free]) / np.sqrt(3)
     own = np.array([not f.printed for f in free])
-    spread = slopes[:, ~own] * prior[~own]
-    noise = np.linalg.cholesky(FIGURE_ERROR**2 * np.eye(len(slopes)) + spread @ spread.T)
+    rounding = slopes[:, ~own] * prior[~own]
+    noise = np.linalg.cholesky(FIGURE_ERROR**2 * np.eye(len(slopes)) + rounding @ rounding.T)
     _, sizes, vectors = np.linalg.svd(np.linalg.solve(noise, slopes[:, own]))
     sizes = np.concatenate([sizes, np.zeros(len(vectors) - len(sizes))])
     names = [f.name for f in free if not f.printed]
@@ -87,10 +87,10 @@ def determine(slopes: np.ndarray, free: tuple[FreeParameter, ...]) -> Determinat
         for vector, size in zip(vectors, (1.96 / np.maximum(sizes, 1e-9)).tolist(), strict=True)
     )
     information = slopes.T @ slopes / FIGURE_ERROR**2 + np.diag(prior**-2)
-    alone, given = np.sqrt(np.diag(np.linalg.inv(information))), np.diag(information) ** -0.5
+    marginal, given = np.sqrt(np.diag(np.linalg.inv(information))), np.diag(information) ** -0.5
     every = [f.name for f in free]
     return Determination(
         combinations,
-        dict(zip(every, (1.96 * alone).tolist(), strict=True)),
+        dict(zip(every, (1.96 * marginal).tolist(), strict=True)),
         dict(zip(every, (1.96 * given).tolist(), strict=True)),
     )

@@ -77,7 +77,7 @@ class Model:
         found = []
         for group in windows.groups:
             late = self._late(windows, group, p)
-            x = self.engine.run_batch(x0[group.which], group.t, self._constant(late.held), p).x[:, :-1]
+            x = self.engine.run_batch(x0[group.which], group.t, self._constant(late.mean), p).x[:, :-1]
             found.append((x, self._constant(late.now)))
         return found
 
@@ -163,10 +163,10 @@ class Model:
         """Change of the outputs [w, directions, rows, signals] of some windows."""
         n, m, k = self.plant.n, len(self.plant.inputs), len(p)
         late = self._late(windows, group, p)
-        w, rows, size = len(x0), late.held.shape[1], n + len(along) + len(du)
+        w, rows, size = len(x0), late.mean.shape[1], n + len(along) + len(du)
         x, u, q = np.zeros((w, size, 2 * n)), np.zeros((w, size, rows, 2 * m)), np.zeros((w, size, 2 * k))
         x[..., :n], q[..., :k] = x0[:, None], p
-        u[..., self.plant.input("command")] = late.held[part, None]
+        u[..., self.plant.input("command")] = late.mean[part, None]
         x[:, np.arange(n), n + np.arange(n)] = self.plant.scale
         q[:, n : n + len(along), k:] = along
         if self.plant.delay is not None:

@@ -61,7 +61,7 @@ def directions(model: Model, free: Sequence[FreeParameter], x: np.ndarray) -> np
 
 
 def ranges(free: Sequence[FreeParameter]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    low, high = (np.array([f.distance(getattr(f, end)) for f in free]) for end in ("low", "high"))
+    low, high = (np.array([f.normalised(getattr(f, end)) for f in free]) for end in ("low", "high"))
     return low, high, (high - low) / 2
 
 

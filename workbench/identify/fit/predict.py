@@ -9,7 +9,7 @@ from ...records import Record
 from ..data.noise_floor import NoiseFloor
 from .initial_states import fit_states, predicted_states
 from .model import Model
-from .windows import Windows, compared, cut, delayed
+from .windows import Windows, compared, cut_windows, delayed
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Prediction:
 
 def predict_windows(plant: Plant, record: Record, floor: NoiseFloor) -> Prediction:
     """Predict every signal of a record in windows of 0.5 s with refitted initial states."""
-    windows = cut(plant, [record], floor)
+    windows = cut_windows(plant, [record], floor)
     model = Model(plant, windows.names)
     x0, _ = predicted_states(model, windows, plant.p)
     return predictions(model, windows, x0, plant.p)[0]
@@ -49,11 +49,11 @@ def predict_free(plant: Plant, record: Record, floor: NoiseFloor) -> Prediction:
     """One run through the whole record from the initial state that fits its first window."""
     names = compared(plant, record, floor)
     model = Model(plant, names)
-    first = cut(plant, [record], floor, late=0.0).some([0])
+    first = cut_windows(plant, [record], floor, late=0.0).some([0])
     x0, _ = fit_states(model, first, model.starts(first, plant.p), plant.p)
     late, place = delayed(record, plant.lateness(), plant.interpolated), plant.input("command")
     u = np.zeros((len(record.t), len(plant.inputs)))
-    u[:, place] = late.held
+    u[:, place] = late.mean
     run = model.engine.run(x0[0], record.t, u)
     u[:, place] = late.now
     values = model.engine.outputs(run.x, u)

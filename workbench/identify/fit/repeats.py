@@ -24,9 +24,9 @@ _SLOW = 0.1  # of the fastest speed: below it the piston stands, on an end stop 
 class FreeRunComparison:
     """One signal of a free run beside the mean of its repeats, SI.
 
-    t, mean and model [n]; `errors` and `spread` are RMS over the phases whole, moving and standing: of the model's
-    distance to the mean, and of a repeat's (its standard deviation). None where a phase has no sample or only one
-    record carries the signal; without a position there is no phase but the whole.
+    t, mean and model [n]; `errors` and `repeatability` are RMS over the phases whole, moving and standing: of the
+    model's distance to the mean, and of a repeat's (its standard deviation). None where a phase has no sample or only
+    one record carries the signal; without a position there is no phase but the whole.
     """
 
     name: str
@@ -36,7 +36,7 @@ class FreeRunComparison:
     model: np.ndarray
     compared: np.ndarray
     errors: Mapping[str, float | None]
-    spread: Mapping[str, float | None]
+    repeatability: Mapping[str, float | None]
 
 
 def repeated(records: Sequence[Record]) -> list[tuple[Record, ...]]:
@@ -48,7 +48,7 @@ def repeated(records: Sequence[Record]) -> list[tuple[Record, ...]]:
             groups.append([record])
         else:
             group.append(record)
-    return [tuple(_cut(group)) for group in groups if len(group) > 1]
+    return [tuple(_shortest(group)) for group in groups if len(group) > 1]
 
 
 def mean_of(group: Sequence[Record]) -> Record:
@@ -92,7 +92,7 @@ def _carriers(group: Sequence[Record], name: str) -> tuple[Record, ...]:
     return tuple(record for record in group if name in record.signals)
 
 
-def _cut(group: Sequence[Record]) -> list[Record]:
+def _shortest(group: Sequence[Record]) -> list[Record]:
     rows = min(record.t.size for record in group)
     return [
         Record(

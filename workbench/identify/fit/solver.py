@@ -36,7 +36,7 @@ class Fit:
     """Fitted numbers: distances x [k] of `free`, all parameters p, initial states [w, n], squared errors [w].
 
     `covariance` [k, k] is of the distances, with coloured noise and misfit counted; `information` that of white noise
-    alone, without any prior. `held` are the names that stand at an end of their range.
+    alone, without any prior. `at_bounds` are the names at an end of their range.
     """
 
     free: tuple[FreeParameter, ...]
@@ -47,7 +47,7 @@ class Fit:
     samples: int
     covariance: np.ndarray
     information: np.ndarray
-    held: tuple[str, ...]
+    at_bounds: tuple[str, ...]
 
     @property
     def chi2(self) -> float:
@@ -79,7 +79,7 @@ def fit_numbers(
     """Fit the free numbers from distances `start` [k] and initial states `guess` [w, n]; kappa [signals] of the noise.
 
     Every number is held loosely at distance 0. A window may be caught where its first guess led it: once the numbers
-    are known, guesses are made anew, and those that lead further are gone on from. A start that can not be simulated
+    are known, guesses are made anew, and those that lead further are gone on from. A start that cannot be simulated
     comes back as it is, with infinite squares.
     """
     free = tuple(free)
@@ -190,17 +190,17 @@ def _finished(
     slopes = model.slopes(windows, x0, p, directions(model, free, x))
     normal = accumulate(model, windows, slopes, model.errors(windows, x0, p), x0, guess)
     _, _, carried, _ = normal.reduced()
-    n, spread, information = model.plant.n, np.zeros((k, k)), np.zeros((k, k))
+    n, scatter, information = model.plant.n, np.zeros((k, k)), np.zeros((k, k))
     weights = np.sqrt(kappa * max(1.0, float(squares.sum()) / windows.samples))
     for group, whole in zip(windows.groups, slopes, strict=True):
-        alone = whole[..., n:] - whole[..., :n] @ carried[group.which]
-        stretched = alone * np.tile(weights, alone.shape[1] // len(weights))[:, None]
-        spread += np.tensordot(stretched, stretched, axes=([0, 1], [0, 1]))
-        information += np.tensordot(alone, alone, axes=([0, 1], [0, 1]))
+        reduced = whole[..., n:] - whole[..., :n] @ carried[group.which]
+        stretched = reduced * np.tile(weights, reduced.shape[1] // len(weights))[:, None]
+        scatter += np.tensordot(stretched, stretched, axes=([0, 1], [0, 1]))
+        information += np.tensordot(reduced, reduced, axes=([0, 1], [0, 1]))
     inverse = np.linalg.inv(information + np.diag(width**-2))
-    covariance = inverse @ (spread + np.diag(width**-2)) @ inverse
+    covariance = inverse @ (scatter + np.diag(width**-2)) @ inverse
     edge = 1e-6 * width
-    held = tuple(
+    at_bounds = tuple(
         f.name for f, v, a, b in zip(free, x, low, high, strict=True) if v <= a + edge.min() or v >= b - edge.min()
     )
-    return Fit(free, x, p, x0, squares, windows.samples, covariance, information, held)
+    return Fit(free, x, p, x0, squares, windows.samples, covariance, information, at_bounds)

@@ -41,7 +41,7 @@ class DelayedCommand:
     """Commands as they arrive: the mean over each interval, its derivative to the delay [1/s], and the one that has
     arrived by the row's own moment, which answers there. Arrays of one shape."""
 
-    held: np.ndarray
+    mean: np.ndarray
     slope: np.ndarray
     now: np.ndarray
 
@@ -71,7 +71,7 @@ class Windows:
         late = {index: delayed(self.records[index], delay, interpolated) for index in {index for index, _, _ in spans}}
         rows = [(late[index], slice(first, end)) for index, first, end in spans]
         return DelayedCommand(
-            *(np.array([getattr(one, part)[span] for one, span in rows]) for part in ("held", "slope", "now"))
+            *(np.array([getattr(one, part)[span] for one, span in rows]) for part in ("mean", "slope", "now"))
         )
 
     def by_record(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -104,7 +104,7 @@ def compared(plant: Plant, record: Record, floor: NoiseFloor) -> list[str]:
     return names
 
 
-def cut(
+def cut_windows(
     plant: Plant, records: Sequence[Record], floor: NoiseFloor, beside: Sequence[Record] = (), late: float = _BEFORE
 ) -> Windows:
     """Windows of 0.5 s of all records; what is left over at the end, or before a gap, belongs to the one before.
@@ -136,9 +136,9 @@ def delayed(record: Record, delay: float, interpolated: bool = False) -> Delayed
     edges = np.append(record.t, record.t[-1] + record.period)
     area = np.concatenate(([0.0], np.cumsum(command * np.diff(edges))))
     early = edges - delay
-    held = np.interp(early, edges, area) + command[0] * np.minimum(early - edges[0], 0.0)
+    area_before = np.interp(early, edges, area) + command[0] * np.minimum(early - edges[0], 0.0)
     rows = np.clip(np.searchsorted(edges, early + 1e-9 * record.period, "right") - 1, 0, len(command) - 1)
-    mean = np.diff(held) / np.diff(edges)
+    mean = np.diff(area_before) / np.diff(edges)
     return DelayedCommand(mean, -np.diff(command[rows]) / np.diff(edges), mean if interpolated else command[rows[:-1]])
 
 

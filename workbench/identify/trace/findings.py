@@ -17,7 +17,7 @@ class CandidateFit:
     candidate: Candidate
     score: float
     judgement: Judgement
-    stand: FittedModel | None
+    model_fit: FittedModel | None
     failed: str = ""
 
 
@@ -30,18 +30,18 @@ class Pass:
     compared: tuple[str, ...]
     cosines: np.ndarray
     tried: tuple[CandidateFit, ...]
-    found: tuple[CandidateFit, ...]
+    accepted: tuple[CandidateFit, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
     """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
 
-    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; `cuts`: chi2 of the equations that
-    measured signals test by themselves. Both are empty where chi2 is at the floor.
+    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; `parity_residuals`: chi2 of the
+    equations that measured signals test by themselves. Both are empty where chi2 is at the floor.
     """
 
-    case: EstimationProblem
+    problem: EstimationProblem
     base: FittedModel
     final: FittedModel
     verdict: str
@@ -49,7 +49,7 @@ class Trace:
     tied: tuple[str, ...]
     equation: str | None
     evidence: tuple[tuple[str, float], ...]
-    cuts: Mapping[str, float]
+    parity_residuals: Mapping[str, float]
     passes: tuple[Pass, ...]
 
     @property

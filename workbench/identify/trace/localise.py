@@ -26,7 +26,7 @@ _FOREVER = 1e9  # s: correlation time of a constant
 _OFFSET, _GAIN = 1e5, 1e-2  # Pa and part: of a pressure sensor that is off, clearly visible
 
 
-_CUTS = {"drive": ("current", {"spool": "z3"}), "force": ("acceleration", {"pa": "P1", "pb": "P2"})}
+_PARITY = {"drive": ("current", {"spool": "z3"}), "force": ("acceleration", {"pa": "P1", "pb": "P2"})}
 _BROKEN = 1.2  # chi2 of a cut from which on its equation is broken
 
 
@@ -109,16 +109,16 @@ def likelihood(one: LinearTimeVaryingModel, sizes: np.ndarray, period: float, ti
     kept = float(np.exp(-period / time))
     n, m, s = one.a.shape[-1], one.b.shape[-1], one.c.shape[2]
     h, w = len(sizes), one.e.shape[0]
-    x, spread = np.zeros((h, w, n + m)), np.zeros((h, w, n + m, n + m))
-    spread[..., range(n), range(n)] = 1.0
+    x, covariance = np.zeros((h, w, n + m)), np.zeros((h, w, n + m, n + m))
+    covariance[..., range(n), range(n)] = 1.0
     for i in range(m):
-        spread[..., n + i, n + i] = (sizes**2)[:, None]
+        covariance[..., n + i, n + i] = (sizes**2)[:, None]
     drive = sizes**2 * (1 - kept**2)
     total = np.zeros((h, w))
     eye = np.eye(s)
     for k in range(one.e.shape[1]):
         seen = np.concatenate((one.c[:, k], one.d[:, k]), axis=-1)  # [w, s, n + m]
-        cross = spread @ np.swapaxes(seen, -1, -2)
+        cross = covariance @ np.swapaxes(seen, -1, -2)
         inner = seen @ cross + eye
         miss = one.e[:, k] - (seen @ x[..., None])[..., 0]
         gain = np.swapaxes(np.linalg.solve(inner, np.swapaxes(cross, -1, -2)), -1, -2)
@@ -127,13 +127,13 @@ def likelihood(one: LinearTimeVaryingModel, sizes: np.ndarray, period: float, ti
         total -= 0.5 * np.einsum("hws,hws->hw", miss, white)
         total -= np.log(np.einsum("hwss->hws", factor)).sum(axis=-1)
         x = x + (gain @ miss[..., None])[..., 0]
-        spread = spread - gain @ np.swapaxes(cross, -1, -2)
+        covariance = covariance - gain @ np.swapaxes(cross, -1, -2)
         step = _step(one, k, kept)
         x = (step @ x[..., None])[..., 0]
-        spread = step @ spread @ np.swapaxes(step, -1, -2)
+        covariance = step @ covariance @ np.swapaxes(step, -1, -2)
         for i in range(m):
-            spread[..., n + i, n + i] += drive[:, None]
-        spread = 0.5 * (spread + np.swapaxes(spread, -1, -2))
+            covariance[..., n + i, n + i] += drive[:, None]
+        covariance = 0.5 * (covariance + np.swapaxes(covariance, -1, -2))
     return total
 
 
@@ -145,23 +145,23 @@ def smoothed(one: LinearTimeVaryingModel, size: np.ndarray, period: float, time:
     kept = float(np.exp(-period / time))
     n, m = one.a.shape[-1], one.b.shape[-1]
     w, rows = one.e.shape[:2]
-    x, spread = np.zeros((w, n + m)), np.zeros((w, n + m, n + m))
-    spread[:, range(n), range(n)] = 1.0
-    spread[:, range(n, n + m), range(n, n + m)] = (size**2)[:, None]
-    noise = np.zeros_like(spread)
+    x, covariance = np.zeros((w, n + m)), np.zeros((w, n + m, n + m))
+    covariance[:, range(n), range(n)] = 1.0
+    covariance[:, range(n, n + m), range(n, n + m)] = (size**2)[:, None]
+    noise = np.zeros_like(covariance)
     noise[:, range(n, n + m), range(n, n + m)] = (size**2 * (1 - kept**2))[:, None]
     ahead, after = [], []
     for k in range(rows):
-        ahead.append((x, spread))
+        ahead.append((x, covariance))
         seen = np.concatenate((one.c[:, k], one.d[:, k]), axis=-1)
-        cross = spread @ np.swapaxes(seen, -1, -2)
+        cross = covariance @ np.swapaxes(seen, -1, -2)
         gain = np.swapaxes(np.linalg.solve(seen @ cross + np.eye(seen.shape[1]), np.swapaxes(cross, -1, -2)), -1, -2)
         x = x + (gain @ (one.e[:, k] - (seen @ x[..., None])[..., 0])[..., None])[..., 0]
-        spread = spread - gain @ np.swapaxes(cross, -1, -2)
-        after.append((x, spread))
+        covariance = covariance - gain @ np.swapaxes(cross, -1, -2)
+        after.append((x, covariance))
         step = _step(one, k, kept)
-        x, spread = (step @ x[..., None])[..., 0], step @ spread @ np.swapaxes(step, -1, -2) + noise
-        spread = 0.5 * (spread + np.swapaxes(spread, -1, -2))
+        x, covariance = (step @ x[..., None])[..., 0], step @ covariance @ np.swapaxes(step, -1, -2) + noise
+        covariance = 0.5 * (covariance + np.swapaxes(covariance, -1, -2))
     found = np.empty((w, rows, m))
     best = after[-1][0]
     found[:, -1] = best[:, n:]
@@ -227,15 +227,15 @@ def parity_residuals(model: Model, parts: Sequence[tuple[Windows, np.ndarray]], 
     are not all there is left out. `parts` are windows with their initial states.
     """
     found = {}
-    for equation, (seen, given) in _CUTS.items():
+    for equation, (seen, given) in _PARITY.items():
         if all(signal in model.names for signal in (seen, *given)):
-            sums = np.sum([_cut(model, windows, x0, p, seen, given) for windows, x0 in parts], axis=0)
+            sums = np.sum([_parity_sums(model, windows, x0, p, seen, given) for windows, x0 in parts], axis=0)
             if sums[1] > 0:
                 found[equation] = float(sums[0] / sums[1])
     return found
 
 
-def _cut(
+def _parity_sums(
     model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, seen: str, given: Mapping[str, str]
 ) -> tuple[float, int]:
     """Squared errors over their variance, and how many they are."""
@@ -261,17 +261,17 @@ def _cut(
     return square, count
 
 
-def equation_of(evidence: Sequence[tuple[str, float]], cut: Mapping[str, float]) -> str:
+def equation_of(evidence: Sequence[tuple[str, float]], parity: Mapping[str, float]) -> str:
     """The equation that lacks something: one that measured signals break by themselves, else that of most evidence.
 
     Pressures that are read late break the equation of motion too, so force and sensor stand or fall together.
     """
     names = [name for name, _ in evidence]
-    if cut.get("drive", 1.0) > _BROKEN:
+    if parity.get("drive", 1.0) > _BROKEN:
         return "drive"
-    if "drive" in cut:
+    if "drive" in parity:
         names.remove("drive")
-    if "force" in cut:
+    if "force" in parity:
         pair = [name for name in names if name in ("force", "sensor")]
-        names = pair if cut["force"] > _BROKEN else [name for name in names if name not in pair]
+        names = pair if parity["force"] > _BROKEN else [name for name in names if name not in pair]
     return names[0]

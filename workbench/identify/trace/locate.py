@@ -21,28 +21,34 @@ class FaultLocation:
     parity_residuals: Mapping[str, float]
 
 
-def locate_fault(case: EstimationProblem, stand: FittedModel) -> FaultLocation:
+def locate_fault(problem: EstimationProblem, model_fit: FittedModel) -> FaultLocation:
     """The equation that lacks something, from the windows with the largest errors."""
-    parts = worst(case, stand)
+    parts = worst(problem, model_fit)
     evidence = tuple(
-        (one.equation, one.gain) for one in localise(opened(case, stand, parts), case.train.records[0].period)
+        (one.equation, one.gain) for one in localise(opened(problem, model_fit, parts), problem.train.records[0].period)
     )
-    cut = parity_residuals(stand.model, parts, stand.fit.p)
-    return FaultLocation(equation_of(evidence, cut), evidence, cut)
+    parity = parity_residuals(model_fit.model, parts, model_fit.fit.p)
+    return FaultLocation(equation_of(evidence, parity), evidence, parity)
 
 
-def worst(case: EstimationProblem, stand: FittedModel) -> list[tuple[Windows, np.ndarray]]:
+def worst(problem: EstimationProblem, model_fit: FittedModel) -> list[tuple[Windows, np.ndarray]]:
     """The windows with the largest errors, fitted and held out, with their initial states."""
-    squares = np.append(stand.fit.squares, stand.heldout)
+    squares = np.append(model_fit.fit.squares, model_fit.heldout)
     keep = np.sort(np.argsort(-squares)[:_WINDOWS])
-    split = case.train.count
-    both = ((case.train, stand.fit.x0, keep[keep < split]), (case.heldout, stand.x0, keep[keep >= split] - split))
+    split = problem.train.count
+    both = (
+        (problem.train, model_fit.fit.x0, keep[keep < split]),
+        (problem.heldout, model_fit.x0, keep[keep >= split] - split),
+    )
     return [(windows.some(own.tolist()), x0[own]) for windows, x0, own in both if own.size]
 
 
 def opened(
-    case: EstimationProblem, stand: FittedModel, parts: Sequence[tuple[Windows, np.ndarray]]
+    problem: EstimationProblem, model_fit: FittedModel, parts: Sequence[tuple[Windows, np.ndarray]]
 ) -> dict[str, list[LinearTimeVaryingModel]]:
     """Windows cut open equation by equation, group after group."""
-    found = [linearise_windows(case.rig, stand.effects, w, x0, stand.fit.p, stand.model.plant) for w, x0 in parts]
+    found = [
+        linearise_windows(problem.rig, model_fit.effects, w, x0, model_fit.fit.p, model_fit.model.plant)
+        for w, x0 in parts
+    ]
     return {equation: [one for each in found for one in each[equation]] for equation in found[0]}

@@ -18,7 +18,7 @@ from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
 from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
-from ..fit.windows import WINDOW, Windows, cut
+from ..fit.windows import WINDOW, Windows, cut_windows
 from . import rule as decide
 from .score import initial_states_with_effect
 
@@ -41,7 +41,7 @@ class EstimationProblem:
     heldout: Windows
 
     def thinned(self) -> "EstimationProblem":
-        """With every so many windows only, spread evenly, where there are more than a search needs; else itself."""
+        """With some windows only, evenly distributed, where there are more than a search needs; else itself."""
         if max(self.train.count, self.heldout.count) <= _MOST:
             return self
         return replace(self, train=_spread(self.train), heldout=_spread(self.heldout))
@@ -88,13 +88,13 @@ class FittedModel:
 
 
 def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
-    """Windows and noise floor of a campaign. Raises InputError where it can not be fitted, saying what to add."""
+    """Windows and noise floor of a campaign. Raises InputError where it cannot be fitted, saying what to add."""
     if not campaign.train:
         raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
     floor = noise_floor(campaign)
     plant = model_with(rig, (), ()).plant
-    train = cut(plant, campaign.train, floor, beside=campaign.heldout)
-    heldout = cut(plant, campaign.heldout, floor, beside=campaign.train)
+    train = cut_windows(plant, campaign.train, floor, beside=campaign.heldout)
+    heldout = cut_windows(plant, campaign.heldout, floor, beside=campaign.train)
     for role, windows in (("train", train), ("heldout", heldout)):
         seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
         if seconds < _SHORTEST * WINDOW - 1e-6:
@@ -104,122 +104,131 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     return EstimationProblem(campaign, rig, floor, train, heldout)
 
 
-def fit_rig(case: EstimationProblem, starts: int = 1, say: Callable[[str], None] = lambda _: None) -> FittedModel:
+def fit_rig(
+    problem: EstimationProblem, starts: int = 1, report_progress: Callable[[str], None] = lambda _: None
+) -> FittedModel:
     """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best."""
-    free = uncertain(case.rig)
-    model = model_with(case.rig, (), case.train.names)
+    free = uncertain(problem.rig)
+    model = model_with(problem.rig, (), problem.train.names)
     random = np.random.default_rng(0)
     best, lost = None, ["any signal"]
     for start in range(starts):
         x = np.zeros(len(free)) if start == 0 else random.uniform(-0.7, 0.7, len(free))
         p = model.plant.p
-        guess = model.starts(case.train, p)
-        found = fit_numbers(model, case.train, free, x, p, guess, case.kappas)
+        guess = model.starts(problem.train, p)
+        found = fit_numbers(model, problem.train, free, x, p, guess, problem.kappas)
         if found.ok and (best is None or found.squares.sum() < best.squares.sum()):
-            best, lost = found, unexplained_signals(model, case.train, found.x0, found.p)
+            best, lost = found, unexplained_signals(model, problem.train, found.x0, found.p)
         if best is not None and not lost:  # bad input is told in one line: no word before it is clear that it is none
-            say(f"start {start + 1}: chi2 {found.chi2:.4g} on the train records")
+            report_progress(f"start {start + 1}: chi2 {found.chi2:.4g} on the train records")
     if best is None or lost:
         raise InputError(
-            f"{case.campaign.path}: {case.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant would "
-            "be; check units, signs, and that the records are of this rig"
+            f"{problem.campaign.path}: {problem.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant "
+            "would be; check units, signs, and that the records are of this rig"
         )
-    return evaluate_on_heldout(case, model, best, ())
+    return evaluate_on_heldout(problem, model, best, ())
 
 
-def refit(case: EstimationProblem, stand: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
-    """The stand with one more effect, fitted with all numbers; `again`: a second start too, if the first misses."""
-    model = model_with(case.rig, (*stand.effects, candidate.effect), case.train.names)
-    found = _fitted(case, stand, model, candidate)
+def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
+    """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses."""
+    model = model_with(problem.rig, (*model_fit.effects, candidate.effect), problem.train.names)
+    found = _fitted(problem, model_fit, model, candidate)
     if again and not found.chi2 < decide.CLOSED:
         moved = _elsewhere(candidate)
-        other = _fitted(case, stand, model, moved)
+        other = _fitted(problem, model_fit, model, moved)
         if not found.ok or other.squares.sum() < found.squares.sum():
             found, candidate = other, moved
-    return evaluate_on_heldout(case, model, found, (*stand.known, candidate))
+    return evaluate_on_heldout(problem, model, found, (*model_fit.known, candidate))
 
 
-def refit_from_declared(case: EstimationProblem, stand: FittedModel) -> FittedModel:
-    """The stand fitted once more with the rig's numbers from where it declares them, if that is better: else itself.
+def refit_from_declared(problem: EstimationProblem, model_fit: FittedModel) -> FittedModel:
+    """The fit made again from the numbers that the rig declares, if that is better: else the fit itself.
 
     Numbers absorb an effect while the model lacks it, and may not find back by themselves.
     """
-    own = len(uncertain(case.rig))
-    x = np.concatenate((np.zeros(own), stand.fit.x[own:]))
-    p = numbers_at(stand.model, stand.fit.free, x, stand.fit.p)
-    guess = stand.model.starts(case.train, p)
-    found = fit_numbers(stand.model, case.train, stand.fit.free, x, p, guess, case.kappas)
-    if not found.squares.sum() < stand.fit.squares.sum():
-        return stand
-    return evaluate_on_heldout(case, stand.model, found, stand.known)
+    own = len(uncertain(problem.rig))
+    x = np.concatenate((np.zeros(own), model_fit.fit.x[own:]))
+    p = numbers_at(model_fit.model, model_fit.fit.free, x, model_fit.fit.p)
+    guess = model_fit.model.starts(problem.train, p)
+    found = fit_numbers(model_fit.model, problem.train, model_fit.fit.free, x, p, guess, problem.kappas)
+    if not found.squares.sum() < model_fit.fit.squares.sum():
+        return model_fit
+    return evaluate_on_heldout(problem, model_fit.model, found, model_fit.known)
 
 
-def refit_without_last_effect(case: EstimationProblem, before: FittedModel, after: FittedModel) -> FittedModel:
-    """The stand `before`, fitted again from where `after`, with one more effect, has its numbers, if that is better.
+def refit_without_last_effect(problem: EstimationProblem, before: FittedModel, after: FittedModel) -> FittedModel:
+    """The fit `before`, made again from the numbers of `after`, which has one more effect, if that is better.
 
     An effect may seem to explain what a fit that stopped half way left: if the numbers found with it do better without
     it than the fit before, that fit was no optimum, and says nothing of what is missing.
     """
     own = len(before.fit.free)
     p = numbers_at(before.model, before.fit.free, after.fit.x[:own], before.fit.p)
-    x0, squares = predicted_states(before.model, case.train, p)
+    x0, squares = predicted_states(before.model, problem.train, p)
     if not squares.sum() < before.fit.squares.sum():
         return before
-    found = fit_numbers(before.model, case.train, before.fit.free, after.fit.x[:own], p, x0, case.kappas)
+    found = fit_numbers(before.model, problem.train, before.fit.free, after.fit.x[:own], p, x0, problem.kappas)
     if not found.squares.sum() < before.fit.squares.sum():
         return before
-    return evaluate_on_heldout(case, before.model, found, before.known)
+    return evaluate_on_heldout(problem, before.model, found, before.known)
 
 
-def is_switched_off(stand: FittedModel) -> bool:
-    """Whether the effect that was added last stands where it is off: it is named by nothing but its free states."""
-    effect, values = stand.known[-1].effect, dict(zip(stand.model.plant.parameters, stand.fit.p, strict=True))
+def is_switched_off(model_fit: FittedModel) -> bool:
+    """Whether the effect that was added last was fitted to nothing: then only its free states explain anything."""
+    effect, values = (
+        model_fit.known[-1].effect,
+        dict(zip(model_fit.model.plant.parameters, model_fit.fit.p, strict=True)),
+    )
     strong = [number for number in effect.fitted if number.off is not None]
     return all(
         abs(values[effect.key(n.name)] - (n.off or 0.0)) <= _GONE * abs(n.typical - (n.off or 0.0)) for n in strong
     )
 
 
-def refit_all_windows(case: EstimationProblem, stand: FittedModel) -> FittedModel:
-    """The stand fitted to all windows of a case, from where it is."""
-    guess = stand.model.starts(case.train, stand.fit.p)
-    found = fit_numbers(stand.model, case.train, stand.fit.free, stand.fit.x, stand.fit.p, guess, case.kappas)
-    return evaluate_on_heldout(case, stand.model, found, stand.known)
+def refit_all_windows(problem: EstimationProblem, model_fit: FittedModel) -> FittedModel:
+    """The fit continued on all windows of a problem."""
+    guess = model_fit.model.starts(problem.train, model_fit.fit.p)
+    found = fit_numbers(
+        model_fit.model, problem.train, model_fit.fit.free, model_fit.fit.x, model_fit.fit.p, guess, problem.kappas
+    )
+    return evaluate_on_heldout(problem, model_fit.model, found, model_fit.known)
 
 
-def evaluate_on_heldout(case: EstimationProblem, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> FittedModel:
+def evaluate_on_heldout(
+    problem: EstimationProblem, model: Model, fit: Fit, known: tuple[Candidate, ...]
+) -> FittedModel:
     """A fit with its errors on the held-out records, initial states refitted."""
     if not fit.ok:
-        x0 = np.zeros((case.heldout.count, model.plant.n))
-        return FittedModel(known, model, fit, x0, np.full(case.heldout.count, np.inf), case.heldout.samples)
-    x0, squares = predicted_states(model, case.heldout, fit.p)
-    return FittedModel(known, model, fit, x0, squares, case.heldout.samples)
+        x0 = np.zeros((problem.heldout.count, model.plant.n))
+        return FittedModel(known, model, fit, x0, np.full(problem.heldout.count, np.inf), problem.heldout.samples)
+    x0, squares = predicted_states(model, problem.heldout, fit.p)
+    return FittedModel(known, model, fit, x0, squares, problem.heldout.samples)
 
 
 def _spread(windows: Windows) -> Windows:
-    """Some of many windows, spread evenly: not every so many, which would meet repeats of a record at one place."""
+    """Some of many windows, evenly distributed: at a fixed stride they would meet repeats of a record at one place."""
     return windows.some(np.linspace(0, windows.count - 1, min(_MOST, windows.count)).round().astype(int).tolist())
 
 
-def _fitted(case: EstimationProblem, stand: FittedModel, model: Model, candidate: Candidate) -> Fit:
+def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> Fit:
     more = candidate.free()
-    free: Sequence[FreeParameter] = (*stand.fit.free, *more)
-    before = extend_parameters(stand.model.plant, stand.fit.p, model.plant)
+    free: Sequence[FreeParameter] = (*model_fit.fit.free, *more)
+    before = extend_parameters(model_fit.model.plant, model_fit.fit.p, model.plant)
     offs = [number.off for number in candidate.effect.fitted]
     places = [np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)]) for share in _WEAKER]
     for place in places:
         p = numbers_at(model, more, place, before)
-        guess = initial_states_with_effect(model, stand.model, case.train, stand.fit.x0, p)
-        squares = sum(float(np.sum(e**2)) for e in model.errors(case.train, guess, p))
-        if squares < stand.fit.squares.sum() or place is places[-1]:
-            start = np.append(stand.fit.x, place)
-            return fit_numbers(model, case.train, free, start, p, guess, case.kappas, _REFIT_ROUNDS)
+        guess = initial_states_with_effect(model, model_fit.model, problem.train, model_fit.fit.x0, p)
+        squares = sum(float(np.sum(e**2)) for e in model.errors(problem.train, guess, p))
+        if squares < model_fit.fit.squares.sum() or place is places[-1]:
+            start = np.append(model_fit.fit.x, place)
+            return fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _REFIT_ROUNDS)
     raise AssertionError("one of the places is the last")
 
 
 def _toward(free: FreeParameter, off: float | None, share: float) -> float:
     """The distance of a number that is `share` of the way from off to its start; a number without off stays."""
-    return 0.0 if off is None else (1 - share) * free.distance(off)
+    return 0.0 if off is None else (1 - share) * free.normalised(off)
 
 
 def _elsewhere(candidate: Candidate) -> Candidate:

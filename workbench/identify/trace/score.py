@@ -101,7 +101,7 @@ def worst_windows(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
 
 
 def cosines(scores: Sequence[Score]) -> np.ndarray:
-    """Absolute cosines between the effects' shapes [k, k]: at 1 this campaign can not tell two of them apart."""
+    """Absolute cosines between the effects' shapes [k, k]: at 1 this campaign cannot tell two of them apart."""
     shapes = np.array([one.shape for one in scores])
     return np.abs(shapes @ shapes.T)
 
@@ -141,7 +141,7 @@ def _change(
     numbers: dict[str, float],
     plain: Sequence[np.ndarray],
 ) -> list[np.ndarray] | None:
-    """What the effect changes in the errors of every group; None where it can not be simulated."""
+    """What the effect changes in the errors of every group; None where it cannot be simulated."""
     p = extend_parameters(base.plant, fit.p, model.plant)
     p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
     x0 = initial_states_with_effect(model, base, windows, fit.x0, p)

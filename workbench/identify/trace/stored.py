@@ -12,25 +12,25 @@ from .refit import EstimationProblem, FittedModel
 _ARRAYS = ("x", "p", "x0", "squares", "covariance", "information")
 
 
-def packed(stand: FittedModel) -> dict[str, Any]:
-    """A stand as dict, list, numbers and arrays."""
-    fit = {name: getattr(stand.fit, name) for name in _ARRAYS}
+def packed(model_fit: FittedModel) -> dict[str, Any]:
+    """A fit as dict, list, numbers and arrays."""
+    fit = {name: getattr(model_fit.fit, name) for name in _ARRAYS}
     return {
-        "known": [packed_candidate(one) for one in stand.known],
-        "fit": fit | {"samples": stand.fit.samples, "held": list(stand.fit.held)},
-        "x0": stand.x0,
-        "heldout": stand.heldout,
-        "samples": stand.samples,
+        "known": [packed_candidate(one) for one in model_fit.known],
+        "fit": fit | {"samples": model_fit.fit.samples, "at_bounds": list(model_fit.fit.at_bounds)},
+        "x0": model_fit.x0,
+        "heldout": model_fit.heldout,
+        "samples": model_fit.samples,
     }
 
 
-def unpacked(stored: Mapping[str, Any], case: EstimationProblem, library: Sequence[Effect]) -> FittedModel:
-    """The stand again."""
+def unpacked(stored: Mapping[str, Any], problem: EstimationProblem, library: Sequence[Effect]) -> FittedModel:
+    """The fit again."""
     known = tuple(unpacked_candidate(one, library) for one in stored["known"])
-    model = model_with(case.rig, [one.effect for one in known], case.train.names)
-    free = (*uncertain(case.rig), *(number for one in known for number in one.free()))
+    model = model_with(problem.rig, [one.effect for one in known], problem.train.names)
+    free = (*uncertain(problem.rig), *(number for one in known for number in one.free()))
     arrays = {name: stored["fit"][name] for name in _ARRAYS}
-    fit = Fit(free=free, samples=stored["fit"]["samples"], held=tuple(stored["fit"]["held"]), **arrays)
+    fit = Fit(free=free, samples=stored["fit"]["samples"], at_bounds=tuple(stored["fit"]["at_bounds"]), **arrays)
     return FittedModel(known, model, fit, stored["x0"], stored["heldout"], stored["samples"])
 
 

@@ -1,6 +1,6 @@
 """Trace a residual to the effect that the model lacks: fit, gate, localise, shortlist, refit, decide, and again.
 
-Every step is a stage that a resumed trace reads back. The rule is in decide.py: a wrong name is worse than "unknown".
+Every step is a stage that a resumed trace reads back. The rule is in rule.py: a wrong name is worse than "unknown".
 """
 
 from collections.abc import Callable, Sequence
@@ -37,43 +37,55 @@ _PASSES = 6  # effects at most
 
 
 def trace(
-    case: EstimationProblem, library: Sequence[Effect], stage: Stage, say: Progress, several: bool = False
+    problem: EstimationProblem,
+    library: Sequence[Effect],
+    stage: Stage,
+    report_progress: Progress,
+    several: bool = False,
 ) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
 
     `several`: the rig is known to lack more than one; effects that explain only part of what is left are added too,
     the best first, until none passes. The verdict is then "incomplete" unless the residual reaches the floor.
     """
-    return _Tracer(case, [one for one in library if applies(one, case.rig)], stage, say, several).run()
+    return _Tracer(
+        problem, [one for one in library if applies(one, problem.rig)], stage, report_progress, several
+    ).run()
 
 
 class _Tracer:
     def __init__(
-        self, case: EstimationProblem, library: Sequence[Effect], stage: Stage, say: Progress, several: bool
+        self,
+        problem: EstimationProblem,
+        library: Sequence[Effect],
+        stage: Stage,
+        report_progress: Progress,
+        several: bool,
     ) -> None:
-        self._whole, self._case = case, case.thinned()
-        self._library, self._stage, self._say, self._several = library, stage, say, several
+        self._whole, self._problem = problem, problem.thinned()
+        self._library, self._stage, self._report_progress, self._several = library, stage, report_progress, several
         self._passes: list[Pass] = []
 
     def run(self) -> Trace:
         """The whole trace."""
-        base = self._stored("base", lambda: fit_rig(self._case))
+        base = self._stored("base", lambda: fit_rig(self._problem))
         if not np.isfinite(base.squares):
             raise InputError(
-                f"{self._case.campaign.path}: {self._case.rig.name} can not follow the held-out records; check them"
+                f"{self._problem.campaign.path}: {self._problem.rig.name} cannot follow the held-out records; "
+                "check them"
             )
         while True:
-            self._say(f"rig alone: chi2 {base.chi2:.4g} on held-out records")
+            self._report_progress(f"rig alone: chi2 {base.chi2:.4g} on held-out records")
             if not self._misfit(base):
                 return self._result(base, base, "none", (), (), None)
             place = self._located(base)
-            if place.evidence[0][1] < decide.SIGNIFICANT * self._case.kappa:
+            if place.evidence[0][1] < decide.SIGNIFICANT * self._problem.kappa:
                 return self._result(base, base, "none", (), (), place)
             effects, tied, better = self._search(base)
             if better is None:
                 break
             base = better
-        final = self._again("final", effects[-1].stand or base) if effects else base
+        final = self._again("final", effects[-1].model_fit or base) if effects else base
         return self._result(base, final, self._verdict(final, effects, tied), effects, tied, place)
 
     def _verdict(self, final: FittedModel, effects: tuple[CandidateFit, ...], tied: tuple[str, ...]) -> str:
@@ -90,41 +102,49 @@ class _Tracer:
         """
         effects: tuple[CandidateFit, ...] = ()
         tied: tuple[str, ...] = ()
-        stand = base
-        while len(effects) < _PASSES and self._misfit(stand) and self._matters(base, stand.squares - stand.samples):
-            one = self._pass(stand, stand)
-            if (better := self._relieved(stand, one)) is not stand:
+        model_fit = base
+        while (
+            len(effects) < _PASSES
+            and self._misfit(model_fit)
+            and self._matters(base, model_fit.squares - model_fit.samples)
+        ):
+            one = self._pass(model_fit, model_fit)
+            if (better := self._relieved(model_fit, one)) is not model_fit:
                 if not effects:
                     return (), (), better
-                stand, effects = better, (*effects[:-1], replace(effects[-1], stand=better))
-            elif one.found and self._matters(base, stand.squares - _stand(one.found[0]).squares):
-                tied = tied or tuple(other.candidate.effect.name for other in one.found[1:])
-                effects = (*effects, one.found[0])
-            elif self._several and (part := self._one_of_several(stand, one.tried)):
+                model_fit, effects = better, (*effects[:-1], replace(effects[-1], model_fit=better))
+            elif one.accepted and self._matters(base, model_fit.squares - _model_fit(one.accepted[0]).squares):
+                tied = tied or tuple(other.candidate.effect.name for other in one.accepted[1:])
+                effects = (*effects, one.accepted[0])
+            elif self._several and (part := self._one_of_several(model_fit, one.tried)):
                 effects = (*effects, self._restarted(part))
             elif not effects and (pair := self._pair(one, base)):
                 effects = pair
             else:
                 break
-            stand = effects[-1].stand or stand
+            model_fit = effects[-1].model_fit or model_fit
         return effects, tied, None
 
-    def _relieved(self, stand: FittedModel, one: Pass) -> FittedModel:
-        """The stand of a pass, or where the numbers of its best effect show a way to it a better fit without it."""
-        fits = [tried.stand for tried in one.tried if tried.stand is not None and np.isfinite(tried.stand.squares)]
+    def _relieved(self, model_fit: FittedModel, one: Pass) -> FittedModel:
+        """The fit that a pass began with, or a better one of the same effects, from the numbers of the best refit."""
+        fits = [
+            tried.model_fit
+            for tried in one.tried
+            if tried.model_fit is not None and np.isfinite(tried.model_fit.squares)
+        ]
         if not fits:
-            return stand
+            return model_fit
         found = self._stored(
-            f"without-{len(self._passes)}", lambda: refit_without_last_effect(self._case, stand, fits[0])
+            f"without-{len(self._passes)}", lambda: refit_without_last_effect(self._problem, model_fit, fits[0])
         )
-        return found if self._matters_for_fit(stand, found) else stand
+        return found if self._matters_for_fit(model_fit, found) else model_fit
 
-    def _matters_for_fit(self, stand: FittedModel, found: FittedModel) -> bool:
+    def _matters_for_fit(self, model_fit: FittedModel, found: FittedModel) -> bool:
         """Whether a fit without a further effect is better by more than the rule asks of an effect."""
-        before, after = (float(one.fit.squares.sum()) for one in (stand, found))
-        return decide.worth_adding(before - after, before, stand.fit.samples)
+        before, after = (float(one.fit.squares.sum()) for one in (model_fit, found))
+        return decide.worth_adding(before - after, before, model_fit.fit.samples)
 
-    def _one_of_several(self, stand: FittedModel, refits: Sequence[CandidateFit]) -> CandidateFit | None:
+    def _one_of_several(self, model_fit: FittedModel, refits: Sequence[CandidateFit]) -> CandidateFit | None:
         """The effect that explains most of the fitted records, if that is enough; of its formulas the best on all.
 
         While others are missing, the right effect may make held-out records worse: what the numbers had made up for it
@@ -132,29 +152,29 @@ class _Tracer:
         """
 
         def left(tried: CandidateFit, heldout: bool) -> float:
-            return float(_stand(tried).fit.squares.sum()) + (_stand(tried).squares if heldout else 0.0)
+            return float(_model_fit(tried).fit.squares.sum()) + (_model_fit(tried).squares if heldout else 0.0)
 
-        enough = decide.BIC * self._case.kappa
-        real = [tried for tried in refits if tried.stand and not is_switched_off(tried.stand)]
-        able = [tried for tried in real if self._bic_fall(stand, tried) > enough]
+        enough = decide.BIC * self._problem.kappa
+        real = [tried for tried in refits if tried.model_fit and not is_switched_off(tried.model_fit)]
+        able = [tried for tried in real if self._bic_fall(model_fit, tried) > enough]
         if not able:
             return None
-        best, before = min(able, key=lambda tried: left(tried, False)), float(stand.fit.squares.sum())
-        if before - left(best, False) < decide.ONE_OF_SEVERAL * (before - stand.fit.samples):
+        best, before = min(able, key=lambda tried: left(tried, False)), float(model_fit.fit.squares.sum())
+        if before - left(best, False) < decide.ONE_OF_SEVERAL * (before - model_fit.fit.samples):
             return None
         own = [tried for tried in able if tried.judgement.name == best.judgement.name]
-        tied = decide.TIED * (before + stand.squares - stand.fit.samples - stand.samples)
+        tied = decide.TIED * (before + model_fit.squares - model_fit.fit.samples - model_fit.samples)
         near = [one for one in own if left(one, True) <= min(left(other, True) for other in own) + tied]
         return min(near, key=lambda one: (one.judgement.numbers, left(one, True)))
 
     def _bic_fall(self, before: FittedModel, tried: CandidateFit) -> float:
-        squares = float(before.fit.squares.sum()), float(_stand(tried).fit.squares.sum())
+        squares = float(before.fit.squares.sum()), float(_model_fit(tried).fit.squares.sum())
         return decide.bic_fall(*squares, tried.judgement.numbers, before.fit.samples)
 
     def _restarted(self, one: CandidateFit) -> CandidateFit:
         """The effect with its fit from the rig's declared numbers, where that is better."""
         name = f"again-{len(self._passes)}-{one.candidate.effect.name}"
-        return replace(one, stand=self._stored(name, lambda: refit_from_declared(self._case, _stand(one))))
+        return replace(one, model_fit=self._stored(name, lambda: refit_from_declared(self._problem, _model_fit(one))))
 
     def _matters(self, base: FittedModel, fall: float) -> bool:
         return self._several or decide.worth_adding(fall, base.squares, base.samples)
@@ -167,37 +187,37 @@ class _Tracer:
     def _pair(self, one: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
         """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
         first = self._part(one, decide.PARTIAL)
-        if first is None or first.stand is None:
+        if first is None or first.model_fit is None:
             return ()
-        second = self._pass(first.stand, base, decide.PAIR)
-        return (first, second.found[0]) if second.found else ()
+        second = self._pass(first.model_fit, base, decide.PAIR)
+        return (first, second.accepted[0]) if second.accepted else ()
 
-    def _pass(self, stand: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:
+    def _pass(self, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:
         """Shortlist, refit and judge against the misfit `before`; an effect that explains `share` of it is found."""
         number = len(self._passes) + 1
-        names = [one.name for one in stand.effects]
-        ranked, compared, angles = self._scores(number, stand, [e for e in self._library if e.name not in names])
-        tried = self._refits(number, stand, before, ranked)
+        names = [one.name for one in model_fit.effects]
+        ranked, compared, angles = self._scores(number, model_fit, [e for e in self._library if e.name not in names])
+        tried = self._refits(number, model_fit, before, ranked)
         best = decide.named([one.judgement for one in tried], share)
         found = tuple(
             next(one for one in tried if (one.judgement.name, one.judgement.formula) == (j.name, j.formula))
             for j in best
         )
-        self._passes.append(Pass(stand, ranked, compared, angles, tried, found))
+        self._passes.append(Pass(model_fit, ranked, compared, angles, tried, found))
         return self._passes[-1]
 
     def _scores(
-        self, number: int, stand: FittedModel, library: Sequence[Effect]
+        self, number: int, model_fit: FittedModel, library: Sequence[Effect]
     ) -> tuple[tuple[tuple[Candidate, float], ...], tuple[str, ...], np.ndarray]:
         """Every effect's share of the misfit, most first; names and cosines of the best formula of the best effects."""
 
         def compute() -> dict[str, Any]:
-            windows, fit = worst_windows(self._case.train, stand.fit)
-            rest = NuisanceProjection(stand.model, windows, fit)
+            windows, fit = worst_windows(self._problem.train, model_fit.fit)
+            rest = NuisanceProjection(model_fit.model, windows, fit)
             scores: list[Score] = []
             for effect in library:
-                scores.append(score(self._case.rig, stand.effects, effect, stand.model, windows, fit, rest))
-                self._say(f"pass {number}: score of {effect.name} {effect.formula}")
+                scores.append(score(self._problem.rig, model_fit.effects, effect, model_fit.model, windows, fit, rest))
+                self._report_progress(f"pass {number}: score of {effect.name} {effect.formula}")
             scores.sort(key=lambda one: -one.gain)
             misfit = max(float(fit.squares.sum()) - windows.samples, 1.0)
             first = [one for place, one in enumerate(scores) if one.gain > 0 and _first(scores, place)]
@@ -212,7 +232,7 @@ class _Tracer:
         return ranked, tuple(stored["names"]), np.asarray(stored["cosines"])
 
     def _refits(
-        self, number: int, stand: FittedModel, base: FittedModel, ranked: Sequence[tuple[Candidate, float]]
+        self, number: int, model_fit: FittedModel, base: FittedModel, ranked: Sequence[tuple[Candidate, float]]
     ) -> tuple[CandidateFit, ...]:
         """Refits of the shortlist, most explained first: the best formula of each name, then its others."""
         able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > _FAINT]
@@ -223,39 +243,40 @@ class _Tracer:
             explained = max((one.judgement.explained for one in tried), default=0.0)
             if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
                 continue
-            first = self._try(number, stand, base, *own[0], again=not tried)
+            first = self._try(number, model_fit, base, *own[0], again=not tried)
             tried.append(first)
             if not self._several and first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
-                tried += [self._try(number, stand, base, *pair) for pair in own[1:]]
-        if self._several and (best := self._one_of_several(stand, tried)):
+                tried += [self._try(number, model_fit, base, *pair) for pair in own[1:]]
+        if self._several and (best := self._one_of_several(model_fit, tried)):
             name = best.judgement.name
             own = [pair for pair in ranked if pair[0].effect.name == name]
-            tried += [self._try(number, stand, base, *pair) for pair in own[1:]]
+            tried += [self._try(number, model_fit, base, *pair) for pair in own[1:]]
         return tuple(sorted(tried, key=lambda one: -one.judgement.explained))
 
     def _try(
         self,
         number: int,
-        stand: FittedModel,
+        model_fit: FittedModel,
         base: FittedModel,
         candidate: Candidate,
         share: float,
         again: bool = False,
     ) -> CandidateFit:
-        effect, n = candidate.effect, self._case.heldout.samples
-        self._say(f"pass {number}: fit with {effect.title}")
+        effect, n = candidate.effect, self._problem.heldout.samples
+        self._report_progress(f"pass {number}: fit with {effect.title}")
         try:
             found = self._stored(
-                f"refit-{number}-{effect.name}-{effect.formula}", lambda: refit(self._case, stand, candidate, again)
+                f"refit-{number}-{effect.name}-{effect.formula}",
+                lambda: refit(self._problem, model_fit, candidate, again),
             )
         except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
             nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
             return CandidateFit(candidate, share, nothing, None, str(error))
         explained = decide.explained(base.squares, found.squares, n)
-        self._say(f"pass {number}: {effect.name} {effect.formula} explains {100 * explained:.1f} %")
-        squares = float(stand.fit.squares.sum()), float(found.fit.squares.sum())
-        fall = decide.bic_fall(*squares, len(effect.fitted), self._case.train.samples)
-        passes = decide.passes(stand.squares, found.squares, fall, self._case.kappa, len(self._library))
+        self._report_progress(f"pass {number}: {effect.name} {effect.formula} explains {100 * explained:.1f} %")
+        squares = float(model_fit.fit.squares.sum()), float(found.fit.squares.sum())
+        fall = decide.bic_fall(*squares, len(effect.fitted), self._problem.train.samples)
+        passes = decide.passes(model_fit.squares, found.squares, fall, self._problem.kappa, len(self._library))
         passes = passes and not is_switched_off(found)
         judgement = decide.Judgement(
             effect.name, effect.formula, explained, found.squares / n, len(effect.fitted), passes
@@ -264,8 +285,8 @@ class _Tracer:
 
     def _located(self, base: FittedModel) -> FaultLocation:
         def compute() -> dict[str, Any]:
-            self._say("in which equation")
-            found = locate_fault(self._case, base)
+            self._report_progress("in which equation")
+            found = locate_fault(self._problem, base)
             return asdict(found) | {"evidence": [list(one) for one in found.evidence]}  # a stage keeps no tuples
 
         stored = self._stage(f"localise-{len(self._passes)}" if self._passes else "localise", compute)
@@ -273,18 +294,18 @@ class _Tracer:
             stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["parity_residuals"]
         )
 
-    def _again(self, name: str, stand: FittedModel) -> FittedModel:
-        """A stand of thinned windows fitted to all of them; where none were left out it stays."""
-        if self._whole is self._case:
-            return stand
-        stored = self._stage(name, lambda: packed(refit_all_windows(self._whole, stand)))
+    def _again(self, name: str, model_fit: FittedModel) -> FittedModel:
+        """A fit of thinned windows refitted to all of them; where none were left out it stays."""
+        if self._whole is self._problem:
+            return model_fit
+        stored = self._stage(name, lambda: packed(refit_all_windows(self._whole, model_fit)))
         return unpacked(stored, self._whole, self._library)
 
-    def _misfit(self, stand: FittedModel) -> bool:
-        return decide.misfit(stand.chi2, stand.samples, self._case.kappa)
+    def _misfit(self, model_fit: FittedModel) -> bool:
+        return decide.misfit(model_fit.chi2, model_fit.samples, self._problem.kappa)
 
     def _stored(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:
-        return unpacked(self._stage(name, lambda: packed(compute())), self._case, self._library)
+        return unpacked(self._stage(name, lambda: packed(compute())), self._problem, self._library)
 
     def _result(
         self,
@@ -298,7 +319,7 @@ class _Tracer:
         equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
         alone = self._again("base, all windows", base)
         return Trace(
-            case=self._whole,
+            problem=self._whole,
             base=alone,
             final=alone if final is base else final,
             verdict=verdict,
@@ -306,14 +327,14 @@ class _Tracer:
             tied=tied,
             equation=None if verdict == "none" else equation,
             evidence=place.evidence if place else (),
-            cuts=place.parity_residuals if place else {},
+            parity_residuals=place.parity_residuals if place else {},
             passes=tuple(self._passes),
         )
 
 
-def _stand(one: CandidateFit) -> FittedModel:
-    assert one.stand is not None
-    return one.stand
+def _model_fit(one: CandidateFit) -> FittedModel:
+    assert one.model_fit is not None
+    return one.model_fit
 
 
 def _first(scores: Sequence[Score], place: int) -> bool:

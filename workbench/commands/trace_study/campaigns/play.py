@@ -42,7 +42,7 @@ def play(
     """Follow the reference by `gain` [1/m] times the error of a position read with `noise` [n] m.
 
     The loop runs here and not in SampledLoop because a late plant meets another command than the one that was written,
-    which is the one that is recorded. Raises InputError where the plant can not be simulated.
+    which is the one that is recorded. Raises InputError where the plant cannot be simulated.
     """
     plant, period, steps = engine.plant, played.period, len(played.reference)
     place, middle = plant.state("x"), p[plant.parameters.index("xmid")]
@@ -59,7 +59,7 @@ def play(
         for held[0], share in arriving:
             after = engine.advance(x, held, share * period, p)
             if after is None:
-                raise InputError(f"{played.name}: {plant.name} can not be simulated beyond {k * period:.3f} s")
+                raise InputError(f"{played.name}: {plant.name} cannot be simulated beyond {k * period:.3f} s")
             x = after
     u = np.tile(begin[1], (steps, 1))
     u[:, 0] = met
