@@ -72,13 +72,15 @@ def linear_loops(chosen: ControllerSpec, on: LoopSetup) -> LinearLoops:
     return LinearLoops(*(linear_loop(plant, point, controller, period, on.smooth) for point in points))
 
 
-def play(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup) -> LoopRun:
-    """A controller in a scenario, from rest at null."""
-    period = on.rig.period.value
-    start = float(on.engine.observe(on.null.x, on.null.u)[on.engine.plant.output(wanted.signal)])
+def play(
+    chosen: ControllerSpec, wanted: Scenario, on: LoopSetup, start: Equilibrium | None = None, seed: int | None = None
+) -> LoopRun:
+    """A controller in a scenario from an operating point, at null where none is given; `seed` is that of the noise."""
+    period, start = on.rig.period.value, on.null if start is None else start
+    level = float(on.engine.observe(start.x, start.u)[on.engine.plant.output(wanted.signal)])
     t = np.arange(round(wanted.duration / period) + 1) * period
-    loop = SampledLoop(on.engine, on.rig, chosen.build(period), on.null)
-    return loop.run(start + wanted.reference(t), wanted.inputs(t))
+    loop = SampledLoop(on.engine, on.rig, chosen.build(period), start, seed)
+    return loop.run(level + wanted.reference(t), wanted.inputs(t))
 
 
 def row(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup, run: LoopRun, loops: LinearLoops) -> dict[str, Any]:

@@ -16,6 +16,7 @@ class Scenario:
 
     `size` (SI) is a step's; with a `rate` (SI per s) a ramp's, with a `frequency` [Hz] a sine's amplitude. With a
     `travel` [m] the specimen's far end leaves at 0.5 s, moves so far at `speed` [m/s], and stands again.
+    `samples` [k] (SI, deviations from the start) are any other reference, one for each control period.
     """
 
     name: str
@@ -26,11 +27,12 @@ class Scenario:
     frequency: float | None = None
     travel: float = 0.0
     speed: float = 0.0
+    samples: tuple[float, ...] | None = None
 
     @property
     def arrives(self) -> float | None:
         """Time [s] from which reference and far end stand; None where they never do."""
-        if self.frequency is not None:
+        if self.frequency is not None or self.samples is not None:
             return None
         return _LEAVES + self._moving if self.travel else self.size / self.rate
 
@@ -45,6 +47,8 @@ class Scenario:
 
     def reference(self, t: np.ndarray) -> np.ndarray:
         """What is asked for at t [k] s: deviations [k] from the start."""
+        if self.samples is not None:
+            return np.array(self.samples)
         if self.frequency is not None:
             return self.size * np.sin(2 * np.pi * self.frequency * t)
         return np.full(len(t), self.size) if np.isinf(self.rate) else np.minimum(self.rate * t, self.size)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from ...base.signals import SIGNALS, Signal
+from ...base.signals import Signal
 from ...base.units import from_si
 from ...linear.frequency_response import crossing, decibels, degrees
 from ...loop.rows import MOVING, LinearLoops
@@ -11,6 +11,7 @@ from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
 from ..common.sines import Sines, closed_loop_figure
+from ..common.time_figure import time_figure
 from .config import StepConfig
 
 
@@ -112,32 +113,22 @@ def _margins_table(loops: dict[str, LinearLoops]) -> Table:
 
 def step_figure(config: StepConfig, wanted: Scenario, runs: dict[tuple[str, str], LoopRun]) -> Figure:
     """One scenario under every controller: controlled signal, command, pressures."""
-    chosen = {c.name: runs[c.name, wanted.name].record for c in config.controllers}
-    first = next(iter(chosen.values()))
-
-    def curves(name: str, signal: Signal) -> list[Curve]:
-        return [Curve(c, r.t, from_si(r.signals[name], signal.unit, signal.si)) for c, r in chosen.items()]
-
-    signal, command, pressure = config.signal, SIGNALS["command"], SIGNALS["pa"]
-    reference = Curve("reference", first.t, from_si(first.signals["reference"], signal.unit, signal.si), "dot")
-    return Figure(
-        wanted.name,
-        "time [s]",
-        [
-            Panel(signal.label, [reference, *curves(signal.name, signal)]),
-            Panel(command.label, curves("command", command)),
-            Panel("pressure A [bar]", curves("pa", pressure)),
-        ],
-    )
+    records = {c.name: runs[c.name, wanted.name].record for c in config.controllers}
+    return time_figure(wanted.name, config.signal, records, ("command", "pa"))
 
 
 def _bode(name: str, pair: LinearLoops, swept: Sines) -> Figure:
-    linear = []
-    for where, loop in (("linear, null", pair.null), (f"linear, {MOVING:g} m/s", pair.moving)):
+    return closed_loop_figure(name, linear_curves(pair), swept)
+
+
+def linear_curves(loops: LinearLoops) -> list[FrequencyCurve]:
+    """The closed loops at null and moving that are stable, dashed."""
+    curves = []
+    for name, loop in (("linear, null", loops.null), (f"linear, {MOVING:g} m/s", loops.moving)):
         if loop.closed is not None:
             shown = (loop.f > 0.05) & (loop.f < 100)
-            linear.append(FrequencyCurve(where, loop.f[shown], loop.closed[shown], "dash"))
-    return closed_loop_figure(name, linear, swept)
+            curves.append(FrequencyCurve(name, loop.f[shown], loop.closed[shown], "dash"))
+    return curves
 
 
 def _sensitivity(loops: dict[str, LinearLoops]) -> Figure:

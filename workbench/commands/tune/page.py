@@ -5,11 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from ...base.signals import SIGNALS
-from ...base.units import from_si
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.time_figure import time_figure
 from .config import WEIGHTS, TuneConfig
 from .goals import Trial
 
@@ -88,18 +87,7 @@ def _rows(best: Trial) -> Table:
 def step_figure(config: TuneConfig, wanted: Scenario, runs: Runs) -> Figure:
     """One scenario on the nominal rig, by the start and the best: controlled signal and command."""
     records = {what: found[wanted.name].record for what, found in runs.items()}
-
-    def curves(name: str) -> list[Curve]:
-        signal = SIGNALS[name]
-        return [Curve(w, r.t, from_si(r.signals[name], signal.unit, signal.si)) for w, r in records.items()]
-
-    signal, first = config.start.signal, records["best"]
-    asked = Curve("reference", first.t, from_si(first.signals["reference"], signal.unit, signal.si), "dot")
-    panels = [
-        Panel(signal.label, [asked, *curves(signal.name)]),
-        Panel(SIGNALS["command"].label, curves("command")),
-    ]
-    return Figure(wanted.name, "time [s]", panels)
+    return time_figure(wanted.name, config.start.signal, records, ("command",))
 
 
 def _course(trials: Sequence[Trial]) -> Figure:

@@ -1,0 +1,8 @@
+"""The door for Python: loops, searches and campaigns as objects that show themselves in a notebook.
+
+closed_loop       a rig with a controller: steps, references, margins, frequency response, poles
+time_response, stability, closed_loop_bode    what those return
+search            tune: the numbers of a loop's controller searched
+benchmark         loops beside each other on a set of rigs
+studies           experiments and campaigns: run, residual, fit, trace
+"""

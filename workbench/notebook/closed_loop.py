@@ -1,0 +1,179 @@
+"""A rig with a controller: what it does over time, how stable it is, how fast."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..base.errors import InputError
+from ..base.signals import SIGNALS, Signal
+from ..base.units import from_si, quantity
+from ..control.controller_spec import ControllerSpec
+from ..linear import equilibrium
+from ..loop.describing_function import closed_loop_sine, sampled_frequencies
+from ..loop.margins import closed_poles
+from ..loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play
+from ..loop.scenarios import Scenario, scenario
+from ..rigs.rig import Rig, load_rig
+from .closed_loop_bode import ClosedLoopBode
+from .stability import Margins, Poles
+from .time_response import TimeResponse
+
+Quantity = float | str
+_DURATION = {"position": 3.0, "force": 1.0}  # s
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClosedLoop:
+    """A controller on a rig, behind the rig's guard, sampled at the rig's control period.
+
+        loop = ClosedLoop(load_rig("jack-10t"), P(gain=3.7) + PressureFeedback(gain="2.15e-4 1/bar", corner="0.25 Hz"))
+
+    `rig` may be named. Which signal is controlled, the position or the force, the controller says. Numbers are SI, or
+    text with a unit. Raises InputError for a controller that cannot be built, or that needs a sensor or a specimen which
+    the rig has not.
+    """
+
+    rig: Rig
+    controller: ControllerSpec
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.rig, Rig):
+            object.__setattr__(self, "rig", load_rig(self.rig))
+        if not isinstance(self.controller, ControllerSpec):
+            raise InputError(f"ClosedLoop: {self.controller!r} is no controller; give one such as P(gain=3.7)")
+        if self.controller.is_compensator:
+            raise InputError(f"ClosedLoop: {self.controller.name} is a compensator; add it to a controller")
+        if missing := [name for name in self._measures if name not in self.rig.sensors]:
+            raise InputError(f"ClosedLoop: rig {self.rig.name} has no {missing[0]} sensor, which the controller needs")
+        if self.signal.name == "force" and not self.rig["ks"]:
+            raise InputError(
+                f"ClosedLoop: on rig {self.rig.name} a force has nothing to act on; give it a specimen: "
+                "rig.with_values(ks=1e7, cs=1e3)"
+            )
+
+    @cached_property
+    def _measures(self) -> tuple[str, ...]:
+        return self.controller.build(self.rig.period.value).measures
+
+    @property
+    def signal(self) -> Signal:
+        """The controlled signal."""
+        return SIGNALS[self._measures[0]]
+
+    @cached_property
+    def setup(self) -> LoopSetup:
+        """The rig's engine and operating points."""
+        return loop_setup(self.rig)
+
+    @cached_property
+    def linear_loops(self) -> LinearLoops:
+        """The loop linearised at null and moving."""
+        return linear_loops(self.controller, self.setup)
+
+    def with_controller(self, controller: ControllerSpec) -> "ClosedLoop":
+        """The same rig under another controller."""
+        loop = replace(self, controller=controller)
+        if "setup" in self.__dict__:
+            loop.__dict__["setup"] = self.setup
+        return loop
+
+    def step(
+        self,
+        size: Quantity,
+        duration: Quantity | None = None,
+        start: Quantity = 0.0,
+        noise: int | None = None,
+    ) -> TimeResponse:
+        """A step of the reference by `size` [m or N], watched for `duration` [s], from rest.
+
+        `start` is the position [m] from mid stroke; `noise` the seed of the sensors' noise and resolution, without which
+        they are ideal.
+        """
+        size = quantity(size, self.signal.si)
+        if size == 0:
+            raise InputError("step: a step of 0 is none; give it a size")
+        duration = self._duration(duration)
+        shown = f"{float(from_si(size, self.signal.unit, self.signal.si)):g} {self.signal.unit}"
+        return self._play(Scenario(f"{self.signal.name} step of {shown}", self.signal.name, size, duration), start, noise)
+
+    def follow(
+        self,
+        reference: str | Scenario | ArrayLike | Callable[[np.ndarray], ArrayLike],
+        duration: Quantity | None = None,
+        start: Quantity = 0.0,
+        noise: int | None = None,
+    ) -> TimeResponse:
+        """A reference in deviations [m or N] from where the loop stands: samples [k], one a control period, or a function
+        of times [k] s over `duration` [s]; or a scenario, or the name of one, such as "position-ramp"."""
+        if isinstance(reference, str):
+            reference = scenario(reference, "follow")
+        if not isinstance(reference, Scenario):
+            reference = self._sampled(reference, duration)
+        if reference.signal != self.signal.name:
+            raise InputError(f"follow: {reference.name} asks for a {reference.signal}, the loop controls the {self.signal.name}")
+        return self._play(reference, start, noise)
+
+    def margins(self) -> Margins:
+        """Stability and margins at null and moving."""
+        return Margins(self.linear_loops.null, self.linear_loops.moving)
+
+    def poles(self) -> Poles:
+        """Poles of the sampled closed loop at null and moving."""
+        period, setup = self.rig.period.value, self.setup
+        controller, plant = self.controller.build(period), setup.engine.plant
+        points = (setup.null_smooth, setup.moving)
+        return Poles(*(closed_poles(plant, point, controller, period, setup.smooth) for point in points), period)
+
+    def bode(
+        self, amplitude: Quantity | None = None, low: Quantity = 0.1, high: Quantity = 50.0, points: int = 20
+    ) -> ClosedLoopBode:
+        """Reference -> controlled signal: linear at null, or by stepped sine of an `amplitude` from `low` to `high` [Hz].
+
+        The amplitude is in m or N, or text such as "5 mm"; "10 %" is of the rig's stroke or force limit.
+        """
+        name, linear = self.controller.name, self.linear_loops
+        if amplitude is None:
+            if linear.null.closed is None:
+                raise InputError(f"bode: {name} is unstable at null, where its linear loop has no response; see margins()")
+            return ClosedLoopBode(name, self.signal, linear, linear.null.f, linear.null.closed, None, "")
+        size, setup, period = self._amplitude(amplitude), self.setup, self.rig.period.value
+        f = sampled_frequencies(quantity(low, "Hz"), quantity(high, "Hz"), points, period)
+        sine = closed_loop_sine(setup.engine, self.rig, lambda: self.controller.build(period), setup.null, f, size)
+        shown = f"{float(from_si(size, self.signal.unit, self.signal.si)):g} {self.signal.unit}"
+        response = np.asarray(sine.response[self.signal.name], complex)
+        return ClosedLoopBode(name, self.signal, linear, f, response, sine, shown)
+
+    def _amplitude(self, amplitude: Quantity) -> float:
+        if isinstance(amplitude, str) and amplitude.rstrip().endswith("%"):
+            return quantity(amplitude, "1") * self.rig.limit("force" if self.signal.name == "force" else "stroke")
+        return quantity(amplitude, self.signal.si)
+
+    def _duration(self, duration: Quantity | None) -> float:
+        seconds = _DURATION[self.signal.name] if duration is None else quantity(duration, "s")
+        if seconds < self.rig.period.value:
+            raise InputError(f"duration: {seconds:g} s is shorter than the control period of {self.rig.period.value:g} s")
+        return seconds
+
+    def _sampled(self, reference: ArrayLike | Callable[[np.ndarray], ArrayLike], duration: Quantity | None) -> Scenario:
+        """A reference of one's own as a scenario."""
+        period = self.rig.period.value
+        if callable(reference):
+            t = np.arange(round(self._duration(duration) / period) + 1) * period
+            reference = np.broadcast_to(np.asarray(reference(t), float), t.shape)
+        values = np.asarray(reference, float)
+        if values.ndim != 1 or len(values) < 2 or not np.all(np.isfinite(values)):
+            raise InputError(f"follow: a reference is finite samples [k], two or more; this has the shape {values.shape}")
+        span = float(np.ptp(values))
+        return Scenario("reference", self.signal.name, span, (len(values) - 1) * period, samples=tuple(values.tolist()))
+
+    def _play(self, asked: Scenario, start: Quantity, noise: int | None) -> TimeResponse:
+        position, setup = quantity(start, "m"), self.setup
+        point = setup.null if position == 0 else equilibrium(setup.engine.plant, position=position)
+        return TimeResponse(self, asked, play(self.controller, asked, setup, point, noise))
+
+    def __repr__(self) -> str:
+        period = self.rig.period.value * 1e3
+        return f"ClosedLoop of the {self.signal.name} on {self.rig.name}, {period:g} ms\n{self.controller!r}"

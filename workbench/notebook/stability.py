@@ -1,0 +1,111 @@
+"""Margins and poles of a linearised loop, as small tables."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..linear.frequency_response import crossing, decibels, degrees
+from ..loop.margins import LinearLoop
+from ..loop.rows import MOVING, LinearLoops
+from ..report import Curve, Figure, Panel, Table
+
+_POINTS = ("null", f"moving at {MOVING:g} m/s")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Margins:
+    """Margins of the sampled linear loop at null and moving; the properties are the worse of the two.
+
+    `null` and `moving` are the linear loops with their responses over frequency. An unstable loop has no margins: None.
+    """
+
+    null: LinearLoop
+    moving: LinearLoop
+
+    @property
+    def stable(self) -> bool:
+        """At both operating points."""
+        return self._both.stable
+
+    @property
+    def gain_margin_db(self) -> float | None:
+        """Least gain margin [dB]."""
+        return self._both.worst(min, "gain_margin_db")
+
+    @property
+    def phase_margin_deg(self) -> float | None:
+        """Least phase margin [deg]."""
+        return self._both.worst(min, "phase_margin_deg")
+
+    @property
+    def ms(self) -> float | None:
+        """Largest peak of the sensitivity [1]."""
+        return self._both.worst(max, "ms")
+
+    @property
+    def _both(self) -> LinearLoops:
+        return LinearLoops(self.null, self.moving)
+
+    def plot(self) -> Figure:
+        """The sensitivity of both loops."""
+        curves = [
+            Curve(name, loop.f, decibels(loop.sensitivity))
+            for name, loop in zip(_POINTS, (self.null, self.moving), strict=True)
+            if loop.sensitivity is not None
+        ]
+        return Figure("Sensitivity", "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)
+
+    def table(self) -> Table:
+        """A row for each operating point."""
+        loops = zip(_POINTS, (self.null, self.moving), strict=True)
+        heads = ["operating point", "stable", "Ms", "gain margin [dB]", "phase margin [deg]", "-3 dB [Hz]", "-90 deg [Hz]"]
+        return Table("", heads, [[name, *_margins(loop)] for name, loop in loops])
+
+    def __repr__(self) -> str:
+        return repr(self.table())
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+
+def _margins(loop: LinearLoop) -> list[bool | float | None]:
+    closed = loop.closed
+    corners = (None, None) if closed is None else (
+        crossing(loop.f, decibels(closed), -3.0),
+        crossing(loop.f, degrees(closed), -90.0),
+    )
+    return [loop.stable, loop.ms, loop.gain_margin_db, loop.phase_margin_deg, *corners]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Poles:
+    """Poles z [k] of the sampled closed loop at null and moving, `period` [s] apart in time."""
+
+    null: np.ndarray
+    moving: np.ndarray
+    period: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether all are inside the unit circle."""
+        return bool(max(np.abs(self.null).max(), np.abs(self.moving).max()) < 1)
+
+    def table(self, count: int = 6) -> Table:
+        """The slowest poles of each point, as frequency and damping of s = ln(z)/T; one of each conjugate pair."""
+        rows = [
+            [name, abs(z), abs(s) / (2 * np.pi), -s.real / abs(s)]
+            for name, poles in zip(_POINTS, (self.null, self.moving), strict=True)
+            for z, s in self._slowest(poles, count)
+        ]
+        return Table("", ["operating point", "|z|", "frequency [Hz]", "damping"], rows)
+
+    def _slowest(self, poles: np.ndarray, count: int) -> list[tuple[complex, complex]]:
+        upper = poles[(poles.imag >= 0) & (np.abs(poles) > 0)]
+        slowest = upper[np.argsort(-np.abs(upper))][:count]
+        return [(complex(z), complex(np.log(complex(z)) / self.period)) for z in slowest]
+
+    def __repr__(self) -> str:
+        return f"{len(self.null)} poles, {'stable' if self.stable else 'unstable'}; the slowest:\n{self.table()!r}"
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
