@@ -31,9 +31,9 @@ class ClosedLoop:
 
         loop = ClosedLoop(load_rig("jack-10t"), P(gain=3.7) + PressureFeedback(gain="2.15e-4 1/bar", corner="0.25 Hz"))
 
-    `rig` may be named. Which signal is controlled, the position or the force, the controller says. Numbers are SI, or
-    text with a unit. Raises InputError for a controller that cannot be built, or that needs a sensor or a specimen which
-    the rig has not.
+    `rig` may be a name. The controller says which signal is controlled, the position or the force. Numbers are SI, or
+    text with a unit. Raises InputError for a controller that cannot be built, and for one that needs a sensor or a
+    specimen that the rig does not have.
     """
 
     rig: Rig
@@ -97,7 +97,9 @@ class ClosedLoop:
             raise InputError("step: a step of 0 is none; give it a size")
         duration = self._duration(duration)
         shown = f"{float(from_si(size, self.signal.unit, self.signal.si)):g} {self.signal.unit}"
-        return self._play(Scenario(f"{self.signal.name} step of {shown}", self.signal.name, size, duration), start, noise)
+        return self._play(
+            Scenario(f"{self.signal.name} step of {shown}", self.signal.name, size, duration), start, noise
+        )
 
     def follow(
         self,
@@ -106,14 +108,19 @@ class ClosedLoop:
         start: Quantity = 0.0,
         noise: int | None = None,
     ) -> TimeResponse:
-        """A reference in deviations [m or N] from where the loop stands: samples [k], one a control period, or a function
-        of times [k] s over `duration` [s]; or a scenario, or the name of one, such as "position-ramp"."""
+        """Follow a reference, in deviations [m or N] from the start.
+
+        It is samples [k], one for each control period; or a function of times [k] s, over `duration` [s]; or a scenario
+        or the name of one, such as "position-ramp". `start` and `noise` are those of `step`.
+        """
         if isinstance(reference, str):
             reference = scenario(reference, "follow")
         if not isinstance(reference, Scenario):
             reference = self._sampled(reference, duration)
         if reference.signal != self.signal.name:
-            raise InputError(f"follow: {reference.name} asks for a {reference.signal}, the loop controls the {self.signal.name}")
+            raise InputError(
+                f"follow: {reference.name} asks for a {reference.signal}, the loop controls the {self.signal.name}"
+            )
         return self._play(reference, start, noise)
 
     def margins(self) -> Margins:
@@ -125,19 +132,22 @@ class ClosedLoop:
         period, setup = self.rig.period.value, self.setup
         controller, plant = self.controller.build(period), setup.engine.plant
         points = (setup.null_smooth, setup.moving)
-        return Poles(*(closed_poles(plant, point, controller, period, setup.smooth) for point in points), period)
+        null, moving = (closed_poles(plant, point, controller, period, setup.smooth) for point in points)
+        return Poles(null, moving, period)
 
     def bode(
         self, amplitude: Quantity | None = None, low: Quantity = 0.1, high: Quantity = 50.0, points: int = 20
     ) -> ClosedLoopBode:
-        """Reference -> controlled signal: linear at null, or by stepped sine of an `amplitude` from `low` to `high` [Hz].
+        """Reference -> controlled signal: linear at null, or with an `amplitude` by stepped sine, `low` to `high` [Hz].
 
         The amplitude is in m or N, or text such as "5 mm"; "10 %" is of the rig's stroke or force limit.
         """
         name, linear = self.controller.name, self.linear_loops
         if amplitude is None:
             if linear.null.closed is None:
-                raise InputError(f"bode: {name} is unstable at null, where its linear loop has no response; see margins()")
+                raise InputError(
+                    f"bode: {name} is unstable at null, where its linear loop has no response; see margins()"
+                )
             return ClosedLoopBode(name, self.signal, linear, linear.null.f, linear.null.closed, None, "")
         size, setup, period = self._amplitude(amplitude), self.setup, self.rig.period.value
         f = sampled_frequencies(quantity(low, "Hz"), quantity(high, "Hz"), points, period)
@@ -154,7 +164,9 @@ class ClosedLoop:
     def _duration(self, duration: Quantity | None) -> float:
         seconds = _DURATION[self.signal.name] if duration is None else quantity(duration, "s")
         if seconds < self.rig.period.value:
-            raise InputError(f"duration: {seconds:g} s is shorter than the control period of {self.rig.period.value:g} s")
+            raise InputError(
+                f"duration: {seconds:g} s is shorter than the control period of {self.rig.period.value:g} s"
+            )
         return seconds
 
     def _sampled(self, reference: ArrayLike | Callable[[np.ndarray], ArrayLike], duration: Quantity | None) -> Scenario:
@@ -165,7 +177,9 @@ class ClosedLoop:
             reference = np.broadcast_to(np.asarray(reference(t), float), t.shape)
         values = np.asarray(reference, float)
         if values.ndim != 1 or len(values) < 2 or not np.all(np.isfinite(values)):
-            raise InputError(f"follow: a reference is finite samples [k], two or more; this has the shape {values.shape}")
+            raise InputError(
+                f"follow: a reference is finite samples [k], two or more; this has the shape {values.shape}"
+            )
         span = float(np.ptp(values))
         return Scenario("reference", self.signal.name, span, (len(values) - 1) * period, samples=tuple(values.tolist()))
 

@@ -58,7 +58,15 @@ class Margins:
     def table(self) -> Table:
         """A row for each operating point."""
         loops = zip(_POINTS, (self.null, self.moving), strict=True)
-        heads = ["operating point", "stable", "Ms", "gain margin [dB]", "phase margin [deg]", "-3 dB [Hz]", "-90 deg [Hz]"]
+        heads = [
+            "operating point",
+            "stable",
+            "Ms",
+            "gain margin [dB]",
+            "phase margin [deg]",
+            "-3 dB [Hz]",
+            "-90 deg [Hz]",
+        ]
         return Table("", heads, [[name, *_margins(loop)] for name, loop in loops])
 
     def __repr__(self) -> str:
@@ -70,9 +78,13 @@ class Margins:
 
 def _margins(loop: LinearLoop) -> list[bool | float | None]:
     closed = loop.closed
-    corners = (None, None) if closed is None else (
-        crossing(loop.f, decibels(closed), -3.0),
-        crossing(loop.f, degrees(closed), -90.0),
+    corners = (
+        (None, None)
+        if closed is None
+        else (
+            crossing(loop.f, decibels(closed), -3.0),
+            crossing(loop.f, degrees(closed), -90.0),
+        )
     )
     return [loop.stable, loop.ms, loop.gain_margin_db, loop.phase_margin_deg, *corners]
 
@@ -100,7 +112,7 @@ class Poles:
         return Table("", ["operating point", "|z|", "frequency [Hz]", "damping"], rows)
 
     def _slowest(self, poles: np.ndarray, count: int) -> list[tuple[complex, complex]]:
-        upper = poles[(poles.imag >= 0) & (np.abs(poles) > 0)]
+        upper = poles[(np.imag(poles) >= 0) & (np.abs(poles) > 0)]
         slowest = upper[np.argsort(-np.abs(upper))][:count]
         return [(complex(z), complex(np.log(complex(z)) / self.period)) for z in slowest]
 

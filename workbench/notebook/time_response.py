@@ -85,7 +85,7 @@ class TimeResponse:
 
 
 class Metrics(Mapping[str, Any]):
-    """A row of metrics by the keys of metrics.json, in SI but for what a key says; a metric that does not exist is None.
+    """A row of metrics by the keys of metrics.json, SI but for what a key says; None where a metric does not exist.
 
     A name that is not there raises KeyError with the nearest one.
     """

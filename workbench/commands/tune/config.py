@@ -9,34 +9,12 @@ from typing import Any
 
 from ...base.errors import InputError, nearest
 from ...base.toml import check_keys, read_toml
-from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.rig_variations import variation
 from ...rigs.rig import Rig, load_rig
 from ..run.config import StepConfig, step_config
+from .problem import Searched, TuneProblem
 
 WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}
-_DIGITS = 4  # of a searched number: the file that a study leaves has the very numbers that were tried
-
-
-@dataclass(frozen=True)
-class Searched:
-    """A number that is searched from `low` to `high`, first at `start`, all in `unit`; `path` leads to it."""
-
-    path: tuple[str | int, ...]
-    unit: str
-    low: float
-    high: float
-    start: float
-    log: bool
-
-    @property
-    def name(self) -> str:
-        """As metrics.json has it: gain, or compensators.1.gain of the first compensator."""
-        return ".".join(str(key + 1) if isinstance(key, int) else key for key in self.path)
-
-    def rounded(self, value: float) -> float:
-        """To four digits, and within the ends."""
-        return min(max(float(f"{value:.{_DIGITS}g}"), self.low), self.high)
 
 
 @dataclass(frozen=True)
@@ -66,9 +44,11 @@ class TuneConfig:
         table = _step_table(self.source, self.name, _filled(self._controller, self.searched, values))
         return {**table, "rig": rig}
 
-    def design(self, values: Mapping[str, float]) -> ControllerSpec:
-        """The controller with these numbers. Raises InputError where they make none."""
-        return controller_spec(self.name, _filled(self._controller, self.searched, values), self.name)
+    @property
+    def problem(self) -> TuneProblem:
+        """The search without its file."""
+        start, choice = self.start, (self.rigs, self.weights, self.trials, self.seed)
+        return TuneProblem(start.rig, start.controllers[0], self.searched, start.scenarios, *choice)
 
     @property
     def _controller(self) -> Mapping[str, Any]:

@@ -12,7 +12,7 @@ from ...loop.margins import STABLE, closed_poles
 from ...loop.rig_variations import variation
 from ...loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play, row
 from ...loop.scenarios import Scenario
-from .config import TuneConfig
+from .problem import TuneProblem
 
 MS, GAIN_MARGIN_DB = 2.0, 6.0
 RESIDUAL = 0.002  # of the step, peak to peak over the last 0.3 s
@@ -49,12 +49,12 @@ class Trial:
 
 
 class Goals:
-    """The goals of a tune experiment, on the rigs of its set."""
+    """The goals of a search, on the rigs of its set."""
 
-    def __init__(self, config: TuneConfig) -> None:
-        self.config = config
-        self.benches = {name: loop_setup(variation(config.start.rig, name)) for name in config.rigs}
-        self.runs = [(name, wanted) for name in config.rigs for wanted in config.start.scenarios]
+    def __init__(self, problem: TuneProblem) -> None:
+        self.problem = problem
+        self.setups = {name: loop_setup(variation(problem.rig, name)) for name in problem.rigs}
+        self.runs = [(name, scenario) for name in problem.rigs for scenario in problem.scenarios]
 
     def judge(self, values: Mapping[str, float]) -> Verdict:
         """A design by its searched numbers, each in its unit: goal after goal up to the first that it misses."""
@@ -68,75 +68,75 @@ class Goals:
 
     def _goals(self, values: Mapping[str, float], rows: list[dict[str, Any]]) -> Iterator[tuple[str, float]]:
         """The goals' names, and how far the design misses each; the rows of the runs go to `rows`."""
-        chosen = self._made(values)
-        yield "numbers that make a controller", 0.0 if chosen else 1.0
-        assert chosen is not None
-        yield "all poles inside the unit circle on every rig, at null and moving", self._growth(chosen)
-        loops = {"nominal": linear_loops(chosen, self.benches["nominal"])}
+        controller = self._controller(values)
+        yield "numbers that make a controller", 0.0 if controller else 1.0
+        assert controller is not None
+        yield "all poles inside the unit circle on every rig, at null and moving", self._growth(controller)
+        loops = {"nominal": linear_loops(controller, self.setups["nominal"])}
         yield f"Ms <= {MS:g} and gain margin >= {GAIN_MARGIN_DB:g} dB on the nominal rig", _margins(loops["nominal"])
-        for name, wanted in self.runs:
-            on = self.benches[name]
+        for name, scenario in self.runs:
+            setup = self.setups[name]
             if name not in loops:
-                loops[name] = linear_loops(chosen, on)
-            rows.append(row(chosen, wanted, on, play(chosen, wanted, on), loops[name]))
-            goal = f"{wanted.name} on {name} without a trip, oscillating in the end by less than {RESIDUAL:.1%}"
+                loops[name] = linear_loops(controller, setup)
+            rows.append(row(controller, scenario, setup, play(controller, scenario, setup), loops[name]))
+            goal = f"{scenario.name} on {name} without a trip, oscillating in the end by less than {RESIDUAL:.1%}"
             yield goal, _unrest(rows[-1])
 
-    def _made(self, values: Mapping[str, float]) -> ControllerSpec | None:
+    def _controller(self, values: Mapping[str, float]) -> ControllerSpec | None:
         try:
-            chosen = self.config.design(values)
-            chosen.build(self.config.start.rig.period.value)
+            controller = self.problem.design(values)
+            controller.build(self.problem.rig.period.value)
         except InputError:
             return None
-        return chosen
+        return controller
 
-    def _growth(self, chosen: ControllerSpec) -> float:
+    def _growth(self, controller: ControllerSpec) -> float:
         """How fast the unstable loops grow [1/s], summed over rigs and points."""
-        return sum(_growth(chosen, on) for on in self.benches.values())
+        return sum(_growth(controller, setup) for setup in self.setups.values())
 
     def _cost(self, rows: list[dict[str, Any]]) -> float:
         """Weighted: the worst of the rigs of each number, its mean over the scenarios."""
-        scenarios = {wanted.name: wanted for wanted in self.config.start.scenarios}
+        scenarios = {scenario.name: scenario for scenario in self.problem.scenarios}
         worst: dict[str, dict[str, float]] = {name: {} for name in scenarios}
-        for one in rows:
-            there = worst[one["scenario"]]
-            for key, value in _wishes(one, scenarios[one["scenario"]]).items():
-                there[key] = max(value, there.get(key, 0.0))
-        weights = self.config.weights
-        return float(sum(weight * np.mean([one[key] for one in worst.values()]) for key, weight in weights.items()))
+        for line in rows:
+            numbers = worst[line["scenario"]]
+            for key, value in _weighed(line, scenarios[line["scenario"]]).items():
+                numbers[key] = max(value, numbers.get(key, 0.0))
+        weights = self.problem.weights
+        return float(sum(weight * np.mean([each[key] for each in worst.values()]) for key, weight in weights.items()))
 
 
-def _growth(chosen: ControllerSpec, on: LoopSetup) -> float:
-    period = on.rig.period.value
-    controller, plant = chosen.build(period), on.engine.plant
-    points = (on.null_smooth, on.moving)
-    sizes = [np.abs(closed_poles(plant, point, controller, period, on.smooth)).max() for point in points]
+def _growth(controller: ControllerSpec, setup: LoopSetup) -> float:
+    period = setup.rig.period.value
+    law, plant = controller.build(period), setup.engine.plant
+    points = (setup.null_smooth, setup.moving)
+    sizes = [np.abs(closed_poles(plant, point, law, period, setup.smooth)).max() for point in points]
     return float(sum(max(0.0, size - STABLE) / period for size in sizes))
 
 
-def _margins(pair: LinearLoops) -> float:
+def _margins(loops: LinearLoops) -> float:
     """How far Ms and gain margin are from what is asked for, in parts of it, summed over both points."""
-    far = 0.0
-    for loop in (pair.null, pair.moving):
-        far += max(0.0, loop.ms / MS - 1) if loop.ms is not None else 1.0
-        far += max(0.0, 1 - loop.gain_margin_db / GAIN_MARGIN_DB) if loop.gain_margin_db is not None else 0.0
-    return far
+    miss = 0.0
+    for loop in (loops.null, loops.moving):
+        miss += max(0.0, loop.ms / MS - 1) if loop.ms is not None else 1.0
+        miss += max(0.0, 1 - loop.gain_margin_db / GAIN_MARGIN_DB) if loop.gain_margin_db is not None else 0.0
+    return miss
 
 
-def _unrest(one: dict[str, Any]) -> float:
-    if one["tripped"] is not None:
+def _unrest(line: dict[str, Any]) -> float:
+    if line["tripped"] is not None:
         return _TRIPPED
-    return max(0.0, (one["residual_oscillation"] or 0.0) / RESIDUAL - 1)
+    return max(0.0, (line["residual_oscillation"] or 0.0) / RESIDUAL - 1)
 
 
-def _wishes(one: dict[str, Any], wanted: Scenario) -> dict[str, float]:
+def _weighed(line: dict[str, Any], scenario: Scenario) -> dict[str, float]:
     """What the weights weigh: settling [s] (all of the run where it never settles), IAE over the step [s], overshoot
     [%], Ms. A sine has no settling and no overshoot."""
-    never = wanted.duration if wanted.arrives is not None else 0.0
-    settling = one["settling_s"] if one["settling_s"] is not None else never
+    never = scenario.duration if scenario.arrives is not None else 0.0
+    settling = line["settling_s"] if line["settling_s"] is not None else never
     return {
         "settling": settling,
-        "iae": one["iae"] / wanted.size,
-        "overshoot": one["overshoot_percent"] or 0.0,
-        "robustness": one["ms"],
+        "iae": line["iae"] / abs(scenario.size),
+        "overshoot": line["overshoot_percent"] or 0.0,
+        "robustness": line["ms"],
     }

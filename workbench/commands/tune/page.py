@@ -1,4 +1,4 @@
-"""The report of a search: its course, the best design's numbers and rows, and its steps beside the start's."""
+"""The report of a search: its cost, the best design's numbers and rows, and its steps beside the start's."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,20 +11,21 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.time_figure import time_figure
 from .config import WEIGHTS, TuneConfig
 from .goals import Trial
+from .problem import TuneProblem
 
 Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scenario
 
 
 def tune_page(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, runs: Runs) -> Page:
     """The report. `nearest` is the best design, or where none meets the hard goals the one that comes nearest."""
-    tables = [_numbers(config, trials[0], nearest), *([_rows(nearest)] if nearest.verdict.rows else [])]
+    tables = [numbers_table(config.problem, trials[0], nearest), *([_rows(nearest)] if nearest.verdict.rows else [])]
     return Page(
         f"{config.name} tuned on {config.rig_name}",
         _verdict(config, trials, nearest),
         [
             Section("The best design" if nearest.verdict.rows else "The nearest design", tables),
-            Section("Its steps", [step_figure(config, wanted, runs) for wanted in config.start.scenarios]),
-            Section("The search", [_course(trials), _missed(trials)]),
+            Section("Its steps", [step_figure(config, scenario, runs) for scenario in config.start.scenarios]),
+            Section("The search", [cost_figure(trials), _missed(trials)]),
         ],
     )
 
@@ -53,12 +54,13 @@ def _highest(rows: Sequence[Mapping[str, Any]], key: str) -> float:
     return max((row[key] for row in rows if row[key] is not None), default=0.0)
 
 
-def _numbers(config: TuneConfig, start: Trial, best: Trial) -> Table:
+def numbers_table(problem: TuneProblem, start: Trial, best: Trial) -> Table:
+    """The searched numbers at the start and in the best design."""
     rows = [
-        [one.name, start.values[one.name], best.values[one.name], one.unit, f"{one.low:g} to {one.high:g}"]
-        for one in config.searched
+        [n.name, start.values[n.name], best.values[n.name], n.unit, f"{n.low:g} to {n.high:g}"]
+        for n in problem.searched
     ]
-    weights = ", ".join(f"{key} {value:g} {WEIGHTS[key]}" for key, value in config.weights.items())
+    weights = ", ".join(f"{key} {value:g} {WEIGHTS[key]}" for key, value in problem.weights.items())
     note = (
         f"Cost: the worst rig's numbers, averaged over the scenarios, times the weights: {weights}. IAE over the step."
     )
@@ -84,19 +86,19 @@ def _rows(best: Trial) -> Table:
     return Table("On every rig of the set", list(heads.values()), lines, note)
 
 
-def step_figure(config: TuneConfig, wanted: Scenario, runs: Runs) -> Figure:
+def step_figure(config: TuneConfig, scenario: Scenario, runs: Runs) -> Figure:
     """One scenario on the nominal rig, by the start and the best: controlled signal and command."""
-    records = {what: found[wanted.name].record for what, found in runs.items()}
-    return time_figure(wanted.name, config.start.signal, records, ("command",))
+    records = {what: by_scenario[scenario.name].record for what, by_scenario in runs.items()}
+    return time_figure(scenario.name, config.start.signal, records, ("command",))
 
 
-def _course(trials: Sequence[Trial]) -> Figure:
+def cost_figure(trials: Sequence[Trial]) -> Figure:
     """Cost of every design that meets the hard goals, and the best so far."""
     met = [(trial.number, trial.verdict.cost) for trial in trials if trial.verdict.cost is not None]
     numbers, costs = np.array([n for n, _ in met], float), np.array([c for _, c in met], float)
     best = np.minimum.accumulate(costs)
     panel = Panel("cost [1]", [Curve("a design", numbers, costs, "markers"), Curve("best so far", numbers, best)])
-    return Figure("Course of the search", "trial", [panel], note="Only designs that meet every hard goal have a cost.")
+    return Figure("Cost over the search", "trial", [panel], note="Only designs that meet every hard goal have a cost.")
 
 
 def _missed(trials: Sequence[Trial]) -> Table:

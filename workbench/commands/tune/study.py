@@ -1,6 +1,6 @@
 """A search for the numbers of a controller: hard goals over a set of rigs first, then the least weighted cost."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import Any
@@ -17,6 +17,7 @@ from ..common.outcome import Outcome, Progress, Stage
 from .config import TuneConfig
 from .goals import Goals, Trial, Verdict
 from .page import step_figure, tune_page
+from .problem import TuneProblem
 
 TOGETHER = 4  # designs that are tried before any of them is learnt from
 
@@ -24,16 +25,16 @@ TOGETHER = 4  # designs that are tried before any of them is learnt from
 def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
     """Search with `jobs` processes, then show the best design beside the start. The first trial is the start.
 
-    Each trial is a stage: a resumed search asks its sampler the same again and is told the stored answers, and so goes
-    on as if nothing had happened.
+    Each trial is a stage: a resumed search asks its sampler the same again and reads the stored answers, and so goes on
+    as if nothing had happened.
     """
     progress(f"{len(config.rigs)} rigs: operating points")
-    trials = _search(config, stage, progress, jobs)
-    nearest = min(trials, key=lambda trial: trial.verdict.score)
+    trials = search(config.problem, stage, progress, jobs)
+    nearest = nearest_trial(trials)
     best = nearest if nearest.verdict.cost is not None else None
     progress("the start and the best, on the nominal rig")
-    on = loop_setup(variation(config.start.rig, config.rigs[0]))
-    runs = {what: _runs(config, trial, on) for what, trial in (("start", trials[0]), ("best", nearest))}
+    setup = loop_setup(variation(config.start.rig, config.rigs[0]))
+    runs = {what: _runs(config, trial, setup) for what, trial in (("start", trials[0]), ("best", nearest))}
     metrics = {
         "best": None if best is None else _best(config, best),
         "missed": nearest.verdict.missed,
@@ -42,40 +43,49 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
     page = tune_page(config, trials, nearest, runs)
     files = {} if best is None else _files(config, best)
     tables = {
-        f"step-{what}-{wanted}": {"t [s]": run.record.t, **run.record.signals}
-        for what, found in runs.items()
-        for wanted, run in found.items()
+        f"step-{what}-{name}": {"t [s]": run.record.t, **run.record.signals}
+        for what, by_scenario in runs.items()
+        for name, run in by_scenario.items()
     }
     return Outcome(metrics, page, step_figure(config, config.start.scenarios[0], runs), tables, files)
 
 
-def _search(config: TuneConfig, stage: Stage, progress: Progress, jobs: int) -> list[Trial]:
-    """TOGETHER designs are asked for at a time, however many processes judge them: the search is the same on any."""
+def search(problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1) -> list[Trial]:
+    """Every design that is tried, by `jobs` processes; the first is the start.
+
+    TOGETHER designs are asked for at a time, however many processes judge them: the search is the same on any number.
+    """
     import optuna  # loads slowly, and no other command needs it
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     space: dict[str, Any] = {
-        one.name: optuna.distributions.FloatDistribution(one.low, one.high, log=one.log) for one in config.searched
+        number.name: optuna.distributions.FloatDistribution(number.low, number.high, log=number.log)
+        for number in problem.searched
     }
-    sampler = optuna.samplers.TPESampler(seed=config.seed, multivariate=True, constant_liar=True)
+    sampler = optuna.samplers.TPESampler(seed=problem.seed, multivariate=True, constant_liar=True)
     study = optuna.create_study(sampler=sampler)
-    study.enqueue_trial({one.name: one.start for one in config.searched})
+    study.enqueue_trial({number.name: number.start for number in problem.searched})
     trials: list[Trial] = []
-    with process_pool(jobs, partial(_judge, config)) as judged:
-        while len(trials) < config.trials:
-            asked = [study.ask(space) for _ in range(min(TOGETHER, config.trials - len(trials)))]
-            values = [{one.name: one.rounded(each.params[one.name]) for one in config.searched} for each in asked]
+    with process_pool(jobs, partial(_judge, problem)) as judge:
+        while len(trials) < problem.trials:
+            asked = [study.ask(space) for _ in range(min(TOGETHER, problem.trials - len(trials)))]
+            values = [{n.name: n.rounded(each.params[n.name]) for n in problem.searched} for each in asked]
             items = {f"trial-{len(trials) + i:05d}": each for i, each in enumerate(values)}
-            for each, tried, kept in zip(asked, values, judged(items, stage, lambda _: None), strict=True):
-                trials.append(Trial(len(trials), tried, Verdict(**kept)))
+            for each, tried, verdict in zip(asked, values, judge(items, stage, lambda _: None), strict=True):
+                trials.append(Trial(len(trials), tried, Verdict(**verdict)))
                 study.tell(each, trials[-1].verdict.score)
-                progress(f"trial {len(trials)} of {config.trials}: {_word(trials[-1].verdict)}; {_best_word(trials)}")
+                progress(f"trial {len(trials)} of {problem.trials}: {_word(trials[-1].verdict)}; {_best_word(trials)}")
     return trials
 
 
-def _judge(config: TuneConfig) -> Callable[[Mapping[str, float]], dict[str, Any]]:
+def nearest_trial(trials: Sequence[Trial]) -> Trial:
+    """The best design, or where none meets every hard goal the one that comes nearest."""
+    return min(trials, key=lambda trial: trial.verdict.score)
+
+
+def _judge(problem: TuneProblem) -> Callable[[Mapping[str, float]], dict[str, Any]]:
     """The work of one process."""
-    goals = Goals(config)
+    goals = Goals(problem)
     return lambda values: asdict(goals.judge(values))
 
 
@@ -88,14 +98,14 @@ def _best_word(trials: list[Trial]) -> str:
     return f"best {min(costs):.4g}" if costs else "none yet meets every goal"
 
 
-def _runs(config: TuneConfig, trial: Trial, on: LoopSetup) -> dict[str, LoopRun]:
+def _runs(config: TuneConfig, trial: Trial, setup: LoopSetup) -> dict[str, LoopRun]:
     """A design on the nominal rig, by scenario."""
-    chosen = config.design(trial.values)
-    return {wanted.name: play(chosen, wanted, on) for wanted in config.start.scenarios}
+    controller = config.problem.design(trial.values)
+    return {scenario.name: play(controller, scenario, setup) for scenario in config.start.scenarios}
 
 
 def _numbers(config: TuneConfig, values: Mapping[str, float]) -> dict[str, dict[str, Any]]:
-    return {one.name: {"value": values[one.name], "unit": one.unit} for one in config.searched}
+    return {number.name: {"value": values[number.name], "unit": number.unit} for number in config.searched}
 
 
 def _best(config: TuneConfig, best: Trial) -> dict[str, Any]:
@@ -116,13 +126,13 @@ def _best(config: TuneConfig, best: Trial) -> dict[str, Any]:
 
 def _worst(rows: list[dict[str, Any]], key: str) -> float | None:
     """Over rigs and scenarios; None where none has the number."""
-    return max((row[key] for row in rows if row[key] is not None), default=None)
+    return max((line[key] for line in rows if line[key] is not None), default=None)
 
 
 def _line(config: TuneConfig, trial: Trial) -> dict[str, Any]:
     verdict = trial.verdict
-    told = {"cost": verdict.cost, "missed": verdict.missed, "miss": verdict.miss, "goals_left": verdict.left}
-    return {"trial": trial.number, **told, "numbers": _numbers(config, trial.values)}
+    result = {"cost": verdict.cost, "missed": verdict.missed, "miss": verdict.miss, "goals_left": verdict.left}
+    return {"trial": trial.number, **result, "numbers": _numbers(config, trial.values)}
 
 
 def _files(config: TuneConfig, best: Trial) -> dict[str, str]:

@@ -1,0 +1,69 @@
+"""What is searched, and what for: numbers of a controller in their ranges, on rigs of a set in scenarios."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from ...base.units import to_si
+from ...control.controller_spec import ControllerSpec
+from ...loop.scenarios import Scenario
+from ...rigs.rig import Rig
+
+_DIGITS = 4  # of a searched number: the file that a study leaves has the very numbers that were tried
+_OF_THE_LOOP = {"stiffness": "N/m", "computing_delay": "s"}
+
+
+@dataclass(frozen=True)
+class Searched:
+    """A number that is searched from `low` to `high`, first at `start`, all in `unit`; `path` leads to it."""
+
+    path: tuple[str | int, ...]
+    unit: str
+    low: float
+    high: float
+    start: float
+    log: bool
+
+    @property
+    def name(self) -> str:
+        """As metrics.json has it: gain, or compensators.1.gain of the first compensator."""
+        return ".".join(str(key + 1) if isinstance(key, int) else key for key in self.path)
+
+    def rounded(self, value: float) -> float:
+        """To four digits, and within the ends."""
+        return min(max(float(f"{value:.{_DIGITS}g}"), self.low), self.high)
+
+
+@dataclass(frozen=True)
+class TuneProblem:
+    """A search: `rigs` are names of the set that is made of `rig`, nominal first; `weights` those of WEIGHTS."""
+
+    rig: Rig
+    controller: ControllerSpec
+    searched: tuple[Searched, ...]
+    scenarios: tuple[Scenario, ...]
+    rigs: tuple[str, ...]
+    weights: Mapping[str, float]
+    trials: int
+    seed: int
+
+    def design(self, values: Mapping[str, float]) -> ControllerSpec:
+        """The controller with these numbers by name, each in its unit. Raises InputError where they make none."""
+        controller = self.controller
+        for number in self.searched:
+            controller = with_number(controller, number.path, values[number.name], number.unit)
+        return controller
+
+
+def with_number(controller: ControllerSpec, path: tuple[str | int, ...], value: float, unit: str) -> ControllerSpec:
+    """A controller with another value of the number that `path` leads to."""
+    key = path[0]
+    if key == "compensators":
+        parts = list(controller.compensators)
+        parts[int(path[1])] = with_number(parts[int(path[1])], path[2:], value, unit)
+        return replace(controller, compensators=tuple(parts))
+    if key in _OF_THE_LOOP:
+        change: dict[str, Any] = {str(key): float(to_si(value, unit, _OF_THE_LOOP[str(key)]))}
+        return replace(controller, **change)
+    si = next(entry.metadata["unit"] for entry in fields(controller.design) if entry.name == key)
+    return replace(controller, design=replace(controller.design, **{str(key): float(to_si(value, unit, si))}))
