@@ -1,8 +1,9 @@
 """A rig with a controller: what it does over time, how stable it is, how fast."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +22,9 @@ from .closed_loop_bode import ClosedLoopBode
 from .stability import Margins, Poles
 from .time_response import TimeResponse
 
+if TYPE_CHECKING:
+    from .search import Search
+
 Quantity = float | str
 _DURATION = {"position": 3.0, "force": 1.0}  # s
 
@@ -32,12 +36,13 @@ class ClosedLoop:
         loop = ClosedLoop(load_rig("jack-10t"), P(gain=3.7) + PressureFeedback(gain="2.15e-4 1/bar", corner="0.25 Hz"))
 
     `rig` may be a name. The controller says which signal is controlled, the position or the force. Numbers are SI, or
-    text with a unit. Raises InputError for a controller that cannot be built, and for one that needs a sensor or a
-    specimen that the rig does not have.
+    text with a unit. `search` is how `tune` came to the controller. Raises InputError for a controller that cannot be
+    built, and for one that needs a sensor or a specimen that the rig does not have.
     """
 
     rig: Rig
     controller: ControllerSpec
+    search: "Search | None" = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.rig, Rig):
@@ -75,7 +80,7 @@ class ClosedLoop:
 
     def with_controller(self, controller: ControllerSpec) -> "ClosedLoop":
         """The same rig under another controller."""
-        loop = replace(self, controller=controller)
+        loop = ClosedLoop(self.rig, controller)
         if "setup" in self.__dict__:
             loop.__dict__["setup"] = self.setup
         return loop
@@ -89,17 +94,15 @@ class ClosedLoop:
     ) -> TimeResponse:
         """A step of the reference by `size` [m or N], watched for `duration` [s], from rest.
 
-        `start` is the position [m] from mid stroke; `noise` the seed of the sensors' noise and resolution, without which
-        they are ideal.
+        `start` is the position [m] from mid stroke. `noise` is the seed of the sensors' noise and resolution; without
+        one they are ideal.
         """
-        size = quantity(size, self.signal.si)
-        if size == 0:
-            raise InputError("step: a step of 0 is none; give it a size")
-        duration = self._duration(duration)
-        shown = f"{float(from_si(size, self.signal.unit, self.signal.si)):g} {self.signal.unit}"
-        return self._play(
-            Scenario(f"{self.signal.name} step of {shown}", self.signal.name, size, duration), start, noise
-        )
+        signal, height = self.signal, quantity(size, self.signal.si)
+        if height == 0:
+            raise InputError("step: the size is 0; give one that is not")
+        shown = f"{float(from_si(height, signal.unit, signal.si)):g} {signal.unit}"
+        asked = Scenario(f"{signal.name} step of {shown}", signal.name, height, self._duration(duration))
+        return self._play(asked, start, noise)
 
     def follow(
         self,

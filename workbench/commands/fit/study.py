@@ -1,5 +1,7 @@
 """Fit a rig's uncertain numbers to a campaign, and say which of them the recordings cannot see."""
 
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
@@ -9,6 +11,7 @@ from ...identify.trace.refit import estimation_problem, fit_rig
 from ...identify.trace.stored import packed, unpacked
 from ...plant import build
 from ...records import Campaign
+from ...report import Figure
 from ...rigs.rig import Rig, rig_text
 from ..common.error_page import record_tables, rms_of
 from ..common.fit_result import base_intervals, correlations, finite, fitted, fitted_rig
@@ -16,7 +19,48 @@ from ..common.outcome import Outcome, Progress, Stage
 from .page import fit_page
 
 
+@dataclass(frozen=True, repr=False)
+class FitAnswer:
+    """A rig as fitted, and the report of the fit."""
+
+    rig: Rig
+    outcome: Outcome
+
+    @property
+    def parameters(self) -> dict[str, list[float | None]]:
+        """{"beta [Pa]": [value, low, high]}, 95 %."""
+        return self.outcome.metrics["parameters"]
+
+    @property
+    def chi2(self) -> dict[str, float | None]:
+        """Mean of (error / sigma)^2, "train" and "heldout"; 1 is the noise floor."""
+        return self.outcome.metrics["chi2"]
+
+    def plot(self) -> Figure:
+        """The numbers in their declared ranges."""
+        return self.outcome.plot()
+
+    def show(self) -> Path:
+        """Open the whole report in a browser; the path of the page."""
+        return self.outcome.show()
+
+    def report(self, folder: str | Path, force: bool = False) -> Path:
+        """Leave the report, rig.toml and the numbers in a new folder; the path of the report."""
+        return self.outcome.report(folder, force)
+
+    def __repr__(self) -> str:
+        return repr(self.outcome)
+
+    def _repr_html_(self) -> str:
+        return self.outcome._repr_html_()
+
+
 def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: Progress) -> Outcome:
+    """The outcome of `fit_campaign`."""
+    return fit_campaign(campaign, rig, starts, stage, progress).outcome
+
+
+def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: Progress) -> FitAnswer:
     """Fit from several starts; parameters with intervals and correlations, errors on train and held-out records."""
     if starts < 1:
         raise InputError(f"--starts {starts}: must be 1 or more")
@@ -37,4 +81,5 @@ def run_fit(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progress: P
     }
     page, picture = fit_page(problem, found, metrics)
     tables = record_tables({"rig file": declared, "fitted": after})
-    return Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(fitted_rig(problem, model_fit))})
+    as_fitted = fitted_rig(problem, model_fit)
+    return FitAnswer(as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}))

@@ -88,7 +88,7 @@ def _tune(table: Mapping[str, Any], named: str, rig: Rig, where: str) -> TuneCon
         named,
         searched,
         _rigs(table.get("rigs"), start.rig, where),
-        _weights(table.get("weights"), f"{where}: [weights]"),
+        read_weights(table.get("weights"), f"{where}: [weights]"),
         _whole(table, "trials", 1, where),
         _whole(table, "seed", 0, where),
         table,
@@ -153,7 +153,7 @@ def _rigs(names: Any, rig: Rig, where: str) -> tuple[str, ...]:
     return tuple(str(name) for name in names)
 
 
-def _weights(table: Any, where: str) -> dict[str, float]:
+def read_weights(table: Any, where: str) -> dict[str, float]:
     if not isinstance(table, Mapping) or not table:
         raise InputError(f"{where}: this table is missing; {', '.join(f'{k} [{u}]' for k, u in WEIGHTS.items())}")
     for key, value in table.items():

@@ -10,7 +10,7 @@ from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 
 _DIGITS = 4  # of a searched number: the file that a study leaves has the very numbers that were tried
-_OF_THE_LOOP = {"stiffness": "N/m", "computing_delay": "s"}
+OF_THE_LOOP = {"stiffness": "N/m", "computing_delay": "s"}
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ def with_number(controller: ControllerSpec, path: tuple[str | int, ...], value: 
         parts = list(controller.compensators)
         parts[int(path[1])] = with_number(parts[int(path[1])], path[2:], value, unit)
         return replace(controller, compensators=tuple(parts))
-    if key in _OF_THE_LOOP:
-        change: dict[str, Any] = {str(key): float(to_si(value, unit, _OF_THE_LOOP[str(key)]))}
+    if key in OF_THE_LOOP:
+        change: dict[str, Any] = {str(key): float(to_si(value, unit, OF_THE_LOOP[str(key)]))}
         return replace(controller, **change)
     si = next(entry.metadata["unit"] for entry in fields(controller.design) if entry.name == key)
     return replace(controller, design=replace(controller.design, **{str(key): float(to_si(value, unit, si))}))

@@ -1,0 +1,104 @@
+"""Loops beside each other, on a set of rigs in scenarios, by the code of `jackbench bench`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..base.checkpoint import no_checkpoint
+from ..base.columns import data_frame
+from ..base.errors import InputError
+from ..commands.bench.config import BenchConfig, BenchLoop
+from ..commands.bench.study import run_bench
+from ..commands.common.outcome import Outcome
+from ..commands.run.config import BodeConfig
+from ..control.controller_spec import ControllerSpec
+from ..loop.scenarios import Scenario
+from ..report import Figure, Table
+from .closed_loop import ClosedLoop
+from .search import checked_rigs, scenarios_of
+from .time_response import metrics_table
+
+if TYPE_CHECKING:
+    import pandas  # pyright: ignore[reportMissingImports]
+
+_NO_SINES = BodeConfig(0.1, 50.0, 3, ())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Benchmark:
+    """Loops of one signal on a set of rigs: `rows` are those of metrics.json, `outcome` the whole report."""
+
+    config: BenchConfig
+    outcome: Outcome
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each controller, rig and scenario: SI but for what a key says."""
+        return list(self.outcome.metrics["rows"])
+
+    def plot(self) -> Figure:
+        """The last step on the first rig under every controller."""
+        return self.outcome.plot()
+
+    def show(self) -> Path:
+        """Open the whole report in a browser; the path of the page."""
+        return self.outcome.show()
+
+    def report(self, folder: str | Path, force: bool = False) -> Path:
+        """Leave the report and its numbers in a new folder; the path of the report."""
+        return self.outcome.report(folder, force)
+
+    def table(self) -> Table:
+        """The rows in short."""
+        return metrics_table(self.rows, self.config.loops[0].signal, "controller", "rig", "scenario")
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The rows. Raises InputError where pandas is not installed."""
+        return data_frame({key: [line[key] for line in self.rows] for key in self.rows[0]})
+
+    def __repr__(self) -> str:
+        return f"{self.outcome.page.verdict}\n{self.table()!r}"
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_() + self.plot()._repr_html_()
+
+
+def benchmark(
+    loops: Sequence[ClosedLoop],
+    rigs: Sequence[str] = ("nominal",),
+    scenarios: Sequence[str | Scenario] | None = None,
+    jobs: int = 1,
+) -> Benchmark:
+    """Loops of one signal on one rig, beside each other.
+
+    rigs: names of the set that is made of the rig, nominal first (see RIG_SET). scenarios: names or Scenarios; a step
+    of 10 mm or 20 kN where none are given. jobs: worker processes. Raises InputError for loops of two rigs or signals.
+    """
+    loops = [loops] if isinstance(loops, ClosedLoop) else list(loops)
+    if not loops or not all(isinstance(loop, ClosedLoop) for loop in loops):
+        raise InputError("benchmark: give a list of ClosedLoops")
+    first = loops[0]
+    for loop in loops[1:]:
+        if loop.signal != first.signal or loop.rig != first.rig:
+            raise InputError(
+                f"benchmark: {loop.controller.name} is on another rig or signal than {first.controller.name}; "
+                "compare loops of one signal on one rig"
+            )
+    asked = scenarios_of(first, scenarios, "benchmark")
+    names = checked_rigs(first, rigs, "benchmark")
+    bench = BenchLoop(first.signal, first.rig, names, _named(loops), asked, _NO_SINES)
+    config = BenchConfig(first.rig, (bench,), {})
+    return Benchmark(config, run_bench(config, no_checkpoint, lambda _: None, jobs))
+
+
+def _named(loops: Sequence[ClosedLoop]) -> tuple[ControllerSpec, ...]:
+    """The controllers; one whose name is taken gets a number."""
+    controllers: dict[str, ControllerSpec] = {}
+    for controller in (loop.controller for loop in loops):
+        name, count = controller.name, 1
+        while name in controllers:
+            count += 1
+            name = f"{controller.name}-{count}"
+        controllers[name] = replace(controller, name=name)
+    return tuple(controllers.values())

@@ -1,0 +1,164 @@
+"""Tune a loop: its controller's numbers searched by the code of `jackbench tune`."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from ..base.checkpoint import no_checkpoint
+from ..base.errors import InputError, nearest
+from ..base.units import quantity
+from ..commands.tune.config import read_weights
+from ..commands.tune.goals import Trial
+from ..commands.tune.page import cost_figure, numbers_table
+from ..commands.tune.problem import OF_THE_LOOP, Searched, TuneProblem, with_number
+from ..commands.tune.study import nearest_trial, search
+from ..control.controller_spec import ControllerSpec
+from ..loop.rig_variations import variation
+from ..loop.scenarios import Scenario, scenario
+from ..report import Figure, Table
+from .closed_loop import ClosedLoop, Quantity
+
+SCENARIOS = {"position": ("position-10mm",), "force": ("force-20kn",)}
+WEIGHTS = {"settling": 10.0, "iae": 10.0, "overshoot": 0.05, "robustness": 0.2}  # as in experiments/tune_p_dp.toml
+_DECADE = 10.0  # a range of a decade and more is searched on a logarithmic scale
+Path = tuple[str | int, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Search:
+    """Every design that was tried, the start first; `best` is the one whose loop came back."""
+
+    problem: TuneProblem
+    trials: Sequence[Trial]
+
+    @property
+    def best(self) -> Trial:
+        """The design of the least cost."""
+        return nearest_trial(self.trials)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The best design's metrics on every rig in every scenario."""
+        return self.best.verdict.rows
+
+    def plot(self) -> Figure:
+        """The cost of every design that meets the hard goals."""
+        return cost_figure(self.trials)
+
+    def table(self) -> Table:
+        """The numbers at the start and in the best design."""
+        return numbers_table(self.problem, self.trials[0], self.best)
+
+    def __repr__(self) -> str:
+        met = sum(trial.verdict.cost is not None for trial in self.trials)
+        cost = self.best.verdict.cost
+        return f"{len(self.trials)} designs, {met} meet every hard goal; least cost {cost:.4g}\n{self.table()!r}"
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_() + self.plot()._repr_html_()
+
+
+def tune(
+    loop: ClosedLoop,
+    over: Mapping[str, tuple[Quantity, Quantity]],
+    designs: int = 40,
+    rigs: Sequence[str] = ("nominal",),
+    scenarios: Sequence[str | Scenario] | None = None,
+    weights: Mapping[str, float] = WEIGHTS,
+    seed: int = 1,
+    jobs: int = 1,
+) -> ClosedLoop:
+    """The loop with the best of `designs` tried numbers; its `search` has the others.
+
+    over: low and high of each searched number, SI or text with a unit: "gain", and "pressure-feedback.gain" of a
+    compensator. rigs: names of the set, nominal first (see RIG_SET). scenarios: names or Scenarios, a step of 10 mm or
+    20 kN where none are given. weights: of settling [1/s], IAE over the step [1/s], overshoot [1/%] and Ms [1] in the
+    cost. jobs: worker processes.
+
+    The hard goals are those of `jackbench tune`. Raises InputError for an unknown number, a range that the controller
+    may not have, and where no design meets every goal.
+    """
+    if not isinstance(loop, ClosedLoop):
+        raise InputError("tune: give a ClosedLoop")
+    searched = tuple(_searched(loop.controller, name, ends) for name, ends in over.items())
+    if not searched:
+        raise InputError('tune: nothing is searched; write over={"gain": (low, high)}')
+    problem = TuneProblem(
+        loop.rig,
+        loop.controller,
+        searched,
+        scenarios_of(loop, scenarios, "tune"),
+        checked_rigs(loop, rigs, "tune"),
+        read_weights(weights, "tune: weights"),
+        designs,
+        seed,
+    )
+    result = Search(problem, search(problem, no_checkpoint, lambda _: None, jobs))
+    if missed := result.best.verdict.missed:
+        raise InputError(f"tune: none of {designs} designs meets every hard goal; the nearest misses: {missed}")
+    controller = problem.design(result.best.values)
+    return replace(loop.with_controller(controller.named(f"{loop.controller.name}-tuned")), search=result)
+
+
+def scenarios_of(loop: ClosedLoop, scenarios: Sequence[str | Scenario] | None, where: str) -> tuple[Scenario, ...]:
+    """Scenarios by name or as they are, of the loop's signal. Raises InputError, opened by `where`, for another's."""
+    names = SCENARIOS[loop.signal.name] if scenarios is None else scenarios
+    result = tuple(scenario(each, where) if isinstance(each, str) else each for each in names)
+    if other := [each for each in result if each.signal != loop.signal.name]:
+        raise InputError(
+            f"{where}: {other[0].name} is of the {other[0].signal}, the loop controls the {loop.signal.name}"
+        )
+    return result
+
+
+def checked_rigs(loop: ClosedLoop, rigs: Sequence[str], where: str) -> tuple[str, ...]:
+    """Names of the rig set. Raises InputError, opened by `where`."""
+    if isinstance(rigs, str) or not rigs or rigs[0] != "nominal" or len(set(rigs)) < len(rigs):
+        raise InputError(f'{where}: rigs must be different names, "nominal" first')
+    for name in rigs:
+        try:
+            variation(loop.rig, name)
+        except InputError as error:
+            raise InputError(f"{where}: rigs: {error}") from None
+    return tuple(rigs)
+
+
+def _searched(controller: ControllerSpec, name: str, ends: tuple[Quantity, Quantity]) -> Searched:
+    numbers = _numbers(controller)
+    if name not in numbers:
+        raise InputError(f'tune: over: no number "{name}"; {nearest(name, numbers)}')
+    path, unit, value = numbers[name]
+    try:
+        low, high = (quantity(end, unit) for end in ends)
+    except InputError as error:
+        raise InputError(f"tune: over: {name}: {error}") from None
+    except (TypeError, ValueError):
+        raise InputError(f"tune: over: {name}: write the least and the greatest, such as (1, 10)") from None
+    if not low < high:
+        raise InputError(f"tune: over: {name}: {low:g} must be below {high:g}")
+    for end in (low, high):
+        try:
+            with_number(controller, path, end, unit)
+        except InputError as error:
+            raise InputError(f"tune: over: {error}") from None
+    log = low > 0 and high / low >= _DECADE
+    start = value if low <= value <= high else math.sqrt(low * high) if log else (low + high) / 2
+    return Searched(path, unit, low, high, start, log)
+
+
+def _numbers(controller: ControllerSpec) -> dict[str, tuple[Path, str, float]]:
+    """Path, SI unit and value of every number by name: gain, pressure-feedback.gain."""
+    found: dict[str, tuple[Path, str, float]] = {}
+    parts: list[tuple[str, Path, ControllerSpec]] = [("", (), controller)]
+    for i, part in enumerate(controller.compensators):
+        parts.append((f"{part.name}.", ("compensators", i), part))
+    for prefix, path, part in parts:
+        for entry in fields(part.design):
+            place = (*path, entry.name), entry.metadata["unit"], getattr(part.design, entry.name)
+            for name in (f"{prefix}{entry.name}", f"{prefix.replace('-', '_')}{entry.name}"):
+                found.setdefault(name, place)
+    for name, unit in OF_THE_LOOP.items():
+        if getattr(controller, name):
+            found[name] = (name,), unit, getattr(controller, name)
+    return found
