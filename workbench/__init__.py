@@ -1,6 +1,21 @@
 """jackbench's workbench: the physics of a jack, its views, and what is measured on it.
 
-From the ground up, each room importing only from those above it in this list:
+    import workbench as wb
+    from controllers import P, PressureFeedback
+
+    rig = wb.load_rig("jack-10t")
+    loop = wb.ClosedLoop(rig, P(gain=3.7) + PressureFeedback(gain="2.15e-4 1/bar", corner="0.25 Hz"))
+    loop.step("10 mm").plot()
+
+loops        ClosedLoop, tune, benchmark; SCENARIOS, RIG_SET
+campaigns    trace, fit, residual, load_campaign, read_record
+experiments  run, what `jackbench run`, `bench` and `tune` compute
+rigs         load_rig, save_rig, Rig, variation, with_delay
+plants       build, Plant, Engine, equilibrium, linearise, discretise, stepped_sine, known_effects
+controllers  controller, of one's own "file.py:Class"; Controller, design_numbers and number, to write one
+figures      Figure, Panel, Curve, Table; numbers are SI, or text with a unit: quantity, to_si, from_si, SIGNALS
+
+The rooms, from the ground up, each importing only from those above it in this list:
 
 base        errors, units, signals, TOML, worker processes
 records     recordings, campaign folders, excitations
@@ -13,6 +28,7 @@ control     control laws: what a controller is, and what designs are made of
 loop        closed loops, and every number that is measured on one
 identify    noise floor, fits, and traces: what a rig's model lacks
 commands    one folder a command of the command line
+notebook    the door for Python: loops, searches and campaigns as objects that show themselves
 """
 
 from importlib import import_module
@@ -20,35 +36,100 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .base.errors import InputError
+    from .base.signals import SIGNALS
+    from .base.units import from_si, quantity, to_si
+    from .control.controller_spec import ControllerSpec
+    from .control.controller_type import controller
+    from .control.protocol import Controller, design_numbers, number
     from .engine import Engine, Trajectory
-    from .linear import equilibrium, linearise, nonlinear_system
+    from .linear import Equilibrium, discretise, equilibrium, linearise, nonlinear_system
+    from .linear.frequency_response import stepped_sine
+    from .loop.rig_variations import RIG_SET, variation, with_delay
+    from .loop.scenarios import SCENARIOS, Scenario
+    from .notebook.benchmark import Benchmark, benchmark
+    from .notebook.closed_loop import ClosedLoop
+    from .notebook.search import tune
+    from .notebook.studies import fit, residual, run, trace
+    from .notebook.time_response import TimeResponse
     from .plant import Plant, build, build_force_port
-    from .records import Record, load_campaign
-    from .rigs.rig import Rig, load_rig
+    from .plant.effects import Effect, known_effects
+    from .records import Campaign, Record, load_campaign, read_record
+    from .report import Curve, Figure, Panel, Table
+    from .rigs.rig import Rig, load_rig, save_rig
 
 _HOMES = {
-    "engine": ("Engine", "Trajectory"),
     "base.errors": ("InputError",),
+    "base.signals": ("SIGNALS",),
+    "base.units": ("from_si", "quantity", "to_si"),
+    "control.controller_spec": ("ControllerSpec",),
+    "control.controller_type": ("controller",),
+    "control.protocol": ("Controller", "design_numbers", "number"),
+    "engine": ("Engine", "Trajectory"),
+    "linear": ("Equilibrium", "discretise", "equilibrium", "linearise", "nonlinear_system"),
+    "linear.frequency_response": ("stepped_sine",),
+    "loop.rig_variations": ("RIG_SET", "variation", "with_delay"),
+    "loop.scenarios": ("SCENARIOS", "Scenario"),
+    "notebook.benchmark": ("Benchmark", "benchmark"),
+    "notebook.closed_loop": ("ClosedLoop",),
+    "notebook.search": ("tune",),
+    "notebook.studies": ("fit", "residual", "run", "trace"),
+    "notebook.time_response": ("TimeResponse",),
     "plant": ("Plant", "build", "build_force_port"),
-    "records": ("Record", "load_campaign"),
-    "rigs.rig": ("Rig", "load_rig"),
-    "linear": ("equilibrium", "linearise", "nonlinear_system"),
+    "plant.effects": ("Effect", "known_effects"),
+    "records": ("Campaign", "Record", "load_campaign", "read_record"),
+    "report": ("Curve", "Figure", "Panel", "Table"),
+    "rigs.rig": ("Rig", "load_rig", "save_rig"),
 }
 
 __all__ = [
+    "RIG_SET",
+    "SCENARIOS",
+    "SIGNALS",
+    "Benchmark",
+    "Campaign",
+    "ClosedLoop",
+    "Controller",
+    "ControllerSpec",
+    "Curve",
+    "Effect",
     "Engine",
+    "Equilibrium",
+    "Figure",
     "InputError",
+    "Panel",
     "Plant",
     "Record",
     "Rig",
+    "Scenario",
+    "Table",
+    "TimeResponse",
     "Trajectory",
+    "benchmark",
     "build",
     "build_force_port",
+    "controller",
+    "design_numbers",
+    "discretise",
     "equilibrium",
+    "fit",
+    "from_si",
+    "known_effects",
     "linearise",
     "load_campaign",
     "load_rig",
     "nonlinear_system",
+    "number",
+    "quantity",
+    "read_record",
+    "residual",
+    "run",
+    "save_rig",
+    "stepped_sine",
+    "to_si",
+    "trace",
+    "tune",
+    "variation",
+    "with_delay",
 ]
 
 
@@ -58,3 +139,7 @@ def __getattr__(name: str) -> Any:
         if name in names:
             return getattr(import_module(f".{module}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]
