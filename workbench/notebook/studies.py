@@ -7,7 +7,8 @@ from ..base.toml import read_toml
 from ..commands.bench.config import load_bench
 from ..commands.bench.study import run_bench
 from ..commands.common.outcome import Outcome
-from ..commands.fit.study import STARTS, FitAnswer, fit_campaign
+from ..commands.fit.options import STARTS
+from ..commands.fit.study import FitAnswer, fit_campaign
 from ..commands.residual.study import run_residual
 from ..commands.run.config import load_config
 from ..commands.run.study import study_of
@@ -22,7 +23,7 @@ __all__ = ["fit", "residual", "run", "trace"]
 
 def run(experiment: str | Path, rig: str | None = None, jobs: int = 1) -> Outcome:
     """An experiment file of any kind: what `jackbench run`, `bench` and `tune` compute. Raises InputError."""
-    kind = read_toml(experiment).get("experiment")
+    kind = read_toml(experiment).values.get("experiment")
     if kind == "bench":
         return run_bench(load_bench(experiment, rig), no_checkpoint, _quiet, jobs)
     if kind == "tune":
