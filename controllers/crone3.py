@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 
-import control
 import numpy as np
 
 from workbench.base.errors import InputError
 from workbench.control.crone.template import CroneTemplateController
 from workbench.control.inner_loop import peak
 from workbench.control.protocol import design_numbers, number
+from workbench.linear.state_space import StateSpace
 
 from .crone2 import Crone2
 
@@ -34,7 +34,7 @@ class Crone3(CroneTemplateController):
         super().__init__(d, period, d.crossover, d.phase_margin, d.roll_off, d.integral, d.imaginary)
 
 
-def least_peak(design: Crone3.Design, jacks: list[control.StateSpace], period: float) -> Crone3.Design:
+def least_peak(design: Crone3.Design, jacks: list[StateSpace], period: float) -> Crone3.Design:
     """The design with the b, of a fine grid, whose largest resonance peak over a set of sampled jacks is least.
 
     Crossover and phase margin on the design's own model stay. Raises InputError where no b is stable on all of them.
@@ -47,7 +47,7 @@ def least_peak(design: Crone3.Design, jacks: list[control.StateSpace], period: f
     return designs[best]
 
 
-def _worst(design: Crone3.Design, jacks: list[control.StateSpace], period: float) -> float:
+def _worst(design: Crone3.Design, jacks: list[StateSpace], period: float) -> float:
     try:
         law = Crone3(design, period).linear()
     except InputError:

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 
-import control
 import numpy as np
+from scipy.linalg import solve_discrete_are
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
 from workbench.control.linear_law import LinearLaw
 from workbench.control.protocol import design_numbers, number
+from workbench.linear.state_space import StateSpace
 
 
 class Lqg:
@@ -56,7 +57,7 @@ class Lqg:
 
         return LinearLaw(a, b, c, d, observer.entering, self.measures, start)
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """Filter and feedback together."""
         return self._observer.closed(self._feedback, self._follow, self._period)
 
@@ -84,5 +85,6 @@ def preview_gains(observer: JackObserver, error: float, count: int) -> np.ndarra
 def _lq(observer: JackObserver, error: float) -> tuple[np.ndarray, np.ndarray]:
     """K [n] and the Riccati equation's P [n, n]."""
     position = observer.signals["position"][: observer.n]
-    found = control.dlqr(observer.a, observer.b, np.outer(position, position) / error**2, np.eye(1))
-    return np.asarray(found[0])[0], np.asarray(found[1])
+    a, b, r = observer.a, observer.b, np.eye(1)
+    cost = solve_discrete_are(a, b, np.outer(position, position) / error**2, r, s=np.zeros((len(a), 1)))
+    return np.linalg.solve(b.T @ cost @ b + r, b.T @ cost @ a)[0], cost

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
-import control
 import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
 from workbench.control.mpc_qp import Limits, Planner, build_horizon
 from workbench.control.protocol import design_numbers, number
+from workbench.linear.state_space import StateSpace
 
 from .lqg import lq_gain, preview_gains
 
@@ -80,7 +80,7 @@ class Mpc:
         self.fallbacks += self._planner.advance()
         self._sent = realised
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """Filter and feedback together, far from every limit."""
         return self._observer.closed(self._feedback, self._follow, self._period)
 

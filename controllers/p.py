@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from typing import ClassVar
 
-import control
-
 from workbench.control.linear_law import LinearLaw, static
 from workbench.control.protocol import design_numbers, number
+from workbench.linear.state_space import StateSpace, state_space
 
 
 class P:
@@ -39,9 +38,7 @@ class P:
         """The law as data."""
         return static([self._gain, -self._gain], self.measures)
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """The gains on reference and position."""
         gains = [[self._gain, -self._gain]]
-        return control.StateSpace(
-            [], [], [], gains, self._period, inputs=["reference", "position"], outputs=["command"]
-        )
+        return state_space([], [], [], gains, self._period, ["reference", "position"], ["command"])

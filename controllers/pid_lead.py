@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import control
 import numpy as np
 
 from workbench.control.linear_law import LinearLaw
 from workbench.control.protocol import design_numbers, number
+from workbench.linear.state_space import StateSpace, of_sum, state_space
 
 
 class PidLead:
@@ -88,7 +88,7 @@ class PidLead:
         both = np.array([1.0, -1.0])
         return LinearLaw(a, np.outer(b, both), c, d * both, np.array([0, 0, follow]), self.measures, start)
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """The same law without the command limit."""
         lead, slope = self._lead, self._slope
         half, gain = self._integral, self._design.gain
@@ -98,17 +98,10 @@ class PidLead:
             [slope.b * lead.c, slope.a, 0],
             [2 * half * lead.c, 0, 1],
         ]
-        b = np.array([[lead.b], [slope.b * lead.d], [2 * half * lead.d]])
+        b = [[lead.b], [slope.b * lead.d], [2 * half * lead.d]]
         c = [[through * lead.c, slope.c, 1]]
-        return control.StateSpace(
-            a,
-            np.hstack([b, -b]),
-            c,
-            [[through * lead.d, -through * lead.d]],
-            self._period,
-            inputs=["reference", "position"],
-            outputs=["command"],
-        )
+        law = state_space(a, b, c, [[through * lead.d]], self._period, ["error"], ["command"])
+        return of_sum(law, {"reference": 1.0, "position": -1.0})
 
 
 @dataclass(frozen=True)

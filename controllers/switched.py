@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 
-import control
 import numpy as np
 
-from workbench.control.protocol import Controller
+from workbench.control.protocol import Controller, linear_view
+from workbench.linear.interconnect import select
+from workbench.linear.state_space import StateSpace
 
 
 class Switched:
@@ -56,9 +57,6 @@ class Switched:
         self._added *= self._keep
         self._held = realised
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """The law of the controller in charge; what only the others measure has no part in it."""
-        law, names = self._active.linear(), ["reference", *self.measures]
-        idle = len(names) - law.ninputs
-        b, d = (np.pad(np.asarray(part), ((0, 0), (0, idle))) for part in (law.B, law.D))
-        return control.StateSpace(law.A, b, law.C, d, law.dt, inputs=names, outputs=["command"])
+        return select(linear_view(self._active), ["reference", *self.measures], ["command"])

@@ -1,15 +1,16 @@
 """Three-variable control of test rigs: displacement, velocity and acceleration, each asked for and fed back."""
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
-import control
 import numpy as np
-from scipy.linalg import block_diag, expm
 
 from workbench.control.discrete_filter import Filter
 from workbench.control.linear_law import LinearLaw, resting
 from workbench.control.protocol import design_numbers, number
+from workbench.linear.discretise import hold_matrices
+from workbench.linear.interconnect import parallel
+from workbench.linear.state_space import StateSpace, state_space
 
 
 class Tvc:
@@ -71,7 +72,7 @@ class Tvc:
         a, b, c, d = (np.asarray(part) for part in (self._law.A, self._law.B, self._law.C[0], self._law.D[0]))
         return LinearLaw(a, b, c, d, np.zeros(len(a)), self.measures, resting(a, b, c, d))
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """The law, which is linear."""
         return self._law
 
@@ -83,27 +84,21 @@ def gains(design: Tvc.Design) -> tuple[float, float, float]:
     return p * w**2 / drive, (w**2 + 2 * z * w * p - wn**2) / drive, (p + 2 * z * w - 2 * d * wn) / drive
 
 
-def _law(design: Tvc.Design, period: float) -> control.StateSpace:
+def _law(design: Tvc.Design, period: float) -> StateSpace:
     """States: xr, vr, ar of the generator, then displacement and velocity of the observer."""
     kx, kv, ka = gains(design)
     forward = np.array([0.0, 1.0, 2 * design.jack_damping / (2 * np.pi * design.jack_frequency)]) / design.velocity_gain
     wr, w = 2 * np.pi * design.reference_corner, 2 * np.pi * design.crossover
-    generator = _held([[0, 1, 0], [0, 0, 1], [-(wr**3), -3 * wr**2, -3 * wr]], [[0], [0], [wr**3]], period)
-    observer = _held([[-2 * w, 1], [-(w**2), 0]], [[2 * w, 0], [w**2, 1]], period)
-    asked, seen = np.array([kx, kv, ka]) + forward, np.array([0.0, -kv])
-    return control.StateSpace(
-        block_diag(generator[0], observer[0]),
-        block_diag(generator[1], observer[1]),
-        [[*asked, *seen]],
-        [[0.0, -kx, -ka]],
-        period,
-        inputs=["reference", "position", "acceleration"],
-        outputs=["command"],
+    lags, kinematics = [[0, 1, 0], [0, 0, 1], [-(wr**3), -3 * wr**2, -3 * wr]], [[-2 * w, 1], [-(w**2), 0]]
+    asked = [np.array([kx, kv, ka]) + forward]
+    generator = _sampled(lags, [[0], [0], [wr**3]], asked, [[0.0]], period, ["reference"])
+    measured = ["position", "acceleration"]
+    return parallel(
+        generator, _sampled(kinematics, [[2 * w, 0], [w**2, 1]], [[0.0, -kv]], [[-kx, -ka]], period, measured)
     )
 
 
-def _held(a: list[list[float]], b: list[list[float]], period: float) -> tuple[np.ndarray, np.ndarray]:
-    """The state after `period` [s], of itself and of inputs held over it."""
-    n, m = len(a), len(b[0])
-    both = expm(period * np.block([[np.array(a), np.array(b)], [np.zeros((m, n + m))]]))
-    return both[:n, :n], both[:n, n:]
+def _sampled(a: Any, b: Any, c: Any, d: Any, period: float, inputs: list[str]) -> StateSpace:
+    """A part of the law that gives the command, its inputs held over each `period` [s]."""
+    held = hold_matrices(np.array(a, dtype=float), np.array(b, dtype=float), period)
+    return state_space(*held, c, d, period, inputs, ["command"])

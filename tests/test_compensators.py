@@ -57,19 +57,19 @@ def damping(controller):
 def test_pressure_feedback_adds_the_damping_that_it_says(added):
     gain = 2 * AREA * added / (GAIN * MODE * MASS)
     feedback = PressureFeedback(PressureFeedback.Design(gain=gain), PERIOD)
-    assert damping(Compensated(p(1e-6), feedback)) == pytest.approx(DAMPING + added, rel=0.01)
+    assert damping(Compensated(p(1e-3), feedback)) == pytest.approx(DAMPING + added, rel=0.01)
 
 
 @pytest.mark.parametrize("added", [0.05, 0.3])
 def test_acceleration_feedback_adds_the_damping_that_it_says(added):
     feedback = AccelerationFeedback(AccelerationFeedback.Design(gain=2 * added / (GAIN * MODE), corner=1e4), PERIOD)
-    assert damping(Compensated(p(1e-6), feedback)) == pytest.approx(DAMPING + added, rel=0.02)
+    assert damping(Compensated(p(1e-3), feedback)) == pytest.approx(DAMPING + added, rel=0.02)
 
 
 def test_dynamic_pressure_feedback_leaves_steady_pressures_alone():
     for corner, steady in ((0.0, -2e-9), (1.0, 0.0)):
         law = PressureFeedback(PressureFeedback.Design(gain=2e-9, corner=corner), PERIOD).law
-        assert np.asarray(law.dcgain()).ravel() == pytest.approx([steady, -steady], abs=1e-20)
+        assert np.asarray(law(1.0)).ravel() == pytest.approx([steady, -steady], abs=1e-20)
         assert np.asarray(law(-1)).ravel() == pytest.approx([-2e-9, 2e-9], rel=1e-4)  # at the Nyquist frequency
 
 

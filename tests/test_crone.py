@@ -20,7 +20,7 @@ from workbench.commands.run.config import StepConfig, load_config
 from workbench.control.inner_loop import inner_loop_closed, overshoots
 from workbench.control.jack_model import fit_jack_model
 from workbench.linear import discretise
-from workbench.linear.frequency_response import sampled_response
+from workbench.linear.state_space import sampled_response
 from workbench.loop.overshoot_spread import overshoot_spread
 from workbench.loop.overshoot_spread import spread as spread_of
 
@@ -168,7 +168,7 @@ def test_a_sharp_mode_makes_crone1_unstable_and_says_so(model):
 
 
 def test_a_jack_that_does_not_integrate_has_no_six_numbers(jack):
-    held = control.feedback(jack, 50.0)
+    held = control.feedback(jack.to_control(), 50.0)
     with pytest.raises(InputError, match="dB off"):
         fit_jack_model(held)
 

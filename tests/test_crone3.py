@@ -12,7 +12,7 @@ from workbench.base.errors import InputError
 from workbench.control.crone.template import template_phase
 from workbench.control.inner_loop import inner_loop_closed, overshoots, peak
 from workbench.control.jack_model import fit_jack_model
-from workbench.linear.frequency_response import sampled_response
+from workbench.linear.state_space import sampled_response
 
 PERIOD = 1e-3
 PRESSURE = PressureFeedback(PressureFeedback.Design(gain=2e-9, corner=1.0), PERIOD)

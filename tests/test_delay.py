@@ -13,7 +13,8 @@ from workbench.base.errors import InputError
 from workbench.engine import DelayLine, Engine, periods
 from workbench.identify.fit.windows import delayed
 from workbench.linear import discretise, equilibrium, linearise, nonlinear_system
-from workbench.linear.frequency_response import sampled_response, stepped_sine
+from workbench.linear.frequency_response import stepped_sine
+from workbench.linear.state_space import sampled_response
 from workbench.loop.describing_function import closed_loop_sine
 from workbench.loop.margins import linear_loop
 from workbench.loop.sampled_loop import SampledLoop, run_loop

@@ -16,7 +16,7 @@ from workbench.control.second_order_sections import (
     sections_system,
     tustin,
 )
-from workbench.linear.frequency_response import sampled_response
+from workbench.linear.state_space import sampled_response
 
 PERIOD = 1e-3
 HZ = 2 * np.pi

@@ -9,7 +9,7 @@ import pytest
 from controllers.p import P
 from controllers.pid_lead import PidLead
 from workbench.linear import Equilibrium, discretise
-from workbench.linear.frequency_response import sampled_response
+from workbench.linear.state_space import sampled_response
 from workbench.loop.margins import linear_loop
 from workbench.plant.assembly import Assembly
 

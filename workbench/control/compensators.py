@@ -1,15 +1,19 @@
 """Compensators: linear filters that stack on any controller, and controllers of position put on a load cell."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal, Protocol, cast
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, cast
 
-import control
 import numpy as np
-from scipy.linalg import block_diag
 
+from ..linear.interconnect import parallel, select, series
+from ..linear.state_space import StateSpace
 from .discrete_filter import Filter, weighted
 from .linear_law import LinearLaw, on_load_cell, with_command_filter, with_reference_filter
-from .protocol import Controller, fallbacks, linear_law, preview
+from .protocol import Controller, fallbacks, linear_law, linear_view, preview
+
+if TYPE_CHECKING:
+    import control
 
 
 class Compensator(Protocol):
@@ -20,7 +24,11 @@ class Compensator(Protocol):
     """
 
     into: ClassVar[Literal["command", "reference"]]
-    law: control.StateSpace
+
+    @property
+    def law(self) -> "StateSpace | control.StateSpace":
+        """The filter, at the loop's period."""
+        ...
 
 
 class _Around:
@@ -82,7 +90,7 @@ class Compensated(_Around):
         """Both together as data, where the inner controller has such a law."""
         inner = linear_law(self._inner)
         around = with_reference_filter if self._shapes else with_command_filter
-        return None if inner is None else around(inner, _matrices(self._filter.law), self._inputs)
+        return None if inner is None else around(inner, self._filter.law.matrices, self._inputs)
 
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
         self._seen = [reference if name == "reference" else measurement[name] for name in self._inputs]
@@ -92,20 +100,11 @@ class Compensated(_Around):
         """The inner controller's reference, and what is added to its command."""
         return (output, 0.0) if self._shapes else (reference, output)
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """Both together, from ("reference", *measures) to "command"."""
-        inner, beside = self._inner.linear(), self._filter.law
-        names = ["reference", *self.measures]
-        (a, b, c, d), (af, bf, cf, df) = (_matrices(law) for law in (inner, beside))
-        picked, seen = _pick(inner.input_labels, names), _pick(self._inputs, names)
-        if not self._shapes:
-            whole = block_diag(a, af), np.vstack((b @ picked, bf @ seen)), np.hstack((c, cf)), d @ picked + df @ seen
-        else:
-            picked[0] = 0.0  # the inner reference is the filter's output
-            cascade = np.block([[a, b[:, :1] @ cf], [np.zeros((len(af), len(a))), af]])
-            entering = np.vstack((b @ picked + b[:, :1] @ df @ seen, bf @ seen))
-            whole = cascade, entering, np.hstack((c, d[:, :1] @ cf)), d @ picked + d[:, :1] @ df @ seen
-        return control.StateSpace(*whole, inner.dt, inputs=names, outputs=["command"])
+        inner, names = linear_view(self._inner), ["reference", *self.measures]
+        beside = self._filter.law.relabelled(self._inputs, ["reference" if self._shapes else "command"])
+        return select(series(beside, inner) if self._shapes else parallel(inner, beside), names, ["command"])
 
 
 class OnLoadCell(_Around):
@@ -139,14 +138,12 @@ class OnLoadCell(_Around):
     def _deflected(self, measurement: Mapping[str, float]) -> dict[str, float]:
         return {**measurement, "position": measurement["force"] / self._stiffness}
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """The inner law, of force over the stiffness."""
-        law = self._inner.linear()
-        a, b, c, d = _matrices(law)
-        scale = np.ones(b.shape[1])
+        law = linear_view(self._inner)
+        scale = np.ones(law.B.shape[1])
         scale[1] /= self._stiffness
-        names = ["reference", *self.measures]
-        return control.StateSpace(a, b * scale, c, d * scale, law.dt, inputs=names, outputs=["command"])
+        return replace(law, B=law.B * scale, D=law.D * scale).relabelled(["reference", *self.measures], ["command"])
 
 
 class Deflection:
@@ -156,12 +153,3 @@ class Deflection:
 
     def __init__(self, stiffness: float, period: float) -> None:
         self.law = weighted([1], [1], period, {"reference": 1 / stiffness})
-
-
-def _matrices(law: control.StateSpace) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    return np.asarray(law.A), np.asarray(law.B), np.asarray(law.C), np.asarray(law.D)
-
-
-def _pick(wanted: Sequence[str], names: Sequence[str]) -> np.ndarray:
-    """The matrix that picks `wanted` signals out of `names`."""
-    return np.array([[float(one == other) for other in names] for one in wanted])

@@ -1,19 +1,22 @@
 """Linear filters sampled for a controller: stepped sample by sample, and seen as discrete state spaces."""
 
 from collections.abc import Mapping, Sequence
-from typing import cast
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
+
+from ..linear.state_space import StateSpace, as_state_space, of_sum, transfer_function, tustin
+
+if TYPE_CHECKING:
+    import control
 
 
 class Filter:
     """A stable discrete filter with one output: y = C x + D u, then x = A x + B u, u [m] in the order of its inputs."""
 
-    def __init__(self, law: control.StateSpace) -> None:
-        self.law = law
-        self._a, self._b = np.asarray(law.A), np.asarray(law.B)
-        self._c, self._d = np.asarray(law.C)[0], np.asarray(law.D)[0]
+    def __init__(self, law: "StateSpace | control.StateSpace") -> None:
+        self.law = as_state_space(law)
+        self._a, self._b, self._c, self._d = self.law.A, self.law.B, self.law.C[0], self.law.D[0]
         self._x = np.zeros(len(self._a))
 
     def rest(self, u: Sequence[float]) -> None:
@@ -39,12 +42,10 @@ class Filter:
 
 def weighted(
     numerator: Sequence[float], denominator: Sequence[float], period: float, inputs: Mapping[str, float]
-) -> control.StateSpace:
+) -> StateSpace:
     """numerator(s)/denominator(s), highest power first, by Tustin's rule at `period` [s], of a weighted sum of inputs.
 
     `inputs` gives each signal's weight; the output is called "out". Raises ValueError for more zeros than poles.
     """
-    weights = np.array([list(inputs.values())])
-    sampled = cast(control.StateSpace, control.tf2ss(control.tf(numerator, denominator))).sample(period, "tustin")
-    a, b, c, d = (np.asarray(part) for part in (sampled.A, sampled.B, sampled.C, sampled.D))
-    return control.StateSpace(a, b @ weights, c, d @ weights, period, inputs=list(inputs), outputs=["out"])
+    sampled = tustin(transfer_function(numerator, denominator), period)
+    return of_sum(StateSpace(*sampled, period, ["in"], ["out"]), inputs)

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import sosfilt, zpk2sos
 
 from ..base.errors import InputError
 from ..base.signals import SIGNALS
-from .protocol import Controller
+from .protocol import Controller, linear_view
 
 SAMPLES = 200
 AGREE = 1e-9  # of the largest command: how near the sections come to the controller
@@ -51,9 +50,8 @@ def coefficients(controller: Controller, period: float) -> Coefficients:
 
     Raises InputError where the sections do not give the same within AGREE.
     """
-    law = controller.linear()
-    names = list(law.input_labels)
-    a, b, c, d = (np.asarray(part) for part in (law.A, law.B, law.C, law.D))
+    law = linear_view(controller)
+    names, (a, b, c, d) = law.input_labels, law.matrices
     difference = np.allclose(b[:, 0], -b[:, 1], _SAME, 0) and np.allclose(d[:, 0], -d[:, 1], _SAME, 0)
     taken = {"error": 0} if difference else {"reference": 0, names[1]: 1}
     taken |= {name: i for i, name in enumerate(names) if i > 1}
@@ -67,6 +65,8 @@ def coefficients(controller: Controller, period: float) -> Coefficients:
 
 def replay(found: Coefficients) -> np.ndarray:
     """The command [n] that the sections make of the vector's inputs."""
+    from scipy.signal import sosfilt  # here, as it takes a second
+
     inputs = dict(found.vector)
     inputs["error"] = inputs["reference"] - inputs[list(inputs)[1]]
     return np.sum([sosfilt(channel.sections, inputs[channel.signal]) for channel in found.channels], axis=0)
@@ -87,6 +87,8 @@ def _vector(controller: Controller, names: list[str]) -> dict[str, np.ndarray]:
 
 def _sections(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: float) -> np.ndarray:
     """Sections [k, 6] of c (z - a)^-1 b + d by its zeros and poles; a delay is a section of its own."""
+    from scipy.signal import zpk2sos
+
     seen = _reached(a, b) & _reached(a.T, c)
     a, b, c = a[seen][:, seen], b[seen], c[seen]
     first, state = [d], b

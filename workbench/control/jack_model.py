@@ -1,16 +1,20 @@
 """The jack in six numbers, as a position controller sees it: what CRONE and LQG designs know of their plant."""
 
-from typing import cast
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 from scipy.optimize import least_squares
 
 from ..base.errors import InputError
 from ..linear import zero_order_hold
-from ..linear.frequency_response import sampled_response
+from ..linear.interconnect import feedback
+from ..linear.state_space import StateSpace, sampled_response
 from .protocol import design_numbers, number
 from .second_order_sections import Factors, pair
+
+if TYPE_CHECKING:
+    import control
 
 FIT = (0.2, 60.0)  # Hz: a fit sees these frequencies
 _POINTS = 100
@@ -40,7 +44,7 @@ class JackModel:
         """position/command at f [k] in Hz, complex [k] in m."""
         return _response(f, self.velocity_gain, self.delay, self.modes)
 
-    def discretise(self, period: float) -> control.StateSpace:
+    def discretise(self, period: float) -> StateSpace:
         """command -> position [m] and acceleration, held over each `period` [s]; half a period of delay is the hold's.
 
         States: position, speed/w, acceleration/w^2 of the jack's mode, what the valve gives (as a command), its rate/w
@@ -53,25 +57,25 @@ class JackModel:
         a[3:, 3:] = [[0, wv], [-wv, -2 * self.valve_damping * wv]]
         seen = np.array([[1, 0, 0, 0, 0], [0, 0, w**2, 0, 0]])
         late = max(0.0, self.delay - period / 2)
-        return control.StateSpace(
-            *zero_order_hold((a, wv * np.eye(5, 1, -4), seen, np.zeros((2, 1))), late, period), period
-        )
+        matrices = zero_order_hold((a, wv * np.eye(5, 1, -4), seen, np.zeros((2, 1))), late, period)
+        return StateSpace(*matrices, period, ["command"], ["position", "acceleration"])
 
-    def stable(self, law: control.StateSpace) -> bool:
+    def stable(self, law: StateSpace) -> bool:
         """Whether the loop of a discrete law (error -> command) on this model is stable."""
-        closed = cast(control.StateSpace, control.feedback(self.discretise(law.dt)[0, 0] * law))
-        return bool(np.abs(closed.poles()).max() < 1 - 1e-9)
+        of_position = replace(law, C=-law.C, D=-law.D).relabelled(["position"], ["command"])
+        return bool(np.abs(feedback(self.discretise(law.dt), of_position).poles()).max() < 1 - 1e-9)
 
 
-def fit_jack_model(plant: control.StateSpace) -> JackModel:
+def fit_jack_model(plant: "StateSpace | control.StateSpace") -> JackModel:
     """The numbers of a sampled plant (command -> position, such as `linear.discretise` gives).
 
     Least squares of the logarithm of the response (decibels and degrees alike) over FIT. Raises InputError where the
     model stays more than 1 dB off, such as for a plant that does not integrate.
     """
     f = np.geomspace(*FIT, _POINTS)
-    f = f[f < 0.4 / plant.dt]
-    wanted = sampled_response(plant, np.exp(2j * np.pi * f * plant.dt))[0, 0]
+    period = float(plant.dt or 0.0)
+    f = f[f < 0.4 / period]
+    wanted = sampled_response(plant, np.exp(2j * np.pi * f * period))[0, 0]
 
     def off(x: np.ndarray) -> np.ndarray:
         gain, jack, valve, jack_damping, valve_damping, delay = np.exp(x)
@@ -82,7 +86,7 @@ def fit_jack_model(plant: control.StateSpace) -> JackModel:
     found = least_squares(off, start, x_scale=0.1)
     worst = 20 / np.log(10) * float(np.abs(found.fun[: len(f)]).max())
     if not worst < 1.0:
-        raise InputError(f"{plant.name}: an integrator with two modes is {worst:.1f} dB off; damp the jack first")
+        raise InputError(f"the jack: an integrator with two modes is {worst:.1f} dB off; damp the jack first")
     gain, jack, valve, jack_damping, valve_damping, delay = np.exp(found.x).tolist()
     return JackModel(gain, jack, jack_damping, valve, valve_damping, delay)
 

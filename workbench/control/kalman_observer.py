@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 
-import control
 import numpy as np
+from scipy.linalg import solve_discrete_are
 
+from ..linear.state_space import StateSpace
 from .jack_model import JackModel
 from .protocol import design_numbers, number
 
@@ -34,7 +35,7 @@ class JackObserver:
 
     def __init__(self, jack: ObservedJack, period: float) -> None:
         j, model = jack, jack.discretise(period)
-        self.a, self.b, seen = (np.asarray(part) for part in (model.A, model.B, model.C))
+        self.a, self.b, seen = model.matrices[:3]
         self.n = n = len(self.a)
         self.measures = ("position", "pa", "pb", *(("spool",) if j.spool_travel else ()))
         self.ahead = np.block([[self.a, self.b, np.zeros((n, 1))], [np.zeros((2, n)), np.eye(2)]])
@@ -75,7 +76,7 @@ class JackObserver:
     def _corrected(self) -> np.ndarray:
         return self.state + self.gain @ (self._signals - self.seen @ self.state)
 
-    def closed(self, feedback: np.ndarray, follow: float, period: float) -> control.StateSpace:
+    def closed(self, feedback: np.ndarray, follow: float, period: float) -> StateSpace:
         """The law u = follow r - feedback x of filter and feedback [n + 2] together, in the protocol's signals."""
         corrected = np.eye(len(self.ahead)) - self.gain @ self.seen
         seen = self.gain @ np.hstack((np.zeros((len(self.pick), 1)), self.pick))
@@ -83,13 +84,12 @@ class JackObserver:
         direct = -feedback[None] @ seen + follow * np.eye(1, seen.shape[1])
         ahead = self.ahead @ corrected + np.outer(self.entering, leaving)
         entering = self.ahead @ seen + np.outer(self.entering, direct)
-        names = {"inputs": ["reference", *self.measures], "outputs": ["command"]}
-        return control.StateSpace(ahead, entering, leaving, direct, period, **names)
+        return StateSpace(ahead, entering, leaving, direct, period, ["reference", *self.measures], ["command"])
 
 
 def _kalman(a: np.ndarray, noise: np.ndarray, seen: np.ndarray, trust: np.ndarray) -> np.ndarray:
     """Gain of the correction. Each sensor in its own noise, or the Riccati equation is ill conditioned."""
     scaled = seen / trust[:, None]
     k = len(trust)
-    spread = np.asarray(control.dlqe(a, np.eye(len(a)), scaled, (noise + noise.T) / 2, np.eye(k))[1])
+    spread = solve_discrete_are(a.T, scaled.T, (noise + noise.T) / 2, np.eye(k))
     return np.linalg.solve(scaled @ spread @ scaled.T + np.eye(k), scaled @ spread).T / trust

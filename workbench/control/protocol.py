@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields
-from typing import Any, Protocol, TypeVar, cast, dataclass_transform
-
-import control
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast, dataclass_transform
 
 from ..base.errors import InputError
 from ..base.units import quantity
+from ..linear.state_space import StateSpace, as_state_space
 from .linear_law import LinearLaw
+
+if TYPE_CHECKING:
+    import control
 
 T = TypeVar("T")
 
@@ -37,9 +39,17 @@ class Controller(Protocol):
         """Advance the states by one period, knowing the command [1] that the drive really got."""
         ...
 
-    def linear(self) -> control.StateSpace:
-        """Discrete state space from ("reference", *measures) to "command", without limits."""
+    def linear(self) -> "StateSpace | control.StateSpace":
+        """Discrete state space from ("reference", *measures) to "command", without limits.
+
+        The workbench's own (`workbench.linear.state_space`) or python-control's, which takes two seconds to import.
+        """
         ...
+
+
+def linear_view(controller: Controller) -> StateSpace:
+    """A controller's linear view, its signals named as the protocol has them."""
+    return as_state_space(controller.linear()).relabelled(("reference", *controller.measures), ("command",))
 
 
 def preview(controller: Controller) -> int:

@@ -1,10 +1,11 @@
 """Linear laws as factors, never as polynomials: sampled into second-order sections, and run section by section."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import control
 import numpy as np
-from scipy.signal import zpk2sos
+
+from ..linear.interconnect import series
+from ..linear.state_space import StateSpace, state_space
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ def tustin(law: Factors, period: float, exact: float) -> np.ndarray:
     Tustin's rule prewarped, s = w/tan(w T/2) (z - 1)/(z + 1) at w = 2 pi exact, root by root (Åström and Wittenmark,
     Computer-Controlled Systems, 3rd ed. 1997, sec. 8.3).
     """
+    from scipy.signal import zpk2sos  # here, as it takes a second
+
     scale = 2 * np.pi * exact / np.tan(np.pi * exact * period)
     zeros, poles = ((scale + roots) / (scale - roots) for roots in (law.zeros, law.poles))
     zeros = np.append(zeros, -np.ones(len(poles) - len(zeros)))
@@ -58,14 +61,15 @@ def sections_response(sections: np.ndarray, f: np.ndarray, period: float) -> np.
     return np.prod((b0 + (b1 + b2 / z) / z) / (a0 + (a1 + a2 / z) / z), axis=1)
 
 
-def sections_system(sections: np.ndarray, period: float) -> control.StateSpace:
+def sections_system(sections: np.ndarray, period: float) -> StateSpace:
     """Sections [k, 6] one after the other, as a discrete state space with two states a section."""
-    a, b, c, d = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1))
+    whole = state_space([], [], [], [[1.0]], period, ["in"], ["in"])
     for b0, b1, b2, _, a1, a2 in sections:
-        own, enter, leave = np.array([[-a1, 1], [-a2, 0]]), np.array([[b1 - a1 * b0], [b2 - a2 * b0]]), np.eye(1, 2)
-        a = np.block([[a, np.zeros((len(a), 2))], [enter @ c, own]])
-        b, c, d = np.vstack((b, enter @ d)), np.hstack((b0 * c, leave)), b0 * d
-    return control.StateSpace(a, b, c, d, period)
+        enter = [[b1 - a1 * b0], [b2 - a2 * b0]]
+        section = state_space([[-a1, 1], [-a2, 0]], enter, [[1, 0]], [[b0]], period, ["in"], ["in"])
+        whole = series(whole, section)
+    order = np.arange(2 * len(sections)).reshape(-1, 2)[::-1].ravel()  # `series` has the last section's states first
+    return replace(whole, A=whole.A[order][:, order], B=whole.B[order], C=whole.C[:, order], output_labels=["out"])
 
 
 class SectionFilter:

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import ClassVar
 
-import control
 import numpy as np
 
+from ..linear.state_space import StateSpace, of_sum
 from .linear_law import LinearLaw
 from .second_order_sections import SectionFilter, sections_system
 
@@ -73,9 +73,7 @@ class SectionController:
 
         return LinearLaw(a, np.outer(b, both), c, d * both, e, self.measures, start)
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """The sections on reference and, with the other sign, on the signal."""
-        law = sections_system(self._sections, self._period)
-        a, b, c, d = (np.asarray(part) for part in (law.A, law.B, law.C, law.D))
-        names = {"inputs": ["reference", self.measures[0]], "outputs": ["command"]}
-        return control.StateSpace(a, np.hstack((b, -b)), c, np.hstack((d, -d)), self._period, **names)
+        law = of_sum(sections_system(self._sections, self._period), {"reference": 1.0, self.measures[0]: -1.0})
+        return law.relabelled(law.input_labels, ["command"])

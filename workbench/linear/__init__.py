@@ -1,5 +1,11 @@
 """Views of a plant: pure functions to its equilibria, its linear models and its python-control system.
 
+equilibrium            operating points
+linearise, discretise  linear models about one, continuous and as a sampled loop sees it
+nonlinear, block_diagram    the plant as a nonlinear system; the paper's model of the three-stage valve
+frequency_response     by stepped sine, and of a linear model
+state_space, interconnect    linear systems inside: matrices with named signals, put together by these names
+
 Each function that returns a system of python-control imports it when called: an equilibrium need not wait for it.
 """
 

@@ -8,7 +8,8 @@ from scipy.linalg import expm
 from ..engine import periods
 from ..plant import Plant
 from .equilibrium import Equilibrium
-from .linearise import Matrices, jacobians
+from .linearise import jacobians
+from .state_space import Matrices, StateSpace
 
 if TYPE_CHECKING:
     import control
@@ -26,18 +27,22 @@ def discretise(
     u is the command, held over each period; where it is late, as in `held`, the commands on their way come after the
     plant's states. p as for `linearise`. Raises InputError for an unknown output.
     """
-    import control
+    model = sampled_plant(plant, about, period, outputs, p)
+    way = [f"command {i + 1} ago" for i in range(len(model.A) - plant.n)]
+    states = [state.name for state in plant.states]
+    return model.to_control(states=states + way, name=f"{plant.name} sampled".replace(".", "_"))
 
+
+def sampled_plant(
+    plant: Plant,
+    about: Equilibrium,
+    period: float,
+    outputs: tuple[str, ...] = ("position",),
+    p: np.ndarray | None = None,
+) -> StateSpace:
+    """What `discretise` gives, as the workbench's own linear system."""
     matrices = zero_order_hold(jacobians(plant, about, ("command",), outputs, p), plant.lateness(p), period)
-    way = len(matrices[0]) - plant.n
-    return control.StateSpace(
-        *matrices,
-        period,
-        inputs=["command"],
-        outputs=list(outputs),
-        states=[state.name for state in plant.states] + [f"command {i + 1} ago" for i in range(way)],
-        name=f"{plant.name} sampled".replace(".", "_"),
-    )
+    return StateSpace(*matrices, period, ["command"], list(outputs))
 
 
 def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices:
@@ -49,10 +54,10 @@ def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices
     """
     a, b, c, d = matrices
     whole, part = periods(delay, period)
-    ahead, newer = _hold_matrices(a, b, (1 - part) * period)
+    ahead, newer = hold_matrices(a, b, (1 - part) * period)
     taps = [np.zeros_like(b)] * whole + [newer]
     if part:
-        before, older = _hold_matrices(a, b, part * period)
+        before, older = hold_matrices(a, b, part * period)
         ahead, taps = ahead @ before, [*taps, ahead @ older]
     n, way = len(a), len(taps) - 1
     entering = np.eye(way, 1)
@@ -66,7 +71,7 @@ def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices
     )
 
 
-def _hold_matrices(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+def hold_matrices(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """What the state becomes after `seconds`: of itself, and of an input held over them."""
     n = len(a)
     both = expm(seconds * np.block([[a, b], [np.zeros((b.shape[1], n + b.shape[1]))]]))

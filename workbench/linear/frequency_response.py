@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import matrix_balance, schur
 
 from ..base.errors import InputError
 from ..engine import Engine
@@ -194,25 +193,6 @@ def _merge(first: SteppedSine, second: SteppedSine) -> SteppedSine:
     response = {name: np.concatenate([first.response[name], second.response[name]])[order] for name in first.response}
     flags = {name: joined(name) for name in ("cycles", "settled", "saturated", "cavitated")}
     return SteppedSine(joined("f"), first.amplitude, response, **flags)
-
-
-def sampled_response(system: "control.StateSpace", z: np.ndarray) -> np.ndarray:
-    """Response of a discrete system at z [k] = exp(j w T), complex [outputs, inputs, k].
-
-    C (z - A)^-1 B + D by a complex Schur form of the balanced A: triangular, so that all z are solved for at once, and
-    unitary, so that equal poles, such as those of a delay, are no special case (Laub, IEEE Trans. Automatic Control
-    26(2), 1981, does it by a Hessenberg form).
-    """
-    a, b, c, d = (np.asarray(part) for part in (system.A, system.B, system.C, system.D))
-    if not len(a):
-        return np.repeat(d[..., None].astype(complex), len(z), axis=-1)
-    balanced, (scale, _) = matrix_balance(a, permute=False, separate=True)
-    upper, turn = schur(balanced, "complex")[:2]
-    entering, leaving = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
-    x = np.empty((len(a), b.shape[1], len(z)), complex)
-    for i in reversed(range(len(a))):
-        x[i] = (entering[i][:, None] + np.tensordot(upper[i, i + 1 :], x[i + 1 :], 1)) / (z - upper[i, i])
-    return np.tensordot(leaving, x, 1) + d[..., None]
 
 
 def linear_response(system: "control.StateSpace | control.TransferFunction", f: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Linear models of a plant about an operating point, as python-control systems."""
 
 from functools import cache
+from math import comb, factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,13 +9,13 @@ import numpy as np
 from ..base.errors import InputError, nearest
 from ..plant import Plant
 from .equilibrium import Equilibrium
+from .interconnect import select, series
+from .state_space import Matrices, StateSpace, transfer_function
 
 if TYPE_CHECKING:
     import control
 
 PADE = 4  # order of the approximation of a delay d: 1 degree off at w d = 4.5 rad
-
-Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def linearise(
@@ -30,20 +31,27 @@ def linearise(
     command that is late passes a Padé approximation of order PADE, an all-pass 1 degree off at w d = 4.5, whose states
     follow the plant's; `discretise` is exact. Raises InputError for a name that is no input or output.
     """
-    import control
+    model = linear_plant(plant, about, inputs, outputs, p)
+    late = [f"late {i + 1}" for i in range(len(model.A) - plant.n)]
+    states = [state.name for state in plant.states]
+    return model.to_control(states=states + late, name=f"{plant.name} linear".replace(".", "_"))
 
-    matrices, names = jacobians(plant, about, inputs, outputs, p), [state.name for state in plant.states]
+
+def linear_plant(
+    plant: Plant,
+    about: Equilibrium,
+    inputs: tuple[str, ...] = ("command",),
+    outputs: tuple[str, ...] = ("position",),
+    p: np.ndarray | None = None,
+) -> StateSpace:
+    """What `linearise` gives, as the workbench's own linear system."""
+    model = StateSpace(*jacobians(plant, about, inputs, outputs, p), 0.0, list(inputs), list(outputs))
     delay = plant.lateness(p)
-    if delay > 0 and "command" in inputs:
-        matrices = _behind(matrices, inputs.index("command"), delay)
-        names += [f"late {i + 1}" for i in range(PADE)]
-    return control.StateSpace(
-        *matrices,
-        inputs=list(inputs),
-        outputs=list(outputs),
-        states=names,
-        name=f"{plant.name} linear".replace(".", "_"),
-    )
+    if not (delay > 0 and "command" in inputs):
+        return model
+    a, b, c, d = _late_by_one()
+    late = StateSpace(a / delay, b / delay, c, d, 0.0, ["command"], ["command"])
+    return select(series(late, model), inputs, outputs)
 
 
 def jacobians(
@@ -57,23 +65,13 @@ def jacobians(
     return a, b[:, columns], c[rows], d[np.ix_(rows, columns)]
 
 
-def _behind(matrices: Matrices, column: int, delay: float) -> Matrices:
-    """The same with one input behind a Padé approximation of `delay` [s]."""
-    (a, b, c, d), (late, enter, leave, direct) = matrices, _late_by_one()
-    before, straight = b[:, [column]], d[:, [column]]
-    b, d, entering = b.copy(), d.copy(), np.zeros((PADE, b.shape[1]))
-    b[:, [column]], d[:, [column]], entering[:, [column]] = before * direct, straight * direct, enter / delay
-    whole = np.block([[a, before @ leave], [np.zeros((PADE, len(a))), late / delay]])
-    return whole, np.vstack((b, entering)), np.hstack((c, straight @ leave)), d
-
-
 @cache
 def _late_by_one() -> Matrices:
     """A Padé approximation of a delay of 1 s."""
-    import control
-    from scipy.signal import tf2ss
-
-    return tf2ss(*control.pade(1, PADE))
+    order = range(PADE, -1, -1)
+    top = factorial(2 * PADE) // factorial(PADE)
+    powers = [comb(PADE, k) * factorial(2 * PADE - k) / (factorial(PADE) * top) for k in order]
+    return transfer_function([share * (-1) ** k for share, k in zip(powers, order, strict=True)], powers)
 
 
 def _index(name: str, known: list[str]) -> int:

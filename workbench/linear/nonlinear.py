@@ -17,7 +17,7 @@ def nonlinear_system(plant: Plant, p: np.ndarray | None = None) -> "control.Nonl
 
     Raises InputError for a plant whose command is late: no ordinary differential equation is.
     """
-    import control
+    import control  # here, as it takes two seconds
 
     values = plant.p if p is None else p
     if plant.lateness(values) > 0:

@@ -1,14 +1,16 @@
 """The sampled loop, linearised: closed loop, sensitivity and margins, or the plain word that it is unstable."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import control
 import numpy as np
 
-from ..control.protocol import Controller
-from ..linear import Equilibrium, discretise
-from ..linear.frequency_response import decibels, sampled_response
+from ..control.protocol import Controller, linear_view
+from ..linear import Equilibrium
+from ..linear.discretise import sampled_plant
+from ..linear.frequency_response import decibels
+from ..linear.interconnect import feedback
+from ..linear.state_space import StateSpace, sampled_response
 from ..plant import Plant
 
 _LOWEST = 1e-4  # Hz: crossings of the slowest loop that any controller allows
@@ -40,8 +42,7 @@ def closed_poles(
     plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
 ) -> np.ndarray:
     """Poles z [k] of the loop that `linear_loop` closes, without the time that its margins take."""
-    model = discretise(plant, about, period, controller.measures, p)
-    return np.linalg.eigvals(_closed_matrix(model, controller.linear()))
+    return _closed(sampled_plant(plant, about, period, controller.measures, p), linear_view(controller)).poles()
 
 
 def linear_loop(
@@ -51,8 +52,8 @@ def linear_loop(
 
     A delay of the plant's command counts, exactly.
     """
-    model, law = discretise(plant, about, period, controller.measures, p), controller.linear()
-    poles = np.linalg.eigvals(_closed_matrix(model, law))
+    model, law = sampled_plant(plant, about, period, controller.measures, p), linear_view(controller)
+    poles = _closed(model, law).poles()
 
     def responses(f: np.ndarray) -> np.ndarray:
         """Open loop, and reference -> controlled signal without the loop, [2, k]."""
@@ -68,11 +69,9 @@ def linear_loop(
     return LinearLoop(True, f, loop, forward * sensitivity, sensitivity, gain, phase, float(np.abs(sensitivity).max()))
 
 
-def _closed_matrix(plant: control.StateSpace, law: control.StateSpace) -> np.ndarray:
-    """State matrix of plant and controller in closed loop (the measured signals do not answer the command at once)."""
-    a, b, c = (np.asarray(part) for part in (plant.A, plant.B, plant.C))
-    ac, bc, cc, dc = (np.asarray(part) for part in (law.A, law.B, law.C, law.D))
-    return np.block([[a + b @ dc[:, 1:] @ c, b @ cc], [bc[:, 1:] @ c, ac]])
+def _closed(plant: StateSpace, law: StateSpace) -> StateSpace:
+    """Plant and controller in closed loop; what is measured has not heard of this sample's command yet."""
+    return feedback(replace(plant, D=np.zeros_like(plant.D)), law)
 
 
 def _grid(poles: np.ndarray, period: float) -> np.ndarray:

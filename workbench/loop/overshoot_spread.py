@@ -8,6 +8,7 @@ from ..base.errors import InputError
 from ..control.compensators import Compensator
 from ..control.controller_spec import ControllerSpec
 from ..control.inner_loop import inner_loop_closed, overshoots
+from ..control.protocol import linear_view
 from ..linear import equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
@@ -26,7 +27,7 @@ def overshoot_spread(rig: Rig, chosen: ControllerSpec) -> dict[str, dict[str, fl
     """
     period, plant = rig.period.value, build(rig)
     smooth = plant.without_dry_friction()
-    law = replace(chosen, compensators=()).build(period).linear()
+    law = linear_view(replace(chosen, compensators=()).build(period))
     if law.input_labels != ["reference", "position"]:
         raise InputError(f"{chosen.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
     parts = [cast(Compensator, part.build(period)) for part in chosen.compensators]

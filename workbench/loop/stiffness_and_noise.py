@@ -3,8 +3,10 @@
 import numpy as np
 
 from ..control.controller_spec import ControllerSpec
-from ..linear import discretise, linearise
-from ..linear.frequency_response import sampled_response
+from ..control.protocol import linear_view
+from ..linear.discretise import sampled_plant
+from ..linear.linearise import linear_plant
+from ..linear.state_space import sampled_response
 from .margins import LinearLoop
 from .rows import LoopSetup
 
@@ -18,10 +20,10 @@ def dynamic_stiffness(chosen: ControllerSpec, on: LoopSetup, f: np.ndarray) -> n
     controller = chosen.build(period)
     names = tuple(dict.fromkeys((*controller.measures, "position")))
     z, count, i = np.exp(2j * np.pi * f * period), len(controller.measures), names.index("position")
-    commanded = sampled_response(discretise(plant, on.null_smooth, period, names, on.smooth), z)[:, 0]
-    pushed = linearise(plant, on.null_smooth, ("disturbance",), names, on.smooth)
+    commanded = sampled_response(sampled_plant(plant, on.null_smooth, period, names, on.smooth), z)[:, 0]
+    pushed = linear_plant(plant, on.null_smooth, ("disturbance",), names, on.smooth)
     disturbed = pushed(2j * np.pi * f, squeeze=False)[:, 0]
-    gains = sampled_response(controller.linear(), z)[0, 1:]
+    gains = sampled_response(linear_view(controller), z)[0, 1:]
     command = np.sum(gains * disturbed[:count], axis=0) / (1 - np.sum(gains * commanded[:count], axis=0))
     return -1 / (disturbed[i] + commanded[i] * command)  # a disturbance acts against positive motion
 
@@ -35,7 +37,7 @@ def command_noise(chosen: ControllerSpec, on: LoopSetup, loop: LinearLoop) -> fl
         return None
     period = on.rig.period.value
     controller = chosen.build(period)
-    gains = sampled_response(controller.linear(), np.exp(2j * np.pi * loop.f * period))[0, 1:]
+    gains = sampled_response(linear_view(controller), np.exp(2j * np.pi * loop.f * period))[0, 1:]
     sensors = [on.rig.sensors[name] for name in controller.measures]
     variance = np.array([sensor.noise**2 + sensor.resolution**2 / 12 for sensor in sensors])
     density = 2 * period * variance @ np.abs(gains * loop.sensitivity) ** 2

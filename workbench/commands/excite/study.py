@@ -8,16 +8,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import control
 import numpy as np
 
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS
 from ...base.units import from_si, to_si
 from ...control.controller_spec import ControllerSpec, controller_spec
-from ...control.protocol import Controller
+from ...control.protocol import Controller, linear_view
 from ...engine import Engine
 from ...linear import equilibrium
+from ...linear.state_space import StateSpace
 from ...loop.margins import linear_loop
 from ...loop.sampled_loop import LoopRun, SampledLoop
 from ...plant import build
@@ -217,6 +217,6 @@ class _Adding:
         self._inner.update(realised - float(self._command[self._k]))
         self._k += 1
 
-    def linear(self) -> control.StateSpace:
+    def linear(self) -> StateSpace:
         """What is added changes no response."""
-        return self._inner.linear()
+        return linear_view(self._inner)

@@ -13,7 +13,8 @@ from ...identify.data.frequency_response import HELD, FrequencyResponse, measure
 from ...identify.data.noise_floor import NoiseFloor, noise_floor
 from ...identify.fit.predict import predict_free
 from ...linear import Equilibrium, discretise, equilibrium
-from ...linear.frequency_response import decibels, degrees, sampled_response, stepped_sine
+from ...linear.frequency_response import decibels, degrees, stepped_sine
+from ...linear.state_space import sampled_response
 from ...loop.describing_function import closed_loop_sine
 from ...plant import Plant, build, build_pilot_bench, build_valve_bench
 from ...records import Record
