@@ -74,23 +74,10 @@ def _places(**sizes: int) -> dict[str, slice]:
 
 
 def packed(places: Mapping[str, slice], **values: np.ndarray | float) -> np.ndarray:
-    """Values put in their places, [.., k]: matrices by rows. A value may have leading axes, for lanes."""
-    missing = places.keys() - values.keys()
-    assert not missing, missing
-    parts = []
-    for name, place in places.items():
-        size = place.stop - place.start
-        value = np.asarray(values[name], float)
-        parts.append(value.reshape(*value.shape[: value.ndim - _depth(name, value, size)], size))
+    """Values [.., size of their place], a number standing for a single one, side by side: [.., k]."""
+    parts = [np.atleast_1d(np.asarray(values[name], float)) for name in places]
     lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
     return np.concatenate([np.broadcast_to(part, (*lead, part.shape[-1])) for part in parts], axis=-1)
-
-
-def _depth(name: str, value: np.ndarray, size: int) -> int:
-    """How many trailing axes of a value are its own: 2 of the matrices A and B, 1 of a vector, 0 of a number."""
-    if name in ("a", "b"):
-        return 2
-    return 0 if size == 1 and (value.ndim == 0 or value.shape[-1] != 1) else 1
 
 
 def instant(plant: Plant, shape: LawShape) -> ca.Function:

@@ -15,6 +15,67 @@ _STATES = 4  # laws are filled up to a multiple of so many states, so that laws 
 
 
 @dataclass(frozen=True)
+class CompiledLaw:
+    """A law with its guard, drive and sensors, ready to run on a plant: what decides the machine code, and numbers.
+
+    durations [1 or 2]: of the intervals of a period, [s], where a command arrives inside it.
+    """
+
+    shape: LawShape
+    durations: np.ndarray
+    law: LinearLaw
+    guard: Guard
+    part: float
+    noise: np.ndarray
+    resolution: np.ndarray
+
+    def numbers(self, offset: np.ndarray | float) -> np.ndarray:
+        """The parameters [1 or lanes, k] of a law with this constant o, a number or [lanes, 1]."""
+        law, more = self.law, self.shape.states - self.law.states
+        return np.atleast_2d(
+            packed(
+                self.shape.numbers,
+                a=np.pad(law.a, (0, more)).ravel(),
+                b=np.pad(law.b, ((0, more), (0, 0))).ravel(),
+                c=np.pad(law.c, (0, more)),
+                d=law.d,
+                e=np.pad(law.e, (0, more)),
+                offset=offset,
+                **self.guard.numbers(),
+                part=self.part,
+                noise=self.noise,
+                resolution=self.resolution,
+            )
+        )
+
+    def start(self, x: np.ndarray, command: np.ndarray) -> np.ndarray:
+        """The state [lanes, k] at the start: of the law x [lanes, n], the drive holding a command [lanes, 1]."""
+        lanes = len(x)
+        return packed(
+            self.shape.state,
+            held=command,
+            line=np.repeat(command, self.shape.late + 1, axis=1),
+            command=command,
+            position=np.full((lanes, 1), np.nan),
+            trip=np.zeros((lanes, 1)),
+            law=np.pad(x, ((0, 0), (0, self.shape.states - x.shape[1]))),
+        ).copy()
+
+
+def compiled_law(
+    engine: Engine, rig: Rig, law: LinearLaw, sensors: Sensors, recorded: tuple[str, ...] = ()
+) -> CompiledLaw:
+    """A law on a rig's plant, with the rig's limits and sensors; `recorded` outputs are put out at each instant."""
+    plant = engine.plant
+    late, part = periods(plant.lateness(), rig.period.value)
+    split, states = bool(part) and not plant.interpolated, -(-law.states // _STATES) * _STATES
+    shape = LawShape(states, law.measures, sensors.names, late, split, plant.interpolated, sensors.noisy, recorded)
+    places = [sensors.names.index(name) for name in shape.read]
+    durations = np.array([part, 1 - part] if split else [1.0]) * rig.period.value
+    return CompiledLaw(shape, durations, law, Guard(rig), part, sensors.noise[places], sensors.resolution[places])
+
+
+@dataclass(frozen=True)
 class Instants:
     """What happened at k sampling instants: states of the plant x [k + 1, n]; commands sent, demanded and held [k].
 
@@ -30,7 +91,7 @@ class Instants:
 
 
 class CompiledLoop:
-    """A law with its guard, drive and sensors on a plant; each `run` goes on where the last ended.
+    """One loop; each `run` goes on where the last ended.
 
     signals: (r, y) as measured at the start, where the drive holds the inputs u [m].
     """
@@ -38,49 +99,18 @@ class CompiledLoop:
     def __init__(
         self, engine: Engine, rig: Rig, law: LinearLaw, sensors: Sensors, u: np.ndarray, signals: np.ndarray
     ) -> None:
-        plant, command = engine.plant, float(u[0])
-        late, self._part = periods(plant.lateness(), rig.period.value)
-        self._engine, self._rig, self._sensors = engine, rig, sensors
-        split = bool(self._part) and not plant.interpolated
-        states = -(-law.states // _STATES) * _STATES
-        self.shape = LawShape(states, law.measures, sensors.names, late, split, plant.interpolated, sensors.noisy)
-        self._durations = np.array([self._part, 1 - self._part] if split else [1.0]) * rig.period.value
-        x, offset = law.start(signals, command)
-        self._numbers = packed(
-            self.shape.numbers, **law_numbers(law, self.shape, offset), **Guard(rig).numbers(), part=self._part,
-            **self._sensor_numbers(),
-        )[None]  # fmt: skip
-        line = np.full(late + 1, command)
-        filled = np.append(x, np.zeros(self.shape.states - law.states))
-        self._state = packed(
-            self.shape.state, held=command, line=line, command=command, position=np.nan, trip=0.0, law=filled
-        )[None].copy()
-
-    def _sensor_numbers(self) -> dict[str, np.ndarray]:
-        places = [self._sensors.names.index(name) for name in self.shape.read]
-        return {"noise": self._sensors.noise[places], "resolution": self._sensors.resolution[places]}
+        self._engine, self._sensors = engine, sensors
+        self._law = compiled_law(engine, rig, law, sensors)
+        x, offset = law.start(signals, float(u[0]))
+        self._numbers, self._state = self._law.numbers(offset), self._law.start(x[None], u[None, :1])
 
     def run(self, x: np.ndarray, reference: np.ndarray, others: np.ndarray) -> Instants:
         """From the state x [n], along a reference [k] and the plant's inputs but for the command, others [k, m - 1]."""
+        law = self._law
         rows = np.column_stack((reference, others, self._sensors.noise_rows(len(reference))))[None]
-        batch, out = self._engine.run_sampled(self.shape, x[None], self._durations, self._state, rows, self._numbers)
+        batch, out = self._engine.run_sampled(law.shape, x[None], law.durations, self._state, rows, self._numbers)
         failed = int(batch.failed[0])
-        sent, demanded, held, trip = out[0].T
-        last = int(trip[failed if failed >= 0 else -1])
-        return Instants(
-            batch.x[0], sent, demanded, held, Guard(self._rig).reason(TRIPS[last]) if last else None,
-            None if failed < 0 else failed,
-        )  # fmt: skip
-
-
-def law_numbers(law: LinearLaw, shape: LawShape, offset: float) -> dict[str, np.ndarray | float]:
-    """A law as parameters, filled up with states that stay 0."""
-    more = shape.states - law.states
-    return {
-        "a": np.pad(law.a, (0, more)),
-        "b": np.pad(law.b, ((0, more), (0, 0))),
-        "c": np.pad(law.c, (0, more)),
-        "d": law.d,
-        "e": np.pad(law.e, (0, more)),
-        "offset": offset,
-    }
+        sent, demanded, held, trips = out[0].T
+        trip = TRIPS[int(trips[failed])]  # the last where nothing failed: -1
+        reason = law.guard.reason(trip) if trip else None
+        return Instants(batch.x[0], sent, demanded, held, reason, None if failed < 0 else failed)

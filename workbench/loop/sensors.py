@@ -29,10 +29,14 @@ class Sensors:
         """Readings by name, of all outputs [k] of the plant."""
         readings = outputs.take(self._columns)
         if self._random is not None:
-            readings = readings + self.noise * self._random.standard_normal(len(readings))
-            coarse = self.resolution > 0
-            readings[coarse] = np.round(readings[coarse] / self.resolution[coarse]) * self.resolution[coarse]
+            readings = self.disturbed(readings, self._random.standard_normal(len(readings)))
         return dict(zip(self.names, readings.tolist(), strict=True))
+
+    def disturbed(self, readings: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Readings [.., sensors] with standard normal numbers as their noise, in steps of the resolution."""
+        step = np.where(self.resolution > 0, self.resolution, 1.0)
+        noisy = readings + self.noise * normal
+        return np.where(self.resolution > 0, np.round(noisy / step) * step, noisy)
 
     def noise_rows(self, instants: int) -> np.ndarray:
         """The standard normal numbers [instants, sensors] that the next so many readings draw; none without a seed."""

@@ -1,0 +1,95 @@
+"""Closed loops in lanes: one linear law on many plants, each with its numbers, place in the stroke and noise."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..control.linear_law import LinearLaw
+from ..engine import Engine
+from ..engine.sampled_law import OUT, TRIPS
+from ..linear.equilibria import Equilibria
+from ..rigs.rig import Rig
+from .compiled_loop import CompiledLaw, compiled_law
+from .sensors import Sensors, draws
+
+CHUNK = 500  # lanes at a time: what they put out stays in memory, metrics are taken of it, and it is let go
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """What lanes did at k instants: `signals` [lanes, k] by name, commands sent and demanded [lanes, k].
+
+    trip: the number in TRIPS of what tripped each lane's guard, 0 where nothing did. failed: lanes whose simulation
+    failed; their signals are NaN from there on.
+    """
+
+    signals: dict[str, np.ndarray]
+    sent: np.ndarray
+    demanded: np.ndarray
+    trip: np.ndarray
+    failed: np.ndarray
+
+    def why(self, lane: int) -> str:
+        """The limit that tripped a lane: stroke, speed, force or command."""
+        return TRIPS[int(self.trip[lane])]
+
+
+def run_lanes(
+    engine: Engine,
+    rig: Rig,
+    law: LinearLaw,
+    points: Equilibria,
+    p: np.ndarray,
+    reference: np.ndarray,
+    recorded: tuple[str, ...],
+    seed: int | None = None,
+) -> Iterator[tuple[slice, Lanes]]:
+    """Loops that start at rest at `points` on plants with parameters p [lanes, j], along deviations `reference` [k].
+
+    A seed switches noise and resolution on, a lane's own by its number. Yields chunks of lanes, each as a SampledLoop
+    would have run it; the rig gives limits, sensors and period to all of them.
+    """
+    sensors = Sensors(rig, engine.plant.outputs, seed)
+    ready = compiled_law(engine, rig, law, sensors, recorded)
+    for first in range(0, len(p), CHUNK):
+        lanes = slice(first, min(first + CHUNK, len(p)))
+        chunk = Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
+        normal = _normal(sensors, seed, lanes, len(reference) + 1)
+        yield lanes, _run_chunk(engine, ready, sensors, chunk, p[lanes], reference, normal)
+
+
+def _normal(sensors: Sensors, seed: int | None, lanes: slice, instants: int) -> np.ndarray:
+    """What the sensors' noise is made of, [lanes, instants, sensors]: nothing without a seed."""
+    shape = (instants, len(sensors.names))
+    if seed is None:
+        return np.zeros((lanes.stop - lanes.start, instants, 0))
+    return np.stack([draws(seed, lane).standard_normal(shape) for lane in range(lanes.start, lanes.stop)])
+
+
+def _run_chunk(
+    engine: Engine,
+    ready: CompiledLaw,
+    sensors: Sensors,
+    points: Equilibria,
+    p: np.ndarray,
+    reference: np.ndarray,
+    normal: np.ndarray,
+) -> Lanes:
+    plant, law, k = engine.plant, ready.law, len(reference)
+    outputs = engine.outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
+    readings = outputs[:, [plant.output(name) for name in sensors.names]]
+    if sensors.noisy:
+        readings = sensors.disturbed(readings, normal[:, 0])
+    measured = readings[:, [sensors.names.index(name) for name in law.measures]]
+    starts = [law.start(np.append(y[0], y), float(u)) for y, u in zip(measured, points.u[:, 0], strict=True)]
+    state = ready.start(np.array([x for x, _ in starts]).reshape(len(p), -1), points.u[:, :1])
+    numbers = ready.numbers(np.array([[offset] for _, offset in starts]))
+    level = outputs[:, [plant.output(law.measures[0])]]
+    others = np.broadcast_to(points.u[:, None, 1:], (len(p), k, points.u.shape[1] - 1))
+    rows = np.concatenate(((level + reference)[..., None], others, normal[:, 1:]), axis=2)
+    batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)
+    columns = dict(zip((*OUT, *ready.shape.recorded), np.moveaxis(out, 2, 0), strict=True))
+    trip = columns["trip"][np.arange(len(p)), np.where(batch.ok, k - 1, batch.failed)]
+    signals = {name: columns[name] for name in ready.shape.recorded}
+    return Lanes(signals, columns["sent"], columns["demanded"], trip, ~batch.ok)

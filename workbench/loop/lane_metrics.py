@@ -1,0 +1,40 @@
+"""Step metrics of many loops at once: those of step_metrics, lane by lane, NaN where a number does not exist."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .step_metrics import LAST
+
+
+@dataclass(frozen=True)
+class StepLanes:
+    """Of steps of one size [SI] in lanes: settling [s], overshoot [%], residual oscillation [part of the step]."""
+
+    settling: np.ndarray
+    overshoot: np.ndarray
+    oscillation: np.ndarray
+
+
+def step_lanes(period: float, y: np.ndarray, before: np.ndarray, size: float, band: float) -> StepLanes:
+    """Metrics of y [lanes, k] after a step from `before` [lanes], settled within +-`band` (SI) of its end.
+
+    As in step_metrics, a lane that leaves the band in the last 0.3 s has no settling time.
+    """
+    error = y - (before + size)[:, None]
+    outside = np.abs(error) > band
+    k = y.shape[1]
+    last = np.where(outside.any(axis=1), k - 1 - np.argmax(outside[:, ::-1], axis=1), -1)
+    settling = np.where(last * period > (k - 1) * period - LAST, np.nan, (last + 1) * period)
+    overshoot = np.maximum(np.max(error / size, axis=1), 0.0) * 100
+    late = y[:, np.arange(k) * period >= (k - 1) * period - LAST]
+    return StepLanes(
+        np.where(np.isnan(y).any(axis=1), np.nan, settling), overshoot, np.ptp(_level(late), axis=1) / abs(size)
+    )
+
+
+def _level(y: np.ndarray) -> np.ndarray:
+    """y [lanes, k] less its straight line."""
+    t = np.linspace(-1.0, 1.0, y.shape[1])
+    y = y - y.mean(axis=1, keepdims=True)
+    return y - np.outer(y @ t / (t @ t), t)
