@@ -1,6 +1,7 @@
 """The tutorial's controller keeps the protocol; its configs tune it and hold it against shipped ones."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ def test_its_configs_run(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     short = (TUTORIAL / "tune_mine.toml").read_text().replace("trials = 24", "trials = 2")
     (tmp_path / "tune_mine.toml").write_text(short)
+    shutil.copy(TUTORIAL / "slewed_p.py", tmp_path)
     assert main(["tune", str(tmp_path / "tune_mine.toml"), "--out", str(tmp_path / "tuned"), "--jobs", "1"]) == 0
     text = (TUTORIAL / "bench_mine.toml").read_text()
     text = text.replace("../../out/tune_mine", str(tmp_path / "tuned")).replace("..", str(ROOT / "experiments"))

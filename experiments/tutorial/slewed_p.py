@@ -17,7 +17,7 @@ class SlewedP:
     class Design:
         """Design numbers: unit, bounds that tuning may search, meaning, and a default where there is one."""
 
-        gain: float = number("1/m", 0.1, 20.0, "command per position error K")
+        gain: float = number("1/m", 1e-3, 100.0, "command per position error K")
         speed: float = number("m/s", 0.01, 5.0, "largest speed of the reference", 2.0)
 
     def __init__(self, design: Design, period: float) -> None:

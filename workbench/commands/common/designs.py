@@ -9,11 +9,12 @@ from typing import Any
 from ...base.errors import InputError
 from ..run.config import StepConfig, load_config
 from .options import Call, prints
+from .shipped import experiment
 
 
 def of_controllers(parser: argparse.ArgumentParser, call: Call) -> None:
     """Options of such a command."""
-    parser.add_argument("experiment", help="such as experiments/position_crone.toml")
+    parser.add_argument("experiment", type=experiment, help="such as experiments/position_crone.toml")
     parser.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
     parser.add_argument("--controller", metavar="NAME", help="only this one")
     prints(parser, call)

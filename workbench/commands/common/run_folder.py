@@ -7,7 +7,6 @@
 What only resuming needs is in DIR.partial/stages: @command.json (what the run is), @lock, and a file for each stage.
 """
 
-import fcntl
 import json
 import math
 import os
@@ -24,6 +23,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
+from filelock import FileLock, Timeout
 
 from ...base.errors import InputError
 from ...report import Page, write_page
@@ -170,22 +170,23 @@ def _check_ours(partial: Path) -> None:
 
 @contextmanager
 def _locked(partial: Path) -> Iterator[None]:
-    """DIR.partial exists and is ours alone. A POSIX lock ends with this process, not with workers that outlive it."""
+    """DIR.partial exists and is ours alone, until this process ends. POSIX only: Windows renames no folder in use."""
+    busy = InputError(f"{partial}: another process is working there; wait for it or choose another --out")
+    path = partial / "stages" / _LOCK
+    lock = FileLock(path, timeout=0)
     try:
-        (partial / "stages").mkdir(parents=True, exist_ok=True)
-        lock = (partial / "stages" / _LOCK).open("a+")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock.acquire()
+    except Timeout:
+        raise busy from None
     except OSError as error:
         raise InputError(f"{partial}: {error.strerror}; choose another --out") from None
-    with lock:
-        try:
-            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # The folder may have been published, with the file that we opened, before we got the lock.
-            alone = os.path.samestat(os.fstat(lock.fileno()), (partial / "stages" / _LOCK).stat())
-        except (BlockingIOError, PermissionError, FileNotFoundError):
-            alone = False
-        if not alone:
-            raise InputError(f"{partial}: another process is working there; wait for it or choose another --out")
+    try:
+        if not path.exists():  # the folder was published, with the file that we opened, before we got the lock
+            raise busy
         yield
+    finally:
+        lock.release()
 
 
 def _claim(partial: Path, identity: str, force: bool) -> bool:

@@ -5,6 +5,7 @@ from functools import partial
 
 from ...rigs.rig import rig_table
 from ..common.rig_out import finish_with_rig, leaves_rig
+from ..common.shipped import campaign as campaign_folder
 from ..residual.config import fingerprint, load
 
 STARTS = 3
@@ -12,7 +13,7 @@ STARTS = 3
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("campaign", help="folder with a campaign.toml")
+    parser.add_argument("campaign", type=campaign_folder, help="folder with a campaign.toml")
     parser.add_argument("--starts", type=int, default=STARTS, help=f"places to start from (default: {STARTS})")
     leaves_rig(parser, _fit)
 

@@ -5,12 +5,13 @@ from functools import partial
 
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
+from ..common.shipped import campaign
 from .config import identity, load
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("source", help="folder with a campaign.toml, or a sheet: frequency, gain, phase")
+    parser.add_argument("source", type=campaign, help="folder with a campaign.toml, or a sheet: frequency, gain, phase")
     parser.add_argument("--input", default="command", help="signal (default: command)")
     parser.add_argument("--output", required=True, help="signal, such as spool")
     parser.add_argument("--record", action="append", default=[], help="a record by name, instead of those held out")

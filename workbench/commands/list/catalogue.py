@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ...base.errors import InputError, nearest
 from ...rigs.rig import bundled, load_rig
 from ..common.columns import columns
+from ..common.shipped import shipped
 
 if TYPE_CHECKING:
     from ...plant.effects import EffectNumber
@@ -21,9 +22,9 @@ CONTROLLERS = "controllers"  # a package known by name alone: the workbench does
 
 
 def listing(kind: str, folder: Path = Path("experiments")) -> list[dict[str, Any]]:
-    """One row for each rig, controller, effect or experiment (those in `folder`); JSON-able.
+    """One row for each rig, controller, effect or experiment; JSON-able.
 
-    Raises InputError for another kind, and for experiments where there is no such folder.
+    Experiments are those in `folder` by path, then the shipped ones by name. Raises InputError for another kind.
     """
     if kind not in KINDS:
         raise InputError(f'list "{kind}": {nearest(kind, KINDS)}')
@@ -92,10 +93,13 @@ def _effect_number(number: "EffectNumber") -> dict[str, Any]:
 
 
 def _experiments(folder: Path) -> list[dict[str, Any]]:
-    if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; call it where your experiments/ is")
-    rows = []
-    for path in sorted(folder.glob("*.toml")):
-        comments = (line.lstrip("# ").strip() for line in path.read_text("utf-8-sig").splitlines() if line[:1] == "#")
-        rows.append({"name": str(path), "summary": next(comments, "")})
-    return rows
+    ours = shipped()
+    own = {} if folder.resolve() == ours.resolve() else {str(path): path for path in sorted(folder.glob("*.toml"))}
+    there = {path.stem: path for path in sorted(ours.glob("*.toml"))}
+    campaigns = {path.parent.name: path for path in sorted(ours.glob("*/campaign.toml"))}
+    return [{"name": name, "summary": _first_comment(path)} for name, path in (own | there | campaigns).items()]
+
+
+def _first_comment(path: Path) -> str:
+    rows = path.read_text("utf-8-sig").splitlines()
+    return next((row.lstrip("# ").strip() for row in rows if row[:1] == "#"), "")

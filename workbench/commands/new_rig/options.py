@@ -8,11 +8,12 @@ from ...rigs.datasheet import load_datasheet
 from ...rigs.rig import rig_text
 from ..common.options import computes, finish
 from ..common.outcome import Outcome, Progress, Stage
+from ..common.shipped import experiment
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("datasheet", help="such as experiments/new_rig.toml")
+    parser.add_argument("datasheet", type=experiment, help="such as experiments/new_rig.toml")
     computes(parser, _new_rig, rig=False)
 
 

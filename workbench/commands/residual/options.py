@@ -5,12 +5,13 @@ from functools import partial
 
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
+from ..common.shipped import campaign as campaign_folder
 from .config import fingerprint, load
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("campaign", help="folder with a campaign.toml")
+    parser.add_argument("campaign", type=campaign_folder, help="folder with a campaign.toml")
     parser.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
     computes(parser, _residual)
 

@@ -5,12 +5,13 @@ from pathlib import Path
 
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
+from ..common.shipped import experiment
 from .config import load_config
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", help="such as experiments/paper.toml")
+    parser.add_argument("experiment", type=experiment, help="such as experiments/paper.toml")
     computes(parser, _run)
 
 

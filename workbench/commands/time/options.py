@@ -9,12 +9,13 @@ from ...base.toml import read_toml
 from ...rigs.rig import rig_table
 from ..bench.config import BenchConfig, load_bench
 from ..common.options import computes, finish
+from ..common.shipped import experiment
 from ..run.config import StepConfig, load_config
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", help="such as experiments/benchmark.toml")
+    parser.add_argument("experiment", type=experiment, help="such as experiments/benchmark.toml")
     computes(parser, _time)
 
 

@@ -5,12 +5,13 @@ from functools import partial
 from pathlib import Path
 
 from ..common.rig_out import finish_with_rig, leaves_rig
+from ..common.shipped import campaign as campaign_folder
 from ..residual.config import load
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("campaign", help="folder with a campaign.toml")
+    parser.add_argument("campaign", type=campaign_folder, help="folder with a campaign.toml")
     parser.add_argument("--effects", type=Path, nargs="+", default=[], metavar="FILE.py", help="effects of your own")
     parser.add_argument("--without", nargs="+", default=[], metavar="NAME", help="effects that are not to be tried")
     parser.add_argument(

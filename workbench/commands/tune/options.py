@@ -6,12 +6,13 @@ from pathlib import Path
 
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish, jobs, works
+from ..common.shipped import experiment
 from .config import load_tune
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", help="such as experiments/tune_p_dp.toml")
+    parser.add_argument("experiment", type=experiment, help="such as experiments/tune_p_dp.toml")
     works(parser)
     computes(parser, _tune)
 

@@ -1,0 +1,56 @@
+"""A starter folder runs as it is written; a bundled rig is exported as a file that reads back the same."""
+
+import json
+
+import pytest
+
+from workbench.cli import main
+from workbench.commands.tune.config import load_tune
+from workbench.rigs.rig import bundled, load_rig
+
+
+@pytest.mark.parametrize("rig", ["jack-10t", "festo-tp511"])
+def test_its_experiments_run_from_the_folder(tmp_path, monkeypatch, rig):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "mine", "--rig", rig]) == 0
+    monkeypatch.chdir(tmp_path / "mine")
+    assert main(["run", "step.toml"]) == 0
+    rows = json.loads((tmp_path / "mine/out/step/metrics.json").read_text())["rows"]
+    assert [row["controller"] for row in rows] == ["p", "mine"]
+    for row in rows:
+        assert row["stable"]
+        assert not row["tripped"]
+        assert row["gain_margin_db"] > 6
+    assert load_tune("tune.toml").start.rig.numbers == load_rig(rig).numbers
+
+
+def test_what_its_readme_names_is_there(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "mine"]) == 0
+    text = (tmp_path / "mine" / "README.md").read_text()
+    for name in ("rig.toml", "step.toml", "tune.toml", "mine.py", "campaign/campaign.toml"):
+        assert name in text
+        assert (tmp_path / "mine" / name).is_file()
+    assert main(["residual", "mine/campaign"]) == 2
+    assert "static.csv" in capsys.readouterr().err
+
+
+def test_an_existing_folder_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine").mkdir()
+    assert main(["new", "mine"]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert not list((tmp_path / "mine").iterdir())
+    assert main(["new", "yours", "--rig", "jack"]) == 2
+    assert main(["new", "no/where"]) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_a_bundled_rig_is_exported_as_a_file(tmp_path, capsys, name):
+    assert main(["show", name, "--toml"]) == 0
+    printed = capsys.readouterr().out
+    assert main(["show", name, "--out", str(tmp_path / "mine.toml")]) == 0
+    assert (tmp_path / "mine.toml").read_text() == printed
+    assert load_rig(tmp_path / "mine.toml").numbers == load_rig(name).numbers
+    assert main(["show", name, "--out", str(tmp_path / "mine.toml")]) == 2

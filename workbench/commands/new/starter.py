@@ -1,0 +1,49 @@
+"""The files of a starter folder: a first loop gain follows from the rig's velocity gain, mode and valve."""
+
+from importlib.resources import files
+from string import Template
+
+from ...base.errors import InputError
+from ...control.controller_spec import controller_spec
+from ...linear import equilibrium
+from ...loop.margins import linear_loop
+from ...plant import build
+from ...rigs.rig import Rig
+from ..common.shipped import shipped
+from ..show.describe import derived
+from ..show.rig_file import rig_file
+
+MARGIN = 7.0  # dB of gain at null, where the lap doubles it
+TEMPLATES = ("README.md", "step.toml", "tune.toml", "campaign/campaign.toml")
+CONTROLLER = "tutorial/slewed_p.py"
+
+
+def starter_files(rig: Rig, name: str) -> dict[str, str]:
+    """The text of every file, by its path in the folder; `name` is the rig as it was named."""
+    rows = {row["name"]: row["value"] for row in derived(rig)}
+    gain = first_gain(rig)
+    numbers = {
+        "rig": rig.name,
+        "gain": f"{gain:.2g}",
+        "low": f"{gain / 4:.2g}",
+        "high": f"{gain * 2:.2g}",
+        "margin": f"{MARGIN:g}",
+        "velocity_gain": f"{rows['velocity gain at null']:.3g}",
+        "mode": f"{rows['natural frequency, linearised']:.3g}",
+        "damping": f"{rows['damping, linearised']:.2g}",
+    }
+    folder = files(__package__) / "template"
+    texts = {path: Template((folder / path).read_text("utf-8")).substitute(numbers) for path in TEMPLATES}
+    return {"rig.toml": rig_file(name, rig), "mine.py": (shipped() / CONTROLLER).read_text("utf-8"), **texts}
+
+
+def first_gain(rig: Rig) -> float:
+    """The gain [1/m] of a proportional position loop with MARGIN at null. Raises InputError where there is none."""
+    plant, period, trial = build(rig), rig.period.value, 0.01
+    smooth = plant.without_dry_friction()
+    table = {"use": "controllers.p:P", "gain": {"value": trial, "unit": "1/m"}}
+    controller = controller_spec("p", table, rig.name).build(period)
+    margin = linear_loop(plant, equilibrium(plant, p=smooth), controller, period, smooth).gain_margin_db
+    if margin is None:
+        raise InputError(f"rig {rig.name}: no gain margin of a proportional position loop at null; choose another rig")
+    return trial * 10 ** ((margin - MARGIN) / 20)
