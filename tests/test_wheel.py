@@ -46,7 +46,7 @@ def jackbench(python, tmp_path):
 
 def test_the_packages_are_those_of_the_wheel(python, tmp_path):
     code = "import workbench, controllers, envs; print(workbench.__file__, controllers.__file__, envs.__file__)"
-    done = subprocess.run([python, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = subprocess.run([python, "-P", "-c", code], cwd=tmp_path, env={}, capture_output=True, text=True, check=True)
     assert all(Path(file).is_relative_to(python.parents[1]) for file in done.stdout.split())
 
 

@@ -29,6 +29,7 @@ loop        closed loops, and every number that is measured on one
 identify    noise floor, fits, and traces: what a rig's model lacks
 commands    one folder a command of the command line
 notebook    the door for Python: loops, searches and campaigns as objects that show themselves
+cli         the command line, which imports the chosen command only
 """
 
 from importlib import import_module

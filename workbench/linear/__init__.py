@@ -7,6 +7,12 @@ frequency_response     by stepped sine, and of a linear model
 state_space, interconnect    linear systems inside: matrices with named signals, put together by these names
 
 Each function that returns a system of python-control imports it when called: an equilibrium need not wait for it.
+
+equilibrium              operating points
+linearise, discretise    linear models, and as a sampled loop sees them
+nonlinear                the plant as a system of python-control
+frequency_response       of a linear model, and by stepped sine
+block_diagram            the paper's linear model of the valve
 """
 
 from .block_diagram import ValveBlocks, null_pressure, valve_blocks

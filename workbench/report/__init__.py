@@ -1,4 +1,10 @@
-"""Reports: figures as plain data, one self-contained HTML page; report.still draws pictures and loads matplotlib."""
+"""Reports: figures as plain data, one self-contained HTML page; report.still draws pictures and loads matplotlib.
+
+figures, table    figures and tables as plain data
+page, chart       one HTML page; its charts
+still, show       pictures; figures and pages in a notebook or a browser
+palette, thin     one look a curve name; long series thinned
+"""
 
 from .figures import Curve, Figure, FrequencyCurve, Mark, Panel, bode
 from .page import Page, Section, Table, page_looks, render, write_page

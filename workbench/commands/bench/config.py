@@ -7,11 +7,12 @@ from typing import Any
 
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS, Signal
-from ...base.toml import check_keys, read_toml
+from ...base.toml import check_keys
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...loop.rig_variations import variation
 from ...loop.scenarios import Scenario, scenario
 from ...rigs.rig import Rig, load_rig
+from ..common.experiment_file import read_experiment
 from ..run.config import BodeConfig, Specimen, read_bode
 
 KEYS = ("experiment", "rig", "rigs", "scenarios", "specimen", "from", "controllers", "bode")
@@ -48,7 +49,7 @@ class BenchConfig:
 def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     """Read the file of a bench; `rig` replaces the nominal one it names. Raises InputError with file and key."""
     path = Path(path)
-    table = read_toml(path).values
+    table = read_experiment(path)
     if table.get("experiment") != "bench":
         raise InputError(f'{path}: experiment = "{table.get("experiment")}"; a bench needs experiment = "bench"')
     check_keys(table, KEYS, str(path))
@@ -117,7 +118,7 @@ def _borrowed(wanted: Any, path: Path) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for file, names in wanted.items():
         where = f"{path}: [from] {file}"
-        there = read_toml(path.parent / file).values.get("controllers")
+        there = read_experiment(path.parent / file).get("controllers")
         if not isinstance(there, Mapping) or not there:
             raise InputError(f"{where}: has no controllers; name another file")
         for name in _names(names, where, *there):

@@ -5,4 +5,6 @@ run_folder  that folder: resumable stages, then renamed
 outcome     what a study leaves behind
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, fit_result    sweeps, errors and fits as several reports show them
+experiment_file    an experiment's tables
+shipped            experiments and campaigns that come with jackbench, by name
 """

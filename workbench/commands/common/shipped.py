@@ -12,7 +12,7 @@ def shipped() -> Path:
 
 
 def experiment(text: str) -> Path:
-    """The path of an experiment: a file, or else a shipped one by its bare name (`paper`)."""
+    """The path of an experiment: one that exists, or else a shipped one by its bare name (`paper`)."""
     return _found(text, f"{text}.toml")
 
 

@@ -1,1 +1,4 @@
-"""`jackbench list rigs|controllers|effects|experiments`."""
+"""`jackbench list rigs|controllers|effects|experiments`.
+
+catalogue    what there is to choose from
+"""

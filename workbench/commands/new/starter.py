@@ -3,6 +3,8 @@
 from importlib.resources import files
 from string import Template
 
+import numpy as np
+
 from ...base.errors import InputError
 from ...control.controller_spec import controller_spec
 from ...linear import equilibrium
@@ -14,6 +16,8 @@ from ..show.describe import derived
 from ..show.rig_file import rig_file
 
 MARGIN = 7.0  # dB of gain at null, where the lap doubles it
+CROSSOVER = 0.2  # of the mode's frequency, at most
+FULL = 0.02  # m: the error that asks for full command, at least
 TEMPLATES = ("README.md", "step.toml", "tune.toml", "campaign/campaign.toml")
 CONTROLLER = "tutorial/slewed_p.py"
 
@@ -21,7 +25,8 @@ CONTROLLER = "tutorial/slewed_p.py"
 def starter_files(rig: Rig, name: str) -> dict[str, str]:
     """The text of every file, by its path in the folder; `name` is the rig as it was named."""
     rows = {row["name"]: row["value"] for row in derived(rig)}
-    gain = first_gain(rig)
+    fastest = CROSSOVER * 2 * np.pi * rows["natural frequency, linearised"] / rows["velocity gain at null"]
+    gain = min(fastest, 1 / FULL, margin_gain(rig))
     numbers = {
         "rig": rig.name,
         "gain": f"{gain:.2g}",
@@ -37,7 +42,7 @@ def starter_files(rig: Rig, name: str) -> dict[str, str]:
     return {"rig.toml": rig_file(name, rig), "mine.py": (shipped() / CONTROLLER).read_text("utf-8"), **texts}
 
 
-def first_gain(rig: Rig) -> float:
+def margin_gain(rig: Rig) -> float:
     """The gain [1/m] of a proportional position loop with MARGIN at null. Raises InputError where there is none."""
     plant, period, trial = build(rig), rig.period.value, 0.01
     smooth = plant.without_dry_friction()

@@ -1,1 +1,4 @@
-"""`jackbench residual CAMPAIGN`: a rig's model beside the held-out records of a campaign folder."""
+"""`jackbench residual CAMPAIGN`: a rig's model beside the held-out records of a campaign folder.
+
+free_run    one run through a whole record, beside repeats of its command
+"""

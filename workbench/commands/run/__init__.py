@@ -1,1 +1,6 @@
-"""`jackbench run EXPERIMENT`."""
+"""`jackbench run EXPERIMENT`.
+
+paper               the paper's figures
+steps, step_page    step experiments and their report
+corrector           correctors in the spool loop
+"""

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS, Signal
-from ...base.toml import check_keys, read_toml
+from ...base.toml import check_keys
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...control.protocol import design_numbers, number
 from ...loop.scenarios import Scenario, scenario
 from ...rigs.rig import Rig, load_rig
+from ..common.experiment_file import read_experiment
 
 if TYPE_CHECKING:
     from ...identify.datasheet.corrector import Maker
@@ -87,7 +88,7 @@ Config = PaperConfig | StepConfig | CorrectorConfig
 def load_config(path: str | Path, rig: str | None = None) -> Config:
     """Read an experiment file; `rig` replaces the one it names. Raises InputError with file and key."""
     path = Path(path)
-    table = read_toml(path).values
+    table = read_experiment(path)
     kinds = {"paper": _paper, "step": step_config, "corrector": _corrector}
     kind = table.get("experiment")
     if kind in ("tune", "bench"):

@@ -1,1 +1,5 @@
-"""`jackbench show RIG`: every number of a rig, and what follows from them."""
+"""`jackbench show RIG`: every number of a rig, and what follows from them.
+
+describe    the numbers and what follows from them
+rig_file    the rig as a TOML file
+"""

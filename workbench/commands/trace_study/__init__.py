@@ -1,1 +1,7 @@
-"""`jackbench trace-study`: traces campaigns whose truth is known, and scores the answers."""
+"""`jackbench trace-study`: traces campaigns whose truth is known, and scores the answers.
+
+given          campaigns with their truth beside them
+campaigns      campaigns that are drawn
+off_library    physics that the library of effects lacks
+score          rates with intervals
+"""

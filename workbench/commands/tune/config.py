@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError, nearest
-from ...base.toml import check_keys, read_toml
+from ...base.toml import check_keys
 from ...loop.rig_variations import variation
 from ...rigs.rig import Rig, load_rig
+from ..common.experiment_file import read_experiment
 from ..run.config import StepConfig, step_config
 from .problem import Searched, TuneProblem
 
@@ -58,7 +59,7 @@ class TuneConfig:
 def load_tune(path: str | Path, rig: str | None = None) -> TuneConfig:
     """Read a tune experiment; `rig` replaces the one it names. Raises InputError with file and key."""
     path = Path(path)
-    table, where = read_toml(path).values, str(path)
+    table, where = read_experiment(path), str(path)
     if table.get("experiment") != "tune":
         other = "bench" if table.get("experiment") == "bench" else "run"
         hint = f"jackbench {other} takes it" if table.get("experiment") else 'write experiment = "tune"'

@@ -1,6 +1,9 @@
 """Physics that the library of effects has not: other formulas of what it names, and causes that it does not name.
 
 Studies draw campaigns with them to see how a trace does where its formulas do not fit. No rig can declare them.
+
+drive, valve, hydraulics, motion    formulas of known effects that the library lacks, by where they act
+unnamed    effects that the library has no name for
 """
 
 from . import drive, hydraulics, motion, valve

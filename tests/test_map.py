@@ -1,0 +1,56 @@
+"""The maps are complete: every folder's docstring names what is in it; CONTRIBUTING names only what there is."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = sorted(
+    path.parent for package in ("workbench", "controllers", "envs") for path in (ROOT / package).rglob("__init__.py")
+)
+OF_A_COMMAND = {"options", "config", "study", "page"}  # which workbench/commands/__init__.py explains once for all
+TOP = ("workbench", "controllers", "envs", "experiments", "tests")
+
+
+def plain(word: str) -> str:
+    return word.lower().replace("_", "").replace("-", "")
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(ROOT)))
+def test_a_folder_s_docstring_names_its_modules_and_folders(folder):
+    text = ast.get_docstring(ast.parse((folder / "__init__.py").read_text())) or ""
+    words = {plain(word) for word in re.findall(r"[\w-]+", text)}
+    inside = {path.stem for path in folder.glob("*.py")} - {"__init__"}
+    inside |= {path.parent.name for path in folder.glob("*/__init__.py")}
+    if folder.parent.name == "commands" and folder.name != "common":
+        inside -= OF_A_COMMAND
+    if folder.name == "commands":
+        inside = {"common"}  # the others are the commands themselves, listed below the docstring
+    missing = {name for name in inside if not any(word.startswith(plain(name)) for word in words)}
+    assert not missing
+
+
+def test_the_commands_are_their_folders():
+    from workbench.commands import COMMANDS
+
+    folders = {path.parent.name for path in (ROOT / "workbench/commands").glob("*/options.py")} - {"common"}
+    assert {name.replace("-", "_") for name in COMMANDS} == folders
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+def test_a_page_names_the_top_level_and_only_paths_that_exist(page):
+    text = (ROOT / page).read_text()
+    assert all(f"`{name}/`" in text for name in TOP)
+    roots = "|".join((*TOP, "examples"))
+    paths = re.findall(rf"`((?:{roots})/[\w./-]*)`", text)
+    assert not [path for path in paths if not (ROOT / path).exists()]
+
+
+def test_contributing_answers_ten_questions_by_a_path_each():
+    rows = [row for row in (ROOT / "CONTRIBUTING.md").read_text().splitlines() if row.startswith("| ") and "`" in row]
+    assert len(rows) == 10
+    for row in rows:
+        (path, *_) = re.findall(r"`([\w./-]+/[\w./-]*)`", row)
+        assert (ROOT / path).exists()
