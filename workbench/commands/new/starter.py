@@ -37,7 +37,7 @@ def starter_files(rig: Rig, name: str) -> dict[str, str]:
         "mode": f"{rows['natural frequency, linearised']:.3g}",
         "damping": f"{rows['damping, linearised']:.2g}",
     }
-    folder = files(__package__) / "template"
+    folder = files("workbench") / "commands" / "new" / "template"
     texts = {path: Template((folder / path).read_text("utf-8")).substitute(numbers) for path in TEMPLATES}
     return {"rig.toml": rig_file(name, rig), "mine.py": (shipped() / CONTROLLER).read_text("utf-8"), **texts}
 
