@@ -1,38 +1,37 @@
 # Each target sets up what it needs: only Python 3.11 or newer with venv and pip, and make, have to be there.
 PYTHON ?= python3
 BIN := .venv/bin
-RECORDINGS := ../shared/data/festo_tp511
 
-.PHONY: demo test check clean
+.PHONY: demo test check figures clean
 
 demo: .venv/ready
 	@echo "1/3 the paper's figures on jack-10t"
 	@$(BIN)/jackbench run experiments/paper.toml --out out/paper --force
-	@echo "2/3 position steps of a closed loop"
-	@$(BIN)/jackbench run experiments/position_step.toml --out out/position_step --force
-	@if [ -d $(RECORDINGS) ]; then \
-	  echo "3/3 a model held against real recordings" && \
-	  $(BIN)/jackbench residual $(RECORDINGS) --out out/residual-festo_tp511 --force && \
-	  echo "open out/residual-festo_tp511/report.html"; \
-	else \
-	  echo "3/3 a model held against the bundled sample (simulated; the real recordings are not in $(RECORDINGS))" && \
-	  $(BIN)/jackbench residual experiments/sample --out out/residual-sample --force && \
-	  echo "open out/residual-sample/report.html"; \
-	fi
-	@echo "open out/paper/report.html and out/position_step/report.html"
+	@echo "2/3 a position loop"
+	@$(BIN)/jackbench run experiments/first_loop.toml --out out/first_loop --force
+	@echo "3/3 why do model and rig disagree? the bundled sample, simulated elsewhere with an effect that jack-10t lacks"
+	@$(BIN)/jackbench trace experiments/sample --out out/trace-sample --force
+	@echo "open out/trace-sample/report.html, out/first_loop/report.html and out/paper/report.html"
 
-test: .venv/ready
+test: .venv/dev
 	$(BIN)/pytest
 
-check: .venv/ready
+check: .venv/dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 
+figures: .venv/ready
+	$(BIN)/python .ci/figures.py
+
 .venv/ready: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "jackbench needs Python 3.11 or newer, this is " + sys.version.split()[0])'
 	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --editable .
+	@touch $@
+
+.venv/dev: .venv/ready
 	$(BIN)/pip install --quiet --upgrade pip
 	$(BIN)/pip install --quiet --editable . --group dev
 	@touch $@

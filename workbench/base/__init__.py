@@ -5,6 +5,6 @@ units, signals  units at the borders; the signals of a jack rig by name
 toml            TOML files read strictly
 checkpoint      stages of a long computation, and progress
 cores, process_pool    processors, and worker processes that share them
-table        a TOML table read strictly: keys, numbers with units, complaints by file and line
-key_lines    the line of each key in a TOML file
+table, key_lines    a TOML table read strictly: keys, numbers with units, complaints by file and line
+columns         named columns, and as a pandas table
 """
