@@ -16,7 +16,8 @@ def metrics(rig):
 
 
 def test_rows_have_the_contract_s_keys(metrics):
-    assert {"peers", "batch", "envs"} <= metrics.keys()
+    assert {"peers", "batch", "envs", "start"} <= metrics.keys()
+    assert {"version_cpu_s", "numpy_cpu_s"} <= metrics["start"].keys()
     for row in metrics["peers"]:
         assert {"name", "ms_per_simulated_second", "error", "times_ours"} <= row.keys()
     for row in metrics["batch"]:

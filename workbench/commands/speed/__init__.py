@@ -1,1 +1,4 @@
-"""`jackbench speed`: this engine beside public solvers, in one run."""
+"""`jackbench speed`: this engine beside public solvers, in one run.
+
+start    what a command costs before it computes
+"""

@@ -19,6 +19,7 @@ from ...report import Page, Section, Table
 from ...report.figures import Curve, Figure, Panel
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
+from .start import start_times
 
 if TYPE_CHECKING:
     from ...engine.floor import KernelTimeBound
@@ -52,9 +53,11 @@ def run_speed(rig: Rig, stage: Stage, progress: Progress) -> Outcome:
         peers += stage(f"peers-{drive.name}", lambda drive=drive: _peers(plant, rest, drive))
         progress(f"{drive.name}: batches")
         batch += stage(f"batch-{drive.name}", lambda drive=drive: _batches(engine, rest, drive, least))
+    progress("starts")
+    start = stage("start", start_times)
     progress("environments")
     envs = stage("envs", _environments)
-    speed = {"peers": peers, "batch": batch, "envs": envs, "floor": _floor_row(least)}
+    speed = {"peers": peers, "batch": batch, "envs": envs, "start": start, "floor": _floor_row(least)}
     return Outcome(speed, _page(rig, engine, speed), _picture(batch))
 
 
@@ -206,6 +209,8 @@ def _page(rig: Rig, engine: Engine, speed: dict[str, Any]) -> Page:
         "Environments", ["environment", "steps per s"], [[r["name"], r["steps_per_second"]] for r in speed["envs"]]
     )
     sections = [Section("Solvers", [peers]), Section("Batches", [batch]), Section("Environments", [envs])]
+    starts = [[name.removesuffix("_cpu_s").replace("_", " "), value] for name, value in speed["start"].items()]
+    sections.append(Section("Start", [Table("A new process, CPU time", ["what", "s"], starts)]))
     if speed["floor"]:
         sections.append(
             Section("Floor", [Table("An attempt's floor", [*speed["floor"]], [[*speed["floor"].values()]])])

@@ -1,4 +1,5 @@
 """`jackbench tune EXPERIMENT`: searches a controller's numbers and leaves tuned.toml, an experiment of the best.
 
-goals    hard goals in their order, then the cost
+problem    the numbers that are searched, and a controller with them
+goals      hard goals in their order, then the cost
 """
