@@ -1,0 +1,202 @@
+"""The door for Python: what a notebook's cells give, in short, and what is refused in one line."""
+
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from controllers import P, PressureFeedback
+from workbench.base.errors import InputError
+from workbench.report import Curve, Figure, Panel
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def loop():
+    rig = wb.load_rig("jack-10t")
+    return wb.ClosedLoop(rig, P(gain=3.7) + PressureFeedback(gain="2.15e-4 1/bar", corner="0.25 Hz"))
+
+
+@pytest.fixture(scope="module")
+def step(loop):
+    return loop.step("10 mm")
+
+
+@pytest.fixture(scope="module")
+def best(loop):
+    return wb.tune(loop, over={"gain": (1, 10)}, designs=4)
+
+
+def lone(script, folder, *paths):
+    """What a script prints in a process that finds only `paths`."""
+    command = [sys.executable, "-c", f"import sys; sys.path[:0] = {list(map(str, paths))!r}\n{script}"]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def assert_html(text):
+    opened = []
+
+    class Parser(HTMLParser):
+        def handle_starttag(self, tag, attrs):
+            if tag != "img":
+                opened.append(tag)
+
+        def handle_endtag(self, tag):
+            assert opened.pop() == tag
+
+    Parser().feed(text)
+    assert not opened
+    assert "<script" not in text
+    assert "http" not in text.replace("http://www.w3.org", "")
+
+
+# --- the snippet of the map
+
+
+def test_a_step_has_signals_metrics_and_a_figure(step):
+    assert step["position"][-1] == pytest.approx(0.01, abs=1e-5)
+    assert step.t.shape == step["position"].shape
+    assert step.metrics["settling_s"] == pytest.approx(0.094, abs=0.01)
+    assert [panel.y_label for panel in step.plot().panels] == ["position [mm]", "command [1]", "pa [bar]"]
+    assert step.plot("pb").panels[1].y_label == "pb [bar]"
+
+
+def test_the_door_gives_the_numbers_of_the_experiment_file(loop, step):
+    margins = loop.margins()
+    assert step.metrics["ms"] == margins.ms
+    assert step.metrics["gain_margin_db"] == margins.gain_margin_db
+    assert margins.stable
+    assert np.abs(loop.poles().null).max() < 1
+
+
+def test_a_frequency_response_is_linear_or_at_an_amplitude(loop):
+    linear, sine = loop.bode(), loop.bode(amplitude="10 %", low="2 Hz", high="20 Hz", points=5)
+    assert sine.sine.amplitude == pytest.approx(0.1 * loop.rig.limit("stroke"))
+    assert linear.f3db > sine.f3db
+    assert sine.plot().panels[0].y_label == "gain [dB]"
+
+
+def test_a_search_returns_a_loop_that_is_no_worse_and_a_benchmark_has_both(loop, best):
+    assert best.controller.name == "p+pressure-feedback-tuned"
+    assert len(best.search.trials) == 4
+    assert best.search.best.verdict.cost <= best.search.trials[0].verdict.cost
+    bench = wb.benchmark([loop, best, loop])
+    names = [row["controller"] for row in bench.rows]
+    assert names == ["p+pressure-feedback", "p+pressure-feedback-tuned", "p+pressure-feedback-2"]
+    assert isinstance(bench.plot(), Figure)
+
+
+def test_a_reference_is_a_scenario_samples_or_a_function_of_time(loop):
+    ramp = loop.follow("position-ramp")
+    assert ramp["reference"][-1] == pytest.approx(0.1)
+    samples = loop.follow(np.full(50, 1e-3), start="20 mm")
+    assert samples["reference"][0] == pytest.approx(0.021)
+    assert samples.metrics["settling_s"] is None
+    sine = loop.follow(lambda t: 1e-3 * np.sin(6 * t), duration="0.1 s", noise=1)
+    assert sine.t[-1] == pytest.approx(0.1)
+    assert sine.metrics["iae"] > 0
+
+
+# --- how it shows
+
+
+def test_reprs_are_short_and_html_is_whole(loop, step, best):
+    shown = [loop, step, step.metrics, step.plot(), loop.margins(), loop.bode(), best]
+    for each in shown:
+        assert len(repr(each).splitlines()) <= 4, each
+        assert " object at 0x" not in repr(each)
+    for each in (step, step.metrics, step.plot(), loop.margins(), loop.poles(), loop.bode(), best.search):
+        assert_html(each._repr_html_())
+
+
+def test_a_figure_is_saved_and_shown_without_waiting(tmp_path, monkeypatch):
+    monkeypatch.setenv("CI", "1")
+    figure = Figure("<A & B>", "time [s]", [Panel("x [mm]", [Curve("a", np.arange(3), np.arange(3))])])
+    for suffix in ("png", "svg", "html"):
+        assert figure.save(tmp_path / f"a.{suffix}").stat().st_size > 1000
+    assert "plotly" in figure.show().read_text()
+    assert_html(figure._repr_html_())
+    with pytest.raises(InputError, match=r"saved as \.png, \.svg or \.html"):
+        figure.save(tmp_path / "a.gif")
+    with pytest.raises(InputError, match="no folder"):
+        figure.save(tmp_path / "nowhere" / "a.png")
+
+
+def test_pandas_is_asked_for_where_it_is_missing(step, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(InputError, match="pandas is not installed"):
+        step.to_pandas()
+
+
+# --- what is refused, in one line
+
+
+@pytest.mark.parametrize(
+    ("ask", "complaint"),
+    [
+        (lambda loop: P(gain=-5), "gain: -5 1/m is outside 0.001 to 100 1/m"),
+        (lambda loop: P(gian=5), 'no number "gian"; did you mean "gain"'),
+        (lambda loop: loop.step("10 bar"), 'unit "bar"'),
+        (lambda loop: loop.step("ten mm"), "write a number and its unit"),
+        (lambda loop: loop.step(0), "the size is 0"),
+        (lambda loop: loop.step("1 mm", duration="1 us"), "shorter than the control period"),
+        (lambda loop: loop.follow("position-rampe"), 'did you mean "position-ramp"'),
+        (lambda loop: loop.follow("force-20kn"), "force-20kn asks for a force, the loop controls the position"),
+        (lambda loop: loop.follow([1.0, np.nan]), "finite samples"),
+        (lambda loop: wb.ClosedLoop(loop.rig, PressureFeedback(gain=1e-9, corner=1)), "is a compensator"),
+        (lambda loop: wb.ClosedLoop(loop.rig, 3.7), "is no controller"),
+        (lambda loop: wb.ClosedLoop("jack-10", P(gain=1)), 'did you mean "jack-10t"'),
+        (lambda loop: wb.ClosedLoop(loop.rig, P(gain=1).on_load_cell(1e7)), "give it a specimen"),
+        (lambda loop: wb.tune(loop, over={"gian": (1, 10)}), 'did you mean "gain"'),
+        (lambda loop: wb.tune(loop, over={"gain": (1, 1000)}), "outside 0.001 to 100 1/m"),
+        (lambda loop: wb.tune(loop, over={"gain": 3}), "write the least and the greatest"),
+        (lambda loop: wb.tune(loop, over={}), "nothing is searched"),
+        (lambda loop: wb.tune(loop, over={"gain": (50, 60)}, designs=1), "the nearest misses: all poles"),
+        (lambda loop: wb.benchmark([loop], rigs=["nominal", "mass50"]), 'did you mean "mass'),
+        (lambda loop: wb.benchmark([]), "give a list of ClosedLoops"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(loop, ask, complaint):
+    with pytest.raises(InputError) as refused:
+        ask(loop)
+    assert complaint in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("ask", "near"), [(lambda run: run["postion"], "position"), (lambda run: run.metrics["setling_s"], "settling_s")]
+)
+def test_an_unknown_name_names_its_neighbour(step, ask, near):
+    with pytest.raises(KeyError, match=f'did you mean "{near}"'):
+        ask(step)
+
+
+# --- the door itself
+
+
+def test_dir_is_the_map_and_every_name_is_there():
+    assert set(wb.__all__) <= set(dir(wb))
+    assert all(getattr(wb, name) is not None for name in wb.__all__)
+    assert len(wb.__doc__.splitlines()) <= 40
+
+
+def test_importing_the_door_loads_nothing_heavy(tmp_path):
+    script = "import workbench; print([m for m in ('numpy', 'casadi', 'control', 'matplotlib') if m in sys.modules])"
+    assert lone(script, tmp_path, ROOT) == "[]"
+
+
+def test_the_workbench_stands_without_controllers_and_environments(tmp_path):
+    (tmp_path / "workbench").symlink_to(ROOT / "workbench")
+    script = """
+sys.modules["controllers"] = sys.modules["envs"] = None
+import workbench as wb
+[getattr(wb, name) for name in wb.__all__]
+rig = wb.load_rig("jack-10t")
+print(wb.equilibrium(wb.build(rig)).speed)
+"""
+    assert lone(script, tmp_path, tmp_path) == "0.0"

@@ -1,0 +1,29 @@
+"""Every example runs, prints something and leaves its figure."""
+
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "examples"
+SCRIPTS = sorted(FOLDER.glob("*.py"))
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_an_example_runs_and_leaves_its_figure(script, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(script)])
+    runpy.run_path(str(script), run_name="__main__")
+    assert (tmp_path / "out" / f"{script.stem}.png").stat().st_size > 10_000
+    assert capsys.readouterr().out.strip()
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_an_example_is_short_and_has_its_line_in_the_readme(script):
+    assert len(script.read_text().splitlines()) < 60
+    assert f"| `{script.name}` |" in (FOLDER / "README.md").read_text()
+
+
+def test_there_are_ten():
+    assert len(SCRIPTS) == 10
