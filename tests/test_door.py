@@ -176,6 +176,53 @@ def test_an_unknown_name_names_its_neighbour(step, ask, near):
         ask(step)
 
 
+LAW = """
+import control
+import numpy as np
+from workbench import design_numbers, number
+
+class Mine:
+    measures = ("position",)
+
+    @design_numbers
+    class Design:
+        gain: float = number("1/m", 0.1, 20.0, "gain")
+
+    def __init__(self, design, period):
+        self.gain, self.period = design.gain, period
+
+    def reset(self, reference, measurement, command):
+        pass
+
+    def compute(self, reference, measurement):
+        return self.gain * (reference - measurement["position"])
+
+    def update(self, realised):
+        pass
+
+    def linear(self):
+        return control.StateSpace([], [], [], [[self.gain, -self.gain]], self.period, inputs=2, outputs=1)
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("def linear", "def linera", "has no linear"),
+        ("return self.gain * (", "(", "Mine.compute: returns NoneType, no number"),
+        ("return self.gain *", "return 1j *", "Mine.compute: returns complex, no number"),
+        ("return self.gain *", "return np.ones(2) *", "Mine.compute: returns ndarray, no number"),
+        ("return self.gain *", "return self.gian *", "Mine.compute: AttributeError"),
+    ],
+)
+def test_a_controller_that_breaks_the_protocol_gives_a_sentence(tmp_path, old, new, complaint):
+    path = tmp_path / "mine.py"
+    path.write_text(LAW.replace(old, new))
+    with pytest.raises(InputError) as refused:
+        wb.ClosedLoop("jack-10t", wb.controller(f"{path}:Mine", gain=1)).step("1 mm", duration="0.1 s")
+    assert complaint in str(refused.value)
+
+
 # --- the door itself
 
 

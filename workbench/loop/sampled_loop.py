@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, cast
 
 import numpy as np
@@ -107,11 +108,24 @@ class SampledLoop:
         """One sampling instant: the command that is sent to the drive now, and what the controller wanted."""
         measured = self._measure()
         self._guard.watch(measured)
-        demanded = Guard.safe if self._guard.tripped else self._controller.compute(reference, measured)
+        demanded = Guard.safe if self._guard.tripped else self._demanded(reference, measured)
         sent = self._guard.limit(demanded)
         if self._guard.tripped is None:
             self._controller.update(sent)
         return sent, demanded
+
+    def _demanded(self, reference: float, measured: Mapping[str, float]) -> float:
+        """What the controller computes. Raises InputError for one that fails, or returns what is no number."""
+        name = type(self._controller).__name__
+        try:
+            demanded = self._controller.compute(reference, measured)
+        except Exception as error:
+            raise InputError(f"{name}.compute: {type(error).__name__}: {error}; mend the controller") from error
+        if not isinstance(demanded, Real):
+            raise InputError(
+                f"{name}.compute: returns {type(demanded).__name__}, no number; return the command, -1 to 1"
+            )
+        return cast(float, demanded)
 
     def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
         """Go on by one period with the commands that arrive in it; False, unmoved, where that can not be simulated."""

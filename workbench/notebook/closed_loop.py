@@ -61,7 +61,11 @@ class ClosedLoop:
 
     @cached_property
     def _measures(self) -> tuple[str, ...]:
-        return self.controller.build(self.rig.period.value).measures
+        law = self.controller.build(self.rig.period.value)
+        for name in ("measures", "reset", "compute", "update", "linear"):
+            if not hasattr(law, name):
+                raise InputError(f"ClosedLoop: {self.controller.name} has no {name}; see wb.Controller")
+        return law.measures
 
     @property
     def signal(self) -> Signal:
