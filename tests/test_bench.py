@@ -8,10 +8,11 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.commands.bench import study as study
-from workbench.commands.bench.config import load_bench
+from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
-from workbench.commands.run.config import StepConfig, load_config
+from workbench.commands.common.step_experiment import StepConfig
+from workbench.commands.run.config import load_config
 from workbench.linear.frequency_response import first_harmonic
 from workbench.loop.rows import linear_loops, loop_setup, play, row
 from workbench.loop.sampled_loop import SampledLoop
@@ -158,17 +159,17 @@ def test_a_force_loop_tells_what_a_moving_end_costs_it(tmp_path):
     [
         ('experiment = "bench"', 'experiment = "step"', 'a bench needs experiment = "bench"'),
         ('"mass+50"', '"mass+5"', r'rigs: no rig "mass\+5" in the set; did you mean "mass\+50"'),
-        ('"mass+50"', '"nominal"', "rigs: nominal is there twice"),
-        ('rigs = ["nominal", "mass+50"]', "", r'rigs: must be a list of names; write \["nominal"\]'),
+        ('"mass+50"', '"nominal"', 'rigs: "nominal" is listed twice'),
+        ('rigs = ["nominal", "mass+50"]', "", r'rigs: missing; write rigs = \["nominal"\]'),
         ('"p-dp"', '"p-db"', 'no controller "p-db"; did you mean "p-dp"'),
         ("position_step.toml", "position_steps.toml", "no such file"),
         ("position_step.toml", "paper.toml", "has no controllers"),
         ('"position-10mm"', '"force-20kn"', "p controls the position, which no scenario asks for"),
         ('["position-10mm"]', '["position-10mm", "force-20kn"]', "scenarios of the force, which no controller"),
         ("[from]", "[form]", 'form: unknown key; did you mean "from"'),
-        ('["nominal", "mass+50"]', '{force = ["nominal"]}', 'rigs: force: unknown key; known: position'),
+        ('["nominal", "mass+50"]', '{force = ["nominal"]}', 'rigs.force: unknown key; known: position'),
         ("[bode]", "[bodes]", 'bodes: unknown key; did you mean "bode"'),
-        ("[1, 50]", "[-1]", "amplitudes_percent = -1: must be a positive number"),
+        ("[1, 50]", "[-1]", "amplitudes_percent: -1: must be positive numbers"),
         ('"jack-10t"', '"jack-11t"', 'no bundled rig "jack-11t"'),
     ],
 )  # fmt: skip

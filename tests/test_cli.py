@@ -84,7 +84,7 @@ def test_a_bad_rig_is_refused_in_one_line(tmp_path, start, row, words):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", ['experiment = "None"']),
+        ("", ["experiment: missing"]),
         ('experiment = "papr"', ['did you mean "paper"']),
         ('experiment = "paper"\nrig = "jack-10"\npoints = 9', ['did you mean "jack-10t"']),
         (FAST + "point = 3", ["point: unknown key", 'did you mean "points"']),

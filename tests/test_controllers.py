@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
 from workbench.base.signals import SIGNALS
+from workbench.base.table import Table
 from workbench.base.units import to_si
-from workbench.commands.run.config import StepConfig, load_config
+from workbench.commands.common.step_experiment import StepConfig
+from workbench.commands.run.config import load_config
 from workbench.control.controller_spec import controller_spec
 
 PERIOD = 1e-3  # s
@@ -67,7 +69,7 @@ def spelled(numbers):
 
 
 def make(name):
-    return controller_spec(name, table(name), name).build(PERIOD)
+    return controller_spec(name, Table(table(name), name)).build(PERIOD)
 
 
 every = pytest.mark.parametrize("name", CONTROLLERS)
@@ -91,7 +93,7 @@ def at_rest(measures):
 
 @every
 def test_it_says_what_it_is(name):
-    controller, design = make(name), controller_spec(name, table(name), name).design
+    controller, design = make(name), controller_spec(name, Table(table(name), name)).design
     assert type(controller).__doc__
     assert set(controller.measures) <= set(SIGNALS)
     for entry in fields(design):
@@ -222,7 +224,7 @@ def test_pid_lead_is_its_docstring(where, design, lead):
     numbers = {"gain": (gain, "1/m"), "integral_time": (ti, "s"), "derivative_time": (td, "s")}
     numbers |= {"derivative_filter": (n, "1"), "lead_time": (t, "s"), "lead_ratio": (a, "1")}
     entries = {key: {"value": value, "unit": unit} for key, (value, unit) in numbers.items()}
-    law = controller_spec("x", {"use": "controllers.pid_lead:PidLead", **entries}, "x").build(PERIOD).linear()
+    law = controller_spec("x", Table({"use": "controllers.pid_lead:PidLead", **entries}, "x")).build(PERIOD).linear()
     z = np.exp(2j * np.pi * where)
     s = 2 / PERIOD * (z - 1) / (z + 1)
     wanted = gain * (1 + 1 / (ti * s) + td * s / (td / n * s + 1)) * (1 + t * s) / (1 + t * s / a)
@@ -247,7 +249,7 @@ def test_p_is_its_docstring():
 def test_pid_lead_stays_finite_against_a_limit_for_every_allowed_design(derivative_time):
     numbers = {"gain": (1.0, "1/m"), "integral_time": (0.01, "s"), "derivative_time": (derivative_time, "s")}
     entries = {key: {"value": value, "unit": unit} for key, (value, unit) in numbers.items()}
-    controller = controller_spec("x", {"use": "controllers.pid_lead:PidLead", **entries}, "x").build(PERIOD)
+    controller = controller_spec("x", Table({"use": "controllers.pid_lead:PidLead", **entries}, "x")).build(PERIOD)
     controller.reset(0.0, {"position": 0.0}, 0.0)
     for _ in range(2000):
         drive(controller, 1.0, {"position": 0.0}, 0.1)
@@ -263,45 +265,45 @@ GOOD = {"use": "controllers.p:P", "gain": {"value": 0.24, "unit": "1/m"}}
         ({"gain": {"value": 1e4, "unit": "1/m"}}, "gain: 10000 1/m is outside 0.001 to 100 1/m"),
         ({"gain": {"value": -0.2, "unit": "1/m"}}, "gain: -0.2 1/m is outside 0.001 to 100 1/m"),
         ({"gain": {"value": 1.0, "unit": "1/um"}}, "gain: 1e+06 1/m is outside"),
-        ({"gain": {"value": 0.24, "unit": "1/s"}}, 'gain: unit "1/s" can not be converted to "1/m"'),
-        ({"gain": {"value": 0.24, "unit": "quux"}}, 'gain: unknown unit "quux"'),
-        ({"gain": {"value": float("nan"), "unit": "1/m"}}, "gain: value must be a finite number"),
-        ({"gain": {"value": float("inf"), "unit": "1/m"}}, "gain: value must be a finite number"),
-        ({"gain": {"value": "0.24", "unit": "1/m"}}, "gain: value must be a finite number"),
-        ({"gain": {"value": True, "unit": "1/m"}}, 'gain: write {value = ..., unit = "1/m"}'),
-        ({"gain": {"value": 0.24}}, 'gain: write {value = ..., unit = "1/m"}'),
-        ({"gain": 0.24}, 'gain: write {value = ..., unit = "1/m"}'),
+        ({"gain": {"value": 0.24, "unit": "1/s"}}, 'gain.unit: unit "1/s" cannot be converted to "1/m"'),
+        ({"gain": {"value": 0.24, "unit": "quux"}}, 'gain.unit: unknown unit "quux"'),
+        ({"gain": {"value": float("nan"), "unit": "1/m"}}, "must be a finite number"),
+        ({"gain": {"value": float("inf"), "unit": "1/m"}}, "must be a finite number"),
+        ({"gain": {"value": "0.24", "unit": "1/m"}}, "must be a finite number"),
+        ({"gain": {"value": True, "unit": "1/m"}}, "gain.value = True: must be a finite number"),
+        ({"gain": {"value": 0.24}}, 'gain.unit: no unit; write unit = "1/m"'),
+        ({"gain": 0.24}, 'gain = 0.24: must be a table; write {value = ..., unit = "1/m"}'),
         ({"gian": {"value": 0.24, "unit": "1/m"}}, 'gian: unknown key; did you mean "gain"?'),
         ({"use": "controllers.p"}, 'needs use = "module:Class"'),
         ({"use": 3}, 'needs use = "module:Class"'),
         ({"use": "controllers.q:Q"}, 'use = "controllers.q:Q": No module named'),
         ({"use": "controllers.pressure:PressureFeedback"}, "is a compensator; name it under compensators"),
-        ({"compensators": PRESSURE}, "compensators must be a list of tables; write [[controllers.p.compensators]]"),
+        ({"compensators": PRESSURE}, "compensators: must be a list of tables; write [[compensators]]"),
         ({"compensators": [{"use": "controllers.p:P"}]}, "is a controller, and stands by itself"),
-        ({"compensators": [{"use": "controllers.shaping:Shaping"}]}, "compensator 1: corner is missing"),
+        ({"compensators": [{"use": "controllers.shaping:Shaping"}]}, "compensators.1.corner: missing"),
         ({"stiffness": {"value": 1, "unit": "N/m"}}, "stiffness: 1 N/m is outside 1000 to 1e+10 N/m"),
         ({"use": "controllers.p:Q"}, 'use = "controllers.p:Q": module controllers.p has no class Q'),
     ],
 )
 def test_a_mistake_in_a_config_is_named(change, message):
     with pytest.raises(InputError, match=r"^here: .*" + re.escape(message)) as caught:
-        controller_spec("p", GOOD | change, "here")
+        controller_spec("p", Table(GOOD | change, "here"))
     assert "\n" not in str(caught.value)
 
 
 def test_a_missing_number_is_named():
-    with pytest.raises(InputError, match=re.escape("here: gain is missing (command per position error, in 1/m)")):
-        controller_spec("p", {"use": "controllers.p:P"}, "here")
+    with pytest.raises(InputError, match=re.escape("here: gain: missing (command per position error, in 1/m)")):
+        controller_spec("p", Table({"use": "controllers.p:P"}, "here"))
 
 
 @pytest.mark.parametrize("use", ["math:pi", "controllers.p:Mapping", ":P", ".p:P"])
 def test_what_is_no_controller_is_refused(use):
     with pytest.raises(InputError, match=r"^here: use = ") as caught:
-        controller_spec("p", {"use": use}, "here")
+        controller_spec("p", Table({"use": use}, "here"))
     assert "\n" not in str(caught.value)
 
 
 def test_design_numbers_are_si():
-    read = controller_spec("p", {"use": "controllers.p:P", "gain": {"value": 0.24e-3, "unit": "1/mm"}}, "here")
+    read = controller_spec("p", Table({"use": "controllers.p:P", "gain": "0.24e-3 1/mm"}, "here"))
     assert read.design.gain == pytest.approx(0.24)
     assert (read.name, read.use) == ("p", "controllers.p:P")

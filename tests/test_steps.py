@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.commands.bench.config import load_bench
+from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.run.config import load_config
 from workbench.commands.run.study import study_of
@@ -149,7 +149,7 @@ def test_ramps_and_sines_have_no_numbers_of_a_step(tmp_path):
     ("old", "new", "message"),
     [
         ("[specimen]\nstiffness = {value = 1e7", "[specimen]\nstiffness = {value = 0", "outside 1 to"),
-        ('damping = {value = 1, unit = "kN s/m"}', "", "damping is missing"),
+        ('damping = {value = 1, unit = "kN s/m"}', "", "damping: missing"),
         ('"force-20kn", ', '"position-1mm", ', "are different loops; make two experiments"),
         ('gain = {value = 3.9, unit = "1/m"}\nstiffness = {value = 1e7, unit = "N/m"}',
          'gain = {value = 3.9, unit = "1/m"}', "controls the position, the scenarios ask for a force; give it a stiff"),

@@ -10,9 +10,10 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.bench import study as study
-from workbench.commands.bench.config import load_bench
+from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.run.config import StepConfig, load_config
+from workbench.commands.common.step_experiment import StepConfig
+from workbench.commands.run.config import load_config
 from workbench.loop.compute_time import summary
 from workbench.loop.rig_variations import with_delay
 from workbench.plant import build

@@ -7,7 +7,8 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.run.config import StepConfig, load_config
+from workbench.commands.common.step_experiment import StepConfig
+from workbench.commands.run.config import load_config
 from workbench.commands.tune.config import load_tune
 from workbench.commands.tune.study import run_tune
 from workbench.rigs.rig import load_rig, save_rig
@@ -134,12 +135,12 @@ def test_where_no_design_meets_the_goals_the_verdict_says_which_and_there_is_no_
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ('"tune"', '"step"', 'experiment = "step" is not "tune"; jackbench run takes it'),
+        ('"tune"', '"step"', 'experiment: "step" is not "tune"; jackbench run takes it'),
         ('"mass-50"', '"mass50"', 'rigs: no rig "mass50" in the set; did you mean "mass'),
-        ('["nominal", "mass-50"]', '["mass-50"]', 'rigs must be a list of different names, "nominal" first'),
+        ('["nominal", "mass-50"]', '["mass-50"]', 'rigs: must be a list of different names, "nominal" first'),
         ("trials = 5", "trials = 0", "trials = 0: must be a whole number, 1 or more"),
         ("seed = 3", "seed = 0.5", "seed = 0.5: must be a whole number, 0 or more"),
-        ("settling = 10", "setling = 10", 'unknown key "setling"; did you mean "settling"?'),
+        ("settling = 10", "setling = 10", 'weights.setling: unknown key; did you mean "settling"?'),
         ("settling = 10", "settling = -1", "settling = -1: must be a positive number, in 1/s"),
         ("low = 0.5, high = 20", "low = 0.5, high = 500", "gain: 500 1/m is outside 0.001 to 100 1/m"),
         ("low = 0.5, high = 20", "low = 20, high = 0.5", "gain: low must be below high, and above 0 for log"),
@@ -147,7 +148,7 @@ def test_where_no_design_meets_the_goals_the_verdict_says_which_and_there_is_no_
         (
             "value = 2, low = 0.5, high = 20",
             "low = 0.5",
-            "gain: write {low = ..., high = ..., unit = ...} with numbers",
+            "gain.high: missing",
         ),
         ('gain = {low = 1e-4, high = 3e-4, unit = "1/bar"}', 'gain = {low = 1, high = 2, unit = "mm"}', 'unit "mm"'),
         ("position-1mm", "position-2mm", 'no scenario "position-2mm"'),

@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -39,3 +41,31 @@ def test_its_configs_run(tmp_path, monkeypatch):
     assert main(["bench", str(tmp_path / "bench_mine.toml"), "--out", str(tmp_path / "bench"), "--jobs", "1"]) == 0
     rows = json.loads((tmp_path / "bench" / "metrics.json").read_text())["rows"]
     assert {row["controller"] for row in rows if row["stable"]} == {"mine", "p", "p-dp"}
+
+
+def test_a_folder_of_one_s_own_may_have_any_names(tmp_path):
+    """Only the file that `use` names is run: not a folder controllers/, pandas.py or workbench.py beside it."""
+    for name in ("pandas.py", "workbench.py", "controllers/__init__.py", "controllers/p.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("raise SystemExit('imported from the working folder')")
+    shutil.copy(TUTORIAL / "slewed_p.py", tmp_path / "controllers" / "mine.py")
+    step = """experiment = "step"
+rig = "jack-10t"
+scenarios = ["position-10mm"]
+bode = {low_hz = 5, high_hz = 10, points = 3, amplitudes_mm = [1]}
+[controllers]
+p = {use = "controllers.p:P", gain = "0.24 1/m"}
+mine = {use = "controllers/mine.py:SlewedP", gain = "0.24 1/m", speed = {value = 1, unit = "m/s"}}
+"""
+    (tmp_path / "mine.toml").write_text(step)
+    call = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from workbench.cli import main; sys.exit(main())"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", call, "run", "mine.toml"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    rows = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())["rows"]
+    assert [row["controller"] for row in rows if row["stable"]] == ["p", "mine"]

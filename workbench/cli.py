@@ -5,7 +5,6 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import NoReturn
 
 from .base.errors import InputError
@@ -23,8 +22,6 @@ class Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Status 0: done; 2: bad input, with one line on stderr; 130: interrupted, resumable."""
     words = sys.argv[1:] if arguments is None else list(arguments)
-    if "" not in sys.path and str(Path.cwd()) not in sys.path:
-        sys.path.append(str(Path.cwd()))  # where an experiment's own controllers are looked for
     try:
         options = _parser(words).parse_args(words)
         options.call(options, words)

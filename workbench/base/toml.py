@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -57,8 +56,3 @@ def _text(path: Path, shown: str) -> str:
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise InputError(f"{shown}: line {line}: not UTF-8 text; save the file as UTF-8") from None
-
-
-def check_keys(table: Mapping[str, Any], allowed: Iterable[str], where: str) -> None:
-    """Refuse a key of `table` that is not `allowed`, naming the nearest known one; `where` opens the message."""
-    Table(table, where).allow(*allowed)

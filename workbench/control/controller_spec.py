@@ -1,14 +1,13 @@
 """How a controller is made from a config: its class by name, its design numbers, the compensators around it."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from ..base.errors import InputError
-from ..base.toml import check_keys
-from ..base.units import to_si
+from ..base.table import Table
+from ..base.units import Spec
 from .compensators import Compensated, Compensator, Deflection, OnLoadCell
 from .load_class import absolute, load_class
 from .protocol import Controller, design_number, number
@@ -110,37 +109,32 @@ def _call(spec: ControllerSpec) -> str:
     return f"{spec.use.rpartition(':')[2]}({', '.join(numbers)})"
 
 
-def controller_spec(name: str, table: Mapping[str, Any], where: str, beside: Path | None = None) -> ControllerSpec:
-    """The controller of a table with `use = "module:Class"` and its design numbers `{value, unit}`.
+def controller_spec(name: str, table: Table, beside: Path | None = None) -> ControllerSpec:
+    """The controller of a table with `use = "module:Class"` and its design numbers, `{value, unit}` or "3.7 1/m".
 
     `use = "file.py:Class"` names a file from the folder `beside`, that of the experiment (else the current one).
     `compensators` is a list of such tables, the first innermost; `stiffness` puts the loop on the load cell;
-    `computing_delay` says what `jackbench time` measured. Raises InputError, opened by `where`.
+    `computing_delay` says what `jackbench time` measured. Raises InputError.
     """
-    stack = table.get("compensators", [])
-    if not isinstance(stack, list) or not all(isinstance(part, Mapping) for part in stack):
-        raise InputError(f"{where}: compensators must be a list of tables; write [[controllers.{name}.compensators]]")
-    around = (_part(name, part, f"{where}: compensator {i + 1}", Compensator, beside) for i, part in enumerate(stack))
-    own = {key: entry for key, entry in table.items() if key != "compensators" and key not in _OF_THE_LOOP}
-    given = {key: table[key] for key in _OF_THE_LOOP if key in table}
-    numbers = {key: _number(entry, _OF_THE_LOOP[key], where) for key, entry in given.items()}
-    return replace(_part(name, own, where, Controller, beside), compensators=tuple(around), **numbers)
+    around = tuple(_part(name, part, Compensator, beside) for part in table.tables("compensators"))
+    own = {key: entry for key, entry in table.values.items() if key != "compensators" and key not in _OF_THE_LOOP}
+    numbers = {key: _number(table, entry) for key, entry in _OF_THE_LOOP.items() if key in table}
+    return replace(_part(name, table.replaced(own), Controller, beside), compensators=around, **numbers)
 
 
-def _part(name: str, table: Mapping[str, Any], where: str, kind: type, beside: Path | None) -> ControllerSpec:
+def _part(name: str, table: Table, kind: type, beside: Path | None) -> ControllerSpec:
     """A controller or a compensator, by itself."""
-    use, what = table.get("use"), kind.__name__.lower()
+    use, what = table.values.get("use"), kind.__name__.lower()
     if not isinstance(use, str) or ":" not in use:
-        raise InputError(f'{where}: needs use = "module:Class", such as "controllers.p:P"')
-    use = absolute(use, beside)
+        raise table.error('needs use = "module:Class", such as "controllers.p:P"')
+    use, where = absolute(use, beside), str(table.place)
     law = load_class(use, where)
     design = design_class(law, f'{where}: use = "{use}"', what)
     if hasattr(law, "into") is not (kind is Compensator):
         other = "compensator; name it under compensators" if kind is Controller else "controller, and stands by itself"
-        raise InputError(f'{where}: use = "{use}" is a {other}')
-    return ControllerSpec(
-        name, use, read_numbers(design, {key: entry for key, entry in table.items() if key != "use"}, where)
-    )
+        raise table.complaint("use", f'"{use}" is a {other}')
+    numbers = table.replaced({key: entry for key, entry in table.values.items() if key != "use"})
+    return ControllerSpec(name, use, read_numbers(design, numbers))
 
 
 def design_class(law: Any, where: str, what: str = "controller") -> type:
@@ -151,30 +145,14 @@ def design_class(law: Any, where: str, what: str = "controller") -> type:
     return design
 
 
-def read_numbers(kind: type[T], table: Mapping[str, Any], where: str) -> T:
-    """A dataclass of `number` fields from a table of `{value, unit}`; raises InputError, opened by `where`."""
+def read_numbers(kind: type[T], table: Table) -> T:
+    """A dataclass of `number` fields from a table of `{value, unit}` or text such as "10 mm". Raises InputError."""
     known = {entry.name: entry for entry in fields(cast(Any, kind))}
-    check_keys(table, known, where)
-    values = {key: _number(table[key], entry, where) for key, entry in known.items() if key in table}
-    missing = [key for key, entry in known.items() if key not in table and entry.default is MISSING]
-    if missing:
-        entry = known[missing[0]]
-        raise InputError(f"{where}: {missing[0]} is missing ({entry.metadata['meaning']}, in {entry.metadata['unit']})")
-    return kind(**values)
+    table.allow(*known)
+    needed = {key: entry for key, entry in known.items() if key in table or entry.default is MISSING}
+    return kind(**{key: _number(table, entry) for key, entry in needed.items()})
 
 
-def _number(entry: Any, spec: Field[Any], where: str) -> float:
-    """The SI number of `{value, unit}`, within the bounds of its field."""
-    unit = spec.metadata["unit"]
-    if not isinstance(entry, Mapping) or not isinstance(entry.get("unit"), str) or isinstance(entry.get("value"), bool):
-        raise InputError(f'{where}: {spec.name}: write {{value = ..., unit = "{unit}"}}')
-    if not isinstance(entry.get("value"), int | float) or not math.isfinite(entry["value"]):
-        raise InputError(f"{where}: {spec.name}: value must be a finite number")
-    try:
-        value = float(to_si(entry["value"], entry["unit"], unit))
-    except InputError as error:
-        raise InputError(f"{where}: {spec.name}: {error}") from None
-    try:
-        return design_number(value, spec)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
+def _number(table: Table, entry: Field[Any]) -> float:
+    """The SI number of a field, within its bounds."""
+    return table.quantity(entry.name, Spec(**entry.metadata))

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from ..base.checkpoint import no_checkpoint
 from ..base.columns import data_frame
 from ..base.errors import InputError
-from ..commands.bench.config import BenchConfig, BenchLoop
 from ..commands.bench.study import run_bench
+from ..commands.common.bench_experiment import BenchConfig, BenchLoop
+from ..commands.common.experiment import BodeConfig
 from ..commands.common.outcome import Outcome
-from ..commands.run.config import BodeConfig
 from ..control.controller_spec import ControllerSpec
 from ..loop.scenarios import Scenario
 from ..report import Figure, Table

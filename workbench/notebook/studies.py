@@ -4,8 +4,8 @@ from pathlib import Path
 
 from ..base.checkpoint import no_checkpoint
 from ..base.toml import read_toml
-from ..commands.bench.config import load_bench
 from ..commands.bench.study import run_bench
+from ..commands.common.bench_experiment import load_bench
 from ..commands.common.outcome import Outcome
 from ..commands.fit.options import STARTS
 from ..commands.fit.study import FitAnswer, fit_campaign

@@ -15,8 +15,8 @@ from ...loop.scenarios import Scenario
 from ...loop.stiffness_and_noise import command_noise, dynamic_stiffness
 from ...plant.valve.supply import supply_power
 from ...rigs.rig import Rig
+from ..common.bench_experiment import BenchLoop
 from ..common.sines import sines
-from .config import BenchLoop
 
 BenchmarkEntry = dict[str, Any]  # what a stage can store
 STIFFNESS_HZ = np.geomspace(0.1, 100.0, 961)  # fine enough for a mode of damping 0.02

@@ -9,8 +9,8 @@ from ...base.units import from_si
 from ...linear.frequency_response import decibels
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Panel, bode
+from ..common.bench_experiment import BenchLoop
 from ..common.sines import closed_loop_figure
-from .config import BenchLoop
 from .entry import STIFFNESS_HZ, BenchmarkEntry
 
 Cells = Mapping[tuple[str, str], BenchmarkEntry]

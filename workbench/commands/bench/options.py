@@ -5,9 +5,9 @@ from functools import partial
 from pathlib import Path
 
 from ...rigs.rig import rig_table
+from ..common.bench_experiment import load_bench
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
-from .config import load_bench
 
 
 def options(parser: argparse.ArgumentParser) -> None:

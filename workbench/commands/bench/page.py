@@ -6,7 +6,7 @@ from typing import Any, Literal
 from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
-from .config import BenchConfig, BenchLoop
+from ..common.bench_experiment import BenchConfig, BenchLoop
 from .entry import BenchmarkEntry
 from .figures import linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
 

@@ -10,8 +10,8 @@ from ...base.process_pool import process_pool
 from ...loop.compute_time import summary
 from ...loop.rig_variations import variation
 from ...loop.rows import LoopSetup, loop_setup
+from ..common.bench_experiment import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
-from .config import BenchConfig
 from .entry import STIFFNESS_HZ, BenchmarkEntry, benchmark_entry
 from .page import bench_page, bench_picture
 

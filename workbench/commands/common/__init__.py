@@ -3,8 +3,8 @@
 options     arguments of every command, and a study that leaves a run folder
 run_folder  that folder: resumable stages, then renamed
 outcome     what a study leaves behind
+experiment, step_experiment, bench_experiment    experiment files that several commands read
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them
-experiment_file    an experiment's tables
 shipped            experiments and campaigns that come with jackbench, by name
 """

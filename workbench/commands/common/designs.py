@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from ...base.errors import InputError
-from ..run.config import StepConfig, load_config
 from .options import Call, prints
 from .shipped import experiment
+from .step_experiment import StepConfig, load_steps
 
 
 def of_controllers(parser: argparse.ArgumentParser, call: Call) -> None:
@@ -22,14 +22,12 @@ def of_controllers(parser: argparse.ArgumentParser, call: Call) -> None:
 
 def read(options: argparse.Namespace) -> StepConfig:
     """The experiment, with the wanted controllers only."""
-    config = load_config(options.experiment, options.rig)
-    if not isinstance(config, StepConfig):
-        raise InputError(f"{options.experiment}: has no controllers")
-    names = [chosen.name for chosen in config.controllers]
+    config = load_steps(options.experiment, options.rig)
+    names = [controller.name for controller in config.controllers]
     if options.controller not in (None, *names):
         raise InputError(f"{options.experiment}: no controller {options.controller}; it has {', '.join(names)}")
-    chosen = tuple(one for one in config.controllers if options.controller in (None, one.name))
-    return replace(config, controllers=chosen)
+    controllers = tuple(spec for spec in config.controllers if options.controller in (None, spec.name))
+    return replace(config, controllers=controllers)
 
 
 def print_each(options: argparse.Namespace, found: Mapping[str, Any], told: Callable[[str], str]) -> None:

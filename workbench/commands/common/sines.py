@@ -11,7 +11,7 @@ from ...linear.frequency_response import SteppedSine
 from ...loop.describing_function import closed_loop_sine, sampled_frequencies
 from ...loop.rows import LoopSetup
 from ...report import Figure, FrequencyCurve, bode
-from ..run.config import BodeConfig
+from .experiment import BodeConfig
 
 _FLAGS = ("cycles", "settled", "saturated", "cavitated")  # as SteppedSine has them
 

@@ -13,7 +13,8 @@ import numpy as np
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS
 from ...base.units import from_si, to_si
-from ...control.controller_spec import ControllerSpec, controller_spec
+from ...control.controller_spec import ControllerSpec
+from ...control.controller_type import controller
 from ...control.protocol import Controller, linear_view
 from ...engine import Engine
 from ...linear import equilibrium
@@ -57,9 +58,7 @@ def drive(rig: Rig) -> DriveSimulation:
     period = rig.period.value
 
     def loop(gain: float) -> ControllerSpec:
-        return controller_spec(
-            "position loop", {"use": "controllers.p:P", "gain": {"value": gain, "unit": "1/m"}}, rig.name
-        )
+        return controller("controllers.p:P", gain=gain).named("position loop")
 
     trial = 0.01
     found = linear_loop(plant, equilibrium(plant, p=smooth), loop(trial).build(period), period, smooth)

@@ -6,7 +6,7 @@ from string import Template
 import numpy as np
 
 from ...base.errors import InputError
-from ...control.controller_spec import controller_spec
+from ...control.controller_type import controller
 from ...linear import equilibrium
 from ...loop.margins import linear_loop
 from ...plant import build
@@ -46,9 +46,8 @@ def margin_gain(rig: Rig) -> float:
     """The gain [1/m] of a proportional position loop with MARGIN at null. Raises InputError where there is none."""
     plant, period, trial = build(rig), rig.period.value, 0.01
     smooth = plant.without_dry_friction()
-    table = {"use": "controllers.p:P", "gain": {"value": trial, "unit": "1/m"}}
-    controller = controller_spec("p", table, rig.name).build(period)
-    margin = linear_loop(plant, equilibrium(plant, p=smooth), controller, period, smooth).gain_margin_db
+    law = controller("controllers.p:P", gain=trial).build(period)
+    margin = linear_loop(plant, equilibrium(plant, p=smooth), law, period, smooth).gain_margin_db
     if margin is None:
         raise InputError(f"rig {rig.name}: no gain margin of a proportional position loop at null; choose another rig")
     return trial * 10 ** ((margin - MARGIN) / 20)

@@ -11,8 +11,8 @@ from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
 from ..common.sines import Sines, closed_loop_figure
+from ..common.step_experiment import StepConfig
 from ..common.time_figure import time_figure
-from .config import StepConfig
 
 
 def step_page(

@@ -6,7 +6,7 @@ from ...loop.rows import LinearLoops, linear_loops, loop_setup, play, row
 from ...loop.sampled_loop import LoopRun
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import Sines, sines
-from .config import StepConfig
+from ..common.step_experiment import StepConfig
 from .step_page import step_figure, step_page
 
 

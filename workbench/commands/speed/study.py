@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...base.cores import cores
-from ...control.controller_spec import controller_spec
+from ...control.controller_type import controller
 from ...engine import Engine
 from ...engine.peers import PEERS
 from ...linear import Equilibrium, equilibrium
@@ -69,9 +69,8 @@ def _drives(rig: Rig, engine: Engine, rest: Equilibrium) -> list[TimedDrive]:
     exact = Engine(engine.plant, 1e-9)
     drives = []
     for name, gain, reference in (("easy", 0.24, np.full(len(t), 0.01)), ("hard", 3.0, hard)):
-        table = {"use": "controllers.p:P", "gain": {"value": gain, "unit": "1/m"}}
-        controller = controller_spec("p", table, "speed").build(period)
-        run = SampledLoop(engine, rig, controller, rest).run(reference)
+        law = controller("controllers.p:P", gain=gain).build(period)
+        run = SampledLoop(engine, rig, law, rest).run(reference)
         u = np.zeros((len(t), len(engine.plant.inputs)))
         u[: len(run.record.t), 0] = run.record.signals["command"]
         drives.append(TimedDrive(name, t, u, exact.run(rest.x, t, u).x))

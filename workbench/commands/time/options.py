@@ -4,13 +4,12 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...base.errors import InputError
 from ...base.toml import read_toml
 from ...rigs.rig import rig_table
-from ..bench.config import BenchConfig, load_bench
+from ..common.bench_experiment import load_bench
 from ..common.options import computes, finish
 from ..common.shipped import experiment
-from ..run.config import StepConfig, load_config
+from ..common.step_experiment import load_steps
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -21,10 +20,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _time(options: argparse.Namespace, words: list[str]) -> None:
     path = Path(options.experiment)
-    load = load_bench if read_toml(path).values.get("experiment") == "bench" else load_config
+    load = load_bench if read_toml(path).values.get("experiment") == "bench" else load_steps
     config = load(path, options.rig)
-    if not isinstance(config, StepConfig | BenchConfig):
-        raise InputError(f"{path}: has no controllers")
     from .study import run_timing
 
     identity = {"command": "time", "experiment": config.source, "rig": rig_table(config.rig)}

@@ -15,9 +15,9 @@ from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.rig import Rig, rig_text
 from ...rigs.rig import bundled as bundled_rigs
-from ..bench.config import BenchConfig
+from ..common.bench_experiment import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
-from ..run.config import StepConfig
+from ..common.step_experiment import StepConfig
 
 Loops = Sequence[tuple[Rig, Sequence[ControllerSpec], Sequence[Scenario]]]
 

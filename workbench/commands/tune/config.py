@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...base.errors import InputError, nearest
-from ...base.toml import check_keys
+from ...base.errors import echo
+from ...base.table import Place, Table
 from ...loop.rig_variations import variation
-from ...rigs.rig import Rig, load_rig
-from ..common.experiment_file import read_experiment
-from ..run.config import StepConfig, step_config
+from ...rigs.rig import Rig
+from ..common.experiment import read_experiment, rig_of
+from ..common.step_experiment import StepConfig, step_config
 from .problem import Searched, TuneProblem
 
 WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}
@@ -59,40 +59,36 @@ class TuneConfig:
 def load_tune(path: str | Path, rig: str | None = None) -> TuneConfig:
     """Read a tune experiment; `rig` replaces the one it names. Raises InputError with file and key."""
     path = Path(path)
-    table, where = read_experiment(path), str(path)
-    if table.get("experiment") != "tune":
-        other = "bench" if table.get("experiment") == "bench" else "run"
-        hint = f"jackbench {other} takes it" if table.get("experiment") else 'write experiment = "tune"'
-        raise InputError(f'{where}: experiment = "{table.get("experiment")}" is not "tune"; {hint}')
-    named = rig or table.get("rig")
-    if not isinstance(named, str):
-        raise InputError(f'{where}: rig is missing; write rig = "jack-10t" or the path of a rig file')
-    return _tune(table, named, load_rig(named, None if rig else path.parent), where)
+    top = read_experiment(path)
+    if (kind := top.text("experiment")) != "tune":
+        other = "bench" if kind == "bench" else "run"
+        raise top.complaint("experiment", f'{echo(kind)} is not "tune"; jackbench {other} takes it')
+    return _tune(top, rig or top.text("rig"), rig_of(top, path, rig))
 
 
-def _tune(table: Mapping[str, Any], named: str, rig: Rig, where: str) -> TuneConfig:
-    controllers = table.get("controllers")
-    if not isinstance(controllers, Mapping) or len(controllers) != 1:
-        raise InputError(f"{where}: tunes one controller; give it one table [controllers.NAME]")
-    (name, controller), *_ = controllers.items()
-    if not isinstance(controller, Mapping):
-        raise InputError(f"{where}: controllers.{name} must be a table [controllers.{name}]")
-    searched = tuple(_searched(controller, (), f"{where}: [controllers.{name}]"))
+def _tune(top: Table, named: str, rig: Rig) -> TuneConfig:
+    tables = top.optional_table("controllers")
+    if len(tables) != 1:
+        raise top.complaint("controllers", "tunes one controller; give it one table [controllers.NAME]")
+    (name,) = tables
+    controller = tables.table(name)
+    searched = tuple(_searched(controller, ()))
     if not searched:
-        raise InputError(f"{where}: [controllers.{name}]: nothing is searched; give a number low and high")
+        raise controller.error("nothing is searched; give a number low and high")
     for key in ("low", "high", "start"):  # the ends are numbers that the controller may have
-        values = {one.name: getattr(one, key) for one in searched}
-        chosen = _step_table(table, name, _filled(controller, searched, values))
-        start = step_config(chosen, rig, where)
+        values = {number.name: getattr(number, key) for number in searched}
+        filled = _filled(controller.values, searched, values)
+        start = step_config(top.replaced(_step_table(top.values, name, filled)), rig)
+    weights = top.optional_table("weights")
     return TuneConfig(
         start,
         named,
         searched,
-        _rigs(table.get("rigs"), start.rig, where),
-        read_weights(table.get("weights"), f"{where}: [weights]"),
-        _whole(table, "trials", 1, where),
-        _whole(table, "seed", 0, where),
-        table,
+        _rigs(top, start.rig),
+        read_weights(weights.values, weights.place),
+        top.count("trials"),
+        top.count("seed", 0),
+        top.values,
     )
 
 
@@ -105,68 +101,48 @@ def _step_table(table: Mapping[str, Any], name: str, controller: Mapping[str, An
 def _filled(table: Mapping[str, Any], searched: tuple[Searched, ...], values: Mapping[str, float]) -> Mapping[str, Any]:
     """A controller's table with numbers in the place of what is searched."""
     whole = deepcopy(dict(table))
-    for one in searched:
+    for number in searched:
         part: Any = whole
-        for key in one.path[:-1]:
+        for key in number.path[:-1]:
             part = part[key]
-        part[one.path[-1]] = {"value": values[one.name], "unit": one.unit}
+        part[number.path[-1]] = {"value": values[number.name], "unit": number.unit}
     return whole
 
 
-def _searched(table: Mapping[str, Any], path: tuple[str | int, ...], where: str) -> list[Searched]:
+def _searched(table: Table, path: tuple[str | int, ...]) -> list[Searched]:
     """Every number with an end in a controller's table and in its compensators'."""
-    found = []
-    for key, entry in table.items():
-        if key == "compensators" and isinstance(entry, list):
-            for i, part in enumerate(entry):
-                if isinstance(part, Mapping):
-                    found += _searched(part, (*path, key, i), f"{where}: compensator {i + 1}")
+    searched = []
+    for key, entry in table.values.items():
+        if key == "compensators":
+            for i, part in enumerate(table.tables(key)):
+                searched += _searched(part, (*path, key, i))
         elif isinstance(entry, Mapping) and {"low", "high", "log"} & entry.keys():
-            found.append(_range(entry, (*path, key), f"{where}: {key}"))
-    return found
+            searched.append(_range(table.table(key, "value", "low", "high", "unit", "log"), (*path, key)))
+    return searched
 
 
-def _range(entry: Mapping[str, Any], path: tuple[str | int, ...], where: str) -> Searched:
-    check_keys(entry, ("value", "low", "high", "unit", "log"), where)
-    low, high, log = entry.get("low"), entry.get("high"), entry.get("log", False)
-    for end in (low, high, entry.get("value", low)):
-        if isinstance(end, bool) or not isinstance(end, int | float) or not math.isfinite(end):
-            raise InputError(f"{where}: write {{low = ..., high = ..., unit = ...}} with numbers")
-    if not isinstance(log, bool) or not isinstance(entry.get("unit"), str):
-        raise InputError(f"{where}: unit must be a text, and log true or false")
-    low, high = float(low), float(high)  # pyright: ignore[reportArgumentType]
+def _range(entry: Table, path: tuple[str | int, ...]) -> Searched:
+    low, high, unit, log = entry.number("low"), entry.number("high"), entry.text("unit"), entry.flag("log", False)
     if not low < high or (log and low <= 0):
-        raise InputError(f"{where}: low must be below high{', and above 0 for log' if log else ''}")
-    start = float(entry.get("value", math.sqrt(low * high) if log else (low + high) / 2))
+        raise entry.error(f"low must be below high{', and above 0 for log' if log else ''}")
+    start = entry.number("value", math.sqrt(low * high) if log else (low + high) / 2)
     if not low <= start <= high:
-        raise InputError(f"{where}: value {start:g} must be from low to high")
-    return Searched(path, entry["unit"], low, high, start, log)
+        raise entry.error(f"value {start:g} must be from low to high")
+    return Searched(path, unit, low, high, start, log)
 
 
-def _rigs(names: Any, rig: Rig, where: str) -> tuple[str, ...]:
-    if not isinstance(names, list) or names[:1] != ["nominal"] or len({str(name) for name in names}) != len(names):
-        raise InputError(f'{where}: rigs must be a list of different names, "nominal" first')
+def _rigs(top: Table, rig: Rig) -> tuple[str, ...]:
+    names = top.words("rigs", "nominal")
+    if names[0] != "nominal":
+        raise top.complaint("rigs", 'must be a list of different names, "nominal" first')
     for name in names:
-        try:
-            variation(rig, str(name))
-        except InputError as error:
-            raise InputError(f"{where}: rigs: {error}") from None
-    return tuple(str(name) for name in names)
+        top.about("rigs", lambda name=name: variation(rig, name))
+    return names
 
 
-def read_weights(table: Any, where: str) -> dict[str, float]:
-    if not isinstance(table, Mapping) or not table:
-        raise InputError(f"{where}: this table is missing; {', '.join(f'{k} [{u}]' for k, u in WEIGHTS.items())}")
-    for key, value in table.items():
-        if key not in WEIGHTS:
-            raise InputError(f'{where}: unknown key "{key}"; {nearest(key, WEIGHTS)}')
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-            raise InputError(f"{where}: {key} = {value}: must be a positive number, in {WEIGHTS[key]}")
-    return {key: float(value) for key, value in table.items()}
-
-
-def _whole(table: Mapping[str, Any], key: str, least: int, where: str) -> int:
-    value = table.get(key)
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise InputError(f"{where}: {key} = {value}: must be a whole number, {least} or more")
-    return value
+def read_weights(weights: Mapping[str, Any], place: Place | str) -> dict[str, float]:
+    """The weights of the cost, one or more, each in the unit of WEIGHTS. Raises InputError, opened by `place`."""
+    table = Table(weights, place, *WEIGHTS)
+    if not len(table):
+        raise table.error(f"missing; give some of {', '.join(f'{k} [{u}]' for k, u in WEIGHTS.items())}")
+    return {key: table.positive(key, WEIGHTS[key]) for key in table}

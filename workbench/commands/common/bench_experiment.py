@@ -1,0 +1,130 @@
+"""The file of a bench: controllers, its own and of other experiments, on every rig of a set in every scenario."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...base.errors import InputError, echo, nearest
+from ...base.signals import SIGNALS, Signal
+from ...base.table import Table
+from ...control.controller_spec import ControllerSpec, controller_spec
+from ...loop.rig_variations import variation
+from ...loop.scenarios import Scenario, scenario
+from ...rigs.rig import Rig
+from .experiment import BodeConfig, read_bode, read_experiment, rig_of, with_specimen
+
+KEYS = ("experiment", "rig", "rigs", "scenarios", "specimen", "from", "controllers", "bode")
+
+
+@dataclass(frozen=True)
+class BenchLoop:
+    """The loops of one controlled signal: every controller on every rig of a set, by name, in every scenario.
+
+    `rig` is the nominal one, with the specimen of a force. On the first of the set, the closed loop is also swept by
+    the sines of `bode`.
+    """
+
+    signal: Signal
+    rig: Rig
+    rigs: tuple[str, ...]
+    controllers: tuple[ControllerSpec, ...]
+    scenarios: tuple[Scenario, ...]
+    bode: BodeConfig
+
+
+@dataclass(frozen=True)
+class BenchConfig:
+    """The loops of a bench on variations of a rig.
+
+    `source` is the experiment file as it was read, with the tables of all its controllers.
+    """
+
+    rig: Rig
+    loops: tuple[BenchLoop, ...]
+    source: Mapping[str, Any]
+
+
+def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
+    """Read the file of a bench; `rig` replaces the nominal one it names. Raises InputError with file and key."""
+    path = Path(path)
+    top = read_experiment(path)
+    if top.text("experiment") != "bench":
+        raise top.complaint("experiment", f'{echo(top.values["experiment"])}; a bench needs experiment = "bench"')
+    top.allow(*KEYS)
+    nominal = rig_of(top, path, rig)
+    tables = {**_borrowed(top.optional_table("from"), path.parent), **_own(top)}
+    names = top.words("scenarios", "position-10mm")
+    scenarios = [scenario(name, str(top.place.inside("scenarios"))) for name in names]
+    controllers = [controller_spec(name, table) for name, table in tables.items()]
+    asked = _asked(controllers, scenarios, nominal, str(path))
+    rigs = _sets(top, asked)
+    loops = tuple(_loop(top, nominal, signal, rigs[signal], asked[signal], scenarios) for signal in asked)
+    source = {key: value for key, value in top.values.items() if key != "from"}
+    return BenchConfig(nominal, loops, {**source, "controllers": {name: part.values for name, part in tables.items()}})
+
+
+def _loop(
+    top: Table,
+    nominal: Rig,
+    signal: str,
+    rigs: tuple[str, ...],
+    controllers: Sequence[ControllerSpec],
+    scenarios: Sequence[Scenario],
+) -> BenchLoop:
+    if signal == "force" and "specimen" not in top:
+        raise top.complaint("specimen", "a force needs something to act on; add a table [specimen]")
+    rig = with_specimen(nominal, top.table("specimen")) if signal == "force" else nominal
+    for name in rigs:
+        top.about("rigs", lambda name=name: variation(rig, name))
+    full = rig.limit("force" if signal == "force" else "stroke")
+    bode = read_bode(top.table("bode"), "amplitudes_percent", full / 100)
+    own = tuple(scenario for scenario in scenarios if scenario.signal == signal)
+    return BenchLoop(SIGNALS[signal], rig, rigs, tuple(controllers), own, bode)
+
+
+def _asked(
+    controllers: Sequence[ControllerSpec], scenarios: Sequence[Scenario], rig: Rig, where: str
+) -> dict[str, list[ControllerSpec]]:
+    """Controllers by the signal that they control and scenarios ask for, position before force."""
+    controlled = {chosen.name: chosen.build(rig.period.value).measures[0] for chosen in controllers}
+    asked = {wanted.signal for wanted in scenarios}
+    if lonely := [name for name, signal in controlled.items() if signal not in asked]:
+        raise InputError(
+            f"{where}: {lonely[0]} controls the {controlled[lonely[0]]}, which no scenario asks for; add one"
+        )
+    if lonely := sorted(asked - set(controlled.values())):
+        raise InputError(f"{where}: scenarios of the {lonely[0]}, which no controller controls; add a controller")
+    return {
+        signal: [chosen for chosen in controllers if controlled[chosen.name] == signal]
+        for signal in sorted(asked, reverse=True)
+    }
+
+
+def _sets(top: Table, signals: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """The names of rigs for each signal's loops: one list for all, or a table of lists."""
+    if not isinstance(top.values.get("rigs"), Mapping):
+        return dict.fromkeys(signals, top.words("rigs", "nominal"))
+    table = top.table("rigs", *signals)
+    return {signal: table.words(signal, "nominal") for signal in signals}
+
+
+def _borrowed(table: Table, folder: Path) -> dict[str, Table]:
+    """Tables of controllers from other experiment files: `[from]`, file = [names]."""
+    borrowed: dict[str, Table] = {}
+    for file in table:
+        there = read_experiment(folder / file).optional_table("controllers")
+        if not len(there):
+            raise table.complaint(file, "has no controllers; name another file")
+        for name in table.words(file, next(iter(there))):
+            if name not in there:
+                raise table.complaint(file, f"no controller {echo(name)}; {nearest(name[:80], there)}")
+            if name in borrowed:
+                raise table.complaint(file, f"{name} is there already; take one of the two out")
+            borrowed[name] = there.table(name)
+    return borrowed
+
+
+def _own(top: Table) -> dict[str, Table]:
+    tables = top.optional_table("controllers")
+    return {name: tables.table(name) for name in tables}

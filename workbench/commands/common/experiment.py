@@ -1,0 +1,74 @@
+"""What experiment files of several commands share: the rig, a sweep by sines, a specimen, files of one's own laws."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...base.table import Table
+from ...base.toml import read_toml
+from ...control.controller_spec import read_numbers
+from ...control.load_class import absolute
+from ...control.protocol import design_numbers, number
+from ...rigs.rig import Rig, load_rig
+
+
+@dataclass(frozen=True)
+class BodeConfig:
+    """Closed-loop Bode by stepped sine: range [Hz], number of points, amplitudes of the reference (SI)."""
+
+    low: float
+    high: float
+    points: int
+    amplitudes: tuple[float, ...]
+
+
+@design_numbers
+class Specimen:
+    """What the load cell is on: a spring and a damper."""
+
+    stiffness: float = number("N/m", 1.0, 1e12, "stiffness of the specimen")
+    damping: float = number("N s/m", 0.0, 1e9, "damping of the specimen")
+
+
+def read_experiment(path: Path) -> Table:
+    """The document of an experiment file; a path in a controller's `use` counts from its folder, and is made absolute.
+
+    Raises InputError with file and line.
+    """
+    top = read_toml(path)
+    return top.replaced(_absolute(top.values, path.parent))
+
+
+def _absolute(value: Any, folder: Path) -> Any:
+    if isinstance(value, list):
+        return [_absolute(item, folder) for item in value]
+    if not isinstance(value, Mapping):
+        return value
+    return {
+        key: absolute(item, folder) if key == "use" and isinstance(item, str) else _absolute(item, folder)
+        for key, item in value.items()
+    }
+
+
+def rig_of(top: Table, path: Path, rig: str | None) -> Rig:
+    """The rig that an experiment names, or the one that is to replace it."""
+    return load_rig(rig) if rig else load_rig(top.text("rig"), path.parent)
+
+
+def with_specimen(rig: Rig, specimen: Table) -> Rig:
+    """The rig with a specimen on its load cell."""
+    numbers = read_numbers(Specimen, specimen)
+    return rig.with_values(ks=numbers.stiffness, cs=numbers.damping)
+
+
+def read_bode(table: Table, sizes: str, si: float) -> BodeConfig:
+    """Range and number of points of a sweep, and its amplitudes: the list `sizes`, each of its numbers times `si`."""
+    table.allow("low_hz", "high_hz", "points", sizes)
+    low, high = table.positive("low_hz"), table.positive("high_hz")
+    if not low < high:
+        raise table.complaint("low_hz", "must be below high_hz")
+    amplitudes = table.numbers(sizes, "[1, 10]")
+    if min(amplitudes) <= 0:
+        raise table.complaint(sizes, f"{min(amplitudes):g}: must be positive numbers")
+    return BodeConfig(low, high, table.count("points", 3), tuple(amplitude * si for amplitude in amplitudes))
