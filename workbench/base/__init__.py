@@ -3,8 +3,8 @@
 errors          the one exception for bad input
 units, signals  units at the borders; the signals of a jack rig by name
 toml, table, key_lines    TOML files read strictly: a table that is asked by key; the line of each key
+lazy            names of a package, loaded when first used
 checkpoint      stages of a long computation, and progress
 cores, process_pool    processors, and worker processes that share them
-table, key_lines    a TOML table read strictly: keys, numbers with units, complaints by file and line
 columns         named columns, and as a pandas table
 """

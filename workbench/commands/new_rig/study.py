@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
-from ...identify.datasheet.corners import corners, rated_flow
+from ...identify.datasheet.corners import corner_frequencies, rated_flow
 from ...identify.datasheet.valve_fit import ValveFit, fit_three_stage, second_order_numbers
 from ...identify.fit.determined import DETERMINED, FIGURE_ERROR
 from ...linear.frequency_response import decibels, degrees
@@ -64,7 +64,7 @@ def _measure(sheet: Datasheet, rig: Rig, stage: Stage, label: str) -> _Measured:
     for response in sheet.responses:
 
         def compute(response: Response = response) -> dict[str, Any]:
-            sine, f3db, f90 = corners(rig, response, POINTS)
+            sine, f3db, f90 = corner_frequencies(rig, response, POINTS)
             flow = sine.response["flow"]
             return {"f": sine.f, "real": np.real(flow), "imag": np.imag(flow), "f3db": f3db, "f90": f90}
 

@@ -3,4 +3,23 @@
 noise_floor         how far a perfect model would still be from each signal
 whiteness           whether a residual is noise
 frequency_response  gain, phase, coherence and a 95 % band of a pair of signals
+
+    from workbench.identify.data import measured_response, noise_floor
+    floor = noise_floor(campaign)                                 # floor.sigma["pa"] in Pa, floor.kappa["pa"]
+    response = measured_response(record, "command", "position")   # response.f in Hz, response.response in SI
 """
+
+from .frequency_response import FrequencyResponse, measured_response, same_estimate
+from .noise_floor import NoiseFloor, noise_floor, same_command
+from .whiteness import Whiteness, whiteness
+
+__all__ = [
+    "FrequencyResponse",
+    "NoiseFloor",
+    "Whiteness",
+    "measured_response",
+    "noise_floor",
+    "same_command",
+    "same_estimate",
+    "whiteness",
+]

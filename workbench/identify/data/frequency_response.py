@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
-from scipy.stats import f as f_distribution
+from scipy.special import fdtri
 
 from ...base.errors import InputError, nearest
 from ...records import Record
@@ -107,8 +107,8 @@ def same_estimate(measured: FrequencyResponse, record: Record) -> np.ndarray:
 
 
 def _estimate(even: Record, input: str, output: str, rows: int | None, notes: tuple[str, ...]) -> FrequencyResponse:
-    found = _local(even, input, output) if rows is None else _periodic(even, input, output, rows)
-    return FrequencyResponse(even.name, input, output, *found, rows=rows, notes=notes)
+    estimate = _local(even, input, output) if rows is None else _periodic(even, input, output, rows)
+    return FrequencyResponse(even.name, input, output, *estimate, rows=rows, notes=notes)
 
 
 def evenly(record: Record) -> tuple[Record, tuple[str, ...]]:
@@ -177,13 +177,13 @@ def _periodic(record: Record, input: str, output: str, rows: int) -> tuple:
     f = np.arange(u.shape[1]) / (rows * record.period)
     level = np.abs(u.mean(axis=0))
     scatter = np.sum(np.abs(u - u.mean(axis=0)) ** 2, axis=0) / (count - 1) / count
-    kept = excited(f, level) & (level > SNR * np.sqrt(scatter))
-    if not kept.any():
+    lines = excited(f, level) & (level > SNR * np.sqrt(scatter))
+    if not lines.any():
         raise InputError(f"record {record.name}: no line of {input} stands out of its noise; choose another record")
-    f, u, y, level = f[kept], u[:, kept], y[:, kept], level[kept]
+    f, u, y, level = f[lines], u[:, lines], y[:, lines], level[lines]
     response = y.mean(axis=0) / u.mean(axis=0)
     error = np.sum(np.abs(y - response * u) ** 2, axis=0) / (count - 1)
-    radius = np.sqrt(f_distribution.ppf(CONFIDENCE, 2, 2 * count - 2) * error / count) / level
+    radius = np.sqrt(fdtri(2, 2 * count - 2, CONFIDENCE) * error / count) / level
     power = np.sum(np.abs(u) ** 2, axis=0) * np.sum(np.abs(y) ** 2, axis=0)
     coherence = np.abs(np.sum(y * u.conj(), axis=0)) ** 2 / np.maximum(power, _TINY)
     method = f"means over the last {count} of {whole} periods of {rows * record.period:g} s"
@@ -240,34 +240,34 @@ class _LocalFit:
         places = first[:, None] + np.arange(2 * REACH + 1)
         apart = (places - lines[:, None]) / REACH
         powers = np.stack([apart**p for p in range(ORDER + 1)], axis=-1).astype(complex)
-        driven, seen = u[places][..., None], y[places]
+        driven, answer = u[places][..., None], y[places]
         columns = np.concatenate([powers * driven, powers], axis=-1)
         self._freedom = 2 * REACH + 1 - columns.shape[-1]  # complex
-        _, self.left, _ = _least_squares(columns, seen)
-        level, _, _ = _least_squares(np.concatenate([driven, powers], axis=-1), seen)
+        _, self.left, _ = _least_squares(columns, answer)
+        level, _, _ = _least_squares(np.concatenate([driven, powers], axis=-1), answer)
         hold = np.zeros((lines.size, ORDER, columns.shape[-1]), dtype=complex)
         for order in range(1, ORDER + 1):
             hold[:, order - 1, order] = np.sqrt(self._noise(self.left)) / np.maximum(BEND * np.abs(level), _TINY)
-        held = np.concatenate([columns, hold], axis=1), np.pad(seen, ((0, 0), (0, ORDER)))
-        self.response, _, self._share = _least_squares(*held)
-        _, beside, _ = _least_squares(powers, seen)
+        loose = np.concatenate([columns, hold], axis=1), np.pad(answer, ((0, 0), (0, ORDER)))
+        self.response, _, self._share = _least_squares(*loose)
+        _, beside, _ = _least_squares(powers, answer)
         power = np.sum(np.abs(beside) ** 2, axis=1) / (2 * REACH - ORDER)
         self.coherence = np.clip(1 - self._noise(self.left) / np.maximum(power, _TINY), 0.0, 1.0)
 
     def radius(self, left: np.ndarray) -> np.ndarray:
         """95 % radius [k] of the response where `left` [k, lines] is what is left."""
-        quantile = f_distribution.ppf(CONFIDENCE, 2, 2 * self._freedom)
+        quantile = fdtri(2, 2 * self._freedom, CONFIDENCE)
         return np.sqrt(quantile * self._noise(left) * self._share)
 
     def _noise(self, left: np.ndarray) -> np.ndarray:
         return np.sum(np.abs(left) ** 2, axis=1) / self._freedom
 
 
-def _least_squares(columns: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """First unknown [k] of columns [k, rows, unknowns] for seen [k, rows]; what is left; its variance over noise's."""
+def _least_squares(columns: np.ndarray, answer: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First unknown [k] of columns [k, rows, unknowns] for an answer [k, rows]; remainder; variance over noise's."""
     size = np.maximum(np.linalg.norm(columns, axis=1), _TINY)
     q, upper = np.linalg.qr(columns / size[:, None, :])
-    parts = np.swapaxes(q.conj(), 1, 2) @ seen[..., None]
+    parts = np.swapaxes(q.conj(), 1, 2) @ answer[..., None]
     inverse = np.linalg.pinv(upper)[:, :1, :]
     first = (inverse @ parts)[:, 0, 0] / size[:, 0]
-    return first, seen - (q @ parts)[..., 0], np.sum(np.abs(inverse[:, 0, :]) ** 2, axis=1) / size[:, 0] ** 2
+    return first, answer - (q @ parts)[..., 0], np.sum(np.abs(inverse[:, 0, :]) ** 2, axis=1) / size[:, 0] ** 2

@@ -73,13 +73,13 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
         if not carriers:
             continue
         runs = [piece[name] for piece in rest if name in piece]
-        found = (*sigma_and_kappa(runs), STATIC) if runs else (0.0, 1.0, STATIC)
+        floor = (*sigma_and_kappa(runs), STATIC) if runs else (0.0, 1.0, STATIC)
         if name in again:
-            found = max(found, (*sigma_and_kappa(again[name]), REPEATS))
+            floor = max(floor, (*sigma_and_kappa(again[name]), REPEATS))
         elif not runs:
-            found = (_white_part(name, carriers), 1.0, ESTIMATED)
+            floor = (_white_part(name, carriers), 1.0, ESTIMATED)
         least = _resolution(campaign, name, carriers) / np.sqrt(12.0)
-        sigma[name], kappa[name], source[name] = found if found[0] > least else (least, 1.0, QUANTISATION)
+        sigma[name], kappa[name], source[name] = floor if floor[0] > least else (least, 1.0, QUANTISATION)
     return NoiseFloor(sigma, kappa, source)
 
 
@@ -103,35 +103,35 @@ def sigma_and_kappa(runs: Sequence[RepeatedRun]) -> tuple[float, float]:
 
 def _repeated(records: Sequence[Record]) -> dict[str, list[RepeatedRun]]:
     """Differences between records of one command, over root 2, in pieces of 0.5 s less a parabola; calm pieces only."""
-    found: dict[str, list[RepeatedRun]] = {}
+    differences: dict[str, list[RepeatedRun]] = {}
     for place, first in enumerate(records):
         alike = (other for other in records[:place] if _shares_a_signal(first, other) and same_command(first, other))
         second = next(alike, None)
         for name in first.names if second is not None else ():
             if second is not None and name in second.signals and name in MEASURED:
-                found.setdefault(name, []).extend(_differences(first, second, name))
-    return {name: _calm(runs) for name, runs in found.items() if runs}
+                differences.setdefault(name, []).extend(_differences(first, second, name))
+    return {name: _calm(runs) for name, runs in differences.items() if runs}
 
 
-def same_command(one: Record, other: Record) -> bool:
+def same_command(first: Record, second: Record) -> bool:
     """Whether two records hold the same moving command, row by row as far as both last: repeats of one experiment."""
-    a, b = (record.signals.get("command", np.zeros(0)) for record in (one, other))
+    a, b = (record.signals.get("command", np.zeros(0)) for record in (first, second))
     rows = min(a.size, b.size)
     return rows > 0 and np.ptp(a) > 0 and np.array_equal(a[:rows], b[:rows])
 
 
-def _shares_a_signal(one: Record, other: Record) -> bool:
-    return any(name in MEASURED and name in other.signals for name in one.signals)
+def _shares_a_signal(first: Record, second: Record) -> bool:
+    return any(name in MEASURED and name in second.signals for name in first.signals)
 
 
-def _differences(one: Record, other: Record, name: str) -> list[RepeatedRun]:
-    rows = min(one.t.size, other.t.size)
-    error = (one.signals[name][:rows] - other.signals[name][:rows]) / np.sqrt(2.0)
-    valid = one.valid[name][:rows] & other.valid[name][:rows]
-    pieces = np.array_split(np.arange(rows), max(1, round(rows * one.period / REPEATED)))
+def _differences(first: Record, second: Record, name: str) -> list[RepeatedRun]:
+    rows = min(first.t.size, second.t.size)
+    error = (first.signals[name][:rows] - second.signals[name][:rows]) / np.sqrt(2.0)
+    valid = first.valid[name][:rows] & second.valid[name][:rows]
+    pieces = np.array_split(np.arange(rows), max(1, round(rows * first.period / REPEATED)))
     drifts = {size: _orthonormal(_drift(size)) for size in {piece.size for piece in pieces}}
     return [
-        RepeatedRun(_without(drifts[piece.size], error[piece]), valid[piece], one.period, drifts[piece.size].shape[1])
+        RepeatedRun(_without(drifts[piece.size], error[piece]), valid[piece], first.period, drifts[piece.size].shape[1])
         for piece in pieces
         if valid[piece].all() and piece.size >= FEWEST_ROWS
     ]

@@ -20,7 +20,7 @@ _LEAST_SLOPE = (0.7, 20.0)  # dB and deg per e-fold of frequency: a flatter curv
 _BENCH_DROP = 70e5  # Pa: over both lands of the flow benches
 
 
-def corners(rig: Rig, response: Response, points: int) -> tuple[SteppedSine, float | None, float | None]:
+def corner_frequencies(rig: Rig, response: Response, points: int) -> tuple[SteppedSine, float | None, float | None]:
     """The stage's stepped sine, gain referred to its first frequency, with its -3 dB and -90 deg frequencies [Hz]."""
     plant = _bench(rig, response.stage)
     rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
@@ -55,11 +55,11 @@ class FigureErrors:
         """Logarithms of model over datasheet at the family's place x."""
         rig = self._family(x)
         try:
-            found = [error for response in self._sheet.responses for error in self._corner_errors(rig, response)]
+            errors = [error for response in self._sheet.responses for error in self._corner_errors(rig, response)]
             flow = rated_flow(rig, "pilot", self._sheet.valve["rated_drop"])
         except InputError:  # no rest or no simulation there: a search turns back
             return np.full(len(self.names), _FAILED)
-        return np.array([*found, np.log(flow / self._sheet.valve["pilot_flow"])])
+        return np.array([*errors, np.log(flow / self._sheet.valve["pilot_flow"])])
 
     def slopes(self, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Derivative of the errors [errors, x] by one-sided differences over `steps`."""

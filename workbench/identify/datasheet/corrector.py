@@ -72,10 +72,10 @@ class SpoolLoop:
         def cost(x: np.ndarray) -> float:
             return self._cost(dict(zip(names, np.exp(x).tolist(), strict=True)), maker, damping)
 
-        found = differential_evolution(
+        optimum = differential_evolution(
             cost, ends, popsize=_POPULATION, maxiter=_GENERATIONS, rng=seed, tol=1e-4, polish=False
         )
-        return dict(zip(names, np.exp(found.x).tolist(), strict=True))
+        return dict(zip(names, np.exp(optimum.x).tolist(), strict=True))
 
     def shown(self, numbers: Mapping[str, float], points: int, share: float = 1.0) -> Corrected:
         """The loop with these numbers, by a stepped sine of `share` of full command. Raises InputError."""
@@ -115,8 +115,8 @@ class SpoolLoop:
             return 10 * _LOST**2
         gain = decibels(flow)
         off = [
-            _LOST if found is None else np.clip(np.log(found / wanted) / _CORNER, -_LOST, _LOST)
-            for found, wanted in (
+            _LOST if corner is None else np.clip(np.log(corner / target) / _CORNER, -_LOST, _LOST)
+            for corner, target in (
                 (crossing(_F, gain, -3.0), maker.f3db),
                 (crossing(_F, degrees(flow), -90.0), maker.f90),
             )

@@ -89,7 +89,7 @@ def unknowns(sheet: Datasheet) -> tuple[FreeParameter, ...]:
     loop = 2 * np.pi * max(r.f3db for r in sheet.responses if r.stage == "main") * travel / fastest
     stop, force = torque / g["l"] / g["xo"], g["rff3"] * g["K2"]
     spring, push = g["Kr2"] * g["L"] ** 2, g["S2"] * supply
-    found = [
+    free = [
         FreeParameter(
             "Km", gain, 0.8 * gain, 1.2 * gain, None, "rated torque holds the feedback spring at rated pilot flow"
         ),
@@ -106,11 +106,11 @@ def unknowns(sheet: Datasheet) -> tuple[FreeParameter, ...]:
             "Fs2", 1.25e-3 * push, 0.0, 2.5e-3 * push, push, "up to 0.25 % of supply pressure on the spool", True
         ),
     ]
-    found += [
+    free += [
         FreeParameter(name, g[name], g[name] - h, g[name] + h, None, "as printed", True)
         for name, h in sheet.rounding.items()
     ]
-    return tuple(free for free in found if free.name not in sheet.given)
+    return tuple(parameter for parameter in free if parameter.name not in sheet.given)
 
 
 def fit_three_stage(
@@ -129,19 +129,19 @@ def fit_three_stage(
         tried.append((float(np.abs(figures.at(x)).max()), len(tried), x))
     _, start, x = min(tried, key=lambda each: each[0])
     slopes = keep("determination", lambda: figures.slopes(x, _differences(free, x)))
-    found = determine(slopes, free)
+    determination = determine(slopes, free)
     errors = dict(zip(figures.names, figures.at(x).tolist(), strict=True))
-    return ValveFit(_rig(sheet, free, x, found), _rig(sheet, free, middle), free, errors, found, start)
+    return ValveFit(_rig(sheet, free, x, determination), _rig(sheet, free, middle), free, errors, determination, start)
 
 
-def source_of(free: FreeParameter, found: Determination) -> str:
+def source_of(free: FreeParameter, determination: Determination) -> str:
     """What a rig file says of where a fitted number is from."""
     if free.printed:
         kind = "moved inside its rounding" if free.reason == "as printed" else f"in its range: {free.reason}"
         return f"not determined by the datasheet; {kind}"
-    if found.marginal[free.name] < DETERMINED:
+    if determination.marginal[free.name] < DETERMINED:
         return "fitted to the datasheet"
-    if found.conditional[free.name] < DETERMINED:
+    if determination.conditional[free.name] < DETERMINED:
         return "fitted to the datasheet, which determines it only together with other numbers"
     return f"not determined by the datasheet; in its range about the estimate: {free.reason}"
 
@@ -172,8 +172,10 @@ def _search(
         return np.concatenate([slopes / _TIGHT, np.diag(1 / width)])
 
     search: Any = least_squares  # its stubs know no function for the slopes
-    found = search(residual, first, slope, (low, high), x_scale=width, ftol=1e-2, xtol=1e-3, gtol=1e-3, max_nfev=_STEPS)
-    return np.asarray(found.x)
+    optimum = search(
+        residual, first, slope, (low, high), x_scale=width, ftol=1e-2, xtol=1e-3, gtol=1e-3, max_nfev=_STEPS
+    )
+    return np.asarray(optimum.x)
 
 
 def _differences(free: tuple[FreeParameter, ...], x: np.ndarray) -> np.ndarray:
@@ -187,7 +189,9 @@ def _geometry(sheet: Datasheet) -> Rig:
     return sheet.geometry
 
 
-def _rig(sheet: Datasheet, free: tuple[FreeParameter, ...], x: np.ndarray, found: Determination | None = None) -> Rig:
+def _rig(
+    sheet: Datasheet, free: tuple[FreeParameter, ...], x: np.ndarray, determination: Determination | None = None
+) -> Rig:
     """The rig at distances x; the main lands follow the rated flow.
 
     With what was found, every fitted number has its source and, as bounds, its 95 % interval inside its range.
@@ -198,9 +202,9 @@ def _rig(sheet: Datasheet, free: tuple[FreeParameter, ...], x: np.ndarray, found
     for f, d in zip(free, x, strict=True):
         value = _number(f.name, f.value(d), f"estimate: {f.reason}")
         numbers[f.name] = replace(value, unit=printed[f.name].unit)
-        if found:
-            low, high = (f.value(d + sign * found.marginal[f.name]) for sign in (-1, 1))
-            source, bounds = source_of(f, found), {"low": max(f.low, low), "high": min(f.high, high)}
+        if determination:
+            low, high = (f.value(d + sign * determination.marginal[f.name]) for sign in (-1, 1))
+            source, bounds = source_of(f, determination), {"low": max(f.low, low), "high": min(f.high, high)}
             numbers[f.name] = replace(numbers[f.name], source=source, **bounds)
     lands = main_lands(sheet, numbers["z3max"].value, numbers["eps"].value)
     numbers["K3"] = _number("K3", lands, "datasheet: rated flow at full travel")

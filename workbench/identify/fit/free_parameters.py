@@ -29,14 +29,14 @@ class Candidate:
 
 def uncertain(rig: Rig) -> tuple[FreeParameter, ...]:
     """The rig's numbers that have bounds. Raises InputError where there are none."""
-    found = tuple(
+    free = tuple(
         FreeParameter(n.name, n.value, n.low, n.high, _scale(n.low, n.high), "declared range")
         for n in rig.numbers.values()
         if n.low is not None and n.high is not None and n.high > n.low
     )
-    if not found:
+    if not free:
         raise InputError(f"rig {rig.name}: no number has bounds, so there is nothing to fit; add bounds = [low, high]")
-    return found
+    return free
 
 
 def at_strength(effect: Effect, strength: float, only: str | None = None) -> dict[str, float]:

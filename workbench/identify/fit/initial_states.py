@@ -32,11 +32,11 @@ def fit_states(
         trial = x0.copy()
         trial[keep] -= step * model.plant.scale
         part = windows.some(keep.tolist()) if keep.size < windows.count else windows
-        found, found_squares = costs(model, part, trial[keep], p, guess[keep])
-        better = found < cost[keep]
-        fall = np.where(better, 1 - found / np.maximum(cost[keep], 1e-300), 1.0)
+        trial_cost, trial_squares = costs(model, part, trial[keep], p, guess[keep])
+        better = trial_cost < cost[keep]
+        fall = np.where(better, 1 - trial_cost / np.maximum(cost[keep], 1e-300), 1.0)
         taken = keep[better]
-        x0[taken], cost[taken], squares[taken] = trial[taken], found[better], found_squares[better]
+        x0[taken], cost[taken], squares[taken] = trial[taken], trial_cost[better], trial_squares[better]
         damping[keep] = np.where(better, damping[keep] / 10, damping[keep] * 30)
         active[keep] = (fall > _STATE_ENOUGH) & (damping[keep] < _MOST_DAMPING)
         normal = None
@@ -64,9 +64,9 @@ def escape_bad_starts(
     The new guess is where the window before ends, from its fitted state: that is how far its neighbour is known.
     """
     anew = model.starts(windows, p, x0)
-    found, now = fit_states(model, windows, anew, p, _REFRESH_ROUNDS)
-    better = now < _CAUGHT * squares
-    return np.where(better[:, None], found, x0), anew, better
+    states, trial_squares = fit_states(model, windows, anew, p, _REFRESH_ROUNDS)
+    better = trial_squares < _CAUGHT * squares
+    return np.where(better[:, None], states, x0), anew, better
 
 
 def state_step(normal: Normal, damping: np.ndarray) -> np.ndarray:

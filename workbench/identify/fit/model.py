@@ -44,19 +44,19 @@ class Model:
 
         The window before starts where it was guessed to, or at its `fitted` state [windows, n].
         """
-        found, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
+        x0, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
         for w, (index, first, end) in enumerate(windows.spans):
             if index != last or windows.spans[w - 1][2] != first:
                 before, last = self._at_rest, index
-            found[w] = first_guess(self.plant, windows, w, before)
+            x0[w] = first_guess(self.plant, windows, w, before)
             t = windows.records[index].t[first : end + 1]
             u = self._constant(windows.records[index].signals["command"][first:end])
-            x = found[w] if fitted is None else fitted[w]
+            x = x0[w] if fitted is None else fitted[w]
             run = self.engine.run(
                 x, t if len(t) > len(u) else np.append(t, t[-1] + windows.records[index].period), u, p
             )
             before = run.x[-1] if run.ok else x
-        return found
+        return x0
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
@@ -74,12 +74,12 @@ class Model:
 
     def states(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """States [w, rows, n] and the inputs that have arrived by then [w, rows, m], of each group's windows."""
-        found = []
+        states = []
         for group in windows.groups:
             late = self._late(windows, group, p)
             x = self.engine.run_batch(x0[group.which], group.t, self._constant(late.mean), p).x[:, :-1]
-            found.append((x, self._constant(late.now)))
-        return found
+            states.append((x, self._constant(late.now)))
+        return states
 
     def _late(self, windows: Windows, group: Group, p: np.ndarray) -> DelayedCommand:
         return windows.commands(group, self.plant.lateness(p), self.plant.interpolated)
@@ -87,7 +87,7 @@ class Model:
     def errors(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
         """Errors over sigma [w, rows, signals] of each group; 0 where not compared, infinite where a window failed."""
         return [
-            np.where(group.weight > 0, np.nan_to_num((y - group.seen) * group.weight, nan=np.inf), 0.0)
+            np.where(group.weight > 0, np.nan_to_num((y - group.measured) * group.weight, nan=np.inf), 0.0)
             for group, y in zip(windows.groups, self.predict(windows, x0, p), strict=True)
         ]
 
@@ -105,7 +105,7 @@ class Model:
         then to `inputs`, for each group [d, rows, m] of input changes.
         """
         n = self.plant.n
-        found = []
+        slopes = []
         for g, group in enumerate(windows.groups):
             du = np.zeros((0, group.t.shape[1] - 1, len(self.plant.inputs))) if inputs is None else inputs[g]
             size = n + len(along) + len(du)
@@ -114,22 +114,22 @@ class Model:
                 dy = self._along(windows, group, part, x0[group.which[part]], p, along, du)
                 dy *= group.weight[part][:, None]
                 whole[part] = dy.reshape(*dy.shape[:2], -1).transpose(0, 2, 1)
-            found.append(whole)
-        return found
+            slopes.append(whole)
+        return slopes
 
     def linear(
         self, windows: Windows, x0: np.ndarray, p: np.ndarray, inputs: Sequence[int]
     ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
         """For each group the errors e [w, rows, s] and the tangents of every row: a, b, c, d (see localise.Local)."""
         errors = self.errors(windows, x0, p)
-        found = []
+        tangents = []
         for group, e, (x, u) in zip(windows.groups, errors, self.states(windows, x0, p), strict=True):
             parts = [self._rows(x[w], u[w], np.diff(group.t[w]), p, inputs) for w in range(len(x))]
-            ahead, seen = (np.array(part) for part in zip(*parts, strict=True))
-            seen = seen * group.weight[..., None]
+            ahead, outputs = (np.array(part) for part in zip(*parts, strict=True))
+            outputs = outputs * group.weight[..., None]
             n = self.plant.n
-            found.append((e, ahead[..., :n], ahead[..., n:], seen[..., :n], seen[..., n:]))
-        return found
+            tangents.append((e, ahead[..., :n], ahead[..., n:], outputs[..., :n], outputs[..., n:]))
+        return tangents
 
     def _rows(
         self, x: np.ndarray, u: np.ndarray, duration: np.ndarray, p: np.ndarray, inputs: Sequence[int]
@@ -137,18 +137,18 @@ class Model:
         """Change of the next state [rows, n, n + m] and of the outputs [rows, s, n + m] with state and inputs."""
         n, m, k, rows = self.plant.n, len(self.plant.inputs), len(p), len(x)
         size = n + len(inputs)
-        both, held, q = np.zeros((rows, size, 2 * n)), np.zeros((rows, size, 1, 2 * m)), np.zeros(2 * k)
-        both[..., :n], held[..., 0, :m], q[:k] = x[:, None], u[:, None], p
-        both[:, np.arange(n), n + np.arange(n)] = self.plant.scale
+        x_dx, u_du, q = np.zeros((rows, size, 2 * n)), np.zeros((rows, size, 1, 2 * m)), np.zeros(2 * k)
+        x_dx[..., :n], u_du[..., 0, :m], q[:k] = x[:, None], u[:, None], p
+        x_dx[:, np.arange(n), n + np.arange(n)] = self.plant.scale
         for column, index in enumerate(inputs):
-            held[:, n + column, 0, m + index] = self.plant.inputs[index].scale
-        both, held = both.reshape(-1, 2 * n), held.reshape(-1, 1, 2 * m)
+            u_du[:, n + column, 0, m + index] = self.plant.inputs[index].scale
+        x_dx, u_du = x_dx.reshape(-1, 2 * n), u_du.reshape(-1, 1, 2 * m)
         t = np.zeros((rows, size, 2))
         t[..., 1] = duration[:, None]
-        ahead = self._tangents.run_batch(both, t.reshape(-1, 2), held, q).x[:, 1, n:]
-        seen = self._tangents.outputs(both[:, None], held, q)
+        ahead = self._tangents.run_batch(x_dx, t.reshape(-1, 2), u_du, q).x[:, 1, n:]
+        outputs = self._tangents.outputs(x_dx[:, None], u_du, q)
         ahead = ahead.reshape(rows, size, n) / self.plant.scale
-        return np.nan_to_num(np.swapaxes(ahead, 1, 2)), np.swapaxes(seen.reshape(rows, size, -1), 1, 2)
+        return np.nan_to_num(np.swapaxes(ahead, 1, 2)), np.swapaxes(outputs.reshape(rows, size, -1), 1, 2)
 
     def _along(
         self,

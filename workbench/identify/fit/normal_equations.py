@@ -14,7 +14,7 @@ from .determined import FreeParameter
 from .model import Model
 from .windows import Windows
 
-HELD = 0.1  # of a state's scale
+STATE_PULL = 0.1  # of a state's scale
 FIRST_DAMPING = 1e-3
 _STEEPEST = 1e8  # sigma per scale: a window with such slopes is unstable, and moves nothing
 
@@ -72,7 +72,7 @@ def costs(
     squares = np.empty(windows.count)
     for group, errors in zip(windows.groups, model.errors(windows, x0, p), strict=True):
         squares[group.which] = np.sum(errors**2, axis=(1, 2))
-    return squares + np.sum(((x0 - guess) / (HELD * model.plant.scale)) ** 2, axis=1), squares
+    return squares + np.sum(((x0 - guess) / (STATE_PULL * model.plant.scale)) ** 2, axis=1), squares
 
 
 def normal_equations(
@@ -103,11 +103,11 @@ def accumulate(
         whole[np.abs(whole).max(axis=(1, 2)) > _STEEPEST] = 0.0
         matrix[group.which] = np.swapaxes(whole, 1, 2) @ whole
         gradient[group.which] = np.einsum("wmi,wm->wi", whole, error.reshape(len(error), -1))
-    held = (x0 - guess) / (HELD**2 * model.plant.scale)
+    pull = (x0 - guess) / (STATE_PULL**2 * model.plant.scale)
     return Normal(
-        matrix[:, :n, :n] + np.eye(n) / HELD**2,
+        matrix[:, :n, :n] + np.eye(n) / STATE_PULL**2,
         matrix[:, :n, n:],
-        gradient[:, :n] + held,
+        gradient[:, :n] + pull,
         matrix[:, n:, n:],
         gradient[:, n:],
     )

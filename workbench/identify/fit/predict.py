@@ -37,12 +37,12 @@ def predict_windows(plant: Plant, record: Record, floor: NoiseFloor) -> Predicti
 def predictions(model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[Prediction]:
     """The predictions of every record of some windows from their initial states [w, n]."""
     parts = model.predict(windows, x0, p)
-    found = []
+    predictions = []
     for index, (record, table) in enumerate(zip(windows.records, windows.by_record(parts), strict=True)):
         names = [(column, name) for column, name in enumerate(windows.names) if name in record.signals]
         starts = [record.t[first] for i, first, end in windows.spans if i == index and np.isnan(table[end - 1]).any()]
-        found.append(Prediction(record, {n: table[:, c] for c, n in names}, tuple(float(t) for t in starts)))
-    return found
+        predictions.append(Prediction(record, {n: table[:, c] for c, n in names}, tuple(float(t) for t in starts)))
+    return predictions
 
 
 def predict_free(plant: Plant, record: Record, floor: NoiseFloor) -> Prediction:

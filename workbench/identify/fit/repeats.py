@@ -68,12 +68,12 @@ def against_mean(plant: Plant, group: Sequence[Record], floor: NoiseFloor) -> tu
     """
     mean = mean_of(group)
     run = predict_free(plant, mean, floor)
-    found = []
+    comparisons = []
     for name, model in run.signals.items():
         own = _carriers(group, name)
         compared = mean.valid[name]
         phases = _phases(own if _carriers(own, "position") else group)
-        found.append(
+        comparisons.append(
             FreeRunComparison(
                 name,
                 tuple(record.name for record in own),
@@ -85,7 +85,7 @@ def against_mean(plant: Plant, group: Sequence[Record], floor: NoiseFloor) -> tu
                 {phase: _apart(own, name, compared & rows) for phase, rows in phases.items()},
             )
         )
-    return tuple(found)
+    return tuple(comparisons)
 
 
 def _carriers(group: Sequence[Record], name: str) -> tuple[Record, ...]:

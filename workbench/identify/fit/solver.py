@@ -84,16 +84,16 @@ def fit_numbers(
     """
     free = tuple(free)
     descent = _Descent(model, windows, free, p)
-    found = descent.run(np.clip(start, *descent.ends), guess, guess, rounds)
+    place = descent.run(np.clip(start, *descent.ends), guess, guess, rounds)
     for _ in range(REFRESHED):
-        if not np.isfinite(found.squares).all():
+        if not np.isfinite(place.squares).all():
             break
-        x0, anew, better = escape_bad_starts(model, windows, found.p, found.x0, found.squares)
+        x0, anew, better = escape_bad_starts(model, windows, place.p, place.x0, place.squares)
         if not better.any():
             break
         guess = np.where(better[:, None], anew, guess)
-        found = descent.run(found.x, x0, guess, rounds)
-    return _finished(model, windows, free, (found.x, found.p, found.x0, found.squares), guess, kappa)
+        place = descent.run(place.x, x0, guess, rounds)
+    return _finished(model, windows, free, place, guess, kappa)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,12 +177,12 @@ def _finished(
     model: Model,
     windows: Windows,
     free: tuple[FreeParameter, ...],
-    found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    place: _Place,
     guess: np.ndarray,
     kappa: np.ndarray,
 ) -> Fit:
     """The fit with its covariance: that of white noise, stretched for coloured noise and for misfit."""
-    x, p, x0, squares = found
+    x, p, x0, squares = place.x, place.p, place.x0, place.squares
     low, high, width = ranges(free)
     k = len(free)
     if not np.isfinite(squares).all() or k == 0:

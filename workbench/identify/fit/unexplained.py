@@ -21,8 +21,8 @@ def unexplained_signals(model: Model, windows: Windows, x0: np.ndarray, p: np.nd
     share = {name: _share(windows, errors, column) for column, name in enumerate(windows.names)}
     lost = [name for name, ratio in share.items() if ratio > _LOST]
     useless = [name for name, ratio in share.items() if ratio > _USELESS]
-    found = lost or (useless if 2 * len(useless) > len(share) else [])
-    return sorted(found, key=lambda name: -share[name])
+    unexplained = lost or (useless if 2 * len(useless) > len(share) else [])
+    return sorted(unexplained, key=lambda name: -share[name])
 
 
 def _share(windows: Windows, errors: Sequence[np.ndarray], column: int) -> float:
@@ -30,8 +30,8 @@ def _share(windows: Windows, errors: Sequence[np.ndarray], column: int) -> float
     wrong, moved, count = 0.0, 0.0, 0
     for group, error in zip(windows.groups, errors, strict=True):
         valid, weight = group.weight[..., column] > 0, group.weight[..., column]
-        mean = np.sum(group.seen[..., column] * valid, axis=1) / np.maximum(valid.sum(axis=1), 1)
-        moved += float(np.sum(((group.seen[..., column] - mean[:, None]) * weight) ** 2))
+        mean = np.sum(group.measured[..., column] * valid, axis=1) / np.maximum(valid.sum(axis=1), 1)
+        moved += float(np.sum(((group.measured[..., column] - mean[:, None]) * weight) ** 2))
         wrong += float(np.sum(error[..., column] ** 2))
         count += int(valid.sum())
     return float(np.sqrt(wrong / max(moved, 1e-300))) if wrong > _CLEAR**2 * count else 0.0

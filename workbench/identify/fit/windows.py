@@ -32,7 +32,7 @@ class Group:
 
     which: np.ndarray
     t: np.ndarray
-    seen: np.ndarray
+    measured: np.ndarray
     weight: np.ndarray
 
 
@@ -71,7 +71,7 @@ class Windows:
         late = {index: delayed(self.records[index], delay, interpolated) for index in {index for index, _, _ in spans}}
         rows = [(late[index], slice(first, end)) for index, first, end in spans]
         return DelayedCommand(
-            *(np.array([getattr(one, part)[span] for one, span in rows]) for part in ("mean", "slope", "now"))
+            *(np.array([getattr(command, part)[span] for command, span in rows]) for part in ("mean", "slope", "now"))
         )
 
     def by_record(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -157,7 +157,7 @@ def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> n
 
 
 def _spans(record: Record, late: float) -> list[tuple[int, int]]:
-    """First and end rows of the windows; none reaches over a gap, in which the drive may have been told anything."""
+    """First and end rows of the windows; none reaches over a gap, in which the drive may have received anything."""
     gaps = np.flatnonzero(np.diff(record.t) > _GAP * record.period) + 1
     rows = round(late / record.period)
     pieces = [(first + rows, end) for first, end in pairwise([0, *gaps.tolist(), len(record.t)])]
@@ -184,8 +184,8 @@ def _groups(
     for _, members in groupby(order, key=lambda w: spans[w][2] - spans[w][1]):
         which = list(members)
         parts = [tuple(table[spans[w][1] : spans[w][2]] for table in tables[spans[w][0]]) for w in which]
-        seen, weight, start, length = (np.array(column) for column in zip(*parts, strict=True))
-        groups.append(Group(np.array(which), np.hstack((start, (start + length)[:, -1:])), seen, weight))
+        measured, weight, start, length = (np.array(column) for column in zip(*parts, strict=True))
+        groups.append(Group(np.array(which), np.hstack((start, (start + length)[:, -1:])), measured, weight))
     return tuple(groups)
 
 
@@ -194,9 +194,9 @@ def _table(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Measured values and weights [n, signals], start and length of each row's interval [n]."""
     nothing = np.zeros(len(record.t))
-    seen = np.column_stack([record.signals.get(name, nothing) for name in names])
+    measured = np.column_stack([record.signals.get(name, nothing) for name in names])
     weight = np.column_stack([record.valid.get(name, nothing) * weights[name] for name in names])
-    return seen, weight, record.t, _intervals(record)
+    return measured, weight, record.t, _intervals(record)
 
 
 def _intervals(record: Record) -> np.ndarray:

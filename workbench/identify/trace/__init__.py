@@ -2,8 +2,58 @@
 
 tracer              fit, gate, localise, shortlist, refit, decide, and again
 localise, locate    in which equation the residual sits
-score               which effects could explain it, without a refit
+score, shortlist    which effects could explain it, without a refit
 refit, rule         each fitted, and the rule that names one
+several             which of several missing effects comes first
 shape               what an unknown looks like
 findings, stored    the answer, and fits as a run keeps them
+
+    from workbench.identify.trace import estimation_problem, trace
+    answer = trace(estimation_problem(campaign, rig), known_effects(), stage, print)
+    answer.verdict, [effect.candidate.effect.name for effect in answer.effects]
 """
+
+from typing import TYPE_CHECKING
+
+from ...base.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from .findings import CandidateFit, Pass, Trace
+    from .localise import Evidence, LinearTimeVaryingModel
+    from .locate import FaultLocation, locate_fault
+    from .refit import EstimationProblem, FittedModel, estimation_problem, evaluate_on_heldout, fit_rig
+    from .rule import Judgement
+    from .shape import Shape
+    from .tracer import trace
+
+__all__ = [
+    "CandidateFit",
+    "EstimationProblem",
+    "Evidence",
+    "FaultLocation",
+    "FittedModel",
+    "Judgement",
+    "LinearTimeVaryingModel",
+    "Pass",
+    "Shape",
+    "Trace",
+    "estimation_problem",
+    "evaluate_on_heldout",
+    "fit_rig",
+    "locate_fault",
+    "trace",
+]
+
+# An estimation problem need not wait for the whole tracer.
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "findings": ("CandidateFit", "Pass", "Trace"),
+        "localise": ("Evidence", "LinearTimeVaryingModel"),
+        "locate": ("FaultLocation", "locate_fault"),
+        "refit": ("EstimationProblem", "FittedModel", "estimation_problem", "evaluate_on_heldout", "fit_rig"),
+        "rule": ("Judgement",),
+        "shape": ("Shape",),
+        "tracer": ("trace",),
+    },
+)

@@ -20,6 +20,13 @@ class CandidateFit:
     model_fit: FittedModel | None
     failed: str = ""
 
+    @property
+    def refitted(self) -> FittedModel:
+        """The refitted model. Raises ValueError where there is none."""
+        if self.model_fit is None:
+            raise ValueError(f"{self.judgement.name} {self.judgement.formula} has no fit: {self.failed}")
+        return self.model_fit
+
 
 @dataclass(frozen=True, eq=False)
 class Pass:

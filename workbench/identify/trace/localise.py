@@ -64,15 +64,15 @@ def localise(groups: Mapping[str, Sequence[LinearTimeVaryingModel]], period: flo
     A disturbance's amplitude may differ from window to window: effects come in bursts.
     """
     plain = next(iter(groups.values()))
-    nothing = [likelihood(one.inputs([]), np.zeros(1), period, 1.0)[0] for one in plain]
-    found = []
+    nothing = [likelihood(part.inputs([]), np.zeros(1), period, 1.0)[0] for part in plain]
+    evidence = []
     for equation, parts in groups.items():
         sizes = np.array(AMPLITUDES) * _unit(parts, period)
         times = (_FOREVER,) if equation == "sensor" else TIMES
         tried = [_gain(parts, nothing, sizes, period, time) for time in times]
         best = int(np.argmax([gain for gain, _ in tried]))
-        found.append(Evidence(equation, tried[best][0], times[best], tried[best][1]))
-    return sorted(found, key=lambda one: -one.gain)
+        evidence.append(Evidence(equation, tried[best][0], times[best], tried[best][1]))
+    return sorted(evidence, key=lambda item: -item.gain)
 
 
 def _gain(
@@ -83,44 +83,44 @@ def _gain(
     time: float,
 ) -> tuple[float, np.ndarray]:
     """Gain over all windows, each at its best amplitude, and those amplitudes."""
-    gain, chosen = 0.0, []
-    for one, before in zip(parts, nothing, strict=True):
-        found = likelihood(one, sizes, period, time) - before
-        gain += float(np.maximum(found.max(axis=0), 0.0).sum())
-        chosen.append(sizes[np.argmax(found, axis=0)])
-    return gain, np.concatenate(chosen)
+    gain, amplitudes = 0.0, []
+    for part, before in zip(parts, nothing, strict=True):
+        gains = likelihood(part, sizes, period, time) - before
+        gain += float(np.maximum(gains.max(axis=0), 0.0).sum())
+        amplitudes.append(sizes[np.argmax(gains, axis=0)])
+    return gain, np.concatenate(amplitudes)
 
 
 def _unit(parts: Sequence[LinearTimeVaryingModel], period: float) -> float:
     """The amplitude of a disturbance that moves the most sensitive signal by one sigma within 10 ms."""
     rows = max(1, round(_LENGTH / period))
     most = 0.0
-    for one in parts:
-        x = np.zeros((*one.b.shape[:1], one.b.shape[2], one.b.shape[3]))
-        for k in range(min(rows, one.e.shape[1])):
-            seen = one.c[:, k] @ x + one.d[:, k]
-            most = max(most, float(np.abs(seen).max(initial=0.0)))
-            x = one.a[:, k] @ x + one.b[:, k]
+    for part in parts:
+        x = np.zeros((*part.b.shape[:1], part.b.shape[2], part.b.shape[3]))
+        for k in range(min(rows, part.e.shape[1])):
+            moved = part.c[:, k] @ x + part.d[:, k]
+            most = max(most, float(np.abs(moved).max(initial=0.0)))
+            x = part.a[:, k] @ x + part.b[:, k]
     return 1.0 / max(most, 1e-12)
 
 
-def likelihood(one: LinearTimeVaryingModel, sizes: np.ndarray, period: float, time: float) -> np.ndarray:
+def likelihood(windows: LinearTimeVaryingModel, sizes: np.ndarray, period: float, time: float) -> np.ndarray:
     """Log-likelihood [h, w] of the errors with disturbances of amplitudes `sizes` [h]; correlation `time` in s."""
-    kept = float(np.exp(-period / time))
-    n, m, s = one.a.shape[-1], one.b.shape[-1], one.c.shape[2]
-    h, w = len(sizes), one.e.shape[0]
+    decay = float(np.exp(-period / time))
+    n, m, s = windows.a.shape[-1], windows.b.shape[-1], windows.c.shape[2]
+    h, w = len(sizes), windows.e.shape[0]
     x, covariance = np.zeros((h, w, n + m)), np.zeros((h, w, n + m, n + m))
     covariance[..., range(n), range(n)] = 1.0
     for i in range(m):
         covariance[..., n + i, n + i] = (sizes**2)[:, None]
-    drive = sizes**2 * (1 - kept**2)
+    drive = sizes**2 * (1 - decay**2)
     total = np.zeros((h, w))
     eye = np.eye(s)
-    for k in range(one.e.shape[1]):
-        seen = np.concatenate((one.c[:, k], one.d[:, k]), axis=-1)  # [w, s, n + m]
-        cross = covariance @ np.swapaxes(seen, -1, -2)
-        inner = seen @ cross + eye
-        miss = one.e[:, k] - (seen @ x[..., None])[..., 0]
+    for k in range(windows.e.shape[1]):
+        output = np.concatenate((windows.c[:, k], windows.d[:, k]), axis=-1)  # [w, s, n + m]
+        cross = covariance @ np.swapaxes(output, -1, -2)
+        inner = output @ cross + eye
+        miss = windows.e[:, k] - (output @ x[..., None])[..., 0]
         gain = np.swapaxes(np.linalg.solve(inner, np.swapaxes(cross, -1, -2)), -1, -2)
         factor = np.linalg.cholesky(inner)
         white = np.linalg.solve(inner, miss[..., None])[..., 0]
@@ -128,7 +128,7 @@ def likelihood(one: LinearTimeVaryingModel, sizes: np.ndarray, period: float, ti
         total -= np.log(np.einsum("hwss->hws", factor)).sum(axis=-1)
         x = x + (gain @ miss[..., None])[..., 0]
         covariance = covariance - gain @ np.swapaxes(cross, -1, -2)
-        step = _step(one, k, kept)
+        step = _step(windows, k, decay)
         x = (step @ x[..., None])[..., 0]
         covariance = step @ covariance @ np.swapaxes(step, -1, -2)
         for i in range(m):
@@ -137,47 +137,49 @@ def likelihood(one: LinearTimeVaryingModel, sizes: np.ndarray, period: float, ti
     return total
 
 
-def smoothed(one: LinearTimeVaryingModel, size: np.ndarray, period: float, time: float) -> np.ndarray:
+def smoothed(windows: LinearTimeVaryingModel, size: np.ndarray, period: float, time: float) -> np.ndarray:
     """The disturbance [w, rows, m], over the inputs' scales, that the errors tell of; amplitudes `size` [w].
 
     Rauch, Tung, Striebel, AIAA Journal 3(8), 1965.
     """
-    kept = float(np.exp(-period / time))
-    n, m = one.a.shape[-1], one.b.shape[-1]
-    w, rows = one.e.shape[:2]
+    decay = float(np.exp(-period / time))
+    n, m = windows.a.shape[-1], windows.b.shape[-1]
+    w, rows = windows.e.shape[:2]
     x, covariance = np.zeros((w, n + m)), np.zeros((w, n + m, n + m))
     covariance[:, range(n), range(n)] = 1.0
     covariance[:, range(n, n + m), range(n, n + m)] = (size**2)[:, None]
     noise = np.zeros_like(covariance)
-    noise[:, range(n, n + m), range(n, n + m)] = (size**2 * (1 - kept**2))[:, None]
+    noise[:, range(n, n + m), range(n, n + m)] = (size**2 * (1 - decay**2))[:, None]
     ahead, after = [], []
     for k in range(rows):
         ahead.append((x, covariance))
-        seen = np.concatenate((one.c[:, k], one.d[:, k]), axis=-1)
-        cross = covariance @ np.swapaxes(seen, -1, -2)
-        gain = np.swapaxes(np.linalg.solve(seen @ cross + np.eye(seen.shape[1]), np.swapaxes(cross, -1, -2)), -1, -2)
-        x = x + (gain @ (one.e[:, k] - (seen @ x[..., None])[..., 0])[..., None])[..., 0]
+        output = np.concatenate((windows.c[:, k], windows.d[:, k]), axis=-1)
+        cross = covariance @ np.swapaxes(output, -1, -2)
+        gain = np.swapaxes(
+            np.linalg.solve(output @ cross + np.eye(output.shape[1]), np.swapaxes(cross, -1, -2)), -1, -2
+        )
+        x = x + (gain @ (windows.e[:, k] - (output @ x[..., None])[..., 0])[..., None])[..., 0]
         covariance = covariance - gain @ np.swapaxes(cross, -1, -2)
         after.append((x, covariance))
-        step = _step(one, k, kept)
+        step = _step(windows, k, decay)
         x, covariance = (step @ x[..., None])[..., 0], step @ covariance @ np.swapaxes(step, -1, -2) + noise
         covariance = 0.5 * (covariance + np.swapaxes(covariance, -1, -2))
-    found = np.empty((w, rows, m))
+    disturbance = np.empty((w, rows, m))
     best = after[-1][0]
-    found[:, -1] = best[:, n:]
+    disturbance[:, -1] = best[:, n:]
     small = 1e-12 * np.eye(n + m)
     for k in range(rows - 2, -1, -1):
-        back = after[k][1] @ np.swapaxes(_step(one, k, kept), -1, -2) @ np.linalg.inv(ahead[k + 1][1] + small)
+        back = after[k][1] @ np.swapaxes(_step(windows, k, decay), -1, -2) @ np.linalg.inv(ahead[k + 1][1] + small)
         best = after[k][0] + (back @ (best - ahead[k + 1][0])[..., None])[..., 0]
-        found[:, k] = best[:, n:]
-    return -found
+        disturbance[:, k] = best[:, n:]
+    return -disturbance
 
 
-def _step(one: LinearTimeVaryingModel, k: int, kept: float) -> np.ndarray:
-    n, m = one.a.shape[-1], one.b.shape[-1]
-    step = np.zeros((one.e.shape[0], n + m, n + m))
-    step[:, :n, :n], step[:, :n, n:] = one.a[:, k], one.b[:, k]
-    step[:, range(n, n + m), range(n, n + m)] = kept
+def _step(windows: LinearTimeVaryingModel, k: int, decay: float) -> np.ndarray:
+    n, m = windows.a.shape[-1], windows.b.shape[-1]
+    step = np.zeros((windows.e.shape[0], n + m, n + m))
+    step[:, :n, :n], step[:, :n, n:] = windows.a[:, k], windows.b[:, k]
+    step[:, range(n, n + m), range(n, n + m)] = decay
     return step
 
 
@@ -192,20 +194,20 @@ def linearise_windows(
     values = model.plant.parameter_values(**dict(zip(base.parameters, p.tolist(), strict=True)))
     whole = [LinearTimeVaryingModel(*parts) for parts in model.linear(windows, x0, values, columns)]
     names = [variable.name for variable in model.plant.inputs[first:]]
-    found = {}
+    linearised = {}
     for probe in probed:
         own = [k for k, name in enumerate(names) if name.startswith(f"{probe.name}.")]
-        found[probe.equation] = [one.inputs(own) for one in whole]
+        linearised[probe.equation] = [group_model.inputs(own) for group_model in whole]
     outputs = model.predict(windows, x0, values)
-    found["sensor"] = [
-        _sensed(one, y, group.weight, windows.names)
-        for one, y, group in zip(whole, outputs, windows.groups, strict=True)
+    linearised["sensor"] = [
+        _sensed(group_model, y, group.weight, windows.names)
+        for group_model, y, group in zip(whole, outputs, windows.groups, strict=True)
     ]
-    return found
+    return linearised
 
 
 def _sensed(
-    one: LinearTimeVaryingModel, y: np.ndarray, weight: np.ndarray, names: Sequence[str]
+    group_model: LinearTimeVaryingModel, y: np.ndarray, weight: np.ndarray, names: Sequence[str]
 ) -> LinearTimeVaryingModel:
     """Offset, gain and lag of both pressure sensors, as constants: a free process would explain any pressure."""
     columns = []
@@ -216,7 +218,9 @@ def _sensed(
             column[..., k] = basis * weight[..., k]
             columns.append(column)
     d = np.stack(columns, axis=-1) if columns else np.zeros((*y.shape, 0))
-    return LinearTimeVaryingModel(one.e, one.a, np.zeros((*one.a.shape[:3], d.shape[-1])), one.c, d)
+    return LinearTimeVaryingModel(
+        group_model.e, group_model.a, np.zeros((*group_model.a.shape[:3], d.shape[-1])), group_model.c, d
+    )
 
 
 def parity_residuals(model: Model, parts: Sequence[tuple[Windows, np.ndarray]], p: np.ndarray) -> dict[str, float]:
@@ -226,36 +230,36 @@ def parity_residuals(model: Model, parts: Sequence[tuple[Windows, np.ndarray]], 
     pressures make. What is measured stands in for the model's state, its noise is counted; an equation whose signals
     are not all there is left out. `parts` are windows with their initial states.
     """
-    found = {}
-    for equation, (seen, given) in _PARITY.items():
-        if all(signal in model.names for signal in (seen, *given)):
-            sums = np.sum([_parity_sums(model, windows, x0, p, seen, given) for windows, x0 in parts], axis=0)
+    chi2 = {}
+    for equation, (tested, given) in _PARITY.items():
+        if all(signal in model.names for signal in (tested, *given)):
+            sums = np.sum([_parity_sums(model, windows, x0, p, tested, given) for windows, x0 in parts], axis=0)
             if sums[1] > 0:
-                found[equation] = float(sums[0] / sums[1])
-    return found
+                chi2[equation] = float(sums[0] / sums[1])
+    return chi2
 
 
 def _parity_sums(
-    model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, seen: str, given: Mapping[str, str]
+    model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, tested: str, given: Mapping[str, str]
 ) -> tuple[float, int]:
     """Squared errors over their variance, and how many they are."""
-    column, square, count = windows.names.index(seen), 0.0, 0
+    column, square, count = windows.names.index(tested), 0.0, 0
     for group, (x, u) in zip(windows.groups, model.states(windows, x0, p), strict=True):
         valid, variance = group.weight[..., column] > 0, np.ones(group.weight.shape[:2])
         for signal, state in given.items():
             k, i = windows.names.index(signal), model.plant.state(state)
             valid = valid & (group.weight[..., k] > 0)
-            x[..., i] = np.where(valid, group.seen[..., k], x[..., i])
+            x[..., i] = np.where(valid, group.measured[..., k], x[..., i])
         if not valid.any():
             continue
-        weight, here = group.weight[..., column], model.engine.outputs(x, u, p)[..., model.plant.output(seen)]
+        weight, here = group.weight[..., column], model.engine.outputs(x, u, p)[..., model.plant.output(tested)]
         for signal, state in given.items():
             k, i = windows.names.index(signal), model.plant.state(state)
             moved, sigma = x.copy(), 1 / group.weight[..., k].max()
             moved[..., i] += sigma
-            slope = model.engine.outputs(moved, u, p)[..., model.plant.output(seen)] - here
+            slope = model.engine.outputs(moved, u, p)[..., model.plant.output(tested)] - here
             variance += (slope * weight) ** 2
-        error = (here - group.seen[..., column]) * weight
+        error = (here - group.measured[..., column]) * weight
         square += float(np.sum((error**2 / variance)[valid]))
         count += int(valid.sum())
     return square, count

@@ -25,7 +25,8 @@ def locate_fault(problem: EstimationProblem, model_fit: FittedModel) -> FaultLoc
     """The equation that lacks something, from the windows with the largest errors."""
     parts = worst(problem, model_fit)
     evidence = tuple(
-        (one.equation, one.gain) for one in localise(opened(problem, model_fit, parts), problem.train.records[0].period)
+        (item.equation, item.gain)
+        for item in localise(opened(problem, model_fit, parts), problem.train.records[0].period)
     )
     parity = parity_residuals(model_fit.model, parts, model_fit.fit.p)
     return FaultLocation(equation_of(evidence, parity), evidence, parity)
@@ -47,8 +48,10 @@ def opened(
     problem: EstimationProblem, model_fit: FittedModel, parts: Sequence[tuple[Windows, np.ndarray]]
 ) -> dict[str, list[LinearTimeVaryingModel]]:
     """Windows cut open equation by equation, group after group."""
-    found = [
+    linearised = [
         linearise_windows(problem.rig, model_fit.effects, w, x0, model_fit.fit.p, model_fit.model.plant)
         for w, x0 in parts
     ]
-    return {equation: [one for each in found for one in each[equation]] for equation in found[0]}
+    return {
+        equation: [group_model for part in linearised for group_model in part[equation]] for equation in linearised[0]
+    }

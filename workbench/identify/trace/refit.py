@@ -74,7 +74,7 @@ class FittedModel:
     @property
     def effects(self) -> tuple[Effect, ...]:
         """The effects alone."""
-        return tuple(one.effect for one in self.known)
+        return tuple(candidate.effect for candidate in self.known)
 
     @property
     def squares(self) -> float:
@@ -116,11 +116,11 @@ def fit_rig(
         x = np.zeros(len(free)) if start == 0 else random.uniform(-0.7, 0.7, len(free))
         p = model.plant.p
         guess = model.starts(problem.train, p)
-        found = fit_numbers(model, problem.train, free, x, p, guess, problem.kappas)
-        if found.ok and (best is None or found.squares.sum() < best.squares.sum()):
-            best, lost = found, unexplained_signals(model, problem.train, found.x0, found.p)
+        fit = fit_numbers(model, problem.train, free, x, p, guess, problem.kappas)
+        if fit.ok and (best is None or fit.squares.sum() < best.squares.sum()):
+            best, lost = fit, unexplained_signals(model, problem.train, fit.x0, fit.p)
         if best is not None and not lost:  # bad input is told in one line: no word before it is clear that it is none
-            report_progress(f"start {start + 1}: chi2 {found.chi2:.4g} on the train records")
+            report_progress(f"start {start + 1}: chi2 {fit.chi2:.4g} on the train records")
     if best is None or lost:
         raise InputError(
             f"{problem.campaign.path}: {problem.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant "
@@ -132,13 +132,13 @@ def fit_rig(
 def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
     """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses."""
     model = model_with(problem.rig, (*model_fit.effects, candidate.effect), problem.train.names)
-    found = _fitted(problem, model_fit, model, candidate)
-    if again and not found.chi2 < decide.CLOSED:
+    fit = _fitted(problem, model_fit, model, candidate)
+    if again and not fit.chi2 < decide.CLOSED:
         moved = _elsewhere(candidate)
         other = _fitted(problem, model_fit, model, moved)
-        if not found.ok or other.squares.sum() < found.squares.sum():
-            found, candidate = other, moved
-    return evaluate_on_heldout(problem, model, found, (*model_fit.known, candidate))
+        if not fit.ok or other.squares.sum() < fit.squares.sum():
+            fit, candidate = other, moved
+    return evaluate_on_heldout(problem, model, fit, (*model_fit.known, candidate))
 
 
 def refit_from_declared(problem: EstimationProblem, model_fit: FittedModel) -> FittedModel:
@@ -150,10 +150,10 @@ def refit_from_declared(problem: EstimationProblem, model_fit: FittedModel) -> F
     x = np.concatenate((np.zeros(own), model_fit.fit.x[own:]))
     p = numbers_at(model_fit.model, model_fit.fit.free, x, model_fit.fit.p)
     guess = model_fit.model.starts(problem.train, p)
-    found = fit_numbers(model_fit.model, problem.train, model_fit.fit.free, x, p, guess, problem.kappas)
-    if not found.squares.sum() < model_fit.fit.squares.sum():
+    fit = fit_numbers(model_fit.model, problem.train, model_fit.fit.free, x, p, guess, problem.kappas)
+    if not fit.squares.sum() < model_fit.fit.squares.sum():
         return model_fit
-    return evaluate_on_heldout(problem, model_fit.model, found, model_fit.known)
+    return evaluate_on_heldout(problem, model_fit.model, fit, model_fit.known)
 
 
 def refit_without_last_effect(problem: EstimationProblem, before: FittedModel, after: FittedModel) -> FittedModel:
@@ -167,10 +167,10 @@ def refit_without_last_effect(problem: EstimationProblem, before: FittedModel, a
     x0, squares = predicted_states(before.model, problem.train, p)
     if not squares.sum() < before.fit.squares.sum():
         return before
-    found = fit_numbers(before.model, problem.train, before.fit.free, after.fit.x[:own], p, x0, problem.kappas)
-    if not found.squares.sum() < before.fit.squares.sum():
+    fit = fit_numbers(before.model, problem.train, before.fit.free, after.fit.x[:own], p, x0, problem.kappas)
+    if not fit.squares.sum() < before.fit.squares.sum():
         return before
-    return evaluate_on_heldout(problem, before.model, found, before.known)
+    return evaluate_on_heldout(problem, before.model, fit, before.known)
 
 
 def is_switched_off(model_fit: FittedModel) -> bool:
@@ -188,10 +188,10 @@ def is_switched_off(model_fit: FittedModel) -> bool:
 def refit_all_windows(problem: EstimationProblem, model_fit: FittedModel) -> FittedModel:
     """The fit continued on all windows of a problem."""
     guess = model_fit.model.starts(problem.train, model_fit.fit.p)
-    found = fit_numbers(
+    fit = fit_numbers(
         model_fit.model, problem.train, model_fit.fit.free, model_fit.fit.x, model_fit.fit.p, guess, problem.kappas
     )
-    return evaluate_on_heldout(problem, model_fit.model, found, model_fit.known)
+    return evaluate_on_heldout(problem, model_fit.model, fit, model_fit.known)
 
 
 def evaluate_on_heldout(

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 MISFIT = 0.05  # chi2 above 1 by this, or by four standard deviations of its own, is a misfit
 SIGNIFICANT = 30.0  # kappa: gain in log-likelihood of a disturbance in the best equation
@@ -64,7 +64,7 @@ def bic_fall(before: float, after: float, numbers: int, samples: int) -> float:
 
 def chance(before: float, after: float, kappa: float, candidates: int) -> float:
     """At most how likely the best of all candidates gains as much from noise, on held-out records."""
-    return min(1.0, candidates * float(norm.cdf(-np.sqrt(max(before - after, 0.0) / kappa))))
+    return min(1.0, candidates * float(ndtr(-np.sqrt(max(before - after, 0.0) / kappa))))
 
 
 def passes(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> bool:
@@ -79,9 +79,20 @@ def named(judgements: Sequence[Judgement], share: float = NAMED) -> list[Judgeme
 
     Of those within TIED of the best the one with the fewest numbers comes first. `share` is what must be explained.
     """
-    able = [one for one in judgements if one.passes and (one.explained >= share or one.chi2 < CLOSED)]
+    able = [
+        judgement
+        for judgement in judgements
+        if judgement.passes and (judgement.explained >= share or judgement.chi2 < CLOSED)
+    ]
     if not able:
         return []
-    most = max(one.explained for one in able)
-    near = sorted((one for one in able if one.explained >= most - TIED), key=lambda one: (one.numbers, -one.explained))
-    return [one for place, one in enumerate(near) if one.name not in [other.name for other in near[:place]]]
+    most = max(judgement.explained for judgement in able)
+    near = sorted(
+        (judgement for judgement in able if judgement.explained >= most - TIED),
+        key=lambda judgement: (judgement.numbers, -judgement.explained),
+    )
+    return [
+        judgement
+        for place, judgement in enumerate(near)
+        if judgement.name not in [other.name for other in near[:place]]
+    ]

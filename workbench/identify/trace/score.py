@@ -14,7 +14,7 @@ from ...plant.effects import Effect
 from ...rigs.rig import Rig
 from ..fit.free_parameters import Candidate, at_strength, extend_parameters, model_with, strengths
 from ..fit.model import Model
-from ..fit.normal_equations import HELD, directions
+from ..fit.normal_equations import STATE_PULL, directions
 from ..fit.solver import Fit
 from ..fit.windows import Windows
 
@@ -53,7 +53,8 @@ class NuisanceProjection:
         slopes = model.slopes(windows, fit.x0, fit.p, directions(model, fit.free, fit.x))
         self._states = [whole[..., :n] for whole in slopes]
         self._inverse = [
-            np.linalg.inv(np.swapaxes(x, 1, 2) @ x + np.eye(n) / HELD**2) @ np.swapaxes(x, 1, 2) for x in self._states
+            np.linalg.inv(np.swapaxes(x, 1, 2) @ x + np.eye(n) / STATE_PULL**2) @ np.swapaxes(x, 1, 2)
+            for x in self._states
         ]
         numbers = self._without_states([whole[..., n:] for whole in slopes])
         self._numbers = np.concatenate([part.reshape(-1, part.shape[-1]) for part in numbers])
@@ -78,8 +79,8 @@ def score(
     plain = base.errors(windows, fit.x0, fit.p)
     left = rest(plain)
     best = Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left))
-    for one in _tried(effect):
-        change = _change(model, base, windows, fit, effect, one.numbers(), plain)
+    for trial in _tried(effect):
+        change = _change(model, base, windows, fit, effect, trial.numbers(), plain)
         if change is None:
             continue
         shape = rest(change)
@@ -90,7 +91,7 @@ def score(
         gain = factor * factor * size
         if gain > best.gain:
             factor = float(np.sign(factor) * np.clip(abs(factor), _SMALLEST, _LARGEST))
-            best = Score(Candidate(effect, one.numbers(factor)), gain, shape / np.sqrt(size))
+            best = Score(Candidate(effect, trial.numbers(factor)), gain, shape / np.sqrt(size))
     return best
 
 
@@ -102,7 +103,7 @@ def worst_windows(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
 
 def cosines(scores: Sequence[Score]) -> np.ndarray:
     """Absolute cosines between the effects' shapes [k, k]: at 1 this campaign cannot tell two of them apart."""
-    shapes = np.array([one.shape for one in scores])
+    shapes = np.array([item.shape for item in scores])
     return np.abs(shapes @ shapes.T)
 
 
@@ -112,20 +113,20 @@ def initial_states_with_effect(
     """Initial states [w, n] of a plant with further effects: those of the base, its own as the window before ends."""
     if model.plant.n == base.plant.n:
         return x0
-    found = model.starts(windows, p)
+    states = model.starts(windows, p)
     for column, state in enumerate(base.plant.states):
-        found[:, model.plant.state(state.name)] = x0[:, column]
-    return found
+        states[:, model.plant.state(state.name)] = x0[:, column]
+    return states
 
 
 def _tried(effect: Effect) -> list[_ScoredEffect]:
     """Every strength of the whole effect, then each of its strengths alone, and every shape at a small strength."""
     names = strengths(effect)
-    found = [_ScoredEffect(effect, strength) for strength in STRENGTHS]
+    trials = [_ScoredEffect(effect, strength) for strength in STRENGTHS]
     if len(names) > 1:
-        found += [_ScoredEffect(effect, STRENGTHS[1], only) for only in names]
+        trials += [_ScoredEffect(effect, STRENGTHS[1], only) for only in names]
     shapes = [(number.name, value) for number in effect.numbers for value in number.tried]
-    return found + [_ScoredEffect(effect, STRENGTHS[0], shape=(shape,)) for shape in shapes]
+    return trials + [_ScoredEffect(effect, STRENGTHS[0], shape=(shape,)) for shape in shapes]
 
 
 def _two_sided(effect: Effect) -> bool:

@@ -16,7 +16,7 @@ def packed(model_fit: FittedModel) -> dict[str, Any]:
     """A fit as dict, list, numbers and arrays."""
     fit = {name: getattr(model_fit.fit, name) for name in _ARRAYS}
     return {
-        "known": [packed_candidate(one) for one in model_fit.known],
+        "known": [packed_candidate(candidate) for candidate in model_fit.known],
         "fit": fit | {"samples": model_fit.fit.samples, "at_bounds": list(model_fit.fit.at_bounds)},
         "x0": model_fit.x0,
         "heldout": model_fit.heldout,
@@ -26,9 +26,9 @@ def packed(model_fit: FittedModel) -> dict[str, Any]:
 
 def unpacked(stored: Mapping[str, Any], problem: EstimationProblem, library: Sequence[Effect]) -> FittedModel:
     """The fit again."""
-    known = tuple(unpacked_candidate(one, library) for one in stored["known"])
-    model = model_with(problem.rig, [one.effect for one in known], problem.train.names)
-    free = (*uncertain(problem.rig), *(number for one in known for number in one.free()))
+    known = tuple(unpacked_candidate(item, library) for item in stored["known"])
+    model = model_with(problem.rig, [candidate.effect for candidate in known], problem.train.names)
+    free = (*uncertain(problem.rig), *(number for candidate in known for number in candidate.free()))
     arrays = {name: stored["fit"][name] for name in _ARRAYS}
     fit = Fit(free=free, samples=stored["fit"]["samples"], at_bounds=tuple(stored["fit"]["at_bounds"]), **arrays)
     return FittedModel(known, model, fit, stored["x0"], stored["heldout"], stored["samples"])

@@ -26,8 +26,9 @@ from .refit import (
     refit_from_declared,
     refit_without_last_effect,
 )
-from .score import NuisanceProjection, Score, cosines, score, worst_windows
-from .stored import packed, packed_candidate, unpacked, unpacked_candidate
+from .several import best_of_several
+from .shortlist import Shortlist, score_effects, unpacked_shortlist
+from .stored import packed, unpacked
 
 NAMES = 4  # effects on the shortlist
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
@@ -49,7 +50,7 @@ def trace(
     the best first, until none passes. The verdict is then "incomplete" unless the residual reaches the floor.
     """
     return _Tracer(
-        problem, [one for one in library if applies(one, problem.rig)], stage, report_progress, several
+        problem, [effect for effect in library if applies(effect, problem.rig)], stage, report_progress, several
     ).run()
 
 
@@ -108,85 +109,61 @@ class _Tracer:
             and self._misfit(model_fit)
             and self._matters(base, model_fit.squares - model_fit.samples)
         ):
-            one = self._pass(model_fit, model_fit)
-            if (better := self._relieved(model_fit, one)) is not model_fit:
+            this_pass = self._pass(model_fit, model_fit)
+            if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
                 if not effects:
                     return (), (), better
                 model_fit, effects = better, (*effects[:-1], replace(effects[-1], model_fit=better))
-            elif one.accepted and self._matters(base, model_fit.squares - _model_fit(one.accepted[0]).squares):
-                tied = tied or tuple(other.candidate.effect.name for other in one.accepted[1:])
-                effects = (*effects, one.accepted[0])
-            elif self._several and (part := self._one_of_several(model_fit, one.tried)):
-                effects = (*effects, self._restarted(part))
-            elif not effects and (pair := self._pair(one, base)):
+            elif this_pass.accepted and self._matters(base, model_fit.squares - this_pass.accepted[0].refitted.squares):
+                tied = tied or tuple(other.candidate.effect.name for other in this_pass.accepted[1:])
+                effects = (*effects, this_pass.accepted[0])
+            elif self._several and (part := best_of_several(self._problem, model_fit, this_pass.tried)):
+                effects = (*effects, self._refit_from_declared(part))
+            elif not effects and (pair := self._pair(this_pass, base)):
                 effects = pair
             else:
                 break
             model_fit = effects[-1].model_fit or model_fit
         return effects, tied, None
 
-    def _relieved(self, model_fit: FittedModel, one: Pass) -> FittedModel:
+    def _without_last_effect(self, model_fit: FittedModel, this_pass: Pass) -> FittedModel:
         """The fit that a pass began with, or a better one of the same effects, from the numbers of the best refit."""
         fits = [
             tried.model_fit
-            for tried in one.tried
+            for tried in this_pass.tried
             if tried.model_fit is not None and np.isfinite(tried.model_fit.squares)
         ]
         if not fits:
             return model_fit
-        found = self._stored(
+        refitted = self._stored(
             f"without-{len(self._passes)}", lambda: refit_without_last_effect(self._problem, model_fit, fits[0])
         )
-        return found if self._matters_for_fit(model_fit, found) else model_fit
+        return refitted if self._matters_for_fit(model_fit, refitted) else model_fit
 
-    def _matters_for_fit(self, model_fit: FittedModel, found: FittedModel) -> bool:
+    def _matters_for_fit(self, model_fit: FittedModel, refitted: FittedModel) -> bool:
         """Whether a fit without a further effect is better by more than the rule asks of an effect."""
-        before, after = (float(one.fit.squares.sum()) for one in (model_fit, found))
+        before, after = (float(model.fit.squares.sum()) for model in (model_fit, refitted))
         return decide.worth_adding(before - after, before, model_fit.fit.samples)
 
-    def _one_of_several(self, model_fit: FittedModel, refits: Sequence[CandidateFit]) -> CandidateFit | None:
-        """The effect that explains most of the fitted records, if that is enough; of its formulas the best on all.
-
-        While others are missing, the right effect may make held-out records worse: what the numbers had made up for it
-        is gone. Its formula is chosen on fitted and held-out records together, within TIED with the fewest numbers.
-        """
-
-        def left(tried: CandidateFit, heldout: bool) -> float:
-            return float(_model_fit(tried).fit.squares.sum()) + (_model_fit(tried).squares if heldout else 0.0)
-
-        enough = decide.BIC * self._problem.kappa
-        real = [tried for tried in refits if tried.model_fit and not is_switched_off(tried.model_fit)]
-        able = [tried for tried in real if self._bic_fall(model_fit, tried) > enough]
-        if not able:
-            return None
-        best, before = min(able, key=lambda tried: left(tried, False)), float(model_fit.fit.squares.sum())
-        if before - left(best, False) < decide.ONE_OF_SEVERAL * (before - model_fit.fit.samples):
-            return None
-        own = [tried for tried in able if tried.judgement.name == best.judgement.name]
-        tied = decide.TIED * (before + model_fit.squares - model_fit.fit.samples - model_fit.samples)
-        near = [one for one in own if left(one, True) <= min(left(other, True) for other in own) + tied]
-        return min(near, key=lambda one: (one.judgement.numbers, left(one, True)))
-
-    def _bic_fall(self, before: FittedModel, tried: CandidateFit) -> float:
-        squares = float(before.fit.squares.sum()), float(_model_fit(tried).fit.squares.sum())
-        return decide.bic_fall(*squares, tried.judgement.numbers, before.fit.samples)
-
-    def _restarted(self, one: CandidateFit) -> CandidateFit:
+    def _refit_from_declared(self, candidate_fit: CandidateFit) -> CandidateFit:
         """The effect with its fit from the rig's declared numbers, where that is better."""
-        name = f"again-{len(self._passes)}-{one.candidate.effect.name}"
-        return replace(one, model_fit=self._stored(name, lambda: refit_from_declared(self._problem, _model_fit(one))))
+        name = f"again-{len(self._passes)}-{candidate_fit.candidate.effect.name}"
+        return replace(
+            candidate_fit,
+            model_fit=self._stored(name, lambda: refit_from_declared(self._problem, candidate_fit.refitted)),
+        )
 
     def _matters(self, base: FittedModel, fall: float) -> bool:
         return self._several or decide.worth_adding(fall, base.squares, base.samples)
 
-    def _part(self, one: Pass, share: float) -> CandidateFit | None:
+    def _part(self, this_pass: Pass, share: float) -> CandidateFit | None:
         """The effect that explains most of what is left, if it passes and explains that share."""
-        able = [tried for tried in one.tried if tried.judgement.passes and tried.judgement.explained >= share]
+        able = [tried for tried in this_pass.tried if tried.judgement.passes and tried.judgement.explained >= share]
         return able[0] if able else None
 
-    def _pair(self, one: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
+    def _pair(self, this_pass: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
         """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
-        first = self._part(one, decide.PARTIAL)
+        first = self._part(this_pass, decide.PARTIAL)
         if first is None or first.model_fit is None:
             return ()
         second = self._pass(first.model_fit, base, decide.PAIR)
@@ -195,41 +172,23 @@ class _Tracer:
     def _pass(self, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:
         """Shortlist, refit and judge against the misfit `before`; an effect that explains `share` of it is found."""
         number = len(self._passes) + 1
-        names = [one.name for one in model_fit.effects]
-        ranked, compared, angles = self._scores(number, model_fit, [e for e in self._library if e.name not in names])
-        tried = self._refits(number, model_fit, before, ranked)
-        best = decide.named([one.judgement for one in tried], share)
-        found = tuple(
-            next(one for one in tried if (one.judgement.name, one.judgement.formula) == (j.name, j.formula))
-            for j in best
-        )
-        self._passes.append(Pass(model_fit, ranked, compared, angles, tried, found))
+        names = [effect.name for effect in model_fit.effects]
+        library = [effect for effect in self._library if effect.name not in names]
+        shortlist = self._shortlist(number, model_fit, library)
+        tried = self._refits(number, model_fit, before, shortlist.ranked)
+        best = decide.named([candidate_fit.judgement for candidate_fit in tried], share)
+        accepted = tuple(next(fit for fit in tried if fit.judgement is judgement) for judgement in best)
+        self._passes.append(Pass(model_fit, shortlist.ranked, shortlist.compared, shortlist.cosines, tried, accepted))
         return self._passes[-1]
 
-    def _scores(
-        self, number: int, model_fit: FittedModel, library: Sequence[Effect]
-    ) -> tuple[tuple[tuple[Candidate, float], ...], tuple[str, ...], np.ndarray]:
-        """Every effect's share of the misfit, most first; names and cosines of the best formula of the best effects."""
-
+    def _shortlist(self, number: int, model_fit: FittedModel, library: Sequence[Effect]) -> Shortlist:
         def compute() -> dict[str, Any]:
-            windows, fit = worst_windows(self._problem.train, model_fit.fit)
-            rest = NuisanceProjection(model_fit.model, windows, fit)
-            scores: list[Score] = []
-            for effect in library:
-                scores.append(score(self._problem.rig, model_fit.effects, effect, model_fit.model, windows, fit, rest))
+            def report(effect: Effect) -> None:
                 self._report_progress(f"pass {number}: score of {effect.name} {effect.formula}")
-            scores.sort(key=lambda one: -one.gain)
-            misfit = max(float(fit.squares.sum()) - windows.samples, 1.0)
-            first = [one for place, one in enumerate(scores) if one.gain > 0 and _first(scores, place)]
-            return {
-                "scores": [packed_candidate(one.candidate) | {"share": one.gain / misfit} for one in scores],
-                "names": [one.candidate.effect.name for one in first],
-                "cosines": cosines(first) if first else np.zeros((0, 0)),
-            }
 
-        stored = self._stage(f"scores-{number}", compute)
-        ranked = tuple((unpacked_candidate(one, library), float(one["share"])) for one in stored["scores"])
-        return ranked, tuple(stored["names"]), np.asarray(stored["cosines"])
+            return score_effects(self._problem, model_fit, library, report)
+
+        return unpacked_shortlist(self._stage(f"scores-{number}", compute), library)
 
     def _refits(
         self, number: int, model_fit: FittedModel, base: FittedModel, ranked: Sequence[tuple[Candidate, float]]
@@ -240,18 +199,18 @@ class _Tracer:
         tried: list[CandidateFit] = []
         for name in names:
             own = [pair for pair in able if pair[0].effect.name == name]
-            explained = max((one.judgement.explained for one in tried), default=0.0)
+            explained = max((candidate_fit.judgement.explained for candidate_fit in tried), default=0.0)
             if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
                 continue
             first = self._try(number, model_fit, base, *own[0], again=not tried)
             tried.append(first)
             if not self._several and first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
                 tried += [self._try(number, model_fit, base, *pair) for pair in own[1:]]
-        if self._several and (best := self._one_of_several(model_fit, tried)):
+        if self._several and (best := best_of_several(self._problem, model_fit, tried)):
             name = best.judgement.name
             own = [pair for pair in ranked if pair[0].effect.name == name]
             tried += [self._try(number, model_fit, base, *pair) for pair in own[1:]]
-        return tuple(sorted(tried, key=lambda one: -one.judgement.explained))
+        return tuple(sorted(tried, key=lambda candidate_fit: -candidate_fit.judgement.explained))
 
     def _try(
         self,
@@ -265,29 +224,30 @@ class _Tracer:
         effect, n = candidate.effect, self._problem.heldout.samples
         self._report_progress(f"pass {number}: fit with {effect.title}")
         try:
-            found = self._stored(
+            refitted = self._stored(
                 f"refit-{number}-{effect.name}-{effect.formula}",
                 lambda: refit(self._problem, model_fit, candidate, again),
             )
         except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
             nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
             return CandidateFit(candidate, share, nothing, None, str(error))
-        explained = decide.explained(base.squares, found.squares, n)
+        explained = decide.explained(base.squares, refitted.squares, n)
         self._report_progress(f"pass {number}: {effect.name} {effect.formula} explains {100 * explained:.1f} %")
-        squares = float(model_fit.fit.squares.sum()), float(found.fit.squares.sum())
+        squares = float(model_fit.fit.squares.sum()), float(refitted.fit.squares.sum())
         fall = decide.bic_fall(*squares, len(effect.fitted), self._problem.train.samples)
-        passes = decide.passes(model_fit.squares, found.squares, fall, self._problem.kappa, len(self._library))
-        passes = passes and not is_switched_off(found)
+        passes = decide.passes(model_fit.squares, refitted.squares, fall, self._problem.kappa, len(self._library))
+        passes = passes and not is_switched_off(refitted)
         judgement = decide.Judgement(
-            effect.name, effect.formula, explained, found.squares / n, len(effect.fitted), passes
+            effect.name, effect.formula, explained, refitted.squares / n, len(effect.fitted), passes
         )
-        return CandidateFit(candidate, share, judgement, found)
+        return CandidateFit(candidate, share, judgement, refitted)
 
     def _located(self, base: FittedModel) -> FaultLocation:
         def compute() -> dict[str, Any]:
             self._report_progress("in which equation")
-            found = locate_fault(self._problem, base)
-            return asdict(found) | {"evidence": [list(one) for one in found.evidence]}  # a stage keeps no tuples
+            location = locate_fault(self._problem, base)
+            evidence = [list(gain) for gain in location.evidence]  # a stage keeps no tuples
+            return asdict(location) | {"evidence": evidence}
 
         stored = self._stage(f"localise-{len(self._passes)}" if self._passes else "localise", compute)
         return FaultLocation(
@@ -330,13 +290,3 @@ class _Tracer:
             parity_residuals=place.parity_residuals if place else {},
             passes=tuple(self._passes),
         )
-
-
-def _model_fit(one: CandidateFit) -> FittedModel:
-    assert one.model_fit is not None
-    return one.model_fit
-
-
-def _first(scores: Sequence[Score], place: int) -> bool:
-    name = scores[place].candidate.effect.name
-    return name not in [one.candidate.effect.name for one in scores[:place]]
