@@ -8,6 +8,7 @@ than a few lines a `page.py`. The command line imports the chosen command only.
 COMMANDS = {
     "run": "run an experiment file",
     "bench": "controllers on a set of rigs in scenarios",
+    "robustness": "every controller on thousands of drawn plants",
     "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
     "time": "how long controllers compute, and an experiment that knows it",
     "residual": "hold a rig's model against recordings",

@@ -1,6 +1,6 @@
 """Linear loops of one law on many plants: poles, largest sensitivity and gain margin, lane by lane."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import expm
@@ -11,6 +11,8 @@ from ..linear.equilibria import Equilibria, slopes
 from ..plant import Plant
 
 _LOWEST, _POINTS = 0.05, 400  # Hz, frequencies up to Nyquist's
+_SHARP = 3.0  # Ms of a peak that may lie between two of them
+_ROUNDS, _INSIDE = 4, 9  # in which it is sought, by so many points each
 
 
 @dataclass(frozen=True)
@@ -27,49 +29,108 @@ class LaneMargins:
         return self.radius < 1 - 1e-9
 
 
-def lane_margins(
-    plant: Plant, law: LinearLaw, points: Equilibria, p: np.ndarray, period: float, delay: float
-) -> LaneMargins:
-    """The loops of a law on plants with parameters p [lanes, k] about `points`, commands `delay` [s] late.
+@dataclass(frozen=True)
+class SampledLanes:
+    """Plants linearised and sampled in lanes: A [lanes, n, n], B [lanes, n, 1], C [lanes, m, n], D [lanes, m, 1].
 
-    The margins are read on a fixed grid of frequencies; sharp peaks between its points are interpolated.
+    From the held command to `measures`; commands on their way are further states. `responses`: of the measured signals
+    at frequencies f [k] in Hz up to Nyquist's, complex [lanes, m, k].
     """
-    a, b, c, d = _sampled(plant, law, points, p, period, delay)
-    radius = np.abs(np.linalg.eigvals(_closed(a, b, c, d, law))).max(axis=1)
+
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: np.ndarray
+    measures: tuple[str, ...]
+    f: np.ndarray
+    responses: np.ndarray
+    period: float
+
+    def measured(self, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """C, D and responses of some of the measures."""
+        rows = [self.measures.index(name) for name in names]
+        return self.c[:, rows], self.d[:, rows], self.responses[:, rows]
+
+
+def sampled_lanes(
+    plant: Plant, points: Equilibria, p: np.ndarray, measures: tuple[str, ...], period: float
+) -> SampledLanes:
+    """Plants with parameters p [lanes, k] about `points`, the command held over each `period` [s], late as declared."""
+    whole, part = periods(plant.lateness(), period)
+    prompt = _sampled(plant, measures, points, p, period, part)
     f = np.geomspace(_LOWEST, 0.5 / period, _POINTS)
-    loop = -np.einsum("fm,lmf->lf", _gains(law, f, period)[:, 1:], _responses(a, b, c, d, f, period))
-    stable = radius < 1 - 1e-9
-    sensitivity, margin = _peak(1 / np.abs(1 + loop)), _gain_margin(loop)
-    return LaneMargins(radius, np.where(stable, sensitivity, np.nan), np.where(stable, margin, np.nan))
+    z = np.exp(2j * np.pi * f * period)
+    return SampledLanes(*_behind(*prompt, whole), measures, f, _responses(*prompt, z) * z**-whole, period)
+
+
+def lane_margins(lanes: SampledLanes, law: LinearLaw) -> LaneMargins:
+    """The loops of a law on sampled plants.
+
+    The margins are read on a fixed grid of frequencies; Ms above 3, a sharp peak, is sought between its points.
+    """
+    c, d, responses = lanes.measured(law.measures)
+    radius = np.abs(np.linalg.eigvals(_closed(lanes.a, lanes.b, c, d, law))).max(axis=1)
+    loop = -np.einsum("fm,lmf->lf", _gains(law, lanes.f, lanes.period)[:, 1:], responses)
+    stable, level = radius < 1 - 1e-9, 1 / np.abs(1 + loop)
+    ms, margin = level.max(axis=1), _gain_margin(loop)
+    sharp = np.flatnonzero(stable & (ms > _SHARP))
+    if sharp.size:
+        some = replace(lanes, a=lanes.a[sharp], b=lanes.b[sharp], c=lanes.c[sharp], d=lanes.d[sharp])
+        ms[sharp] = np.maximum(ms[sharp], _sought(some, law, np.argmax(level[sharp], axis=1)))
+    return LaneMargins(radius, np.where(stable, ms, np.nan), np.where(stable, margin, np.nan))
+
+
+def _sought(lanes: SampledLanes, law: LinearLaw, largest: np.ndarray) -> np.ndarray:
+    """Ms [lanes] between the neighbours of each lane's `largest` point of the grid, ever closer."""
+    c, d, _ = lanes.measured(law.measures)
+    last, n = len(lanes.f) - 1, lanes.a.shape[1]
+    low, high = lanes.f[np.maximum(largest - 1, 0)], lanes.f[np.minimum(largest + 1, last)]
+    every, level = np.arange(len(largest)), np.zeros((len(largest), 1))
+    for _ in range(_ROUNDS):
+        f = np.geomspace(low, high, _INSIDE, axis=1)
+        z = np.exp(2j * np.pi * f * lanes.period)
+        x = np.linalg.solve(z[..., None, None] * np.eye(n) - lanes.a[:, None], lanes.b[:, None])
+        seen = (c[:, None] @ x + d[:, None])[..., 0]
+        gains = _gains(law, f.ravel(), lanes.period)[:, 1:].reshape(seen.shape)
+        level = 1 / np.abs(1 - np.sum(gains * seen, axis=2))
+        best = np.argmax(level, axis=1)
+        low, high = f[every, np.maximum(best - 1, 0)], f[every, np.minimum(best + 1, _INSIDE - 1)]
+    return level.max(axis=1)
+
+
+_Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def _sampled(
-    plant: Plant, law: LinearLaw, points: Equilibria, p: np.ndarray, period: float, delay: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """A, B, C, D in lanes of what the law sees of the held command; whole periods of delay are further states."""
-    whole, part = periods(delay, period)
+    plant: Plant, measures: tuple[str, ...], points: Equilibria, p: np.ndarray, period: float, part: float
+) -> _Matrices:
+    """A, B, C, D in lanes of `measures` of a held command that arrives a `part` of a period late."""
     a, b, c, d = slopes(plant, points.x, points.u, p)
-    rows = [plant.output(name) for name in law.measures]
+    rows = [plant.output(name) for name in measures]
     b, c, d = b[:, :, :1], c[:, rows], d[:, rows, :1]
-    newest, newer = _held(a, b, (1 - part) * period)
+    after, newer = _held(a, b, (1 - part) * period)
+    if not part:
+        return after, newer, c, d
     before, older = _held(a, b, part * period)
-    ahead, lanes, n = newest @ before, len(a), a.shape[1]
-    taps = [newer] if not part else [newer, newest @ older]
-    way = whole + len(taps) - 1
-    whole_a = np.zeros((lanes, n + way, n + way))
-    whole_a[:, :n, :n] = ahead
-    whole_b, whole_c = np.zeros((lanes, n + way, 1)), np.concatenate((c, np.zeros((lanes, len(rows), way))), axis=2)
-    for i, tap in enumerate(taps, start=whole):
-        if i == 0:
-            whole_b[:, :n] = tap
-        else:
-            whole_a[:, :n, n + i - 1] = tap[:, :, 0]
-    if way:
-        whole_b[:, n] = 1.0
-        whole_a[:, n + 1 :, n : n + way - 1] = np.eye(way - 1)
-    if whole:
-        whole_c[:, :, n + whole - 1], d = d[:, :, 0], np.zeros_like(d)
-    return whole_a, whole_b, whole_c, d
+    ahead = np.concatenate((after @ before, after @ older), axis=2)  # the command before is a further state
+    ahead = np.pad(ahead, ((0, 0), (0, 1), (0, 0)))
+    newer = np.pad(newer, ((0, 0), (0, 1), (0, 0)))
+    newer[:, -1] = 1.0
+    return ahead, newer, np.concatenate((c, d), axis=2), np.zeros_like(d)
+
+
+def _behind(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, whole: int) -> _Matrices:
+    """The same with the command so many whole periods later: those on their way are further states, newest first."""
+    if not whole:
+        return a, b, c, d
+    lanes, n = len(a), a.shape[1]
+    ahead = np.zeros((lanes, n + whole, n + whole))
+    ahead[:, :n, :n], ahead[:, :n, [-1]] = a, b
+    ahead[:, n + 1 :, n:-1] = np.eye(whole - 1)
+    entering = np.zeros((lanes, n + whole, 1))
+    entering[:, n] = 1.0
+    leaving = np.concatenate((c, np.zeros((*c.shape[:2], whole - 1)), d), axis=2)
+    return ahead, entering, leaving, np.zeros_like(d)
 
 
 def _held(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
@@ -101,22 +162,11 @@ def _gains(law: LinearLaw, f: np.ndarray, period: float) -> np.ndarray:
     return law.c @ inner + law.d
 
 
-def _responses(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, f: np.ndarray, period: float) -> np.ndarray:
-    """Responses of the measured signals [lanes, m, k], by the modes of each lane."""
-    z = np.exp(2j * np.pi * f * period)
+def _responses(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Responses at z [k] of what is measured [lanes, m, k], by the modes of each lane."""
     modes, right = np.linalg.eig(a)
     entering = np.linalg.solve(right, b.astype(complex))[:, :, 0]
-    leaving = c @ right
-    return np.einsum("lmn,lnf->lmf", leaving * entering[:, None], 1 / (z - modes[..., None])) + d
-
-
-def _peak(level: np.ndarray) -> np.ndarray:
-    """Largest value of each row, by the parabola through the largest point and its neighbours."""
-    lanes, i = np.arange(len(level)), np.clip(np.argmax(level, axis=1), 1, level.shape[1] - 2)
-    left, middle, right = (level[lanes, i + k] for k in (-1, 0, 1))
-    bend = left - 2 * middle + right
-    top = middle - (right - left) ** 2 / (8 * np.where(bend < 0, bend, -np.inf))
-    return np.maximum(level.max(axis=1), top)
+    return np.einsum("lmn,lnf->lmf", (c @ right) * entering[:, None], 1 / (z - modes[..., None])) + d
 
 
 def _gain_margin(loop: np.ndarray) -> np.ndarray:

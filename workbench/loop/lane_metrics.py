@@ -28,13 +28,19 @@ def step_lanes(period: float, y: np.ndarray, before: np.ndarray, size: float, ba
     settling = np.where(last * period > (k - 1) * period - LAST, np.nan, (last + 1) * period)
     overshoot = np.maximum(np.max(error / size, axis=1), 0.0) * 100
     late = y[:, np.arange(k) * period >= (k - 1) * period - LAST]
-    return StepLanes(
-        np.where(np.isnan(y).any(axis=1), np.nan, settling), overshoot, np.ptp(_level(late), axis=1) / abs(size)
-    )
+    return StepLanes(np.where(np.isnan(y).any(axis=1), np.nan, settling), overshoot, _ripple(late, 1) / abs(size))
 
 
-def _level(y: np.ndarray) -> np.ndarray:
-    """y [lanes, k] less its straight line."""
-    t = np.linspace(-1.0, 1.0, y.shape[1])
-    y = y - y.mean(axis=1, keepdims=True)
-    return y - np.outer(y @ t / (t @ t), t)
+def hunting_lanes(period: float, y: np.ndarray, size: float, share: float) -> np.ndarray:
+    """Which lanes of y [lanes, k], without noise, swing by more than `share` of the step in the last 0.3 s: bool.
+
+    About a parabola, so that a slow loop that is still on its way does not count.
+    """
+    k = y.shape[1]
+    return _ripple(y[:, np.arange(k) * period >= (k - 1) * period - LAST], 2) > share * abs(size)
+
+
+def _ripple(y: np.ndarray, degree: int) -> np.ndarray:
+    """Peak to peak of y [lanes, k] about its polynomial of a degree."""
+    basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, y.shape[1]), degree + 1))[0]
+    return np.ptp(y - (y @ basis) @ basis.T, axis=1)

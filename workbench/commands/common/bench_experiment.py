@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...base.errors import InputError, echo, nearest
+from ...base.errors import InputError, echo
 from ...base.signals import SIGNALS, Signal
 from ...base.table import Table
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.rig_variations import variation
 from ...loop.scenarios import Scenario, scenario
 from ...rigs.rig import Rig
-from .experiment import BodeConfig, read_bode, read_experiment, rig_of, with_specimen
+from .experiment import BodeConfig, borrowed_controllers, read_bode, read_experiment, rig_of, with_specimen
 
 KEYS = ("experiment", "rig", "rigs", "scenarios", "specimen", "from", "controllers", "bode")
 
@@ -53,7 +53,7 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
         raise top.complaint("experiment", f'{echo(top.values["experiment"])}; a bench needs experiment = "bench"')
     top.allow(*KEYS)
     nominal = rig_of(top, path, rig)
-    tables = {**_borrowed(top.optional_table("from"), path.parent), **_own(top)}
+    tables = {**borrowed_controllers(top.optional_table("from"), path.parent), **_own(top)}
     names = top.words("scenarios", "position-10mm")
     scenarios = [scenario(name, str(top.place.inside("scenarios"))) for name in names]
     controllers = [controller_spec(name, table) for name, table in tables.items()]
@@ -107,22 +107,6 @@ def _sets(top: Table, signals: Iterable[str]) -> dict[str, tuple[str, ...]]:
         return dict.fromkeys(signals, top.words("rigs", "nominal"))
     table = top.table("rigs", *signals)
     return {signal: table.words(signal, "nominal") for signal in signals}
-
-
-def _borrowed(table: Table, folder: Path) -> dict[str, Table]:
-    """Tables of controllers from other experiment files: `[from]`, file = [names]."""
-    borrowed: dict[str, Table] = {}
-    for file in table:
-        there = read_experiment(folder / file).optional_table("controllers")
-        if not len(there):
-            raise table.complaint(file, "has no controllers; name another file")
-        for name in table.words(file, next(iter(there))):
-            if name not in there:
-                raise table.complaint(file, f"no controller {echo(name)}; {nearest(name[:80], there)}")
-            if name in borrowed:
-                raise table.complaint(file, f"{name} is there already; take one of the two out")
-            borrowed[name] = there.table(name)
-    return borrowed
 
 
 def _own(top: Table) -> dict[str, Table]:

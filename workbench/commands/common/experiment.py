@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ...base.errors import echo, nearest
 from ...base.table import Table
 from ...base.toml import read_toml
 from ...control.controller_spec import read_numbers
@@ -54,6 +55,22 @@ def _absolute(value: Any, folder: Path) -> Any:
 def rig_of(top: Table, path: Path, rig: str | None) -> Rig:
     """The rig that an experiment names, or the one that is to replace it."""
     return load_rig(rig) if rig else load_rig(top.text("rig"), path.parent)
+
+
+def borrowed_controllers(table: Table, folder: Path) -> dict[str, Table]:
+    """Tables of controllers from other experiment files: `[from]`, file = [names]."""
+    borrowed: dict[str, Table] = {}
+    for file in table:
+        there = read_experiment(folder / file).optional_table("controllers")
+        if not len(there):
+            raise table.complaint(file, "has no controllers; name another file")
+        for name in table.words(file, next(iter(there))):
+            if name not in there:
+                raise table.complaint(file, f"no controller {echo(name)}; {nearest(name[:80], there)}")
+            if name in borrowed:
+                raise table.complaint(file, f"{name} is there already; take one of the two out")
+            borrowed[name] = there.table(name)
+    return borrowed
 
 
 def with_specimen(rig: Rig, specimen: Table) -> Rig:

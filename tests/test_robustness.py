@@ -1,0 +1,112 @@
+"""Robustness: the margins in lanes are those one by one, and the command leaves what the contract says."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.cli import main
+from workbench.commands.robustness.config import load_robustness
+from workbench.commands.robustness.draw import draw_plants
+from workbench.commands.run.config import load_config
+from workbench.control.protocol import linear_law
+from workbench.linear import Equilibrium
+from workbench.linear.equilibria import equilibria
+from workbench.loop.lane_margins import lane_margins, sampled_lanes
+from workbench.loop.lane_metrics import hunting_lanes
+from workbench.loop.margins import linear_loop
+from workbench.loop.rig_variations import with_delay
+from workbench.plant import build
+from workbench.rigs.rig import load_rig
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+SHIPPED = EXPERIMENTS / "robustness.toml"
+KEYS = [
+    "controller", "plants", "unstable", "tripped", "hunting", "settling_p50_s", "settling_p99_s", "settling_worst_s",
+    "overshoot_worst_percent", "ms_worst", "gain_margin_worst_db",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.3e-3, 1e-3, 2.4e-3])
+@pytest.mark.parametrize("name", ["p-dp", "crone2", "tvc"])
+def test_margins_in_lanes_are_those_of_the_loop(delay, name):
+    specs = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}
+    rig = load_rig("jack-10t")
+    plant = build(with_delay(rig, delay) if delay else rig)
+    p = np.tile(plant.p, (3, 1))
+    p[1, plant.parameters.index("M")] *= 0.5
+    p[2, plant.parameters.index("beta")] *= 0.5
+    points = equilibria(plant, p, np.array([0.0, 0.1, -0.15]))
+    law = linear_law(specs[name].build(1e-3))
+    margins = lane_margins(sampled_lanes(plant, points, p, law.measures, 1e-3), law)
+    for lane in range(3):
+        about = Equilibrium(points.x[lane], points.u[lane], 0.0)
+        loop = linear_loop(plant, about, specs[name].build(1e-3), 1e-3, p[lane])
+        assert margins.stable[lane] == loop.stable
+        if loop.stable:
+            assert margins.ms[lane] == pytest.approx(loop.ms, rel=5e-3)
+            assert margins.gain_margin_db[lane] == pytest.approx(loop.gain_margin_db, abs=0.05)
+
+
+def test_a_slow_loop_is_no_hunting_one():
+    t = np.arange(1000) * 1e-3
+    y = np.stack((0.01 * (1 - np.exp(-t)), 0.01 + 3e-5 * np.sin(2 * np.pi * 80 * t)))
+    assert hunting_lanes(1e-3, y, 0.01, 0.002).tolist() == [False, True]
+
+
+def test_plants_are_drawn_within_bounds_and_factors_from_the_seed():
+    config = load_robustness(SHIPPED, plants=500)
+    plant = build(config.rig)
+    drawn, again = draw_plants(config, plant), draw_plants(config, plant)
+    assert np.array_equal(drawn.p, again.p)
+    assert np.array_equal(drawn.p[0], plant.p)
+    for name, values in drawn.numbers.items():
+        number = config.rig.numbers[name]
+        low, high = config.factors.get(name, (None, None))
+        low, high = (number.low, number.high) if low is None else (low * number.value, high * number.value)
+        assert values.min() >= low
+        assert values.max() <= high
+        assert np.ptp(values) > 0.9 * (high - low)
+    assert {"M", "beta", "Ps", "Kp", "V0"} <= drawn.numbers.keys()
+    assert np.abs(drawn.position + config.step / 2).max() <= 0.9 * config.rig.limit("stroke")
+
+
+def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = SHIPPED.read_text().replace('"position_tuned.toml" = [', f'"{EXPERIMENTS}/position_tuned.toml" = [')
+    rows = [row for row in text.splitlines() if "position_tuned" not in row]
+    (tmp_path / "few.toml").write_text("\n".join([*rows, f'"{EXPERIMENTS}/position_tuned.toml" = ["p-dp", "mpc"]']))
+    assert main(["robustness", "few.toml", "--plants", "40"]) == 0
+    metrics = json.loads((tmp_path / "out" / "few" / "metrics.json").read_text())
+    assert metrics["left_out"] == ["mpc"]
+    (row,) = metrics["rows"]
+    assert list(row)[: len(KEYS)] == KEYS
+    assert {"x [m]", "beta [Pa]", "M [kg]"} <= row["worst"].keys()
+    assert row["plants"] == 40
+    assert 0.05 < row["settling_p50_s"] < 0.2
+    assert metrics["timing"]["closed_loop_seconds_per_cpu_second"]["p-dp"] > 0
+    assert main(["robustness", "few.toml", "--plants", "40", "--out", "again"]) == 0
+    other = json.loads((tmp_path / "again" / "metrics.json").read_text())
+    assert other["rows"] == metrics["rows"]
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "message"),
+    [
+        ("M = [0.5, 1.5]", "Mass = [0.5, 1.5]", "no such number"),
+        ("M = [0.5, 1.5]", "M = [1.5, 0.5]", "least and the largest factor"),
+        ("stroke = 0.9", "stroke = 1.9", "at most 1"),
+        ("plants = 10000", "plants = 0", "whole number"),
+        ('unit = "mm"', 'unit = "kg"', "cannot be converted"),
+    ],
+)
+def test_nonsense_is_refused_in_one_line(tmp_path, monkeypatch, capsys, was, now, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.toml").write_text(SHIPPED.read_text().replace(was, now))
+    (tmp_path / "position_tuned.toml").write_text((EXPERIMENTS / "position_tuned.toml").read_text())
+    assert main(["robustness", "bad.toml"]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()

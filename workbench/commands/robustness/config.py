@@ -1,0 +1,66 @@
+"""The file of a robustness experiment: controllers, a step, and how far the rig's numbers are drawn."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...base.units import Spec
+from ...control.controller_spec import ControllerSpec, controller_spec
+from ...rigs.rig import Rig
+from ..common.experiment import borrowed_controllers, read_experiment, rig_of
+
+KEYS = ("experiment", "rig", "plants", "seed", "step", "seconds", "computing_delay", "stroke", "from", "draw")
+
+
+@dataclass(frozen=True)
+class RobustnessConfig:
+    """A step [m] watched for so many seconds, on plants whose numbers are drawn: factors [low, high] by name, and all
+    others that the rig gives bounds within them. `stroke`: the share of the stroke limit in which steps lie.
+
+    `source` is the experiment as it was read, with the tables of its controllers.
+    """
+
+    rig: Rig
+    plants: int
+    seed: int
+    step: float
+    seconds: float
+    computing_delay: float
+    stroke: float
+    factors: Mapping[str, tuple[float, float]]
+    controllers: tuple[ControllerSpec, ...]
+    source: Mapping[str, Any]
+
+
+def load_robustness(path: str | Path, rig: str | None = None, plants: int | None = None) -> RobustnessConfig:
+    """Read the file; `rig` and `plants` replace what it says. Raises InputError with file, line and key."""
+    path = Path(path)
+    table = read_experiment(path).allow(*KEYS)
+    table.word("experiment", ["robustness"])
+    nominal = rig_of(table, path, rig)
+    tables = borrowed_controllers(table.table("from"), path.parent)
+    draw = table.table("draw")
+    factors = {}
+    for name in draw:
+        if name not in nominal.numbers:
+            raise draw.complaint(name, f"the rig {nominal.name} has no such number; see jackbench show {nominal.name}")
+        low, high = draw.numbers(name, "[0.5, 1.5]")
+        if not 0 < low <= high:
+            raise draw.complaint(name, "write the least and the largest factor, such as [0.5, 1.5]")
+        factors[name] = (low, high)
+    stroke = table.positive("stroke")
+    if stroke > 1:
+        raise table.complaint("stroke", "a share of the stroke limit, at most 1")
+    return RobustnessConfig(
+        rig=nominal,
+        plants=plants or table.count("plants"),
+        seed=table.count("seed", 0),
+        step=table.quantity("step", Spec("m", 1e-6, 1.0, "size of the step")),
+        seconds=table.quantity("seconds", Spec("s", 0.5, 60.0, "how long it is watched")),
+        computing_delay=table.quantity("computing_delay", Spec("s", 0.0, 0.1, "from a sample to its command")),
+        stroke=stroke,
+        factors=factors,
+        controllers=tuple(controller_spec(name, part) for name, part in tables.items()),
+        source={**table.values, "controllers": {name: part.values for name, part in tables.items()}},
+    )

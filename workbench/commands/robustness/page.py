@@ -1,0 +1,104 @@
+"""The report of a robustness experiment: a table of controllers, settling and sensitivity over the drawn plants."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from .config import RobustnessConfig
+from .draw import PlantDraw
+
+_COLUMNS = {
+    "controller": "controller",
+    "unstable": "unstable",
+    "tripped": "tripped",
+    "hunting": "hunting",
+    "settling_p50_s": "settling, median [s]",
+    "settling_p99_s": "99 % [s]",
+    "settling_worst_s": "worst [s]",
+    "overshoot_worst_percent": "worst overshoot [%]",
+    "ms_worst": "worst Ms",
+    "gain_margin_worst_db": "least gain margin [dB]",
+    "cavitating": "cavitating",
+}
+_BEST = ("settling, median [s]", "99 % [s]", "worst [s]", "worst overshoot [%]", "worst Ms")
+
+
+def robustness_page(
+    config: RobustnessConfig, metrics: Mapping[str, Any], lanes: Mapping[str, Any], draw: PlantDraw
+) -> Page:
+    """One table, the distributions, the worst plant of each controller, and what was drawn."""
+    rows = metrics["rows"]
+    table = Table(
+        f"A step of {config.step * 1e3:g} mm on {config.plants} plants",
+        list(_COLUMNS.values()),
+        [[row[key] for key in _COLUMNS] for row in rows],
+        f"Counts of plants. Settled within {metrics['band'] * 1e3:.3g} mm; a plant that never settles counts as the "
+        "slowest, and a dash says that there is one. Margins at null and moving at 0.1 m/s, with the computing delay.",
+        dict.fromkeys(_BEST, "min"),
+    )
+    items: list[Any] = [table]
+    if metrics["left_out"]:
+        items.append(f"Left out, no linear laws: {', '.join(metrics['left_out'])}.")
+    sections = [
+        Section("Controllers", items),
+        Section("Settling over the plants", [robustness_figure(lanes)]),
+        Section("Sensitivity over the stroke", [_over_stroke(lanes, draw)]),
+        Section("The worst plant of each controller", [_worst(rows)]),
+        Section("What was drawn", [_drawn(config, draw)]),
+    ]
+    return Page(f"Robustness on {config.rig.name}", _verdict(rows), sections, {"seed": str(config.seed)})
+
+
+def _verdict(rows: list[dict[str, Any]]) -> str:
+    sound = [row for row in rows if not (row["unstable"] or row["tripped"] or row["hunting"])]
+    if not sound:
+        least = min(rows, key=lambda row: row["unstable"] + row["tripped"] + row["hunting"])
+        bad = least["unstable"] + least["tripped"] + least["hunting"]
+        return (
+            f"No controller holds on all plants; {least['controller']} fails on the fewest, {bad} of {least['plants']}."
+        )
+    best = min(sound, key=lambda row: row["settling_p99_s"] or np.inf)
+    return (
+        f"{best['controller']} holds on all {best['plants']} plants and settles 99 % of them within "
+        f"{best['settling_p99_s']:.3g} s, Ms {best['ms_worst']:.3g} at worst."
+    )
+
+
+def robustness_figure(lanes: Mapping[str, Any]) -> Figure:
+    """The share of the plants that have settled, over time."""
+    curves = []
+    for name, columns in lanes.items():
+        settled = np.sort(columns["settling_s"][~np.isnan(columns["settling_s"])])
+        share = 100 * np.arange(1, len(settled) + 1) / len(columns["settling_s"])
+        curves.append(Curve(name, settled, share))
+    return Figure("Share of the plants that have settled", "time [s]", (Panel("settled [%]", tuple(curves)),))
+
+
+def _over_stroke(lanes: Mapping[str, Any], draw: PlantDraw) -> Figure:
+    """The largest Ms of the plants within each tenth of the stroke."""
+    edges = np.quantile(draw.position, np.linspace(0, 1, 21))
+    middle = (edges[1:] + edges[:-1]) / 2 * 1e3
+    place = np.clip(np.searchsorted(edges, draw.position, side="right") - 1, 0, 19)
+    curves = []
+    for name, columns in lanes.items():
+        worst = np.array([np.max(columns["ms"][place == i], initial=0.0) for i in range(20)])
+        curves.append(Curve(name, middle, np.where(worst > 0, worst, np.nan)))
+    return Figure("Largest Ms by position; a gap: unstable somewhere", "position [mm]", (Panel("Ms", tuple(curves)),))
+
+
+def _worst(rows: list[dict[str, Any]]) -> Table:
+    names = list(rows[0]["worst"]) if rows else []
+    return Table(
+        "", ["controller", *names], [[row["controller"], *(row["worst"][name] for name in names)] for row in rows]
+    )
+
+
+def _drawn(config: RobustnessConfig, draw: PlantDraw) -> Table:
+    rows = [
+        [name, float(values.min()), float(values.max()), config.rig.numbers[name].si]
+        for name, values in draw.numbers.items()
+    ]
+    rows.append(["position", float(draw.position.min()), float(draw.position.max()), "m"])
+    return Table("Uniform within these ranges", ["number", "least", "largest", "unit"], rows)
