@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from workbench.engine import Engine
-from workbench.engine.driver import Stepping
 from workbench.engine.engine import back_end_of
+from workbench.engine.jobs import Stepping
 from workbench.engine.tangent import tangent_attempt, tangent_outputs
 from workbench.linear import equilibrium
 

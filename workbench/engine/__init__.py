@@ -8,15 +8,16 @@ rosenbrock     the implicit step and its adaptive length as a graph; sparse_lu s
 tangent        steps with their exact derivatives along a direction
 backend        the choice between compiled and interpreter; only the first needs a compiler, and imports it when used
 compiled       machine code: tape and emit turn the graph into vector code of lanes, codegen and driver the loop around
-               it, vector_math the functions that LLVM lacks; object_cache keeps what was compiled
+               it (written with scalars, on the jobs of a run), vector_math the functions that LLVM lacks; object_cache
+               keeps what was compiled
 interpreter    the same by CasADi alone
 floor          least time of an attempt: that of its divisions and roots
 peers          public solvers that the engine is measured against
 """
 
 from .delay_line import DelayLine, periods
-from .driver import Batch
 from .engine import Engine
+from .jobs import Batch
 from .trajectory import Trajectory
 
 __all__ = ["Batch", "DelayLine", "Engine", "Trajectory", "periods"]

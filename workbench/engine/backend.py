@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from .driver import Stepping
 from .emit import first_unsupported
+from .jobs import Stepping
 
 if TYPE_CHECKING:
     from .compiled import CompiledPlant

@@ -5,9 +5,11 @@ from functools import partial
 
 import casadi as ca
 
-from .driver import Frame, OutputJob, RunJob, Scalars, run, service, structure
+from .driver import run, service
 from .emit import emit
+from .jobs import Frame, OutputJob, RunJob, structure
 from .lanes import Code
+from .scalars import Scalars
 from .tape import Tape, divide_less, fixed, read
 
 _SMALLEST_STEP = 1e-12  # s: as in rosenbrock.failed
@@ -16,14 +18,14 @@ _SMALLEST_STEP = 1e-12  # s: as in rosenbrock.failed
 def module(attempt: ca.Function, outputs: ca.Function, width: int, fused: bool) -> str:
     """IR of `run` for an attempt (s, u, p, tolerance) -> s, and of `outputs` for (x, u, p) -> y."""
     tape = divide_less(read(attempt), {2, 3})
-    kept = _kept(tape)
-    frame = Frame(width, attempt.numel_in(0) - 3, attempt.numel_in(1), attempt.numel_in(2), len(kept))
+    constants = _constants(tape)
+    frame = Frame(width, attempt.numel_in(0) - 3, attempt.numel_in(1), attempt.numel_in(2), len(constants))
     prepare, step, observe = (Code(width, fused, label) for label in ("entry", "entry", "block"))
     lines = [
         f"%run_job = type {structure(RunJob)}",
         f"%output_job = type {structure(OutputJob)}",
-        *_prepare(prepare, tape, frame, kept),
-        *_attempt(step, tape, frame, kept),
+        *_prepare(prepare, tape, frame, constants),
+        *_attempt(step, tape, frame, constants),
         *service(frame),
         *run(frame),
         *_outputs(observe, outputs),
@@ -31,36 +33,36 @@ def module(attempt: ca.Function, outputs: ca.Function, width: int, fused: bool) 
     return "\n".join([*lines, *sorted(prepare.declared | step.declared | observe.declared)])
 
 
-def _kept(tape: Tape) -> list[int]:
+def _constants(tape: Tape) -> list[int]:
     """Nodes that depend on parameters alone and that others use: they are computed once a run."""
     flags = fixed(tape, {2, 3})
     used = {a for i, node in enumerate(tape.nodes) if not flags[i] for a in node.args}.union(r for _, r in tape.results)
     return [i for i in sorted(used) if flags[i] and tape.nodes[i].op not in ("const", "input")]
 
 
-def _prepare(code: Code, tape: Tape, frame: Frame, kept: list[int]) -> list[str]:
-    values = emit(code, tape, kept, _inputs(code, tape, frame))
-    for i, node in enumerate(kept):
+def _prepare(code: Code, tape: Tape, frame: Frame, constants: list[int]) -> list[str]:
+    values = emit(code, tape, constants, _inputs(code, tape, frame))
+    for i, node in enumerate(constants):
         _store(code, values[node], frame.places["prepared"] + i * frame.width)
     return ["define internal void @prepare(ptr %frame) noinline nounwind {", "entry:", *code.lines, "  ret void", "}"]
 
 
-def _attempt(code: Code, tape: Tape, frame: Frame, kept: list[int]) -> list[str]:
+def _attempt(code: Code, tape: Tape, frame: Frame, constants: list[int]) -> list[str]:
     """One attempt of every lane; returns a bit for each lane that wants service: at its end, too short or too long."""
     places, width = frame.places, frame.width
     given = _inputs(code, tape, frame)
-    given |= {node: partial(_load, code, places["prepared"] + i * width) for i, node in enumerate(kept)}
+    given |= {node: partial(_load, code, places["prepared"] + i * width) for i, node in enumerate(constants)}
     values = emit(code, tape, [node for _, node in tape.results], given)
     after = {element: values[node] for element, node in tape.results}
     left, step, attempts = (after[frame.n + i] for i in range(3))
     over = code.compare("ole", left, code.number(0.0))
     failed = code.compare("ule", step, code.number(_SMALLEST_STEP))
     capped = code.compare("oge", attempts, _load(code, places["limit"]))
-    wanted = code.bits_of(code.logic("or", over, code.logic("or", failed, capped)))
+    waiting = code.bits_of(code.logic("or", over, code.logic("or", failed, capped)))
     for element, value in after.items():
         _store(code, value, element * width)
     head = "define internal i64 @attempt(ptr %frame) noinline nounwind {"
-    return [head, "entry:", *code.lines, f"  ret i64 {wanted}", "}"]
+    return [head, "entry:", *code.lines, f"  ret i64 {waiting}", "}"]
 
 
 def _inputs(code: Code, tape: Tape, frame: Frame) -> dict[int, Callable[[], str]]:

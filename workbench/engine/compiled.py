@@ -11,7 +11,7 @@ import numpy as np
 from ..base.cores import cores
 from . import object_cache
 from .codegen import module
-from .driver import Batch, OutputJob, RunJob, Stepping
+from .jobs import Batch, OutputJob, RunJob, Stepping
 
 _WORTH_A_THREAD = 2000  # intervals or rows: to start another thread takes about as long as fewer of them
 

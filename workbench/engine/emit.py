@@ -57,9 +57,9 @@ def first_unsupported(function: ca.Function) -> str | None:
     return min(opcodes(function) - SUPPORTED, default=None)
 
 
-def emit(code: Code, tape: Tape, wanted: Iterable[int], given: Mapping[int, Callable[[], str]]) -> dict[int, str]:
-    """Write what the `wanted` nodes need, and return their values by node; `given` are the nodes that can be loaded."""
-    needed, uses = set(wanted), Counter(wanted)
+def emit(code: Code, tape: Tape, results: Iterable[int], given: Mapping[int, Callable[[], str]]) -> dict[int, str]:
+    """Write what the `results` nodes need; returns their values by node. `given` are the nodes that can be loaded."""
+    needed, uses = set(results), Counter(results)
     for index in range(max(needed, default=-1), -1, -1):
         if index in needed and index not in given:
             needed.update(tape.nodes[index].args)

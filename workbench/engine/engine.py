@@ -7,8 +7,8 @@ import numpy as np
 
 from ..plant import Plant
 from .backend import NotCompiled, compile_plant
-from .driver import Batch, Stepping
 from .interpreter import InterpretedPlant
+from .jobs import Batch, Stepping
 from .rosenbrock import adaptive_attempt
 from .trajectory import Trajectory
 
@@ -124,15 +124,20 @@ class Engine:
 
 
 def back_end_of(
-    attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping, wanted: BackEnd, brief: bool = False
+    attempt: ca.Function,
+    outputs: ca.Function,
+    p: np.ndarray,
+    stepping: Stepping,
+    back_end: BackEnd,
+    brief: bool = False,
 ) -> "tuple[CompiledPlant | InterpretedPlant, str, str]":
     """A back end for graphs of an attempt and of outputs, its name, and why it is interpreted if it is."""
     note = "interpreted: asked for"
-    if wanted != "interpreted":
+    if back_end != "interpreted":
         try:
             return compile_plant(attempt, outputs, p, stepping, brief), "compiled", ""
         except NotCompiled as error:
-            if wanted == "compiled":
+            if back_end == "compiled":
                 raise
             note = str(error)
     return InterpretedPlant(attempt, outputs, p, stepping), "interpreted", note

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..plant import Plant
 from .compiled import CompiledPlant
-from .driver import Stepping
+from .jobs import Stepping
 from .rosenbrock import adaptive_attempt
 from .tape import divide_less, fixed, read
 
@@ -56,10 +56,10 @@ def _time(plant: Plant, term: Callable[[ca.SX, float], ca.SX]) -> float:
         adaptive_attempt(plant), ca.Function("rate", [x, u, p], [ca.vertcat(*sums)]), plant.p, Stepping(1.0, 1.0, 1)
     )
     rows = 1.0 + np.random.default_rng(0).random((_ROWS, plant.n))
-    held = np.zeros(len(plant.inputs))
+    inputs = np.zeros(len(plant.inputs))
     times = []
     for _ in range(_REPEATS):
         began = perf_counter()
-        kernel.outputs(rows, held)
+        kernel.outputs(rows, inputs)
         times.append(perf_counter() - began)
     return min(times) / (_ROWS * plant.n * _TERMS)

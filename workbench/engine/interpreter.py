@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .driver import Batch, Stepping
+from .jobs import Batch, Stepping
 from .rosenbrock import failed
 
 

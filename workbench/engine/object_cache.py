@@ -102,11 +102,11 @@ def _link(code: bytes, names: Sequence[str]) -> Any:
 def _c_library() -> dict[str, int]:
     """Addresses of the mathematical functions of C."""
     library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
-    found = {}
+    addresses = {}
     for name in ("pow", "sin", "cos", *LIBM):
         with suppress(AttributeError):
-            found[name] = ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
-    return found
+            addresses[name] = ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
+    return addresses
 
 
 def _stored(digest: str) -> bytes | None:

@@ -21,29 +21,29 @@ def radau(plant: Plant, x0: np.ndarray, t: np.ndarray, u: np.ndarray, tolerance:
     rates, slopes = _rates(plant)
     states = [x0]
     for j in range(len(t) - 1):
-        held = u[j]
-        found = solve_ivp(
-            lambda _t, x, held=held: rates(x, held),
+        inputs = u[j]
+        solution = solve_ivp(
+            lambda _t, x, inputs=inputs: rates(x, inputs),
             (t[j], t[j + 1]),
             states[-1],
             "Radau",
-            jac=lambda _t, x, held=held: slopes(x, held),
+            jac=lambda _t, x, inputs=inputs: slopes(x, inputs),
             rtol=tolerance,
             atol=tolerance * plant.scale,
         )
-        states.append(found.y[:, -1])
+        states.append(solution.y[:, -1])
     return np.array(states)
 
 
 def lsoda(plant: Plant, x0: np.ndarray, t: np.ndarray, u: np.ndarray, tolerance: float) -> np.ndarray:
     """scipy's LSODA with CasADi's rates and exact Jacobian, called without a copy."""
     rates, slopes = _rates(plant)
-    held = [u[0]]
-    solver = ode(lambda _t, x: rates(x, held[0]), lambda _t, x: slopes(x, held[0]))
+    inputs = [u[0]]
+    solver = ode(lambda _t, x: rates(x, inputs[0]), lambda _t, x: slopes(x, inputs[0]))
     solver.set_integrator("lsoda", rtol=tolerance, atol=tolerance * plant.scale, with_jacobian=True, nsteps=10_000)
     states = [x0]
     for j in range(len(t) - 1):
-        held[0] = u[j]
+        inputs[0] = u[j]
         solver.set_initial_value(states[-1], t[j])
         states.append(np.array(solver.integrate(t[j + 1])))
     return np.array(states)
@@ -51,10 +51,10 @@ def lsoda(plant: Plant, x0: np.ndarray, t: np.ndarray, u: np.ndarray, tolerance:
 
 def cvodes(plant: Plant, x0: np.ndarray, t: np.ndarray, u: np.ndarray, tolerance: float) -> np.ndarray:
     """SUNDIALS' CVODES through CasADi, in scaled states as its absolute tolerance is one number; equal intervals."""
-    z, held = ca.SX.sym("z", plant.n), ca.SX.sym("u", len(plant.inputs))
-    rates = plant.f(z * plant.scale, held, plant.p) / plant.scale
+    z, inputs = ca.SX.sym("z", plant.n), ca.SX.sym("u", len(plant.inputs))
+    rates = plant.f(z * plant.scale, inputs, plant.p) / plant.scale
     options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 100_000}
-    solver = ca.integrator("cvodes", "cvodes", {"x": z, "p": held, "ode": rates}, 0.0, float(t[1] - t[0]), options)
+    solver = ca.integrator("cvodes", "cvodes", {"x": z, "p": inputs, "ode": rates}, 0.0, float(t[1] - t[0]), options)
     states = [x0 / plant.scale]
     for j in range(len(t) - 1):
         states.append(np.array(solver(x0=states[-1], p=u[j])["xf"]).ravel())
@@ -82,8 +82,8 @@ def _buffered(function: ca.Function, shape: tuple[int, ...]) -> Callable[..., np
     buffer.set_arg(1, u.data)
     buffer.set_res(0, flat.data)
 
-    def evaluate(state: np.ndarray, held: np.ndarray, _kept: Any = buffer) -> np.ndarray:
-        x[:], u[:] = state, held
+    def evaluate(state: np.ndarray, inputs: np.ndarray, _buffer: Any = buffer) -> np.ndarray:
+        x[:], u[:] = state, inputs
         call()
         return flat.reshape(shape, order="F").copy()
 

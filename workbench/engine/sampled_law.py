@@ -17,8 +17,8 @@ import numpy as np
 from ..plant import Plant
 from . import object_cache
 from .codegen import gathered_inputs
-from .driver import Frame
 from .emit import emit
+from .jobs import Frame
 from .lanes import Code
 from .tape import divide_less, read
 

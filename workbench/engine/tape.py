@@ -109,11 +109,11 @@ def _truth(tape: Tape, index: int) -> int:
 def _branches(tape: Tape, a: int, b: int) -> int:
     """A sum, unless it is how CasADi writes if_else: (c ? x : 0) + (not c ? y : 0)."""
     zero = tape.const(0.0)
-    one, other = tape.nodes[a], tape.nodes[b]
-    if one.op == other.op == "select" and one.args[2] == other.args[2] == zero:
-        negated = tape.nodes[other.args[0]]
-        if negated.op == "not" and negated.args[0] == one.args[0]:
-            return tape.add("select", one.args[0], one.args[1], other.args[1])
+    first, second = tape.nodes[a], tape.nodes[b]
+    if first.op == second.op == "select" and first.args[2] == second.args[2] == zero:
+        negated = tape.nodes[second.args[0]]
+        if negated.op == "not" and negated.args[0] == first.args[0]:
+            return tape.add("select", first.args[0], first.args[1], second.args[1])
     return tape.add("add", a, b)
 
 
@@ -168,8 +168,8 @@ class _Rewriting:
         values = [source.nodes[i] for i in (node.args[0], *total.args)]
         if total.op != "add" or any(v.op != "real" for v in values) or values[0] not in values[1:]:
             return None
-        one, other = values[0], values[2] if values[0] == values[1] else values[1]
-        a, b = self._map[one.args[0]], self._map[other.args[0]]
+        numerator, other = values[0], values[2] if values[0] == values[1] else values[1]
+        a, b = self._map[numerator.args[0]], self._map[other.args[0]]
         neither = target.add("select", b, target.const(0.0), target.const(math.nan))
         return target.add("select", a, target.add("select", b, target.const(0.5), target.const(1.0)), neither)
 

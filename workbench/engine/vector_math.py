@@ -169,8 +169,8 @@ def _circular(c: Code, x: str, quarter: int, name: str) -> str:
 
 def extreme(c: Code, condition: str, x: str, y: str, constant: bool) -> str:
     """fmin ("olt") or fmax ("ogt") as in C: what is not a number loses. `constant`: y is a number for certain."""
-    chosen = c.select(c.compare(condition, x, y), x, y)
-    return chosen if constant else c.select(c.compare("uno", y, y), x, chosen)
+    nearer = c.select(c.compare(condition, x, y), x, y)
+    return nearer if constant else c.select(c.compare("uno", y, y), x, nearer)
 
 
 def sign(c: Code, x: str) -> str:

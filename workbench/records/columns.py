@@ -33,14 +33,14 @@ class ColumnMap:
 class Column:
     """A column that was found: its header cell, the unit of its numbers, and `scale` and `clip` as in ColumnMap.
 
-    foreign: the unit does not fit the signal, so that `scale` alone converts.
+    misfit: the unit does not fit the signal, so that `scale` alone converts.
     """
 
     cell: str
     unit: str | None
     scale: float
     clip: tuple[float, float] | None
-    foreign: bool
+    misfit: bool
 
 
 def choose(path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap]) -> tuple[dict[str, Column], list[str]]:
@@ -50,12 +50,12 @@ def choose(path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap]) 
     """
     places: dict[str, str] = {}
     for name in SIGNALS:
-        wanted = mapping.get(name, ColumnMap()).column or name
-        found = [cell for cell in header if wanted in (cell, _split(cell)[0])]
-        if len(found) > 1:
-            raise InputError(f'{path}: columns {_listed(found)} are all "{wanted}"; keep one or map it in [signals]')
-        if found:
-            places[name] = found[0]
+        title = mapping.get(name, ColumnMap()).column or name
+        cells = [cell for cell in header if title in (cell, _split(cell)[0])]
+        if len(cells) > 1:
+            raise InputError(f'{path}: columns {_listed(cells)} are all "{title}"; keep one or map it in [signals]')
+        if cells:
+            places[name] = cells[0]
     _require(path, header, places, mapping)
     columns = {name: _column(path, name, cell, mapping.get(name, ColumnMap())) for name, cell in places.items()}
     used = set(places.values())
@@ -63,17 +63,17 @@ def choose(path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap]) 
 
 
 def _split(cell: str) -> tuple[str, str | None]:
-    found = _CELL.fullmatch(cell.strip())
-    return (found["name"], found["unit"]) if found else (cell.strip(), None)
+    parts = _CELL.fullmatch(cell.strip())
+    return (parts["name"], parts["unit"]) if parts else (cell.strip(), None)
 
 
 def _require(path: Path, header: Sequence[str], places: Mapping[str, str], mapping: Mapping[str, ColumnMap]) -> None:
     reasons = {"t": "rows need their time", "command": "the command is the model's input"}
     for name, reason in reasons.items():
         if name not in places:
-            wanted = mapping.get(name, ColumnMap()).column or SIGNALS[name].label
-            hint = f'add "{wanted}" or map it in [signals]; columns here: {_listed(header) or "none"}'
-            raise InputError(f'{path}: no column "{wanted}": {reason}; {hint}')
+            title = mapping.get(name, ColumnMap()).column or SIGNALS[name].label
+            hint = f'add "{title}" or map it in [signals]; columns here: {_listed(header) or "none"}'
+            raise InputError(f'{path}: no column "{title}": {reason}; {hint}')
 
 
 def _column(path: Path, name: str, cell: str, mapped: ColumnMap) -> Column:
@@ -83,11 +83,11 @@ def _column(path: Path, name: str, cell: str, mapped: ColumnMap) -> Column:
     where = f'{path}: column "{cell}"'
     if unit is None and mapped.scale is None:
         raise InputError(f'{where}: no unit; write "{SIGNALS[name].label}" or give its unit in [signals]')
-    foreign = unit is not None and not _fits(where, unit, SIGNALS[name].si)
-    if foreign and mapped.scale is None:
+    misfit = unit is not None and not _fits(where, unit, SIGNALS[name].si)
+    if misfit and mapped.scale is None:
         hint = f'write one like "{SIGNALS[name].unit}", or give scale in [signals]'
         raise InputError(f'{where}: unit "{unit}" is not one of {name}; {hint}')
-    return Column(cell, unit, 1.0 if mapped.scale is None else mapped.scale, mapped.clip, foreign)
+    return Column(cell, unit, 1.0 if mapped.scale is None else mapped.scale, mapped.clip, misfit)
 
 
 def _fits(where: str, unit: str, si: str) -> bool:

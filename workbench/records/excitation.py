@@ -107,13 +107,13 @@ def multisine(
     clipping in rounds (Van der Ouderaa, Schoukens and Renneboog, IEEE Trans. Instrum. Meas. 37(1), 1988).
     """
     rows = _rows(seconds, period)
-    chosen = harmonics(band, seconds, period, lines)
-    sizes = np.ones(len(chosen)) if spectrum == "flat" else chosen[0] / chosen
-    coefficients = _low_crest(chosen, sizes)
-    fine = _synthesis(chosen, coefficients, _fine(chosen))
+    harmonic = harmonics(band, seconds, period, lines)
+    sizes = np.ones(len(harmonic)) if spectrum == "flat" else harmonic[0] / harmonic
+    coefficients = _low_crest(harmonic, sizes)
+    fine = _synthesis(harmonic, coefficients, _fine(harmonic))
     # begin where the wave rises through 0
-    turn = 2 * np.pi * chosen * _rising_zero(chosen, coefficients, fine)
-    wave = _synthesis(chosen, coefficients * np.exp(1j * turn), rows)
+    turn = 2 * np.pi * harmonic * _rising_zero(harmonic, coefficients, fine)
+    wave = _synthesis(harmonic, coefficients * np.exp(1j * turn), rows)
     wave[0] = 0.0  # but for rounding
     return _at_peak(wave, amplitude)
 
@@ -157,8 +157,8 @@ def read_excitation(path: str | Path, period: float, rest: float) -> Excitation:
     path = Path(path)
     table = Columns(path)
     t = table.values("t", "s")
-    found = {name: table.values(name, SIGNALS[name].si) for name in ("reference", "command") if name in table}
-    if not found:
+    waves = {name: table.values(name, SIGNALS[name].si) for name in ("reference", "command") if name in table}
+    if not waves:
         raise InputError(f'{path}: nothing to play; add a column "reference [mm]" or "command [1]"')
     if t.size < FEWEST_ROWS:
         raise InputError(f"{path}: {t.size} rows; an excitation needs at least {FEWEST_ROWS}")
@@ -166,11 +166,11 @@ def read_excitation(path: str | Path, period: float, rest: float) -> Excitation:
     if uneven.size:
         where = table.where(int(uneven[0]) + 1, "t")
         raise InputError(f"{where}: not {period * 1e3:g} ms after the row before, as the rig's control period asks")
-    command = found.get("command", np.zeros(t.size))
+    command = waves.get("command", np.zeros(t.size))
     large = np.flatnonzero(np.abs(command) > 1)
     if large.size:
         raise InputError(f"{table.where(int(large[0]), 'command')}: beyond -1..1; scale it down")
-    return Excitation(record_name(path), period, found.get("reference", np.full(t.size, rest)), command)
+    return Excitation(record_name(path), period, waves.get("reference", np.full(t.size, rest)), command)
 
 
 def _rows(seconds: float, period: float) -> int:

@@ -92,11 +92,11 @@ class Columns:
         self.table: DataTable = open_table(path)
         self.cells = {}
         for cell in self.table.header:
-            found = _CELL.fullmatch(cell)
-            name = found["name"] if found else cell
+            parts = _CELL.fullmatch(cell)
+            name = parts["name"] if parts else cell
             if name in self.cells:
                 raise InputError(f'{path}: two columns "{name}"; keep one')
-            self.cells[name] = (cell, found["unit"] if found else None)
+            self.cells[name] = (cell, parts["unit"] if parts else None)
 
     def __contains__(self, name: str) -> bool:
         return name in self.cells

@@ -14,13 +14,11 @@ def vectors(path: Path) -> dict[str, np.ndarray]:
     Raises InputError for a file that is broken or not MATLAB's.
     """
     try:
-        found = _hdf5(path) if _is_hdf5(path) else _version5(path)
-    except (
-        Exception
-    ) as error:  # both libraries raise a zoo: struct.error, zlib.error, OSError, TypeError, ValueError ...
+        arrays = _hdf5(path) if _is_hdf5(path) else _version5(path)
+    except Exception as error:  # of either library: struct.error, zlib.error, OSError, TypeError, ValueError ...
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise InputError(f"{path}: broken MAT file ({reason}); save it again") from None
-    return {name: values.ravel() for name, values in found.items() if _is_vector(values)}
+    return {name: values.ravel() for name, values in arrays.items() if _is_vector(values)}
 
 
 def _is_hdf5(path: Path) -> bool:

@@ -74,7 +74,7 @@ def _mended(
 
 
 def _si(name: str, column: Column, values: np.ndarray) -> np.ndarray:
-    if column.foreign or column.unit is None:
+    if column.misfit or column.unit is None:
         return values * column.scale
     return to_si(values, column.unit, SIGNALS[name].si) * column.scale
 

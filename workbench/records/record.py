@@ -70,12 +70,12 @@ def block_mean(record: Record, rows: int) -> Record:
     blocks = record.t.size // rows
     if rows < 1 or blocks < 1:
         raise ValueError(f"record {record.name}: blocks of {rows} rows do not fit {record.t.size} rows")
-    cut = {name: values[: blocks * rows].reshape(blocks, rows) for name, values in record.signals.items()}
-    held = ("command", "reference")
+    blocked = {name: values[: blocks * rows].reshape(blocks, rows) for name, values in record.signals.items()}
+    commands = ("command", "reference")
     return Record(
         record.name,
         record.t[: blocks * rows : rows],
-        {name: values[:, 0] if name in held else values.mean(axis=1) for name, values in cut.items()},
+        {name: values[:, 0] if name in commands else values.mean(axis=1) for name, values in blocked.items()},
         {name: np.all(mask[: blocks * rows].reshape(blocks, rows), axis=1) for name, mask in record.valid.items()},
         (*record.notes, f"means over blocks of {rows} rows"),
     )

@@ -73,7 +73,7 @@ def _csv(path: Path) -> DataTable:
         places = [header.index(cell) for cell in cells]
         names = [str(place) for place in range(len(header))]  # cells may repeat among the columns that are not read
         try:
-            found = pacsv.read_csv(
+            arrow = pacsv.read_csv(
                 io.BytesIO(b"\n".join(body)),
                 pacsv.ReadOptions(column_names=names, use_threads=False),
                 convert_options=pacsv.ConvertOptions(
@@ -84,7 +84,7 @@ def _csv(path: Path) -> DataTable:
             )
         except pa.ArrowInvalid as error:
             raise _first_fault(path, header, places, rows[1:], body, str(error)) from None
-        return {cell: _floats(found.column(str(place))) for cell, place in zip(cells, places, strict=True)}
+        return {cell: _floats(arrow.column(str(place))) for cell, place in zip(cells, places, strict=True)}
 
     return DataTable(header, rows[1:], read)
 

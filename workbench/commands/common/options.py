@@ -81,6 +81,6 @@ def _check_picture(path: Path | None) -> None:
 
 
 def check_place(path: Path, option: str) -> None:
-    """Raises InputError where a file can not be written because its folder is not there."""
+    """Raises InputError where a file cannot be written because its folder is not there."""
     if not path.parent.is_dir():
         raise InputError(f"{option} {path}: no folder {path.parent}; make it first")

@@ -88,7 +88,7 @@ def open_run(out: Path, command: Mapping[str, Any], force: bool = False) -> Iter
 
     command: JSON-able name, config and seeds, which with the package versions say what the run is; not its --out.
     Raises InputError, before anything is computed, when DIR exists (unless force), when DIR.partial belongs to another
-    command (unless force) or to a process still at work, and when the place can not be written. An InputError from the
+    command (unless force) or to a process still at work, and when the place cannot be written. An InputError from the
     block removes what this call made; after any other end, an interrupt or a kill, the same command resumes.
     """
     out = _resolved(out)
@@ -144,7 +144,7 @@ def _resolved(out: Path) -> Path:
     except (OSError, RuntimeError) as error:
         raise InputError(f"{out}: {error}; choose another --out") from None
     if not out.name:
-        raise InputError(f"{out}: can not be an output folder; choose another --out")
+        raise InputError(f"{out}: cannot be an output folder; choose another --out")
     return out
 
 

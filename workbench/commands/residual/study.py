@@ -26,7 +26,7 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
     floor = noise_floor(campaign)
     plant = build(rig)
     for record in campaign.heldout:
-        compared(plant, record, floor)  # bad input is told in one line: before any other
+        compared(plant, record, floor)  # a refusal comes before any progress line
     predictions = []
     for record in campaign.heldout:
         progress(f"{record.name}: windows of {WINDOW:g} s")

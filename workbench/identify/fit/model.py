@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...engine import Engine
-from ...engine.driver import Stepping
 from ...engine.engine import back_end_of
+from ...engine.jobs import Stepping
 from ...engine.tangent import tangent_attempt, tangent_outputs
 from ...linear import equilibrium
 from ...plant import Plant

@@ -119,7 +119,7 @@ def fit_rig(
         fit = fit_numbers(model, problem.train, free, x, p, guess, problem.kappas)
         if fit.ok and (best is None or fit.squares.sum() < best.squares.sum()):
             best, lost = fit, unexplained_signals(model, problem.train, fit.x0, fit.p)
-        if best is not None and not lost:  # bad input is told in one line: no word before it is clear that it is none
+        if best is not None and not lost:  # no progress line before it is clear that the input is not refused
             report_progress(f"start {start + 1}: chi2 {fit.chi2:.4g} on the train records")
     if best is None or lost:
         raise InputError(

@@ -57,20 +57,20 @@ def effect(
 ) -> Callable[[Law], Effect]:
     """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots.
 
-    Raises InputError for a name, equation, slot or number that can not be.
+    Raises InputError for a name, equation, slot or number that cannot be.
     """
 
-    def made(law: Law) -> Effect:
+    def declare(law: Law) -> Effect:
         laws = {slot: law, **(also or {})}
-        found = Effect(name, formula, equation, source, shows, laws, numbers, states, family=family)
-        check(found)
-        return found
+        new = Effect(name, formula, equation, source, shows, laws, numbers, states, family=family)
+        check(new)
+        return new
 
-    return made
+    return declare
 
 
 def check(of: Effect) -> None:
-    """Raises InputError for what can not be: a bad name, an unknown equation or slot, numbers outside their range."""
+    """Raises InputError for what cannot be: a bad name, an unknown equation or slot, numbers outside their range."""
     if not _NAME.fullmatch(of.name):
         raise InputError(f'effect name "{of.name}": write it like "my.drag", lower case, with a dot')
     if of.equation not in EQUATIONS:

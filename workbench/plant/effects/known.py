@@ -25,29 +25,29 @@ def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:
 
     Raises InputError as `load_effects`, and for a formula that is there twice.
     """
-    found = {(effect.name, effect.formula): effect for effect in LIBRARY}
+    effects = {(effect.name, effect.formula): effect for effect in LIBRARY}
     for path in files:
         for effect in load_effects(path):
-            if (effect.name, effect.formula) in found:
+            if (effect.name, effect.formula) in effects:
                 raise InputError(f"{path}: {effect.title} is there already; give it another formula")
-            found[effect.name, effect.formula] = effect
-    return tuple(found.values())
+            effects[effect.name, effect.formula] = effect
+    return tuple(effects.values())
 
 
 def load_effects(path: str | Path) -> tuple[Effect, ...]:
     """The effects that a Python file defines at its top level.
 
-    Raises InputError with file and line: no such file, an error of Python, no effect in it, an effect that can not be.
+    Raises InputError with file and line: no such file, an error of Python, no effect in it, an effect that cannot be.
     """
-    found = declared(_executed(path).values())
-    if not found:
+    effects = declared(_executed(path).values())
+    if not effects:
         raise InputError(f"{path}: no effect in it; put @effect(...) above a function of (value, s)")
     try:
-        for effect in found:
+        for effect in effects:
             check(effect)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return found
+    return effects
 
 
 def _executed(path: str | Path) -> dict[str, object]:

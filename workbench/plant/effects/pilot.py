@@ -20,12 +20,12 @@ def _state(name: str) -> EffectState:
     return state(name, "A", 0.02)
 
 
-def _held(current: ca.SX, s: Scope, dragged: str, half: ca.SX) -> ca.SX:
+def _held_back(current: ca.SX, s: Scope, dragged: str, half: ca.SX) -> ca.SX:
     """The part of the current that a play of half-width `half` [A] holds back; its state is dragged at its edges."""
     gap = current - s.x(dragged)
-    held = ca.fmax(ca.fmin(gap, half), -half)
-    s.rate(dragged, (gap - held) / _FAST)
-    return held
+    behind = ca.fmax(ca.fmin(gap, half), -half)
+    s.rate(dragged, (gap - behind) / _FAST)
+    return behind
 
 
 @effect(
@@ -41,7 +41,7 @@ def _held(current: ca.SX, s: Scope, dragged: str, half: ca.SX) -> ca.SX:
 )
 def play(current: ca.SX, s: Scope) -> ca.SX:
     """acting = i - sat(i - w, r), T0 w' = (i - w) - sat(i - w, r), T0 = 50 us: backlash of half-width r."""
-    return current - _held(current, s, "w", s.p("r"))
+    return current - _held_back(current, s, "w", s.p("r"))
 
 
 @effect(
@@ -60,8 +60,8 @@ def prandtl_ishlinskii(current: ca.SX, s: Scope) -> ca.SX:
 
     After a turn the slope is 1/4, then 1/2, 3/4 and 1; half the width of a large loop is r.
     """
-    held = [_held(current, s, f"w{j}", s.p("r") * j * 2 / 3) for j in range(1, _PLAYS + 1)]
-    return current - ca.sum1(ca.vertcat(*held)) / (_PLAYS + 1)
+    parts = [_held_back(current, s, f"w{j}", s.p("r") * j * 2 / 3) for j in range(1, _PLAYS + 1)]
+    return current - ca.sum1(ca.vertcat(*parts)) / (_PLAYS + 1)
 
 
 @effect(

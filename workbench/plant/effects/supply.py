@@ -65,7 +65,7 @@ def turbulent(_: None, s: Scope) -> None:
 def accumulator(_: None, s: Scope) -> None:
     """drop' = rate n P (P/Ps)^(1/n) (Q/Qr - pump tanh(drop/5 bar)), P = Ps - drop, n = 1.4.
 
-    Gas of an accumulator, adiabatic, refilled by a compensated pump that can not give more than its largest flow.
+    Gas of an accumulator, adiabatic, refilled by a compensated pump that cannot give more than its largest flow.
     """
     drop = s.x("drop")
     full = s["supply"] + drop
