@@ -1,6 +1,7 @@
 """The command line: reads arguments and hands them to the chosen command, which alone is imported."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -22,6 +23,8 @@ class Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Status 0: done; 2: bad input, with one line on stderr; 130: interrupted, resumable."""
     words = sys.argv[1:] if arguments is None else list(arguments)
+    for threads in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")  # matrices here are small, and the engine has a thread a core
     try:
         options = _parser(words).parse_args(words)
         options.call(options, words)

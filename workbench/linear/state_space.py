@@ -129,5 +129,6 @@ def sampled_response(system: "StateSpace | control.StateSpace", at: np.ndarray) 
     entering, leaving = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
     x = np.empty((len(a), b.shape[1], len(at)), complex)
     for i in reversed(range(len(a))):
-        x[i] = (entering[i][:, None] + np.tensordot(upper[i, i + 1 :], x[i + 1 :], 1)) / (at - upper[i, i])
-    return np.tensordot(leaving, x, 1) + d[..., None]
+        known = np.einsum("n,nmk->mk", upper[i, i + 1 :], x[i + 1 :])  # not by BLAS: its threads cost more than they do
+        x[i] = (entering[i][:, None] + known) / (at - upper[i, i])
+    return np.einsum("pn,nmk->pmk", leaving, x) + d[..., None]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...base.cores import cores
+from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
 from ...engine import Engine
 from ...engine.peers import PEERS
@@ -19,6 +20,7 @@ from ...report import Page, Section, Table
 from ...report.figures import Curve, Figure, Panel
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
+from .loops import loop_times
 from .start import start_times
 
 if TYPE_CHECKING:
@@ -53,12 +55,21 @@ def run_speed(rig: Rig, stage: Stage, progress: Progress) -> Outcome:
         peers += stage(f"peers-{drive.name}", lambda drive=drive: _peers(plant, rest, drive))
         progress(f"{drive.name}: batches")
         batch += stage(f"batch-{drive.name}", lambda drive=drive: _batches(engine, rest, drive, least))
+    progress("closed loops")
+    loops = stage("loops", lambda: loop_times(rig, _controllers()))
     progress("starts")
     start = stage("start", start_times)
     progress("environments")
     envs = stage("envs", _environments)
-    speed = {"peers": peers, "batch": batch, "envs": envs, "start": start, "floor": _floor_row(least)}
+    speed = {"peers": peers, "batch": batch, "envs": envs, "start": start, "floor": _floor_row(least), **loops}
     return Outcome(speed, _page(rig, engine, speed), _picture(batch))
+
+
+def _controllers() -> list[ControllerSpec]:
+    """P, and P with the pressure feedback of experiments/position_step.toml."""
+    pressure = controller("controllers.pressure:PressureFeedback", gain="2.15e-4 1/bar", corner="0.25 Hz")
+    damped = controller("controllers.p:P", gain=3.7) + pressure
+    return [controller("controllers.p:P", gain=0.24).named("p"), damped.named("p-dp")]
 
 
 def _drives(rig: Rig, engine: Engine, rest: Equilibrium) -> list[TimedDrive]:
@@ -209,6 +220,7 @@ def _page(rig: Rig, engine: Engine, speed: dict[str, Any]) -> Page:
     )
     sections = [Section("Solvers", [peers]), Section("Batches", [batch]), Section("Environments", [envs])]
     starts = [[name.removesuffix("_cpu_s").replace("_", " "), value] for name, value in speed["start"].items()]
+    sections.append(Section("Closed loops", _loop_tables(speed)))
     sections.append(Section("Start", [Table("A new process, CPU time", ["what", "s"], starts)]))
     if speed["floor"]:
         sections.append(
@@ -218,6 +230,13 @@ def _page(rig: Rig, engine: Engine, speed: dict[str, Any]) -> Page:
         f"The {engine.back_end} engine is {best:.0f} to {radau:.0f} times as fast as the public solvers on {rig.name}."
     )
     return Page(f"Speed on {rig.name}", verdict, sections)
+
+
+def _loop_tables(speed: dict[str, Any]) -> list[Table]:
+    columns = ["controller", "way", "CPU ms per simulated second", "times the engine", "difference / step"]
+    loops = Table("A step of 10 mm, CPU time", columns, [[*row.values()] for row in speed["loops"]])
+    margins = Table("Margins of one loop, CPU time", ["", "ms"], [[*item] for item in speed["margins"].items()])
+    return [loops, margins]
 
 
 def _picture(batch: list[dict[str, Any]]) -> Figure:
