@@ -8,8 +8,8 @@ import numpy as np
 from workbench.control.discrete_filter import Filter
 from workbench.control.linear_law import LinearLaw, resting
 from workbench.control.protocol import design_numbers, number
-from workbench.linear.discretise import hold_matrices
 from workbench.linear.interconnect import parallel
+from workbench.linear.sampling import hold_matrices
 from workbench.linear.state_space import StateSpace, state_space
 
 

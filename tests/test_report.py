@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from workbench.base.gain_phase import gain_db, phase_deg
 from workbench.report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section, Table, bode, page_looks, render
-from workbench.report.figures import gain_db, phase_deg
 from workbench.report.page import write_page
 from workbench.report.palette import PALETTE, looks
 from workbench.report.still import still_picture

@@ -7,18 +7,11 @@ from hypothesis import strategies as st
 
 from controllers.p import P
 from workbench.base.errors import InputError
+from workbench.base.gain_phase import gain_db, phase_deg
 from workbench.engine import Engine
 from workbench.linear import equilibrium, linearise
-from workbench.linear.frequency_response import (
-    crossing,
-    decibels,
-    degrees,
-    first_harmonic,
-    held_harmonic,
-    linear_response,
-    scan,
-    stepped_sine,
-)
+from workbench.linear.crossings import corner_frequency
+from workbench.linear.frequency_response import first_harmonic, held_harmonic, linear_response, scan, stepped_sine
 from workbench.loop.describing_function import closed_loop_sine, sampled_frequencies
 from workbench.loop.margins import linear_loop
 from workbench.plant import build
@@ -76,22 +69,22 @@ def test_held_harmonic_is_the_integral_over_the_staircase(points, amplitude):
 @given(where=st.floats(1.01, 9e3), slope=st.floats(1, 60))
 def test_a_crossing_is_interpolated_over_log_f(where, slope):
     f = np.geomspace(1, 1e4, 17)
-    assert crossing(f, -slope * np.log10(f), -slope * np.log10(where)) == pytest.approx(where, rel=1e-9)
+    assert corner_frequency(f, -slope * np.log10(f), -slope * np.log10(where)) == pytest.approx(where, rel=1e-9)
 
 
 def test_a_crossing_is_the_first_fall():
     f = np.array([1.0, 2.0, 4.0, 8.0, 16.0])
-    assert crossing(f, np.array([-5.0, 0.0, -6.0, 0.0, -6.0]), -3.0) == pytest.approx(np.sqrt(8))
-    assert crossing(f, np.array([-5.0, -4.0, 0.0, 0.0, 0.0]), -3.0) is None
-    assert crossing(f, np.array([0.0, -3.0, -6.0, -7.0, -8.0]), -3.0) == pytest.approx(2.0)
+    assert corner_frequency(f, np.array([-5.0, 0.0, -6.0, 0.0, -6.0]), -3.0) == pytest.approx(np.sqrt(8))
+    assert corner_frequency(f, np.array([-5.0, -4.0, 0.0, 0.0, 0.0]), -3.0) is None
+    assert corner_frequency(f, np.array([0.0, -3.0, -6.0, -7.0, -8.0]), -3.0) == pytest.approx(2.0)
 
 
 def test_phase_has_no_jumps_and_gain_is_in_decibels():
     f = np.geomspace(0.1, 100, 200)
     response = 1 / (1j * f * (1 + 1j * f) ** 3)
-    assert degrees(response)[[0, -1]] == pytest.approx([-90 - 3 * np.degrees(np.arctan(0.1)), -358.3], abs=0.1)
-    assert np.abs(np.diff(degrees(response))).max() < 10
-    assert decibels(np.array([10.0, -0.1j])) == pytest.approx([20, -20])
+    assert phase_deg(response)[[0, -1]] == pytest.approx([-90 - 3 * np.degrees(np.arctan(0.1)), -358.3], abs=0.1)
+    assert np.abs(np.diff(phase_deg(response))).max() < 10
+    assert gain_db(np.array([10.0, -0.1j])) == pytest.approx([20, -20])
 
 
 def test_linear_response_is_in_hertz(lag):
@@ -107,7 +100,7 @@ def test_stepped_sine_is_exact_on_a_linear_plant(lag):
     assert np.all(sine.settled)
     assert not sine.saturated.any()
     assert not sine.cavitated.any()
-    assert np.abs(decibels(sine.response["y"] / wanted)).max() < 0.02
+    assert np.abs(gain_db(sine.response["y"] / wanted)).max() < 0.02
     assert np.abs(np.angle(sine.response["y"] / wanted, deg=True)).max() < 0.1
 
 
@@ -118,7 +111,7 @@ def test_stepped_sine_ignores_the_drift_of_an_integrator():
     sine = stepped_sine(Engine(plant, 1e-7), np.array([0.3, 0.0]), np.array([0.3]), f, 0.2, ["y"])
     s = 2j * np.pi * f
     ratio = sine.response["y"] * s * (s / 300 + 1)
-    assert np.abs(decibels(ratio)).max() < 0.02
+    assert np.abs(gain_db(ratio)).max() < 0.02
     assert np.abs(np.angle(ratio, deg=True)).max() < 0.1
 
 
@@ -163,8 +156,8 @@ def test_a_scan_refines_the_corners(lag):
     gain = np.abs(1 / (2j * np.pi / 100 + 1) ** 2)
     corner = 100 / (2 * np.pi) * np.sqrt(10**0.15 / gain - 1)
     response = sine.response["y"]
-    assert crossing(sine.f, decibels(response / np.abs(response[0])), -3.0) == pytest.approx(corner, rel=1e-3)
-    assert crossing(sine.f, degrees(response), -90.0) == pytest.approx(100 / (2 * np.pi), rel=1e-3)
+    assert corner_frequency(sine.f, gain_db(response / np.abs(response[0])), -3.0) == pytest.approx(corner, rel=1e-3)
+    assert corner_frequency(sine.f, phase_deg(response), -90.0) == pytest.approx(100 / (2 * np.pi), rel=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +171,7 @@ def test_at_a_tiny_amplitude_the_valve_is_its_linear_model(valve, valve_bench):
     sine = stepped_sine(engine, rest.x, rest.u, f, 1e-5, ["flow", "spool"], {"flapper": 1e-6})
     for name in ("flow", "spool"):
         ratio = sine.response[name] / linear_response(linearise(valve_bench, rest, outputs=(name,)), f)
-        assert np.abs(decibels(ratio)).max() < 0.05
+        assert np.abs(gain_db(ratio)).max() < 0.05
         assert np.abs(np.angle(ratio, deg=True)).max() < 0.5
     assert np.all(sine.settled)
     assert not sine.saturated.any()
@@ -215,7 +208,7 @@ def test_at_a_tiny_amplitude_the_closed_loop_is_its_linear_model(rig, plant, eng
     assert linear.closed is not None
     there = np.exp(np.interp(np.log(f), np.log(linear.f), np.log(linear.closed)))
     ratio = sine.response["position"] / there
-    assert np.abs(decibels(ratio)).max() < 0.05
+    assert np.abs(gain_db(ratio)).max() < 0.05
     assert np.abs(np.angle(ratio, deg=True)).max() < 0.5
     assert np.all(sine.settled)
     assert not sine.saturated.any()

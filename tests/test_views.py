@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
+from workbench.base.gain_phase import gain_db
 from workbench.engine import Engine
 from workbench.linear import equilibrium, linearise, nonlinear_system, null_pressure, valve_blocks
-from workbench.linear.frequency_response import decibels, linear_response
+from workbench.linear.frequency_response import linear_response
 from workbench.plant import build, build_valve_bench
 from workbench.rigs.rig import bundled, load_rig
 
@@ -238,7 +239,7 @@ def test_the_block_diagram_is_the_whole_valve_at_low_frequency(rig, valve_bench)
     ratio = linear_response(valve_blocks(rig, at_null=True).valve, f) / linear_response(
         linearise(valve_bench, rest, outputs=("spool",)), f
     )
-    assert np.abs(decibels(ratio)).max() < 0.5
+    assert np.abs(gain_db(ratio)).max() < 0.5
     assert np.abs(np.degrees(np.angle(ratio)))[f < 20].max() < 3
     assert np.abs(np.degrees(np.angle(ratio))).max() < 5
 

@@ -32,8 +32,9 @@ notebook    the door for Python: loops, searches and campaigns as objects that s
 cli         the command line, which imports the chosen command only
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .base.lazy import lazy_names
 
 if TYPE_CHECKING:
     from .base.errors import InputError
@@ -133,14 +134,4 @@ __all__ = [
     "with_delay",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Load a name's module when it is first used: a simulation need not wait for python-control."""
-    for module, names in _HOMES.items():
-        if name in names:
-            return getattr(import_module(f".{module}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return [*__all__, *(name for name in globals() if name.startswith("__"))]
+__getattr__, __dir__ = lazy_names(__name__, _HOMES)

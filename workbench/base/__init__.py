@@ -6,5 +6,6 @@ toml, table, key_lines    TOML files read strictly: a table that is asked by key
 lazy            names of a package, loaded when first used
 checkpoint      stages of a long computation, and progress
 cores, process_pool    processors, and worker processes that share them
+gain_phase      gain in decibels and phase in degrees of a complex response
 columns         named columns, and as a pandas table
 """

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ..linear import Equilibrium
-from ..linear.discretise import sampled_plant
 from ..linear.interconnect import feedback, select
+from ..linear.sampling import sampled_plant
 from ..linear.state_space import StateSpace, as_state_space, sampled_response
 from ..plant import Plant
 from .compensators import Compensator

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..plant import Plant
-from .equilibrium import equilibrium
+from .operating_point import equilibrium
 
 _STEPS, _HALVINGS = 40, 6
 _SMALL = 1e-9  # of each equation's largest slope: below it a rate has vanished

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.gain_phase import gain_db, phase_deg
 from ..engine import Engine
+from .crossings import crossings
 
 if TYPE_CHECKING:
     import control
@@ -134,26 +136,6 @@ def _run_lanes(
         lanes, t, x, before = lanes[going], t[going], batch.x[going, -1], now[going]
 
 
-def decibels(response: np.ndarray) -> np.ndarray:
-    """Gain [dB]."""
-    return 20 * np.log10(np.abs(response))
-
-
-def degrees(response: np.ndarray) -> np.ndarray:
-    """Phase [deg], without jumps along the last axis."""
-    return np.degrees(np.unwrap(np.angle(response)))
-
-
-def crossing(f: np.ndarray, value: np.ndarray, level: float) -> float | None:
-    """First frequency at which `value` falls through `level`, by interpolation over log f; None if it never does."""
-    below = np.flatnonzero((value[1:] < level) & (value[:-1] >= level))
-    if not len(below):
-        return None
-    i = below[0]
-    part = (value[i] - level) / (value[i] - value[i + 1])
-    return float(np.exp(np.log(f[i]) + part * np.log(f[i + 1] / f[i])))
-
-
 def scan(
     engine: Engine,
     start: np.ndarray,
@@ -166,12 +148,12 @@ def scan(
 ) -> SteppedSine:
     """`stepped_sine` over `frequencies`, then three more points, twice, around the -3 dB and the -90 degree crossings.
 
-    Gain is referred to the first frequency. A gain that runs flat near -3 dB can not be read off a coarse grid.
+    Gain is referred to the first frequency. A gain that runs flat near -3 dB cannot be read off a coarse grid.
     """
     found = stepped_sine(engine, start, offset, frequencies, amplitude, [output], limits, p)
     for _ in range(2):
         response = found.response[output]
-        corners = (decibels(response / np.abs(response[0])) + 3, degrees(response) + 90)
+        corners = (gain_db(response / np.abs(response[0])) + 3, phase_deg(response) + 90)
         more = np.unique(np.concatenate([_around_crossing(found.f, corner) for corner in corners]))
         if len(more):
             found = _merge(found, stepped_sine(engine, start, offset, more, amplitude, [output], limits, p))
@@ -180,8 +162,8 @@ def scan(
 
 def _around_crossing(f: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Three frequencies inside the first interval in which `value` falls through zero; none if it does not."""
-    below = np.flatnonzero((value[1:] < 0) & (value[:-1] >= 0))
-    return np.geomspace(f[below[0]], f[below[0] + 1], 5)[1:-1] if len(below) else np.array([])
+    intervals = crossings(value, falling=True)[0]
+    return np.geomspace(f[intervals[0]], f[intervals[0] + 1], 5)[1:-1] if len(intervals) else np.array([])
 
 
 def _merge(first: SteppedSine, second: SteppedSine) -> SteppedSine:

@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..base.gain_phase import gain_db
 from ..control.protocol import Controller, linear_view
 from ..linear import Equilibrium
-from ..linear.discretise import sampled_plant
-from ..linear.frequency_response import decibels
+from ..linear.crossings import crossings
 from ..linear.interconnect import feedback
+from ..linear.sampling import sampled_plant
 from ..linear.state_space import StateSpace, sampled_response
 from ..plant import Plant
 
@@ -58,8 +59,8 @@ def linear_loop(
     def responses(f: np.ndarray) -> np.ndarray:
         """Open loop, and reference -> controlled signal without the loop, [2, k]."""
         z = np.exp(2j * np.pi * f * period)
-        seen, gains = sampled_response(model, z)[:, 0], sampled_response(law, z)[0]
-        return np.stack((-np.sum(gains[1:] * seen, axis=0), gains[0] * seen[0]))
+        measured, gains = sampled_response(model, z)[:, 0], sampled_response(law, z)[0]
+        return np.stack((-np.sum(gains[1:] * measured, axis=0), gains[0] * measured[0]))
 
     f, (loop, forward) = _refined(responses, _grid(np.append(poles, model.poles()), period))
     if not np.abs(poles).max() < STABLE:
@@ -86,45 +87,36 @@ def _grid(poles: np.ndarray, period: float) -> np.ndarray:
 
 def _refined(responses: Callable[[np.ndarray], np.ndarray], f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The grid with more points where the loop crosses unit gain or the real axis, and about peaks; responses there."""
-    found = responses(f)
+    values = responses(f)
     part = np.arange(1, _INSIDE + 1) / (_INSIDE + 1)
     for _ in range(_ROUNDS):
-        loop = found[0]
-        levels = (np.abs(loop), np.abs(1 + loop))
-        wanted = _crosses(levels[0] - 1) | _crosses(np.imag(loop))
-        for level in levels:
-            wanted |= _beside_extremes(level)
-        here = np.flatnonzero(wanted)
-        more = (f[here, None] * (f[here + 1] / f[here])[:, None] ** part).ravel()
-        f, found = np.append(f, more), np.hstack((found, responses(more)))
+        loop = values[0]
+        sizes = (np.abs(loop), np.abs(1 + loop))
+        unit_gain, real_axis = crossings(sizes[0], 1.0)[0], crossings(np.imag(loop))[0]
+        split = np.unique(np.concatenate((unit_gain, real_axis, *(_beside_extremes(size) for size in sizes))))
+        more = (f[split, None] * (f[split + 1] / f[split])[:, None] ** part).ravel()
+        f, values = np.append(f, more), np.hstack((values, responses(more)))
         order = np.argsort(f)
-        f, found = f[order], found[:, order]
-    return f, found
+        f, values = f[order], values[:, order]
+    return f, values
 
 
-def _crosses(value: np.ndarray) -> np.ndarray:
-    """Intervals [k - 1] over which a value [k] changes its sign."""
-    return np.signbit(value[1:]) != np.signbit(value[:-1])
-
-
-def _beside_extremes(level: np.ndarray) -> np.ndarray:
-    """Intervals [k - 1] on both sides of a least or largest inner value of [k]."""
-    turns = _crosses(np.diff(level))
-    return np.append(turns, False) | np.append(False, turns)
+def _beside_extremes(value: np.ndarray) -> np.ndarray:
+    """Intervals [n] on both sides of each least or largest inner value of [k]."""
+    turns = crossings(np.diff(value))[0]
+    return np.concatenate((turns, turns + 1))
 
 
 def _gain_margin(loop: np.ndarray) -> float | None:
     """Least gain margin [dB] in either direction; the last value is at the Nyquist frequency, on the real axis."""
-    real, imag = np.real(loop), np.imag(loop)
-    i = np.flatnonzero(_crosses(imag))
-    part = imag[i] / (imag[i] - imag[i + 1])
+    real = np.real(loop)
+    i, part = crossings(np.imag(loop))
     real = np.append(real[i] + part * (real[i + 1] - real[i]), real[-1])
-    return min(np.abs(decibels(real[real < 0])).tolist(), default=None)
+    return min(np.abs(gain_db(real[real < 0])).tolist(), default=None)
 
 
 def _phase_margin(loop: np.ndarray) -> float | None:
     """Least phase margin [deg] in either direction."""
-    size = np.log(np.abs(loop))
-    i = np.flatnonzero(_crosses(size))
-    at = loop[i] + size[i] / (size[i] - size[i + 1]) * (loop[i + 1] - loop[i])
+    i, part = crossings(np.log(np.abs(loop)))
+    at = loop[i] + part * (loop[i + 1] - loop[i])
     return min(np.abs(np.degrees(np.angle(-at))).tolist(), default=None)

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..base.gain_phase import gain_db, phase_deg
 from ..control.controller_spec import ControllerSpec
 from ..engine import Engine
 from ..linear import Equilibrium, equilibrium
-from ..linear.frequency_response import crossing, decibels, degrees
+from ..linear.crossings import corner_frequency
 from ..plant import build
 from ..rigs.rig import Rig
 from . import step_metrics as metrics
@@ -101,9 +102,9 @@ def row(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup, run: LoopRun, l
         "residual_oscillation": _residual(wanted, run),
         "stable": loops.stable,
         "tripped": run.tripped,
-        "f3db_hz": None if closed is None else crossing(f, decibels(closed), -3.0),
-        "f90_hz": None if closed is None else crossing(f, degrees(closed), -90.0),
-        "peak_db": None if closed is None else float(decibels(closed).max()),
+        "f3db_hz": None if closed is None else corner_frequency(f, gain_db(closed), -3.0),
+        "f90_hz": None if closed is None else corner_frequency(f, phase_deg(closed), -90.0),
+        "peak_db": None if closed is None else float(gain_db(closed).max()),
         "gain_margin_db": loops.worst(min, "gain_margin_db"),
         "phase_margin_deg": loops.worst(min, "phase_margin_deg"),
         "ms": loops.worst(max, "ms"),

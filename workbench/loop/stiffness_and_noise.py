@@ -4,8 +4,8 @@ import numpy as np
 
 from ..control.controller_spec import ControllerSpec
 from ..control.protocol import linear_view
-from ..linear.discretise import sampled_plant
-from ..linear.linearise import linear_plant
+from ..linear.linearisation import linear_plant
+from ..linear.sampling import sampled_plant
 from ..linear.state_space import sampled_response
 from .margins import LinearLoop
 from .rows import LoopSetup

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.gain_phase import gain_db, phase_deg
 from ..base.signals import Signal
 from ..commands.common.sines import closed_loop_figure, packed
 from ..commands.run.step_page import linear_curves
-from ..linear.frequency_response import SteppedSine, crossing, decibels, degrees
+from ..linear.crossings import corner_frequency
+from ..linear.frequency_response import SteppedSine
 from ..loop.rows import LinearLoops
 from ..report import Figure
 
@@ -30,12 +32,12 @@ class ClosedLoopBode:
     @property
     def f3db(self) -> float | None:
         """Frequency [Hz] at which the gain falls through -3 dB."""
-        return crossing(self.f, decibels(self.response), -3.0)
+        return corner_frequency(self.f, gain_db(self.response), -3.0)
 
     @property
     def f90(self) -> float | None:
         """Frequency [Hz] at which the phase falls through -90 deg."""
-        return crossing(self.f, degrees(self.response), -90.0)
+        return corner_frequency(self.f, phase_deg(self.response), -90.0)
 
     def plot(self) -> Figure:
         """Gain and phase; a stepped sine beside the linear loops, dashed."""

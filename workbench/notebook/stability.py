@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..linear.frequency_response import crossing, decibels, degrees
+from ..base.gain_phase import gain_db, phase_deg
+from ..linear.crossings import corner_frequency
 from ..loop.margins import LinearLoop
 from ..loop.rows import MOVING, LinearLoops
 from ..report import Curve, Figure, Panel, Table
@@ -49,7 +50,7 @@ class Margins:
     def plot(self) -> Figure:
         """The sensitivity of both loops."""
         curves = [
-            Curve(name, loop.f, decibels(loop.sensitivity))
+            Curve(name, loop.f, gain_db(loop.sensitivity))
             for name, loop in zip(_POINTS, (self.null, self.moving), strict=True)
             if loop.sensitivity is not None
         ]
@@ -82,8 +83,8 @@ def _margins(loop: LinearLoop) -> list[bool | float | None]:
         (None, None)
         if closed is None
         else (
-            crossing(loop.f, decibels(closed), -3.0),
-            crossing(loop.f, degrees(closed), -90.0),
+            corner_frequency(loop.f, gain_db(closed), -3.0),
+            corner_frequency(loop.f, phase_deg(closed), -90.0),
         )
     )
     return [loop.stable, loop.ms, loop.gain_margin_db, loop.phase_margin_deg, *corners]

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ...base.gain_phase import gain_db
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...linear.frequency_response import decibels
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Panel, bode
 from ..common.bench_experiment import BenchLoop
@@ -77,7 +77,7 @@ def linear_figures(loop: BenchLoop, rig: str, cells: Cells) -> list[Figure]:
         f = columns["f_hz"]
         seen = (f > _SHOWN_HZ[0]) & (f < _SHOWN_HZ[1])
         closed.append(FrequencyCurve(name, f[seen], _complex(columns, "closed")[seen]))
-        sensitivity.append(Curve(name, f[seen], decibels(_complex(columns, "sensitivity")[seen])))
+        sensitivity.append(Curve(name, f[seen], gain_db(_complex(columns, "sensitivity")[seen])))
     panel = Panel("|S| [dB]", sensitivity)
     return [bode("Closed loop", closed), Figure("Sensitivity", "frequency [Hz]", [panel], log_x=True)] if there else []
 
@@ -132,7 +132,7 @@ def _contour(name: str, level: float, style: str) -> Curve:
 def _on_chart(name: str, loop: np.ndarray) -> Curve:
     """Gain [dB] over phase [deg] in (-360, 0], with a gap where the phase leaves the chart and comes back."""
     phase = -np.mod(-np.degrees(np.angle(loop)), 360)
-    gain = decibels(loop)
+    gain = gain_db(loop)
     gain[1:][np.abs(np.diff(phase)) > 180] = np.nan
     return Curve(name, phase, gain)
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.gain_phase import gain_db
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...linear.frequency_response import decibels
 from ...loop.scenarios import SCENARIOS
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
 from ..common.outcome import Outcome
@@ -207,7 +207,7 @@ def _bodes(runs: Sequence[Finished]) -> Iterator[Figure]:
 def _sensitivity(runs: Sequence[Finished]) -> Iterator[Figure]:
     for rest, group in _curves(runs, "linear").items():
         curves = [
-            Curve(label, c["f_hz"], decibels(c["sensitivity_real"] + 1j * c["sensitivity_imag"])) for label, c in group
+            Curve(label, c["f_hz"], gain_db(c["sensitivity_real"] + 1j * c["sensitivity_imag"])) for label, c in group
         ]
         title = " ".join(("Sensitivity at null", rest)).strip()
         yield Figure(title, "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)

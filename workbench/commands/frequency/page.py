@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ...base.gain_phase import gain_db, phase_deg
 from ...base.signals import SIGNALS
-from ...linear.frequency_response import degrees
 from ...report import Curve, Figure, Page, Panel, Section, Table
 
 
@@ -27,23 +27,9 @@ class Found:
     notes: tuple[str, ...] = ()
 
 
-def _gain(size: np.ndarray) -> np.ndarray:
-    """Gain [dB], NaN where there is none."""
-    return 20 * np.log10(np.where(size > 0, size, np.nan))
-
-
-def _phase(response: np.ndarray) -> np.ndarray:
-    """Phase [deg] without jumps, beginning in (-270, 90]; NaN where there is none."""
-    phase = np.full(response.size, np.nan)
-    there = np.isfinite(response) & (response != 0)
-    whole = degrees(response[there])
-    phase[there] = whole - (360.0 if whole.size and whole[0] > 90 else 0.0)
-    return phase
-
-
 def _beside(found: Found, response: np.ndarray) -> np.ndarray:
     """Phase [deg] of another response, by whole turns next to the measured one."""
-    phase, other = np.degrees(np.angle(response)), _phase(found.measured)
+    phase, other = np.degrees(np.angle(response)), phase_deg(found.measured)
     return phase - 360 * np.round((phase - other) / 360)
 
 
@@ -55,7 +41,7 @@ def _edges(found: Found) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return none, none, none
     share = np.minimum(found.radius / np.maximum(size, 1e-300), 1.0)
     spread = np.where(share < 1, np.degrees(np.arcsin(share)), 180.0)
-    return _gain(size - found.radius), _gain(size + found.radius), spread
+    return gain_db(np.maximum(size - found.radius, 0.0)), gain_db(size + found.radius), spread
 
 
 def columns(found: Found) -> dict[str, np.ndarray]:
@@ -63,12 +49,12 @@ def columns(found: Found) -> dict[str, np.ndarray]:
     low, high, _ = _edges(found)
     return {
         "f_hz": found.f,
-        "gain_db": _gain(np.abs(found.measured)),
+        "gain_db": gain_db(found.measured),
         "gain_low_db": low,
         "gain_high_db": high,
-        "phase_deg": _phase(found.measured),
+        "phase_deg": phase_deg(found.measured),
         "coherence": np.full(found.f.size, np.nan) if found.coherence is None else found.coherence,
-        "model_gain_db": _gain(np.abs(found.model)),
+        "model_gain_db": gain_db(found.model),
         "model_phase_deg": _beside(found, found.model),
     }
 
@@ -90,7 +76,7 @@ def _inside(found: Found) -> int | None:
 
 def _furthest(found: Found) -> tuple[float, float] | None:
     """Largest difference of gain [dB] where the band is narrower than half of it, and its frequency [Hz]."""
-    apart = np.abs(_gain(np.abs(found.model)) - _gain(np.abs(found.measured)))
+    apart = np.abs(gain_db(found.model) - gain_db(found.measured))
     if found.radius is not None:
         apart[found.radius >= np.abs(found.measured) / 2] = np.nan
     if not np.isfinite(apart).any():
@@ -102,18 +88,18 @@ def _furthest(found: Found) -> tuple[float, float] | None:
 def figure(found: Found) -> Figure:
     """Gain and phase with the 95 % band, the model and its linear views; coherence where there is one."""
     low, high, spread = _edges(found)
-    phase = _phase(found.measured)
-    floor = np.nanmin(np.concatenate((_gain(np.abs(found.measured)), _gain(np.abs(found.model))))) - 20
+    phase = phase_deg(found.measured)
+    floor = np.nanmin(np.concatenate((gain_db(found.measured), gain_db(found.model)))) - 20
     wide = (np.where(np.isfinite(low), low, floor), high)  # a circle that holds the origin has no lower edge
     banded = found.radius is not None
     others = {"model": found.model, **found.linear}
     gain, turn = (
-        [Curve("measured", found.f, _gain(np.abs(found.measured)), "markers", band=wide if banded else None)],
+        [Curve("measured", found.f, gain_db(found.measured), "markers", band=wide if banded else None)],
         [Curve("measured", found.f, phase, "markers", band=(phase - spread, phase + spread) if banded else None)],
     )
     for name, response in others.items():
         style = "dash" if name in found.linear else "line"
-        gain.append(Curve(name, found.f, _gain(np.abs(response)), style))
+        gain.append(Curve(name, found.f, gain_db(response), style))
         turn.append(Curve(name, found.f, _beside(found, response), style))
     below, above = (SIGNALS[name].unit for name in found.pair)
     unit = above if below == "1" else f"{above}/{below}"

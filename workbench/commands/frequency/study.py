@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from ...base.errors import InputError, nearest
+from ...base.gain_phase import gain_db, phase_deg
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...engine import Engine
@@ -13,7 +14,7 @@ from ...identify.data.frequency_response import HELD, FrequencyResponse, measure
 from ...identify.data.noise_floor import NoiseFloor, noise_floor
 from ...identify.fit.predict import predict_free
 from ...linear import Equilibrium, discretise, equilibrium
-from ...linear.frequency_response import decibels, degrees, stepped_sine
+from ...linear.frequency_response import stepped_sine
 from ...linear.state_space import sampled_response
 from ...loop.describing_function import closed_loop_sine
 from ...plant import Plant, build, build_pilot_bench, build_valve_bench
@@ -133,7 +134,7 @@ def _closed_loop(rig: Rig, sheet: FrequencySheet) -> np.ndarray:
     start = equilibrium(ready.engine.plant)
     sine = closed_loop_sine(ready.engine, rig, lambda: ready.loop.build(period), start, f, sheet.amplitude)
     response = sine.response["position"]
-    gain, phase = (np.interp(np.log(sheet.f), np.log(f), part(response)) for part in (decibels, degrees))
+    gain, phase = (np.interp(np.log(sheet.f), np.log(f), part(response)) for part in (gain_db, phase_deg))
     return 10 ** (gain / 20) * np.exp(1j * np.radians(phase))
 
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.gain_phase import gain_db, phase_deg
 from ...base.units import from_si
 from ...identify.datasheet.corners import corner_frequencies, rated_flow
 from ...identify.datasheet.valve_fit import ValveFit, fit_three_stage, second_order_numbers
 from ...identify.fit.determined import DETERMINED, FIGURE_ERROR
-from ...linear.frequency_response import decibels, degrees
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
 from ...rigs.datasheet import Datasheet, Response, build_rig
 from ...rigs.rig import Number, Rig, rig_table
@@ -51,7 +51,7 @@ def run_new_rig(sheet: Datasheet, stage: Stage, progress: Progress) -> tuple[Out
     bodes = [_bode(response, after, before) for response in sheet.responses]
     page = Page(f"{sheet.name}: a rig from a datasheet", _verdict(sheet, rows, fit), _sections(rig, rows, fit, bodes))
     tables = {
-        name: {"f_hz": f, "gain_db": decibels(response), "phase_deg": degrees(response)}
+        name: {"f_hz": f, "gain_db": gain_db(response), "phase_deg": phase_deg(response)}
         for name, (f, response) in after.curves.items()
     }
     return Outcome(metrics, page, bodes[-1], tables), rig

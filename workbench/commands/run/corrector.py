@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.gain_phase import gain_db, phase_deg
 from ...identify.datasheet.corrector import REFERENCE, Corrected, Maker, SpoolLoop
-from ...linear.frequency_response import SteppedSine, decibels, degrees
+from ...linear.frequency_response import SteppedSine
 from ...report import Curve, Figure, FrequencyCurve, Page, Section, Table, bode
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import packed, unpacked
@@ -161,6 +162,6 @@ def _tables(*shares: dict[str, Corrected]) -> dict[str, dict[str, np.ndarray]]:
     for share, found in zip(("full", "quarter"), shares, strict=True):
         for key, one in found.items():
             flow = _referred(one.sine)
-            columns = {"f_hz": one.sine.f, "gain_db": decibels(flow), "phase_deg": degrees(flow)}
+            columns = {"f_hz": one.sine.f, "gain_db": gain_db(flow), "phase_deg": phase_deg(flow)}
             tables[f"{key}_{share}"] = columns | {"saturated": one.sine.saturated, "settled": one.sine.settled}
     return tables

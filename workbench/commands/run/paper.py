@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from ...base.gain_phase import gain_db, phase_deg
 from ...base.units import from_si
 from ...engine import Engine
 from ...linear import equilibrium, valve_blocks
-from ...linear.frequency_response import SteppedSine, crossing, decibels, degrees, linear_response, scan
+from ...linear.crossings import corner_frequency
+from ...linear.frequency_response import SteppedSine, linear_response, scan
 from ...plant import Plant, build_pilot_bench, build_valve_bench
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
 from ...rigs.rig import Rig
@@ -76,8 +78,8 @@ def run_paper(config: PaperConfig, stage: Stage, progress: Progress) -> Outcome:
         stored = stage(sweep.id, lambda sweep=sweep: packed(_sweep(sweep, rig, config.points), "flow"))
         sines[sweep.id] = unpacked(stored, sweep.share, "flow")
         response = sines[sweep.id].response["flow"]
-        values[f"{sweep.id}_f3db"] = crossing(sines[sweep.id].f, decibels(response), -3.0)
-        values[f"{sweep.id}_f90"] = crossing(sines[sweep.id].f, degrees(response), -90.0)
+        values[f"{sweep.id}_f3db"] = corner_frequency(sines[sweep.id].f, gain_db(response), -3.0)
+        values[f"{sweep.id}_f90"] = corner_frequency(sines[sweep.id].f, phase_deg(response), -90.0)
     rows = [_row(target, values[target.id]) for target in TARGETS]
     telling = _bode(SWEEPS[-1], rig, sines[SWEEPS[-1].id])
     return Outcome({"rows": rows}, _page(rig, rows, flows, sines), telling, _tables(flows, sines))
@@ -118,7 +120,7 @@ def _tables(
     tables = {f"{part}_flow": {"share_of_full": x, "flow_l_min": y} for part, (x, y) in flows.items()}
     for name, sine in sines.items():
         columns, response = packed(sine, "flow"), sine.response["flow"]
-        tables[name] = {"f_hz": sine.f, "gain_db": decibels(response), "phase_deg": degrees(response)}
+        tables[name] = {"f_hz": sine.f, "gain_db": gain_db(response), "phase_deg": phase_deg(response)}
         tables[name] |= {key: column for key, column in columns.items() if key not in ("real", "imag")}
     return tables
 

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
+from ...base.gain_phase import gain_db, phase_deg
 from ...base.signals import Signal
 from ...base.units import from_si
-from ...linear.frequency_response import crossing, decibels, degrees
+from ...linear.crossings import corner_frequency
 from ...loop.rows import MOVING, LinearLoops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
@@ -90,8 +91,8 @@ def _margins_table(loops: dict[str, LinearLoops]) -> Table:
                     loop.ms,
                     loop.gain_margin_db,
                     loop.phase_margin_deg,
-                    None if closed is None else crossing(loop.f, decibels(closed), -3.0),
-                    None if closed is None else crossing(loop.f, degrees(closed), -90.0),
+                    None if closed is None else corner_frequency(loop.f, gain_db(closed), -3.0),
+                    None if closed is None else corner_frequency(loop.f, phase_deg(closed), -90.0),
                 ]
             )
     return Table(
@@ -133,7 +134,7 @@ def linear_curves(loops: LinearLoops) -> list[FrequencyCurve]:
 
 def _sensitivity(loops: dict[str, LinearLoops]) -> Figure:
     curves = [
-        Curve(name, pair.null.f, decibels(pair.null.sensitivity))
+        Curve(name, pair.null.f, gain_db(pair.null.sensitivity))
         for name, pair in loops.items()
         if pair.null.sensitivity is not None
     ]

@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.gain_phase import gain_db, phase_deg
 from ...engine import Engine
 from ...linear import equilibrium
-from ...linear.frequency_response import SteppedSine, crossing, decibels, degrees, scan, stepped_sine
+from ...linear.crossings import corner_frequency
+from ...linear.frequency_response import SteppedSine, scan, stepped_sine
 from ...plant import Plant, build_pilot_bench, build_valve_bench
 from ...rigs.datasheet import Datasheet, Response
 from ...rigs.rig import Rig
@@ -28,7 +30,7 @@ def corner_frequencies(rig: Rig, response: Response, points: int) -> tuple[Stepp
     sine = scan(Engine(plant), rest.x, rest.u, f, response.amplitude * plant.inputs[0].scale, "flow")
     flow = sine.response["flow"] / np.abs(sine.response["flow"][0])
     sine = replace(sine, response={"flow": flow})
-    return sine, crossing(sine.f, decibels(flow), -3.0), crossing(sine.f, degrees(flow), -90.0)
+    return sine, corner_frequency(sine.f, gain_db(flow), -3.0), corner_frequency(sine.f, phase_deg(flow), -90.0)
 
 
 def rated_flow(rig: Rig, stage: str, drop: float) -> float:
@@ -81,7 +83,7 @@ class FigureErrors:
         f = np.unique([response.reference, *pairs[0], *pairs[1]])
         amplitude = response.amplitude * plant.inputs[0].scale
         flow = stepped_sine(engine, rest.x, rest.u, f, amplitude, ["flow"], p=p).response["flow"]
-        gain, phase = decibels(flow / np.abs(flow[0])), np.degrees(np.angle(flow))
+        gain, phase = gain_db(flow / np.abs(flow[0])), np.degrees(np.angle(flow))
         phase = np.where(phase > 90, phase - 360, phase)  # unwrapped by hand: the first frequency is far away
         return (
             _log_error(f, gain + 3, response.f3db, pairs[0], _LEAST_SLOPE[0]),

@@ -7,9 +7,11 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from ...base.errors import InputError
+from ...base.gain_phase import gain_db, phase_deg
 from ...engine import Engine
 from ...linear import Equilibrium, equilibrium, linearise
-from ...linear.frequency_response import SteppedSine, crossing, decibels, degrees, scan, stepped_sine
+from ...linear.crossings import corner_frequency
+from ...linear.frequency_response import SteppedSine, scan, stepped_sine
 from ...plant import Plant, build_valve_bench
 from ...plant.effects import find
 from ...rigs.rig import EffectUse, Rig
@@ -84,8 +86,8 @@ class SpoolLoop:
         limits = {"current": self._rig["imax"] * self._rig["isat"]}
         sine = scan(self._engine, rest.x, rest.u, f, share * self._plant.inputs[0].scale, "flow", limits, p)
         flow = sine.response["flow"] / np.abs(sine.response["flow"][0])
-        gain = decibels(flow)
-        corners = crossing(sine.f, gain, -3.0), crossing(sine.f, degrees(flow), -90.0)
+        gain = gain_db(flow)
+        corners = corner_frequency(sine.f, gain, -3.0), corner_frequency(sine.f, phase_deg(flow), -90.0)
         return Corrected(dict(numbers), sine, *corners, float(gain.max()), self.null_zeta(numbers))
 
     def null_zeta(self, numbers: Mapping[str, float]) -> float:
@@ -113,12 +115,12 @@ class SpoolLoop:
         flow = sine.response["flow"] / np.abs(sine.response["flow"][0])
         if not np.all(np.isfinite(flow)):
             return 10 * _LOST**2
-        gain = decibels(flow)
+        gain = gain_db(flow)
         off = [
             _LOST if corner is None else np.clip(np.log(corner / target) / _CORNER, -_LOST, _LOST)
             for corner, target in (
-                (crossing(_F, gain, -3.0), maker.f3db),
-                (crossing(_F, degrees(flow), -90.0), maker.f90),
+                (corner_frequency(_F, gain, -3.0), maker.f3db),
+                (corner_frequency(_F, phase_deg(flow), -90.0), maker.f90),
             )
         ]
         peak = float(gain.max())

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..base.errors import InputError, nearest
 from ..plant import Plant
-from .equilibrium import Equilibrium
 from .interconnect import select, series
+from .operating_point import Equilibrium
 from .state_space import Matrices, StateSpace, transfer_function
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from scipy.linalg import expm
 
 from ..engine import periods
 from ..plant import Plant
-from .equilibrium import Equilibrium
-from .linearise import jacobians
+from .linearisation import jacobians
+from .operating_point import Equilibrium
 from .state_space import Matrices, StateSpace
 
 if TYPE_CHECKING:
