@@ -25,9 +25,12 @@ _REPEATS = 5
 
 
 def loop_times(rig: Rig, controllers: list[ControllerSpec]) -> dict[str, Any]:
-    """`loops`: CPU time [ms] of a closed-loop second, of three after a step of 10 mm, by controller and way, and over that of
-    the engine with the same commands; `difference` is from the loop in Python, of the step. `margins`: CPU time [ms]
-    of one loop's, alone and in lanes."""
+    """Keys: `loops`, `difference`, `margins`.
+
+    `loops`: CPU time [ms] of a closed-loop second, of three after a step of 10 mm, by controller and way, and over that
+    of the engine with the same commands; `difference` is from the loop in Python, of the step. `margins`: CPU time [ms]
+    of one loop's, alone and in lanes.
+    """
     engine = Engine(build(rig))
     rest = equilibrium(engine.plant)
     rows = []
