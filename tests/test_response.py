@@ -12,10 +12,16 @@ from workbench.engine import Engine
 from workbench.linear import equilibrium, linearise
 from workbench.linear.crossings import corner_frequency
 from workbench.linear.frequency_response import first_harmonic, held_harmonic, linear_response, scan, stepped_sine
-from workbench.loop.describing_function import closed_loop_sine, sampled_frequencies
-from workbench.loop.margins import linear_loop
+from workbench.loop.describing_function import (
+    closed_loop_sine,
+    closed_loop_sweep,
+    sampled_frequencies,
+    sweep_frequencies,
+)
+from workbench.loop.margins import closed_poles, linear_loop
 from workbench.plant import build
 from workbench.plant.assembly import Assembly
+from workbench.rigs.rig import load_rig
 
 
 def a_plant(name, states, rates, output):
@@ -234,3 +240,21 @@ def test_a_closed_loop_point_is_flagged_where_the_drive_has_no_more_current(rig)
     )
     assert not small.saturated.any()
     assert large.saturated.all()
+
+
+def test_a_sweep_looks_at_the_mode_that_an_even_one_passes_by():
+    """P at 0.24 1/m: a peak at 27 Hz between two points of an even sweep, whose gains are far lower."""
+    rig = load_rig("jack-10t")
+    plant = build(rig)
+    engine, rest, law = Engine(plant), equilibrium(plant), P(P.Design(gain=0.24), 1e-3)
+    poles = closed_poles(plant, rest, law, 1e-3)
+    f = sweep_frequencies(0.1, 50.0, 20, 1e-3, poles)
+    assert np.allclose(np.round(1 / (f * 1e-3)) * 1e-3, 1 / f)  # whole samples
+    sweep = closed_loop_sweep(engine, rig, lambda: P(P.Design(gain=0.24), 1e-3), rest, f, 2.4e-3)
+    gain, even = gain_db(sweep.response["position"]), sampled_frequencies(0.1, 50.0, 20, 1e-3)
+    band = (sweep.f > 20) & (sweep.f < 40)
+    assert sweep.f[band][np.argmax(gain[band])] == pytest.approx(27.3, rel=0.03)
+    coarse = np.isin(np.round(1 / sweep.f, 6), np.round(1 / even, 6))
+    assert gain[band].max() > gain[band & coarse].max() + 5
+    steps = np.abs(np.diff(gain[sweep.f < 20]))
+    assert steps.max() < 3

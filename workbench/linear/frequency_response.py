@@ -156,7 +156,7 @@ def scan(
         corners = (gain_db(response / np.abs(response[0])) + 3, phase_deg(response) + 90)
         more = np.unique(np.concatenate([_around_crossing(found.f, corner) for corner in corners]))
         if len(more):
-            found = _merge(found, stepped_sine(engine, start, offset, more, amplitude, [output], limits, p))
+            found = merge(found, stepped_sine(engine, start, offset, more, amplitude, [output], limits, p))
     return found
 
 
@@ -166,7 +166,8 @@ def _around_crossing(f: np.ndarray, value: np.ndarray) -> np.ndarray:
     return np.geomspace(f[intervals[0]], f[intervals[0] + 1], 5)[1:-1] if len(intervals) else np.array([])
 
 
-def _merge(first: SteppedSine, second: SteppedSine) -> SteppedSine:
+def merge(first: SteppedSine, second: SteppedSine) -> SteppedSine:
+    """The points of both, in order of frequency; the amplitude is the first's."""
     order = np.argsort(np.concatenate([first.f, second.f]), kind="stable")
 
     def joined(name: str) -> np.ndarray:

@@ -4,15 +4,18 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ..base.gain_phase import gain_db
 from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear import Equilibrium
-from ..linear.frequency_response import AGREE, SteppedSine, first_harmonic
+from ..linear.frequency_response import AGREE, SteppedSine, first_harmonic, merge
 from ..plant.valve import VALVES
 from ..rigs.rig import Rig
 from .sampled_loop import SampledLoop
 
 _BLOCK = 0.2  # s: blocks of whole cycles last at least this, so that slow loop modes are seen to have settled
+_LIGHT, _WIDTHS = 0.3, (-2.0, -0.5, 0.0, 0.5, 2.0)  # damping of a mode that a sweep may pass by; points beside it
+_STEEP, _ROUNDS = 3.0, 2  # dB between neighbours, above which there is a point between them
 _LONGEST = 6.0  # s: a point that has not settled by then (or in two blocks) is flagged
 
 
@@ -20,6 +23,42 @@ def sampled_frequencies(low: float, high: float, count: int, period: float) -> n
     """About `count` frequencies [Hz] from low to high whose cycles are whole numbers of samples."""
     samples = np.unique(np.round(1 / (np.geomspace(low, high, count) * period)).astype(int))[::-1]
     return 1 / (samples * period)
+
+
+def sweep_frequencies(low: float, high: float, count: int, period: float, poles: np.ndarray) -> np.ndarray:
+    """`sampled_frequencies`, and those at which a loop with these poles z resonates, with points beside each.
+
+    An even sweep passes a lightly damped mode by: its peak is as wide as twice its damping.
+    """
+    turning = np.log(poles[np.imag(poles) > 0].astype(complex)) / (2 * np.pi * period)
+    size, damping = np.abs(turning), -np.real(turning) / np.abs(turning)
+    light = damping < _LIGHT
+    near = (size[light, None] * (1 + np.outer(damping[light], _WIDTHS))).ravel()
+    near = near[(near >= low) & (near <= high)]
+    return np.union1d(sampled_frequencies(low, high, count, period), 1 / (np.round(1 / (near * period)) * period))
+
+
+def closed_loop_sweep(
+    engine: Engine,
+    rig: Rig,
+    make: Callable[[], Controller],
+    start: Equilibrium,
+    frequencies: Sequence[float] | np.ndarray,
+    amplitude: float,
+) -> SteppedSine:
+    """`closed_loop_sine`, then the points between any two whose gains are more than 3 dB apart, twice at most."""
+    sweep = closed_loop_sine(engine, rig, make, start, frequencies, amplitude)
+    name = make().measures[0]
+    for _ in range(_ROUNDS):
+        level = gain_db(sweep.response[name])
+        steep = np.flatnonzero(np.abs(np.diff(level)) > _STEEP)  # a trip is NaN, and no step
+        samples = np.round(1 / (sweep.f * rig.period.value)).astype(int)
+        between = np.setdiff1d((samples[steep] + samples[steep + 1]) // 2, samples)
+        if not between.size:
+            break
+        more = closed_loop_sine(engine, rig, make, start, 1 / (between[::-1] * rig.period.value), amplitude)
+        sweep = merge(sweep, more)
+    return sweep
 
 
 def closed_loop_sine(

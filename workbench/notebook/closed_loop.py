@@ -13,7 +13,7 @@ from ..base.signals import SIGNALS, Signal
 from ..base.units import from_si, quantity
 from ..control.controller_spec import ControllerSpec
 from ..linear import equilibrium
-from ..loop.describing_function import closed_loop_sine, sampled_frequencies
+from ..loop.describing_function import closed_loop_sweep, sweep_frequencies
 from ..loop.margins import closed_poles
 from ..loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play
 from ..loop.scenarios import Scenario, scenario
@@ -157,11 +157,11 @@ class ClosedLoop:
                 )
             return ClosedLoopBode(name, self.signal, linear, linear.null.f, linear.null.closed, None, "")
         size, setup, period = self._amplitude(amplitude), self.setup, self.rig.period.value
-        f = sampled_frequencies(quantity(low, "Hz"), quantity(high, "Hz"), points, period)
-        sine = closed_loop_sine(setup.engine, self.rig, lambda: self.controller.build(period), setup.null, f, size)
+        f = sweep_frequencies(quantity(low, "Hz"), quantity(high, "Hz"), points, period, self.poles().null)
+        sine = closed_loop_sweep(setup.engine, self.rig, lambda: self.controller.build(period), setup.null, f, size)
         shown = f"{float(from_si(size, self.signal.unit, self.signal.si)):g} {self.signal.unit}"
         response = np.asarray(sine.response[self.signal.name], complex)
-        return ClosedLoopBode(name, self.signal, linear, f, response, sine, shown)
+        return ClosedLoopBode(name, self.signal, linear, sine.f, response, sine, shown)
 
     def _amplitude(self, amplitude: Quantity) -> float:
         if isinstance(amplitude, str) and amplitude.rstrip().endswith("%"):

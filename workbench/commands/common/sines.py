@@ -8,7 +8,8 @@ from ...base.signals import Signal
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
 from ...linear.frequency_response import SteppedSine
-from ...loop.describing_function import closed_loop_sine, sampled_frequencies
+from ...loop.describing_function import closed_loop_sweep, sweep_frequencies
+from ...loop.margins import closed_poles
 from ...loop.rows import LoopSetup
 from ...report import Figure, FrequencyCurve, bode
 from .experiment import BodeConfig
@@ -21,10 +22,11 @@ Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
 def sines(chosen: ControllerSpec, signal: Signal, wanted: BodeConfig, on: LoopSetup) -> Sines:
     """Reference -> controlled signal about null, with what the guard and the chambers did at each point."""
     period = on.rig.period.value
-    f = sampled_frequencies(wanted.low, wanted.high, wanted.points, period)
+    poles = closed_poles(on.engine.plant, on.null_smooth, chosen.build(period), period, on.smooth)
+    f = sweep_frequencies(wanted.low, wanted.high, wanted.points, period, poles)
     found: Sines = {}
     for amplitude in wanted.amplitudes:
-        sine = closed_loop_sine(on.engine, on.rig, lambda: chosen.build(period), on.null, f, amplitude)
+        sine = closed_loop_sweep(on.engine, on.rig, lambda: chosen.build(period), on.null, f, amplitude)
         found[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = packed(sine, signal.name)
     return found
 
