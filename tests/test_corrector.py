@@ -88,9 +88,12 @@ def test_the_study_reports_every_loop_beside_the_maker(rig, monkeypatch):
 
 WRONG = {
     'rig = "jack-10t-rounded"': ('rig = "festo-tp511"', "no three-stage valve"),
-    "peak_db = [1.0, 2.0]": ("peak_db = [2.0, 1.0]", r"\[maker\] peak_db"),
+    "peak_db = [1.0, 2.0]": ("peak_db = [2.0, 1.0]", r"line \d+: maker.peak_db: write the least"),
     "current_limit = 1.5": ("current_limit = 0", "current_limit = 0: must be a positive number"),
-    'f90 = {value = 85, unit = "Hz"}': ('f90 = {value = 85, unit = "bar"}', r"\[maker\]: f90"),
+    'f90 = {value = 85, unit = "Hz"}': (
+        'f90 = {value = 85, unit = "bar"}',
+        r"line \d+: maker.f90.unit: unit .bar. cannot",
+    ),
 }
 
 
