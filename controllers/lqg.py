@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_are
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
-from workbench.control.linear_law import LinearLaw
+from workbench.control.linear_law import LinearLaw, realised_as_demanded
 from workbench.control.protocol import design_numbers, number
 from workbench.linear.state_space import StateSpace
 
@@ -45,21 +45,11 @@ class Lqg:
 
     def linear_law(self) -> LinearLaw:
         """Filter and feedback as data: the filter runs on the command that the drive really got."""
-        observer, follow = self._observer, self._follow
-        corrected = np.eye(len(observer.ahead)) - observer.gain @ observer.seen
-        signals = observer.gain @ observer.pick
-        c, d = -self._feedback @ corrected, np.append(follow, -self._feedback @ signals)
-        a, b = observer.ahead @ corrected, np.hstack((np.zeros((len(corrected), 1)), observer.ahead @ signals))
-
-        def start(measured: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-            by_name = dict(zip(self.measures, measured[1:].tolist(), strict=True))
-            return observer.resting(by_name, follow * float(measured[0] - measured[1]) - command), 0.0
-
-        return LinearLaw(a, b, c, d, observer.entering, self.measures, start)
+        return self._observer.law(self._feedback, self._follow)
 
     def linear(self) -> StateSpace:
         """Filter and feedback together."""
-        return self._observer.closed(self._feedback, self._follow, self._period)
+        return realised_as_demanded(self.linear_law(), self._period)
 
 
 def lq_gain(observer: JackObserver, error: float) -> np.ndarray:

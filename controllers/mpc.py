@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
+from workbench.control.linear_law import realised_as_demanded
 from workbench.control.mpc_qp import Limits, Planner, build_horizon
 from workbench.control.protocol import design_numbers, number
 from workbench.linear.state_space import StateSpace
@@ -82,7 +83,7 @@ class Mpc:
 
     def linear(self) -> StateSpace:
         """Filter and feedback together, far from every limit."""
-        return self._observer.closed(self._feedback, self._follow, self._period)
+        return realised_as_demanded(self._observer.law(self._feedback, self._follow), self._period)
 
 
 def _wanted(observer: JackObserver, error: float, follow: float, samples: int, preview: int) -> np.ndarray:

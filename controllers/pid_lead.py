@@ -71,11 +71,8 @@ class PidLead:
 
     def linear_law(self) -> LinearLaw:
         """The law as data: lead, derivative and integrator, which takes up what the drive did not do."""
-        lead, slope, half, follow = self._lead, self._slope, self._integral, self._follow
-        through = self._design.gain + slope.d + half
-        c, d = np.array([through * lead.c, slope.c, 1.0]), through * lead.d
-        a = np.array([[lead.a, 0, 0], [slope.b * lead.c, slope.a, 0], [2 * half * lead.c, 0, 1]])
-        b = np.array([lead.b, slope.b * lead.d, 2 * half * lead.d])
+        lead, slope, follow = self._lead, self._slope, self._follow
+        a, b, c, d = self._matrices()
         a[2] -= follow * c
         b[2] -= follow * d
 
@@ -90,18 +87,20 @@ class PidLead:
 
     def linear(self) -> StateSpace:
         """The same law without the command limit."""
-        lead, slope = self._lead, self._slope
-        half, gain = self._integral, self._design.gain
-        through = gain + slope.d + half
-        a = [
-            [lead.a, 0, 0],
-            [slope.b * lead.c, slope.a, 0],
-            [2 * half * lead.c, 0, 1],
-        ]
-        b = [[lead.b], [slope.b * lead.d], [2 * half * lead.d]]
-        c = [[through * lead.c, slope.c, 1]]
-        law = state_space(a, b, c, [[through * lead.d]], self._period, ["error"], ["command"])
+        a, b, c, d = self._matrices()
+        law = state_space(a, b[:, None], c[None], [[d]], self._period, ["error"], ["command"])
         return of_sum(law, {"reference": 1.0, "position": -1.0})
+
+    def _matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """a [3, 3], b [3], c [3], d from error to command; states of lead, derivative and integrator."""
+        lead, slope, half = self._lead, self._slope, self._integral
+        through = self._design.gain + slope.d + half
+        return (
+            np.array([[lead.a, 0, 0], [slope.b * lead.c, slope.a, 0], [2 * half * lead.c, 0, 1]]),
+            np.array([lead.b, slope.b * lead.d, 2 * half * lead.d]),
+            np.array([through * lead.c, slope.c, 1.0]),
+            through * lead.d,
+        )
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ class _FirstOrder:
 
 
 def _first_order(b1: float, b0: float, a1: float, a0: float, period: float) -> _FirstOrder:
-    """(b1 s + b0)/(a1 s + a0) by Tustin's rule at `period` [s]."""
+    """(b1 s + b0)/(a1 s + a0) by Tustin's rule at `period` [s]; not by matrices, as a time a1 may vanish."""
     if a1 == b1 == 0:
         return _FirstOrder(0.0, 0.0, 0.0, b0 / a0)
     down = 2 * a1 / period + a0

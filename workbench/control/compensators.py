@@ -90,7 +90,7 @@ class Compensated(_Around):
         """Both together as data, where the inner controller has such a law."""
         inner = linear_law(self._inner)
         around = with_reference_filter if self._shapes else with_command_filter
-        return None if inner is None else around(inner, self._filter.law.matrices, self._inputs)
+        return None if inner is None else around(inner, self._filter.law)
 
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
         self._seen = [reference if name == "reference" else measurement[name] for name in self._inputs]

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from ..linear.state_space import StateSpace
 from .jack_model import JackModel
+from .linear_law import LinearLaw
 from .protocol import design_numbers, number
 
 
@@ -73,18 +73,21 @@ class JackObserver:
         """Predict the next period with the command [1] that the drive really got."""
         self.state = self.ahead @ self._corrected() + self.entering * realised
 
+    def law(self, feedback: np.ndarray, follow: float) -> LinearLaw:
+        """u = follow r - feedback x of filter and feedback [n + 2] as data; the filter runs on the realised command."""
+        corrected = np.eye(len(self.ahead)) - self.gain @ self.seen
+        signals = self.gain @ self.pick
+        c, d = -feedback @ corrected, np.append(follow, -feedback @ signals)
+        a, b = self.ahead @ corrected, np.hstack((np.zeros((len(corrected), 1)), self.ahead @ signals))
+
+        def start(measured: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+            by_name = dict(zip(self.measures, measured[1:].tolist(), strict=True))
+            return self.resting(by_name, follow * float(measured[0] - measured[1]) - command), 0.0
+
+        return LinearLaw(a, b, c, d, self.entering, self.measures, start)
+
     def _corrected(self) -> np.ndarray:
         return self.state + self.gain @ (self._signals - self.seen @ self.state)
-
-    def closed(self, feedback: np.ndarray, follow: float, period: float) -> StateSpace:
-        """The law u = follow r - feedback x of filter and feedback [n + 2] together, in the protocol's signals."""
-        corrected = np.eye(len(self.ahead)) - self.gain @ self.seen
-        seen = self.gain @ np.hstack((np.zeros((len(self.pick), 1)), self.pick))
-        leaving = -feedback[None] @ corrected
-        direct = -feedback[None] @ seen + follow * np.eye(1, seen.shape[1])
-        ahead = self.ahead @ corrected + np.outer(self.entering, leaving)
-        entering = self.ahead @ seen + np.outer(self.entering, direct)
-        return StateSpace(ahead, entering, leaving, direct, period, ["reference", *self.measures], ["command"])
 
 
 def _kalman(a: np.ndarray, noise: np.ndarray, seen: np.ndarray, trust: np.ndarray) -> np.ndarray:

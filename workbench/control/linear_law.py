@@ -7,9 +7,12 @@ E holds the anti-windup or the observer's knowledge of the drive; o is the const
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from ..linear.interconnect import select, series
+from ..linear.state_space import StateSpace
 
 Start = Callable[[np.ndarray, float], tuple[np.ndarray, float]]
 
@@ -55,52 +58,45 @@ def static(gains: Sequence[float], measures: tuple[str, ...]) -> LinearLaw:
     return LinearLaw(a, b, c, d, np.zeros(0), measures, resting(a, b, c, d))
 
 
-def with_command_filter(
-    inner: LinearLaw, matrices: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], inputs: Sequence[str]
-) -> LinearLaw:
-    """A law with what a stable filter of `inputs` puts out added to its command: w+ = Af w + Bf s, added = Cf w + Df s.
+def realised_as_demanded(law: LinearLaw, period: float) -> StateSpace:
+    """The law where the drive does what is demanded (v = u): reference and measures -> "command", each period [s]."""
+    a, b = law.a + np.outer(law.e, law.c), law.b + np.outer(law.e, law.d)
+    return StateSpace(a, b, law.c[None], law.d[None], period, ["reference", *law.measures], ["command"])
+
+
+def with_command_filter(inner: LinearLaw, filtered: StateSpace) -> LinearLaw:
+    """A law with the output of a stable filter added to its command.
 
     The inner law learns the command of the drive less what was added.
     """
-    names = _merged(inner, inputs)
-    own, seen = _pick(("reference", *inner.measures), names), _pick(inputs, names)
-    af, bf, cf, df = matrices[0], matrices[1] @ seen, matrices[2].ravel(), (matrices[3] @ seen).ravel()
-    n, k = inner.states, len(af)
-    a = np.block([[inner.a, -np.outer(inner.e, cf)], [np.zeros((k, n)), af]])
-    b = np.vstack((inner.b @ own - np.outer(inner.e, df), bf))
-    rest = resting(af, bf, cf, df)
+    law = _system(inner, filtered.dt)
+    summed = replace(
+        law,
+        B=np.column_stack((law.B, -inner.e)),
+        D=np.column_stack((law.D, 1.0)),
+        input_labels=[*law.input_labels, "added"],
+    )
+    own, heard = _places(inner, filtered)
 
     def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        w = rest(signals, 0.0)[0]
-        x, offset = inner.start(own @ signals, float(command - cf @ w - df @ signals))
+        w, added = _at_rest(filtered, signals[heard])
+        x, offset = inner.start(signals[own], command - added)
         return np.append(x, w), offset
 
-    c, d, e = np.append(inner.c, cf), inner.d @ own + df, np.append(inner.e, np.zeros(k))
-    return LinearLaw(a, b, c, d, e, tuple(names[1:]), start)
+    return _composed(inner, series(filtered.relabelled(filtered.input_labels, ["added"]), summed), start)
 
 
-def with_reference_filter(
-    inner: LinearLaw, matrices: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], inputs: Sequence[str]
-) -> LinearLaw:
-    """A law whose reference is what a stable filter of `inputs` puts out."""
-    names = _merged(inner, inputs)
-    own, seen = _pick(("reference", *inner.measures), names), _pick(inputs, names)
-    own[0] = 0.0  # the filter's output takes this place
-    af, bf, cf, df = matrices[0], matrices[1] @ seen, matrices[2].ravel(), (matrices[3] @ seen).ravel()
-    n, k = inner.states, len(af)
-    a = np.block([[inner.a, np.outer(inner.b[:, 0], cf)], [np.zeros((k, n)), af]])
-    b = np.vstack((inner.b @ own + np.outer(inner.b[:, 0], df), bf))
-    rest = resting(af, bf, cf, df)
+def with_reference_filter(inner: LinearLaw, filtered: StateSpace) -> LinearLaw:
+    """A law whose reference is the output of a stable filter."""
+    leading = filtered.relabelled(filtered.input_labels, ["reference"])
+    own, heard = _places(inner, filtered)
 
     def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        w = rest(signals, 0.0)[0]
-        inside = own @ signals
-        inside[0] = cf @ w + df @ signals
-        x, offset = inner.start(inside, command)
+        w, reference = _at_rest(filtered, signals[heard])
+        x, offset = inner.start(np.append(reference, signals[own[1:]]), command)
         return np.append(x, w), offset
 
-    c, d = np.append(inner.c, inner.d[0] * cf), inner.d @ own + inner.d[0] * df
-    return LinearLaw(a, b, c, d, np.append(inner.e, np.zeros(k)), tuple(names[1:]), start)
+    return _composed(inner, series(leading, _system(inner, filtered.dt)), start)
 
 
 def on_load_cell(inner: LinearLaw, stiffness: float) -> LinearLaw:
@@ -114,11 +110,32 @@ def on_load_cell(inner: LinearLaw, stiffness: float) -> LinearLaw:
     return LinearLaw(inner.a, inner.b * scale, inner.c, inner.d * scale, inner.e, ("force", *inner.measures[1:]), start)
 
 
-def _merged(inner: LinearLaw, inputs: Sequence[str]) -> list[str]:
-    own = ["reference", *inner.measures]
-    return own + [name for name in inputs if name not in own]
+def _system(law: LinearLaw, period: float) -> StateSpace:
+    """The law without what it learns of the drive, for `interconnect`."""
+    return StateSpace(law.a, law.b, law.c[None], law.d[None], period, ["reference", *law.measures], ["command"])
 
 
-def _pick(wanted: Sequence[str], names: Sequence[str]) -> np.ndarray:
-    """The matrix that picks `wanted` signals out of `names`."""
-    return np.array([[float(one == other) for other in names] for one in wanted])
+def _composed(inner: LinearLaw, whole: StateSpace, start: Start) -> LinearLaw:
+    """Inner law and filter in series as data; states: the inner law's, then the filter's."""
+    measures = [name for name in whole.input_labels if name not in ("reference", *inner.measures)]
+    law = select(whole, ["reference", *inner.measures, *measures], ["command"])
+    e = np.append(inner.e, np.zeros(len(law.A) - inner.states))
+    return LinearLaw(law.A, law.B, law.C[0], law.D[0], e, (*inner.measures, *measures), start)
+
+
+def _at_rest(filtered: StateSpace, signals: np.ndarray) -> tuple[np.ndarray, float]:
+    """State [k] that stays as it is under these inputs, and the output."""
+    w = np.linalg.solve(np.eye(len(filtered.A)) - filtered.A, filtered.B @ signals)
+    return w, float(filtered.C[0] @ w + filtered.D[0] @ signals)
+
+
+def _signals(inner: LinearLaw, filtered: StateSpace) -> list[str]:
+    """The inputs of both: the reference, the inner law's measures, then what only the filter takes."""
+    return list(dict.fromkeys(("reference", *inner.measures, *filtered.input_labels)))
+
+
+def _places(inner: LinearLaw, filtered: StateSpace) -> tuple[list[int], list[int]]:
+    """Where the inner law's inputs and the filter's are among the signals of both."""
+    signals = _signals(inner, filtered)
+    own = [signals.index(name) for name in ("reference", *inner.measures)]
+    return own, [signals.index(name) for name in filtered.input_labels]

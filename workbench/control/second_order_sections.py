@@ -38,7 +38,8 @@ def tustin(law: Factors, period: float, exact: float) -> np.ndarray:
     """Sections [k, 6], as scipy.signal has them, of a law sampled every `period` [s]; `exact` [Hz] is not warped.
 
     Tustin's rule prewarped, s = w/tan(w T/2) (z - 1)/(z + 1) at w = 2 pi exact, root by root (Åström and Wittenmark,
-    Computer-Controlled Systems, 3rd ed. 1997, sec. 8.3).
+    Computer-Controlled Systems, 3rd ed. 1997, sec. 8.3). `linear.state_space.tustin` goes by matrices, which lose the
+    digits of many roots close together, and does not prewarp.
     """
     from scipy.signal import zpk2sos  # here, as it takes a second
 
