@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.commands.trace_study.campaigns.cause import FOREIGN, OFF, OWN, cause
+from workbench.commands.trace_study.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, UNNAMED_CAUSES, cause
 from workbench.commands.trace_study.campaigns.draw import CampaignPlan, draw
 from workbench.commands.trace_study.campaigns.noise import BLEMISHES, noise
 from workbench.commands.trace_study.campaigns.play import play, start
@@ -157,7 +157,7 @@ def late_state(motion, engine, row):
     return np.array([motion.states[state.name][row] for state in engine.plant.states])
 
 
-@pytest.mark.parametrize("one", [*FOREIGN, *OFF], ids=lambda one: " ".join(one.key))
+@pytest.mark.parametrize("one", [*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES], ids=lambda one: " ".join(one.key))
 def test_a_foreign_effect_vanishes_where_it_is_off(one, rig, plant):
     """Whatever the base plant does, with the effect's own states where they begin."""
     model = build(rig, also=[one.effect])
@@ -177,7 +177,7 @@ def test_a_foreign_effect_vanishes_where_it_is_off(one, rig, plant):
         assert model.observe(x, u, p)[0] == pytest.approx(plant.observe(x[own], u[: len(plant.inputs)])[0], rel=1e-9)
 
 
-@pytest.mark.parametrize("one", [*FOREIGN, *OFF], ids=lambda one: " ".join(one.key))
+@pytest.mark.parametrize("one", [*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES], ids=lambda one: " ".join(one.key))
 def test_a_foreign_effect_simulates(one, rig, plant):
     """At its typical strength, from rest, through a hard step; and something comes of it."""
     engine = Engine(build(rig, also=[one.effect]), 1e-4, "interpreted")
@@ -185,8 +185,8 @@ def test_a_foreign_effect_simulates(one, rig, plant):
     rows = 40
     hard = Excitation("hard", PERIOD, np.zeros(rows), np.where(np.arange(rows) % 20 < 10, 0.3, -0.2))
     motions = [
-        play(e, e.plant.p, start(e, e.plant.p, kicked), hard, 0.3, np.zeros(rows))
-        for e, kicked in ((engine, one.kicked), (base, {}))
+        play(e, e.plant.p, start(e, e.plant.p, initial_states), hard, 0.3, np.zeros(rows))
+        for e, initial_states in ((engine, one.initial_states), (base, {}))
     ]
     moved = [
         np.abs(motions[0].outputs[name] - motions[1].outputs[name]).max() / np.ptp(motions[1].outputs[name])
@@ -197,10 +197,12 @@ def test_a_foreign_effect_simulates(one, rig, plant):
 
 
 def test_every_named_effect_has_formulas_of_its_own_and_foreign_ones():
-    assert {one.effect.name for one in FOREIGN} == {one.effect.name for one in OWN}
-    assert not {one.key for one in FOREIGN} & {one.key for one in OWN}
-    assert not {one.effect.name for one in OFF} & {one.effect.name for one in OWN}
-    assert all(one.effect.equation in one.equations for one in (*OWN, *FOREIGN, *OFF))
+    assert {one.effect.name for one in OTHER_FORMULA_CAUSES} == {one.effect.name for one in LIBRARY_CAUSES}
+    assert not {one.key for one in OTHER_FORMULA_CAUSES} & {one.key for one in LIBRARY_CAUSES}
+    assert not {one.effect.name for one in UNNAMED_CAUSES} & {one.effect.name for one in LIBRARY_CAUSES}
+    assert all(
+        one.effect.equation in one.equations for one in (*LIBRARY_CAUSES, *OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES)
+    )
 
 
 @pytest.mark.parametrize("goal", [2.0, 6.0, 20.0])

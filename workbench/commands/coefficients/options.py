@@ -15,5 +15,9 @@ def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     from ...control.export import as_json, as_text, coefficients
 
     period = config.rig.period.value
-    found = {chosen.name: coefficients(chosen.build(period), period) for chosen in config.controllers}
-    print_each(options, {name: as_json(one) for name, one in found.items()}, lambda name: as_text(name, found[name]))
+    exported = {spec.name: coefficients(spec.build(period), period) for spec in config.controllers}
+    print_each(
+        options,
+        {name: as_json(law) for name, law in exported.items()},
+        lambda name: as_text(name, exported[name]),
+    )

@@ -30,6 +30,6 @@ def read(options: argparse.Namespace) -> StepConfig:
     return replace(config, controllers=controllers)
 
 
-def print_each(options: argparse.Namespace, found: Mapping[str, Any], told: Callable[[str], str]) -> None:
-    """What was found of each controller, as JSON or as it is told to people."""
-    print(json.dumps(found, indent=2) if options.json else "\n\n".join(told(name) for name in found))
+def print_each(options: argparse.Namespace, results: Mapping[str, Any], text: Callable[[str], str]) -> None:
+    """The result of each controller, as JSON, or as text by its name."""
+    print(json.dumps(results, indent=2) if options.json else "\n\n".join(text(name) for name in results))

@@ -21,7 +21,7 @@ Rms = Mapping[str, Mapping[str, float | None]]
 def rms_of(floor: NoiseFloor, before: Sequence[Prediction], after: Sequence[Prediction]) -> Rms:
     """{"pa [bar]": {"before", "after", "floor"}} over all records, in each signal's unit; None where there is none."""
     table = {}
-    for name in dict.fromkeys(name for one in after for name in one.signals):
+    for name in dict.fromkeys(name for prediction in after for name in prediction.signals):
         signal = SIGNALS[name]
         values = (*(_root_mean_square(some, name) for some in (before, after)), floor.sigma[name])
         shown = [finite(from_si(v, signal.unit, signal.si)) for v in values]
@@ -77,12 +77,12 @@ def record_tables(models: Mapping[str, Sequence[Prediction]]) -> dict[str, dict[
         for name in together[0].signals:
             signal = SIGNALS[name]
             columns[f"measured {signal.label}"] = from_si(record.signals[name], signal.unit, signal.si)
-            for label, one in zip(models, together, strict=True):
-                columns[f"{label} {signal.label}"] = from_si(one.signals[name], signal.unit, signal.si)
+            for label, prediction in zip(models, together, strict=True):
+                columns[f"{label} {signal.label}"] = from_si(prediction.signals[name], signal.unit, signal.si)
         tables[f"heldout-{record.name.replace('/', '-')}"] = columns
     return tables
 
 
 def _root_mean_square(some: Sequence[Prediction], name: str) -> float:
-    errors = np.concatenate([one.error(name) for one in some if name in one.signals])
+    errors = np.concatenate([prediction.error(name) for prediction in some if name in prediction.signals])
     return float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else np.nan

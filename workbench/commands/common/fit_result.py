@@ -57,8 +57,8 @@ def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
 def base_intervals(rig: Rig, fit: Fit) -> dict[str, Interval]:
     """{"beta [Pa]": [value, low, high]}, 95 %, of the rig's own numbers, SI."""
     return {
-        f"{one.number.name} [{one.number.si}]": [finite(v) for v in (one.value, one.low, one.high)]
-        for one in fitted(rig, fit)
+        f"{entry.number.name} [{entry.number.si}]": [finite(v) for v in (entry.value, entry.low, entry.high)]
+        for entry in fitted(rig, fit)
     }
 
 
@@ -68,14 +68,14 @@ def effect_intervals(effect: Effect, fit: Fit) -> dict[str, Interval]:
     A number that is given has no interval.
     """
     names = [free.name for free in fit.free]
-    found = {}
+    intervals = {}
     for number in effect.numbers:
         values: tuple[float, float, float] = (number.typical, np.nan, np.nan)
         if not number.given:
             index = names.index(effect.key(number.name))
             values = (_value(fit, index), *fit.interval(index))
-        found[f"{number.name} [{number.shown}]"] = [finite(from_si(v, number.shown, number.si)) for v in values]
-    return found
+        intervals[f"{number.name} [{number.shown}]"] = [finite(from_si(v, number.shown, number.si)) for v in values]
+    return intervals
 
 
 def correlations(fit: Fit) -> np.ndarray:
@@ -88,11 +88,11 @@ def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequen
     """The rig with the numbers of a fit and the effects that were added; `files` have effects beside the library's."""
     name = problem.campaign.path.resolve().name
     numbers = dict(problem.rig.numbers)
-    for one in fitted(problem.rig, model_fit.fit):
-        end = ", at an end of its range" if one.at_bounds else ""
-        low, high = (float(from_si(v, one.number.unit, one.number.si)) for v in (one.low, one.high))
-        source = f"fitted to {name}: 95 % from {low:.4g} to {high:.4g}{end}; it was {one.number.shown:.4g}"
-        numbers[one.number.name] = replace(one.number, value=one.value, source=source)
+    for entry in fitted(problem.rig, model_fit.fit):
+        end = ", at an end of its range" if entry.at_bounds else ""
+        low, high = (float(from_si(v, entry.number.unit, entry.number.si)) for v in (entry.low, entry.high))
+        source = f"fitted to {name}: 95 % from {low:.4g} to {high:.4g}{end}; it was {entry.number.shown:.4g}"
+        numbers[entry.number.name] = replace(entry.number, value=entry.value, source=source)
     uses = tuple(_use(effect, model_fit.fit, f"fitted to {name}") for effect in model_fit.effects)
     return replace(
         problem.rig,
@@ -115,8 +115,8 @@ def _value(fit: Fit, index: int) -> float:
 
 def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
     names = [free.name for free in fit.free]
-    found = {n.name: _value(fit, names.index(effect.key(n.name))) for n in effect.fitted}
-    values = [found.get(number.name, number.typical) for number in effect.numbers]
+    fitted_values = {n.name: _value(fit, names.index(effect.key(n.name))) for n in effect.fitted}
+    values = [fitted_values.get(number.name, number.typical) for number in effect.numbers]
     return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, values, source)))
 
 

@@ -54,14 +54,14 @@ def differences(runs: Sequence[Finished]) -> list[dict[str, Any]]:
         return []
     indexed = {run.name: _indexed(run, keys) for run in runs}
     order = dict.fromkeys(identity for rows in indexed.values() for identity in rows)
-    found = []
+    compared = []
     for identity in order:
         sharing = {name: rows[identity] for name, rows in indexed.items() if identity in rows}
         if len(sharing) > 1:
             counts = Counter(key for row in sharing.values() for key in row if key not in keys)
             shared = [key for key, count in counts.items() if count > 1]
-            found += [row for key in shared if (row := _difference(identity, key, sharing)) is not None]
-    return found
+            compared += [row for key in shared if (row := _difference(identity, key, sharing)) is not None]
+    return compared
 
 
 def _id_keys(runs: Sequence[Sequence[Mapping[str, Any]]]) -> list[str]:
@@ -79,14 +79,14 @@ def _id_keys(runs: Sequence[Sequence[Mapping[str, Any]]]) -> list[str]:
 
 def _indexed(run: Finished, keys: Sequence[str]) -> dict[Identity, dict[str, Any]]:
     """Rows by identity, numbered where they are alike; what a run says of all rows is a row of its own."""
-    found: dict[Identity, dict[str, Any]] = {}
+    indexed: dict[Identity, dict[str, Any]] = {}
     for row in run.rows:
         identity = plain = tuple((key, row[key]) for key in keys)
-        while identity in found:
-            identity = (*plain, ("row", str(len(found) + 1)))
-        found[identity] = row
+        while identity in indexed:
+            identity = (*plain, ("row", str(len(indexed) + 1)))
+        indexed[identity] = row
     of_all = {key: v for key, v in run.metrics.items() if key not in _TIMING and not isinstance(v, dict | list)}
-    return found | ({(("rows", "all"),): of_all} if of_all else {})
+    return indexed | ({(("rows", "all"),): of_all} if of_all else {})
 
 
 def _difference(identity: Identity, metric: str, sharing: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | None:

@@ -61,9 +61,9 @@ def drive(rig: Rig) -> DriveSimulation:
         return controller("controllers.p:P", gain=gain).named("position loop")
 
     trial = 0.01
-    found = linear_loop(plant, equilibrium(plant, p=smooth), loop(trial).build(period), period, smooth)
-    speed = float(np.abs(found.open[0]) * 2 * np.pi * found.f[0] / trial)  # of the jack, per unit of command [m/s]
-    margin, sensor = found.gain_margin_db, rig.sensors.get("position")
+    linear = linear_loop(plant, equilibrium(plant, p=smooth), loop(trial).build(period), period, smooth)
+    speed = float(np.abs(linear.open[0]) * 2 * np.pi * linear.f[0] / trial)  # of the jack, per unit of command [m/s]
+    margin, sensor = linear.gain_margin_db, rig.sensors.get("position")
     gains = [
         2 * np.pi * CROSSOVER / speed,
         np.inf if margin is None else trial * 10 ** ((margin - MARGIN) / 20),
@@ -173,12 +173,12 @@ def _shown(design: Design, value: float) -> float:
 
 
 def _effort(drive: DriveSimulation, run: LoopRun) -> str:
-    found, rig = effort(run, drive.rig), drive.rig
+    peaks, rig = effort(run, drive.rig), drive.rig
     return (
         f"on {rig.name}, under a position loop of {drive.loop.design.gain:g} 1/m: position within "
-        f"{found['peak_position_mm']:.3g} of {rig.limit('stroke') * 1e3:g} mm, speed {found['peak_speed_m_s']:.3g} of "
-        f"{rig.limit('speed'):g} m/s, command {found['peak_command']:.3g}, lowest pressure "
-        f"{found['lowest_pressure_bar']:.3g} bar, limited for {found['limited_s']:.3g} s"
+        f"{peaks['peak_position_mm']:.3g} of {rig.limit('stroke') * 1e3:g} mm, speed {peaks['peak_speed_m_s']:.3g} of "
+        f"{rig.limit('speed'):g} m/s, command {peaks['peak_command']:.3g}, lowest pressure "
+        f"{peaks['lowest_pressure_bar']:.3g} bar, limited for {peaks['limited_s']:.3g} s"
     )
 
 

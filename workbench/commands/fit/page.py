@@ -19,27 +19,27 @@ STRONG = 0.95  # a correlation above says that only a combination of two numbers
 _MOST = 10  # pairs listed
 
 
-def fit_page(problem: EstimationProblem, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
+def fit_page(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
     """The page, and the figure of the numbers in their ranges."""
-    picture, labels = ranges_figure({"fitted": found}), ["rig file", "fitted"]
+    picture, labels = ranges_figure({"fitted": numbers}), ["rig file", "fitted"]
     sections = [
-        Section("Numbers", [picture, numbers_table(found)]),
+        Section("Numbers", [picture, numbers_table(numbers)]),
         Section("Held-out error", [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels)]),
         Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
         Section("Noise floor", [noise_table(problem.floor)]),
     ]
     name = problem.campaign.path.resolve().name
-    return Page(f"{problem.rig.name} fitted to {name}", _verdict(problem, found, metrics), sections), picture
+    return Page(f"{problem.rig.name} fitted to {name}", _verdict(problem, numbers, metrics), sections), picture
 
 
-def numbers_table(found: Sequence[Fitted]) -> Table:
+def numbers_table(numbers: Sequence[Fitted]) -> Table:
     """Each number before and after, with interval and range, in the unit that the rig file has."""
     rows = []
-    for one in found:
-        number = one.number
-        values = (number.value, one.value, one.low, one.high, number.low, number.high)
+    for entry in numbers:
+        number = entry.number
+        values = (number.value, entry.value, entry.low, entry.high, number.low, number.high)
         shown = [float(from_si(v, number.unit, number.si)) for v in values if v is not None]
-        state = "at an end" if one.at_bounds else "not seen" if one.unseen else ""
+        state = "at an end" if entry.at_bounds else "not seen" if entry.unseen else ""
         rows.append([number.name, number.unit, *shown, state])
     return Table(
         "Numbers of the rig",
@@ -57,23 +57,23 @@ def ranges_figure(fits: Mapping[str, Sequence[Fitted]]) -> Figure:
     """
     *_, last = fits.values()
     places = np.arange(1.0, len(last) + 1)
-    curves = [Curve("rig file", places, _shares(last, [one.number.value for one in last]), "markers", GIVEN)]
-    for (label, found), colour in zip(fits.items(), (BEFORE, AFTER)[-len(fits) :], strict=True):
-        curves.append(Curve(label, places, _shares(found, [one.value for one in found]), "markers", colour))
-    ends = np.column_stack([_shares(last, [getattr(one, end) for one in last]) for end in ("low", "high")])
+    curves = [Curve("rig file", places, _shares(last, [entry.number.value for entry in last]), "markers", GIVEN)]
+    for (label, numbers), colour in zip(fits.items(), (BEFORE, AFTER)[-len(fits) :], strict=True):
+        curves.append(Curve(label, places, _shares(numbers, [entry.value for entry in numbers]), "markers", colour))
+    ends = np.column_stack([_shares(last, [getattr(entry, end) for entry in last]) for end in ("low", "high")])
     across = np.column_stack((places, places, np.full(len(last), np.nan))).ravel()
     up = np.column_stack((ends, np.full(len(last), np.nan))).ravel()
     curves.append(Curve("95 % interval", across, up, color=AFTER))
     marks = (Mark(0.0, "low end"), Mark(1.0, "high end"))
     panel = Panel("place in the declared range [1]", curves, y_range=(-0.08, 1.08), marks=marks)
     return Figure(
-        "The rig's numbers in their declared ranges", "number", [panel], x_names=[one.number.name for one in last]
+        "The rig's numbers in their declared ranges", "number", [panel], x_names=[entry.number.name for entry in last]
     )
 
 
-def _shares(found: Sequence[Fitted], values: Sequence[float]) -> np.ndarray:
+def _shares(numbers: Sequence[Fitted], values: Sequence[float]) -> np.ndarray:
     """Values as parts of the declared ranges."""
-    ends = np.array([(one.number.low, one.number.high) for one in found], dtype=float)
+    ends = np.array([(entry.number.low, entry.number.high) for entry in numbers], dtype=float)
     return (np.array(values) - ends[:, 0]) / (ends[:, 1] - ends[:, 0])
 
 
@@ -93,7 +93,7 @@ def groups(correlation: Mapping[str, Any]) -> list[list[str]]:
 
 
 def _pairs(correlation: Mapping[str, Any]) -> Table:
-    rows = [[one, other, round(value, 3)] for one, other, value in _strongest(correlation)[:_MOST]]
+    rows = [[first, second, round(value, 3)] for first, second, value in _strongest(correlation)[:_MOST]]
     note = "Near 1 or -1 the records only know a combination of the two."
     return Table("Strongest correlations", ["number", "with", "correlation"], rows, note=note)
 
@@ -104,7 +104,7 @@ def _matrix(correlation: Mapping[str, Any]) -> Table:
     return Table("All correlations", ["", *names], rows)
 
 
-def _verdict(problem: EstimationProblem, found: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
+def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
     chi2 = metrics["chi2"]["heldout"]
     said = f"{len(metrics['parameters'])} numbers of {problem.rig.name} are fitted; "
     if chi2 is None:
@@ -112,7 +112,7 @@ def _verdict(problem: EstimationProblem, found: Sequence[Fitted], metrics: Mappi
     said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"
     missing = decide.misfit(chi2, problem.heldout.samples, problem.kappa)
     said += ": the model misses something, and jackbench trace asks what." if missing else ", as it should be."
-    if pushed := [one.number.name for one in found if one.pushed]:
+    if pushed := [entry.number.name for entry in numbers if entry.pushed]:
         said += f" At an end of its range: {', '.join(pushed)}."
         said += " Something that the model lacks may have pushed it there." if missing else ""
     if metrics["unseen"]:

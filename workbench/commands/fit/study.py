@@ -70,16 +70,16 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         progress("errors of the rig file and of the fit")
         declared = [predict_windows(build(rig), record, problem.floor) for record in campaign.heldout]
     after = predictions(model_fit.model, problem.heldout, model_fit.x0, model_fit.fit.p)
-    found = fitted(rig, model_fit.fit)
+    numbers = fitted(rig, model_fit.fit)
     metrics: dict[str, Any] = {
         "parameters": base_intervals(rig, model_fit.fit),
         "chi2": {"train": model_fit.fit.chi2, "heldout": finite(model_fit.chi2)},
         "rms": rms_of(problem.floor, declared, after),
-        "unseen": [one.number.name for one in found if one.unseen],
-        "at_an_end": [one.number.name for one in found if one.at_bounds],
-        "correlations": {"names": [one.number.name for one in found], "matrix": correlations(model_fit.fit)},
+        "unseen": [entry.number.name for entry in numbers if entry.unseen],
+        "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],
+        "correlations": {"names": [entry.number.name for entry in numbers], "matrix": correlations(model_fit.fit)},
     }
-    page, picture = fit_page(problem, found, metrics)
+    page, picture = fit_page(problem, numbers, metrics)
     tables = record_tables({"rig file": declared, "fitted": after})
     as_fitted = fitted_rig(problem, model_fit)
     return FitAnswer(as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}))

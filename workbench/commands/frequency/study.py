@@ -24,7 +24,7 @@ from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
 from .config import FrequencyTask
-from .page import Found, columns, figure, page, rows
+from .page import Comparison, columns, figure, page, rows
 
 MOVING = 0.1  # m/s: the second operating point of the linear model, outside the lap's doubled gain
 BENCHES: Mapping[str, Callable[[Rig], Plant]] = {"command": build_valve_bench, "current": build_pilot_bench}
@@ -33,7 +33,7 @@ BENCHES: Mapping[str, Callable[[Rig], Plant]] = {"command": build_valve_bench, "
 
 def run_frequency(task: FrequencyTask, stage: Stage, progress: Progress) -> Outcome:
     """Measured and model responses of every record and sheet, with coherence and 95 % bands."""
-    found = []
+    comparisons = []
     if task.campaign is not None:
         plant, floor = build(task.rig), noise_floor(task.campaign)
         for record in task.records:
@@ -41,14 +41,14 @@ def run_frequency(task: FrequencyTask, stage: Stage, progress: Progress) -> Outc
             measured = measured_response(record, *task.pair, task.period)
             compute = partial(_predicted, plant, record, floor, measured)
             model = stage(f"model-{record.name.replace('/', '-')}", compute)["response"]
-            found.append(_of_record(task.rig, record, measured, np.asarray(model)))
+            comparisons.append(_of_record(task.rig, record, measured, np.asarray(model)))
     for sheet in task.sheets:
         progress(f"{sheet.name}: stepped sine")
         model = stage(f"sheet-{sheet.name}", partial(_sine, task.rig, sheet))["response"]
-        found.append(_of_sheet(sheet, np.asarray(model)))
-    tables = {f"response-{one.name.replace('/', '-')}": columns(one) for one in found}
-    metrics = {"rows": [row for one in found for row in rows(one)]}
-    return Outcome(metrics, page(task.source, task.rig.name, found), figure(found[0]), tables)
+        comparisons.append(_of_sheet(sheet, np.asarray(model)))
+    tables = {f"response-{comparison.name.replace('/', '-')}": columns(comparison) for comparison in comparisons}
+    metrics = {"rows": [row for comparison in comparisons for row in rows(comparison)]}
+    return Outcome(metrics, page(task.source, task.rig.name, comparisons), figure(comparisons[0]), tables)
 
 
 def _predicted(plant: Plant, record: Record, floor: NoiseFloor, measured: FrequencyResponse) -> dict[str, np.ndarray]:
@@ -63,7 +63,7 @@ def _predicted(plant: Plant, record: Record, floor: NoiseFloor, measured: Freque
     return {"response": same_estimate(measured, Record(record.name, record.t, signals))}
 
 
-def _of_record(rig: Rig, record: Record, measured: FrequencyResponse, model: np.ndarray) -> Found:
+def _of_record(rig: Rig, record: Record, measured: FrequencyResponse, model: np.ndarray) -> Comparison:
     pair, notes = (measured.input, measured.output), list(measured.notes)
     if measured.instrument.any():
         lines, last = measured.instrument.sum(), measured.f[measured.instrument].max()
@@ -72,7 +72,7 @@ def _of_record(rig: Rig, record: Record, measured: FrequencyResponse, model: np.
         notes.append("the model fails in a run through the whole record")
     factor = _factor(pair)
     linear = _linear(rig, pair, measured.f, record.period)
-    return Found(
+    return Comparison(
         record.name,
         pair,
         measured.f,
@@ -117,8 +117,8 @@ def _sine(rig: Rig, sheet: FrequencySheet) -> dict[str, np.ndarray]:
             known = nearest(sheet.output, plant.outputs)
             raise InputError(f"sheet {sheet.name}: the bench of {plant.name} gives no {sheet.output}; {known}")
         rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
-        found = stepped_sine(Engine(plant), rest.x, rest.u, sheet.f, sheet.amplitude, [sheet.output])
-        response = found.response[sheet.output]
+        sine = stepped_sine(Engine(plant), rest.x, rest.u, sheet.f, sheet.amplitude, [sheet.output])
+        response = sine.response[sheet.output]
     else:
         pairs = "command or current to a signal of the valve, or reference to position"
         raise InputError(f"sheet {sheet.name}: {sheet.input} to {sheet.output} is on no bench; take {pairs}")
@@ -138,14 +138,14 @@ def _closed_loop(rig: Rig, sheet: FrequencySheet) -> np.ndarray:
     return 10 ** (gain / 20) * np.exp(1j * np.radians(phase))
 
 
-def _of_sheet(sheet: FrequencySheet, model: np.ndarray) -> Found:
+def _of_sheet(sheet: FrequencySheet, model: np.ndarray) -> Comparison:
     pair, signal = (sheet.input, sheet.output), SIGNALS[sheet.input]
     factor = 1.0 if sheet.relative else _factor(pair)
     how = f"sines of {float(from_si(sheet.amplitude, signal.unit, signal.si)):g} {signal.unit}"
     notes = ["gains are referred to the lowest frequency"] if sheet.relative else []
     if sheet.input == "reference":
         notes.append("the model's loop is the position loop of `jackbench record`")
-    return Found(sheet.name, pair, sheet.f, sheet.response * factor, model * factor, how, notes=tuple(notes))
+    return Comparison(sheet.name, pair, sheet.f, sheet.response * factor, model * factor, how, notes=tuple(notes))
 
 
 def _factor(pair: tuple[str, str]) -> float:

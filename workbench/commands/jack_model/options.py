@@ -25,20 +25,20 @@ def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
     plant, period = build(config.rig), config.rig.period.value
     smooth = plant.without_dry_friction()
     points = {"null": equilibrium(plant, p=smooth), "moving": equilibrium(plant, speed=MOVING, p=smooth)}
-    found: dict[str, dict[str, dict[str, float]]] = {}
-    for chosen in config.controllers:
-        parts = [cast(Compensator, part.build(period)) for part in chosen.compensators]
-        found[chosen.name] = {
+    models: dict[str, dict[str, dict[str, float]]] = {}
+    for spec in config.controllers:
+        parts = [cast(Compensator, part.build(period)) for part in spec.compensators]
+        models[spec.name] = {
             where: asdict(fit_jack_model(inner_loop_closed(plant, about, period, parts, smooth)))
             for where, about in points.items()
         }
     units = {entry.name: entry.metadata["unit"] for entry in fields(JackModel)}
 
-    def told(name: str) -> str:
+    def text(name: str) -> str:
         return "\n".join(
             f"# {name}, {where}\n"
             + "\n".join(f'{key} = {{value = {value:.5g}, unit = "{units[key]}"}}' for key, value in numbers.items())
-            for where, numbers in found[name].items()
+            for where, numbers in models[name].items()
         )
 
-    print_each(options, found, told)
+    print_each(options, models, text)

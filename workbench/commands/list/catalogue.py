@@ -47,15 +47,17 @@ def _controllers() -> Iterator[dict[str, Any]]:
     """Every controller and compensator, a class with a Design in a module of their package, by the name of its file."""
     for module in sorted(m.name for m in pkgutil.iter_modules(import_module(CONTROLLERS).__path__)):
         loaded = import_module(f"{CONTROLLERS}.{module}")
-        found: list[Any] = [c for c in vars(loaded).values() if inspect.isclass(c) and c.__module__ == loaded.__name__]
-        found = [c for c in found if hasattr(c, "Design") and c.__name__[0] != "_"]
-        for chosen in found:
+        classes: list[Any] = [
+            c for c in vars(loaded).values() if inspect.isclass(c) and c.__module__ == loaded.__name__
+        ]
+        classes = [c for c in classes if hasattr(c, "Design") and c.__name__[0] != "_"]
+        for law in classes:
             yield {
-                "name": (module if len(found) == 1 else _snake(chosen.__name__)).replace("_", "-"),
-                "kind": "compensator" if hasattr(chosen, "into") else "controller",
-                "use": f"{loaded.__name__}:{chosen.__name__}",
-                "summary": (inspect.getdoc(chosen) or "").partition("\n")[0],
-                "numbers": [_design_number(entry) for entry in fields(chosen.Design)],
+                "name": (module if len(classes) == 1 else _snake(law.__name__)).replace("_", "-"),
+                "kind": "compensator" if hasattr(law, "into") else "controller",
+                "use": f"{loaded.__name__}:{law.__name__}",
+                "summary": (inspect.getdoc(law) or "").partition("\n")[0],
+                "numbers": [_design_number(entry) for entry in fields(law.Design)],
             }
 
 

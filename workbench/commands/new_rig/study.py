@@ -79,12 +79,12 @@ def _measure(sheet: Datasheet, rig: Rig, stage: Stage, label: str) -> _Measured:
 
 def _rows(sheet: Datasheet, after: _Measured, before: _Measured | None) -> list[dict[str, Any]]:
     """One row a figure; `estimate` is what the rig had before the fit."""
-    wanted = {f"{r.id}_{key}": ("Hz", getattr(r, key)) for r in sheet.responses for key, _ in _CORNERS}
+    stated_figures = {f"{r.id}_{key}": ("Hz", getattr(r, key)) for r in sheet.responses for key, _ in _CORNERS}
     for part, key in (("pilot", "pilot_flow"), ("main", "rated_flow")):
         if key in sheet.valve:
-            wanted[f"{part}_flow"] = ("l/min", float(from_si(sheet.valve[key], "l/min", "m^3/s")))
+            stated_figures[f"{part}_flow"] = ("l/min", float(from_si(sheet.valve[key], "l/min", "m^3/s")))
     rows = []
-    for name, (unit, stated) in wanted.items():
+    for name, (unit, stated) in stated_figures.items():
         value = after.figures[name]
         error = None if value is None else 100 * (value / stated - 1)
         row = {"id": name, "value": value, "unit": unit, "datasheet": stated, "error_percent": error}
@@ -93,14 +93,14 @@ def _rows(sheet: Datasheet, after: _Measured, before: _Measured | None) -> list[
 
 
 def _determined(fit: ValveFit) -> dict[str, Any]:
-    found = fit.determination
+    determination = fit.determination
     return {
         "figure_error_percent": 100 * FIGURE_ERROR,
         "limit_percent": 100 * DETERMINED,
-        "count": found.count,
+        "count": determination.count,
         "combinations": [
             {"weights": dict(c.weights), "interval_percent": 100 * c.interval, "determined": c.determined}
-            for c in found.combinations
+            for c in determination.combinations
         ],
         "numbers": {f.name: fit.rig.numbers[f.name].source for f in fit.free},
     }
@@ -161,8 +161,8 @@ def _combinations(fit: ValveFit) -> Table:
 def _numbers(fit: ValveFit) -> Table:
     rows = []
     for f in fit.free:
-        n, found = fit.rig.numbers[f.name], fit.determination
-        intervals = (100 * found.marginal[f.name], 100 * found.conditional[f.name])
+        n, determination = fit.rig.numbers[f.name], fit.determination
+        intervals = (100 * determination.marginal[f.name], 100 * determination.conditional[f.name])
         values = [None if v is None else float(from_si(v, n.unit, n.si)) for v in (n.value, f.start, n.low, n.high)]
         rows.append([f.name, n.unit, *values, *intervals, n.source])
     return Table(

@@ -31,7 +31,7 @@ def plan(rig: str, files: Sequence[str | Path] = (), seed: int = 0) -> Plan:
     if seed < 0:
         raise InputError(f"seed {seed}: must be 0 or more")
     played = tuple(read_excitation(path, loaded.period.value, loaded["xmid"]) for path in files)
-    names = [one.name for one in played]
+    names = [excitation.name for excitation in played]
     for name in names:
         if names.count(name) > 1 or name == "static":
             raise InputError(
@@ -42,5 +42,8 @@ def plan(rig: str, files: Sequence[str | Path] = (), seed: int = 0) -> Plan:
 
 def identity(plan: Plan) -> dict[str, Any]:
     """What says, beside the rig, that a recording is the same one."""
-    digests = {one.name: sha256(one.reference.tobytes() + one.command.tobytes()).hexdigest()[:16] for one in plan.files}
+    digests = {
+        excitation.name: sha256(excitation.reference.tobytes() + excitation.command.tobytes()).hexdigest()[:16]
+        for excitation in plan.files
+    }
     return {"seed": plan.seed, "play": digests}

@@ -49,10 +49,10 @@ def run_record(plan: Plan, stage: Stage, progress: Progress) -> Outcome:
     ready = drive(plan.rig)
     played = {"static": _still(plan.rig)} | (_given(plan) or _standard(ready, stage))
     records, rows = [], []
-    for number, (name, one) in enumerate(played.items()):
-        progress(f"{name}: {one.t[-1]:.3g} s")
-        stored = stage(f"record-{name}", partial(_recorded, ready, one, [plan.seed, number]))
-        records.append(Record(name, one.t, stored["signals"]))
+    for number, (name, wave) in enumerate(played.items()):
+        progress(f"{name}: {wave.t[-1]:.3g} s")
+        stored = stage(f"record-{name}", partial(_recorded, ready, wave, [plan.seed, number]))
+        records.append(Record(name, wave.t, stored["signals"]))
         rows.append({"record": name, "role": _role(name, list(played)), **stored["effort"]})
     metrics = {"rows": rows, "seed": plan.seed, "loop_gain": ready.loop.design.gain}
     page = _page(plan, ready, rows, records)
@@ -60,7 +60,7 @@ def run_record(plan: Plan, stage: Stage, progress: Progress) -> Outcome:
 
 
 def _given(plan: Plan) -> dict[str, Excitation]:
-    return {one.name: one for one in plan.files}
+    return {excitation.name: excitation for excitation in plan.files}
 
 
 def _standard(ready: DriveSimulation, stage: Stage) -> dict[str, Excitation]:
@@ -112,13 +112,13 @@ def standard_set(drive: DriveSimulation) -> dict[str, Excitation]:
         pace.moving("triangle", triangles),
         replace(slow, command=slow.command + added),
     )
-    found = {}
-    for one in designs:
-        fitting = within_limits(drive, one)
+    excitations = {}
+    for design in designs:
+        fitting = within_limits(drive, design)
         if fitting is None:
-            raise InputError(f"rig {rig.name}: cannot play {one.name} at any size; check its limits")
-        found[one.name] = fitting
-    return found
+            raise InputError(f"rig {rig.name}: cannot play {design.name} at any size; check its limits")
+        excitations[design.name] = fitting
+    return excitations
 
 
 class _Pace:
@@ -179,16 +179,18 @@ def logged(drive: DriveSimulation, run: LoopRun, seed: int) -> dict[str, np.ndar
     sensors.read(outputs[0])  # the loop measures once before its first sample
     rows = [sensors.read(row) for row in outputs]
     idle = ("force",) if rig["ks"] == 0 and rig["cs"] == 0 else ()
-    kept = [name for name in names if name in rig.sensors and name not in idle]
+    sensed = [name for name in names if name in rig.sensors and name not in idle]
     given = {name: run.record.signals[name] for name in ("reference", "command")}
-    return given | {name: np.array([row[name] for row in rows]) for name in kept}
+    return given | {name: np.array([row[name] for row in rows]) for name in sensed}
 
 
-def _recorded(drive: DriveSimulation, one: Excitation, entropy: list[int]) -> dict[str, Any]:
+def _recorded(drive: DriveSimulation, excitation: Excitation, entropy: list[int]) -> dict[str, Any]:
     seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
-    run = play(drive, one, seed)
+    run = play(drive, excitation, seed)
     if run.tripped is not None:
-        raise InputError(f"{one.name}: on {drive.rig.name}, {trouble(run)}; make it smaller, or check the rig's limits")
+        raise InputError(
+            f"{excitation.name}: on {drive.rig.name}, {trouble(run)}; make it smaller, or check the rig's limits"
+        )
     return {"signals": logged(drive, run, seed), "effort": effort(run, drive.rig)}
 
 

@@ -18,27 +18,27 @@ PHASES = (WHOLE, MOVING, STANDING)
 
 def free_runs(plant: Plant, records: Sequence[Record], floor: NoiseFloor) -> list[FreeRunComparison]:
     """Every signal of every group of repeats among the records, beside one free run."""
-    return [one for group in repeated(records) for one in against_mean(plant, group, floor)]
+    return [comparison for group in repeated(records) for comparison in against_mean(plant, group, floor)]
 
 
-def free_run_rows(found: Sequence[FreeRunComparison]) -> list[dict[str, Any]]:
+def free_run_rows(comparisons: Sequence[FreeRunComparison]) -> list[dict[str, Any]]:
     """One row a signal of a group, in the units that people read; null where a phase or a spread does not exist."""
     return [
         {
-            "records": list(one.records),
-            "signal": one.name,
-            "unit": SIGNALS[one.name].unit,
-            **{phase: _shown(one, one.errors.get(phase)) for phase in PHASES},
-            "repeatability": {phase: _shown(one, one.repeatability.get(phase)) for phase in PHASES},
+            "records": list(comparison.records),
+            "signal": comparison.name,
+            "unit": SIGNALS[comparison.name].unit,
+            **{phase: _shown(comparison, comparison.errors.get(phase)) for phase in PHASES},
+            "repeatability": {phase: _shown(comparison, comparison.repeatability.get(phase)) for phase in PHASES},
         }
-        for one in found
+        for comparison in comparisons
     ]
 
 
-def free_run_section(found: Sequence[FreeRunComparison]) -> Section:
+def free_run_section(comparisons: Sequence[FreeRunComparison]) -> Section:
     """The table of errors beside the repeatability, and each mean with its free run."""
     rows = []
-    for row in free_run_rows(found):
+    for row in free_run_rows(comparisons):
         repeatability = row["repeatability"]
         numbers = [number for phase in PHASES for number in (row[phase], repeatability[phase])]
         rows.append([", ".join(row["records"]), row["signal"], row["unit"], *numbers])
@@ -51,23 +51,23 @@ def free_run_section(found: Sequence[FreeRunComparison]) -> Section:
         "the rest, on the end stops. Clipped samples are not compared. Repeats differ by: the standard deviation of a "
         "repeat, RMS over the same samples.",
     )
-    return Section("Free run against the mean of repeats", [table, *map(_figure, found)])
+    return Section("Free run against the mean of repeats", [table, *map(_figure, comparisons)])
 
 
-def _shown(one: FreeRunComparison, value: float | None) -> float | None:
-    signal = SIGNALS[one.name]
+def _shown(comparison: FreeRunComparison, value: float | None) -> float | None:
+    signal = SIGNALS[comparison.name]
     return None if value is None else float(from_si(value, signal.unit, signal.si))
 
 
-def _figure(one: FreeRunComparison) -> Figure:
-    signal = SIGNALS[one.name]
-    mean, model = (from_si(values, signal.unit, signal.si) for values in (one.mean, one.model))
-    left = np.where(one.compared, mean - model, np.nan)
+def _figure(comparison: FreeRunComparison) -> Figure:
+    signal = SIGNALS[comparison.name]
+    mean, model = (from_si(values, signal.unit, signal.si) for values in (comparison.mean, comparison.model))
+    left = np.where(comparison.compared, mean - model, np.nan)
     return Figure(
-        f"{one.name}: mean of {len(one.records)} repeats and one free run",
+        f"{comparison.name}: mean of {len(comparison.records)} repeats and one free run",
         "time [s]",
         [
-            Panel(signal.label, [Curve("mean of repeats", one.t, mean), Curve("free run", one.t, model)]),
-            Panel(f"mean - free run [{signal.unit}]", [Curve("difference", one.t, left)]),
+            Panel(signal.label, [Curve("mean of repeats", comparison.t, mean), Curve("free run", comparison.t, model)]),
+            Panel(f"mean - free run [{signal.unit}]", [Curve("difference", comparison.t, left)]),
         ],
     )

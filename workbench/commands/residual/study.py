@@ -32,8 +32,8 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
         progress(f"{record.name}: windows of {WINDOW:g} s")
 
         def compute(record: Record = record) -> dict[str, Any]:
-            found = predict_windows(plant, record, floor)
-            return {"signals": found.signals, "failed": list(found.failed)}
+            prediction = predict_windows(plant, record, floor)
+            return {"signals": prediction.signals, "failed": list(prediction.failed)}
 
         stored = stage(f"predict-{record.name.replace('/', '-')}", compute)
         predictions.append(Prediction(record, stored["signals"], tuple(stored["failed"])))
@@ -133,14 +133,14 @@ def _whiteness_figures(floor: NoiseFloor, predictions: list[Prediction]) -> list
         if not errors or not all(np.isfinite(e).any() for e in errors):
             continue
         period = carriers[0].record.period
-        found = whiteness(errors, period, floor.kappa[name])
+        residual = whiteness(errors, period, floor.kappa[name])
         signal = SIGNALS[name]
         to_unit = float(from_si(1.0, signal.unit, signal.si) - from_si(0.0, signal.unit, signal.si))
-        figures += [_spectrum(name, found, to_unit, sigma * np.sqrt(2 * period)), _autocorrelation(name, found)]
+        figures += [_spectrum(name, residual, to_unit, sigma * np.sqrt(2 * period)), _autocorrelation(name, residual)]
     return figures
 
 
-def _spectrum(name: str, found: Whiteness, to_unit: float, level: float) -> Figure:
+def _spectrum(name: str, residual: Whiteness, to_unit: float, level: float) -> Figure:
     shown = slice(1, None)
     return Figure(
         f"{name}: spectrum of the residual",
@@ -149,8 +149,8 @@ def _spectrum(name: str, found: Whiteness, to_unit: float, level: float) -> Figu
             Panel(
                 f"{name} [{SIGNALS[name].unit}/sqrt(Hz)]",
                 [
-                    Curve("residual", found.f[shown], np.sqrt(found.density[shown]) * to_unit),
-                    Curve("white noise of the floor", found.f[[1, -1]], np.full(2, level * to_unit), "dash"),
+                    Curve("residual", residual.f[shown], np.sqrt(residual.density[shown]) * to_unit),
+                    Curve("white noise of the floor", residual.f[[1, -1]], np.full(2, level * to_unit), "dash"),
                 ],
                 log_y=True,
             )
@@ -159,10 +159,10 @@ def _spectrum(name: str, found: Whiteness, to_unit: float, level: float) -> Figu
     )
 
 
-def _autocorrelation(name: str, found: Whiteness) -> Figure:
-    band = (np.full(len(found.lag), -found.band), np.full(len(found.lag), found.band))
-    curve = Curve("residual", found.lag[1:], found.autocorrelation[1:])
-    noise = Curve("95 % band of the noise", found.lag, np.zeros(len(found.lag)), "dot", band=band)
+def _autocorrelation(name: str, residual: Whiteness) -> Figure:
+    band = (np.full(len(residual.lag), -residual.band), np.full(len(residual.lag), residual.band))
+    curve = Curve("residual", residual.lag[1:], residual.autocorrelation[1:])
+    noise = Curve("95 % band of the noise", residual.lag, np.zeros(len(residual.lag)), "dot", band=band)
     return Figure(f"{name}: autocorrelation of the residual", "lag [s]", [Panel("autocorrelation [1]", [curve, noise])])
 
 

@@ -107,10 +107,10 @@ def _mode_formula(rig: Rig, plant: Plant, rest: Equilibrium) -> tuple[float, flo
 
 def _land_leakage(rig: Rig, plant: Plant, rest: Equilibrium) -> np.ndarray:
     """Slope of the main lands' flow over the pressure of ports A and B [m^3/s/Pa] at an operating point."""
-    seen = plant.observe(rest.x, rest.u)[0]
-    z = float(seen[plant.output("spool")])
+    outputs = plant.observe(rest.x, rest.u)[0]
+    z = float(outputs[plant.output("spool")])
     to_supply, to_return = _lap(z, rig["eps"]), _lap(-z, rig["eps"])
-    pa, pb = (seen[plant.output(name)] for name in ("pa", "pb"))
+    pa, pb = (outputs[plant.output(name)] for name in ("pa", "pb"))
     a = to_supply / np.sqrt(rig["Ps"] - pa) + to_return / np.sqrt(pa - rig["Pr"])
     b = to_return / np.sqrt(rig["Ps"] - pb) + to_supply / np.sqrt(pb - rig["Pr"])
     return rig["n"] * rig["K3"] * np.array([a, b]) / 2

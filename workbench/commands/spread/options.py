@@ -17,20 +17,22 @@ def _spread(options: argparse.Namespace, _words: list[str]) -> None:
     from ...loop.overshoot_spread import overshoot_spread, spread
 
     period = config.rig.period.value
-    able = [one for one in config.controllers if replace(one, compensators=()).build(period).measures == ("position",)]
-    chosen = able or config.controllers  # where there is none, the first says why
-    if left := [one.name for one in config.controllers if one not in chosen]:
+    able = [
+        spec for spec in config.controllers if replace(spec, compensators=()).build(period).measures == ("position",)
+    ]
+    specs = able or config.controllers  # where there is none, the first says why
+    if left := [spec.name for spec in config.controllers if spec not in specs]:
         print(f"left out: {', '.join(left)}; a spread is of position laws", file=sys.stderr)
-    found = {one.name: overshoot_spread(config.rig, one) for one in chosen}
+    spreads = {spec.name: overshoot_spread(config.rig, spec) for spec in specs}
 
-    def told(name: str) -> str:
+    def text(name: str) -> str:
         lines = [f"{name}: overshoot [%] of a linear step"]
-        for what, overshoot in found[name].items():
+        for what, overshoot in spreads[name].items():
             row = "  ".join(f"{how}: {_percent(value)}" for how, value in overshoot.items())
             lines.append(f"  {what:6s} spread {_percent(spread(overshoot)):>8s}   {row}")
         return "\n".join(lines)
 
-    print_each(options, found, told)
+    print_each(options, spreads, text)
 
 
 def _percent(value: float | None) -> str:

@@ -24,8 +24,8 @@ def detectability(
     problem: EstimationProblem, model_fit: FittedModel, library: Sequence[Effect], stage: Stage, progress: Progress
 ) -> list[dict[str, Any]]:
     """For the first formula of every effect the strength, over the typical one, that opens the gate; None: never."""
-    first = {one.name: one for one in reversed(library) if applies(one, problem.rig)}
-    effects = [one for one in library if first.get(one.name) is one]
+    first = {effect.name: effect for effect in reversed(library) if applies(effect, problem.rig)}
+    effects = [effect for effect in library if first.get(effect.name) is effect]
 
     def compute() -> list[dict[str, Any]]:
         rest = NuisanceProjection(model_fit.model, problem.train, model_fit.fit)
@@ -48,7 +48,7 @@ def seen_table(rows: Sequence[dict[str, Any]], library: Sequence[Effect]) -> Tab
     """From which value on each effect would have been seen."""
     cells = []
     for row in rows:
-        effect = next(one for one in library if one.name == row["effect"])
+        effect = next(effect for effect in library if effect.name == row["effect"])
         number = next(n for n in effect.numbers if n.name == strengths(effect)[0])
         least = None if row["strength"] is None else at_strength(effect, row["strength"])[number.name]
         shown = [None if v is None else float(from_si(v, number.shown, number.si)) for v in (least, number.typical)]
@@ -71,14 +71,14 @@ def _strength(
     plain: Sequence[np.ndarray],
 ) -> float | None:
     """The strength at which the misfit is as large as the gate asks for; None where the numbers' ranges end before."""
-    wanted = problem.train.samples * (decide.gate(problem.heldout.samples, problem.kappa) - 1)
+    target = problem.train.samples * (decide.gate(problem.heldout.samples, problem.kappa) - 1)
     model = model_with(problem.rig, (*model_fit.effects, effect), problem.train.names, brief=True)
     strength = 1.0
     for _ in range(_TRIES):
         size = _size(model, problem, model_fit, effect, strength, rest, plain)
         if size is None:
             return strength
-        strength = float(np.clip(strength * np.sqrt(wanted / max(size, 1e-12)), _LEAST, _MOST))
+        strength = float(np.clip(strength * np.sqrt(target / max(size, 1e-12)), _LEAST, _MOST))
     within = all(_reached(number, strength) for number in effect.numbers)
     return strength if within and strength < _MOST else None
 

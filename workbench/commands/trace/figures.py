@@ -42,16 +42,16 @@ def signal_figure(pair: Pair, name: str, floor: NoiseFloor, labels: Sequence[str
     lines = list(zip(labels, pair[-len(labels) :], (BEFORE, AFTER)[-len(labels) :], strict=True))
     band = (np.full(2, -noise), np.full(2, noise))
     above = [Curve("measured", t, shown(record.signals[name]))]
-    above += [Curve(label, t, shown(one.signals[name]), color=colour) for label, one, colour in lines]
+    above += [Curve(label, t, shown(prediction.signals[name]), color=colour) for label, prediction, colour in lines]
     below = [Curve("noise, 2 sigma", t[[0, -1]], np.zeros(2), "dot", GIVEN, band=band)]
-    below += [Curve(label, t, shown(one.error(name)), color=colour) for label, one, colour in lines]
+    below += [Curve(label, t, shown(prediction.error(name)), color=colour) for label, prediction, colour in lines]
     panels = [Panel(signal.label, above), Panel(f"measured - model [{signal.unit}]", below)]
     return Figure(f"{record.name}: {name}", "time [s]", panels)
 
 
 def telling(pairs: Sequence[Pair], floor: NoiseFloor, changed: bool) -> tuple[int, str, slice]:
     """Where the difference is best seen: record, signal and the second of it."""
-    best, found = -np.inf, (0, next(iter(pairs[0][0].signals)), slice(None))
+    best, place = -np.inf, (0, next(iter(pairs[0][0].signals)), slice(None))
     for index, (before, after) in enumerate(pairs):
         rows = max(2, round(SLICE / before.record.period))
         for name in before.signals:
@@ -59,10 +59,10 @@ def telling(pairs: Sequence[Pair], floor: NoiseFloor, changed: bool) -> tuple[in
             sums = np.convolve(squares, np.ones(min(rows, len(squares))), "valid")
             first = int(np.argmax(sums))
             if sums[first] > best:
-                best, found = float(sums[first]), (index, name, slice(first, first + rows))
-    return found
+                best, place = float(sums[first]), (index, name, slice(first, first + rows))
+    return place
 
 
-def _left(one: Prediction, name: str, floor: NoiseFloor) -> np.ndarray:
+def _left(prediction: Prediction, name: str, floor: NoiseFloor) -> np.ndarray:
     """Squared errors over sigma, 0 where nothing is compared."""
-    return np.nan_to_num((one.error(name) / floor.sigma[name]) ** 2)
+    return np.nan_to_num((prediction.error(name) / floor.sigma[name]) ** 2)

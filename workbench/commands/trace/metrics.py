@@ -16,12 +16,12 @@ Both = tuple[Sequence[Prediction], Sequence[Prediction]]
 
 def trace_json(trace: Trace) -> dict[str, Any]:
     """The answer by the keys of trace.json."""
-    names = [one.candidate.effect.name for one in trace.effects]
+    names = [fit.candidate.effect.name for fit in trace.effects]
     return {
         "verdict": trace.verdict,
         "effects": [*names, *trace.tied] if trace.verdict == "tied" else names,
         "equation": trace.equation,
-        "ranking": [_ranked(trace, one, share) for one, share in ranking(trace)],
+        "ranking": [_ranked(trace, fit, share) for fit, share in ranking(trace)],
         "chi2": dict(zip(("before", "after"), map(finite, trace.chi2), strict=True)),
         "rms": rms_of(trace.problem.floor, *compared(trace)),
     }
@@ -29,7 +29,7 @@ def trace_json(trace: Trace) -> dict[str, Any]:
 
 def more_json(trace: Trace) -> dict[str, Any]:
     """What metrics.json has beside the answer."""
-    failed = {f"{one.candidate.effect.title}": why for each in trace.passes for one, why in failures(each.tried)}
+    failed = {f"{fit.candidate.effect.title}": why for search in trace.passes for fit, why in failures(search.tried)}
     return {
         "base": base_intervals(trace.problem.rig, trace.final.fit),
         "evidence": dict(trace.evidence),
@@ -37,9 +37,9 @@ def more_json(trace: Trace) -> dict[str, Any]:
         "at_an_end": list(trace.final.fit.at_bounds),
         "failed": failed,
         "scores": [
-            {"effect": one.effect.name, "formula": one.effect.formula, "score": share, "pass": number}
+            {"effect": candidate.effect.name, "formula": candidate.effect.formula, "score": share, "pass": number}
             for number, each in enumerate(trace.passes, 1)
-            for one, share in each.scores
+            for candidate, share in each.scores
         ],
     }
 
@@ -53,25 +53,25 @@ def ranking(trace: Trace) -> list[tuple[CandidateFit, float]]:
         return []
     first = trace.passes[0].before
     shares = [
-        (one, max(0.0, (each.before.squares - one.model_fit.squares) / (first.squares - first.samples)))
-        for each in trace.passes
-        for one in each.tried
-        if one.model_fit is not None and _fits(one.model_fit)
+        (fit, max(0.0, (search.before.squares - fit.model_fit.squares) / (first.squares - first.samples)))
+        for search in trace.passes
+        for fit in search.tried
+        if fit.model_fit is not None and _fits(fit.model_fit)
     ]
-    added = {id(one): place for place, one in enumerate(trace.effects)}
+    added = {id(fit): place for place, fit in enumerate(trace.effects)}
     shares.sort(key=lambda pair: (added.get(id(pair[0]), len(added)), -pair[1]))
     once: dict[tuple[str, str], tuple[CandidateFit, float]] = {}
-    for one, share in shares:
-        once.setdefault((one.candidate.effect.name, one.candidate.effect.formula), (one, share))
+    for fit, share in shares:
+        once.setdefault((fit.candidate.effect.name, fit.candidate.effect.formula), (fit, share))
     return list(once.values())
 
 
 def failures(tried: Sequence[CandidateFit]) -> list[tuple[CandidateFit, str]]:
     """The candidates that could not be fitted, and why."""
     return [
-        (one, one.failed or "some windows cannot be simulated")
-        for one in tried
-        if one.model_fit is None or not _fits(one.model_fit)
+        (fit, fit.failed or "some windows cannot be simulated")
+        for fit in tried
+        if fit.model_fit is None or not _fits(fit.model_fit)
     ]
 
 
@@ -88,15 +88,15 @@ def labels(trace: Trace) -> list[str]:
     """What the fitted rig is called, and the rig with what was added, where something was."""
     if not trace.effects:
         return ["fitted rig"]
-    return ["fitted rig alone", f"with {' and '.join(one.candidate.effect.name for one in trace.effects)}"]
+    return ["fitted rig alone", f"with {' and '.join(fit.candidate.effect.name for fit in trace.effects)}"]
 
 
 def _fits(model_fit: FittedModel) -> bool:
     return model_fit.fit.ok and bool(np.isfinite(model_fit.squares))
 
 
-def _ranked(trace: Trace, one: CandidateFit, share: float) -> dict[str, Any]:
-    effect, model_fit = one.candidate.effect, trace.final if one in trace.effects else one.model_fit
+def _ranked(trace: Trace, fit: CandidateFit, share: float) -> dict[str, Any]:
+    effect, model_fit = fit.candidate.effect, trace.final if fit in trace.effects else fit.model_fit
     assert model_fit is not None
     numbers = effect_intervals(effect, model_fit.fit)
     return {"effect": effect.name, "formula": effect.formula, "explained": share, "parameters": numbers}

@@ -103,13 +103,13 @@ def _missing(problem: EstimationProblem, model_fit: FittedModel, equation: str) 
     period, parts = problem.train.records[0].period, worst(problem, model_fit)
     groups = opened(problem, model_fit, parts)[equation]
     (best,) = localise({equation: groups}, period)
-    found = [smoothed(*each, period, best.time) for each in zip(groups, _by_group(groups, best), strict=True)]
-    rows = min(part.shape[1] for part in found)
-    disturbance = np.concatenate([part[:, :rows] for part in found])
+    smooth = [smoothed(*each, period, best.time) for each in zip(groups, _by_group(groups, best), strict=True)]
+    rows = min(part.shape[1] for part in smooth)
+    disturbance = np.concatenate([part[:, :rows] for part in smooth])
     if equation == "sensor":
         return UnexplainedDisturbance("sensor", sensors=_sensors(disturbance, problem.train.names, period))
     signals = [_signals(model_fit, windows, x0, rows, period) for windows, x0 in parts]
-    together = {name: np.concatenate([one[name] for one in signals]) for name in signals[0]}
+    together = {name: np.concatenate([group[name] for group in signals]) for name in signals[0]}
     moving = {name: value for name, value in together.items() if np.isfinite(value).all() and np.ptp(value) > 0}
     return _shaped(problem, best, disturbance, moving)
 
@@ -117,35 +117,35 @@ def _missing(problem: EstimationProblem, model_fit: FittedModel, equation: str) 
 def _shaped(
     problem: EstimationProblem, best: Evidence, disturbance: np.ndarray, signals: Mapping[str, np.ndarray]
 ) -> UnexplainedDisturbance:
-    (probe,) = (one for one in probes(problem.rig) if one.equation == best.equation)
+    (probe,) = (probe for probe in probes(problem.rig) if probe.equation == best.equation)
     order = np.argsort(-np.mean(disturbance**2, axis=(0, 1))).tolist()
-    given = probe.inputs[order[0]]
-    unit = str(_SHOWN.get(given.unit, given.unit))
-    values = from_si(disturbance[..., order[0]] * given.scale, unit, given.unit)
-    found = shape(given.name, unit, values, signals, problem.train.records[0].period)
+    variable = probe.inputs[order[0]]
+    unit = str(_SHOWN.get(variable.unit, variable.unit))
+    values = from_si(disturbance[..., order[0]] * variable.scale, unit, variable.unit)
+    disturbance_shape = shape(variable.name, unit, values, signals, problem.train.records[0].period)
     partner = None
     if len(order) > 1:
         other = disturbance[..., order[1]]
         rho = float(np.corrcoef(values.ravel(), other.ravel())[0, 1])
         partner = [_MEANING[best.equation, probe.inputs[order[1]].name], rho]
-    label = found.explained[0][0]
-    keep = np.unique(np.linspace(0, found.signal.size - 1, DRAWN).astype(int))
+    label = disturbance_shape.explained[0][0]
+    keep = np.unique(np.linspace(0, disturbance_shape.signal.size - 1, DRAWN).astype(int))
     return UnexplainedDisturbance(
         best.equation,
-        _MEANING[best.equation, given.name],
+        _MEANING[best.equation, variable.name],
         unit,
         label,
-        [[name, value] for name, value in found.explained],
-        np.column_stack((found.signal, found.disturbance))[keep],
-        found.curve,
-        found.line,
+        [[name, value] for name, value in disturbance_shape.explained],
+        np.column_stack((disturbance_shape.signal, disturbance_shape.disturbance))[keep],
+        disturbance_shape.curve,
+        disturbance_shape.line,
         partner,
     )
 
 
 def _by_group(parts: list[LinearTimeVaryingModel], best: Evidence) -> list[np.ndarray]:
     """The amplitudes of each group's windows."""
-    ends = np.cumsum([len(one.e) for one in parts])[:-1]
+    ends = np.cumsum([len(part.e) for part in parts])[:-1]
     return np.split(best.amplitudes, ends)
 
 
@@ -157,12 +157,12 @@ def _signals(
     names = [name for name in plant.outputs if name not in _HIDDEN]
     parts = Model(plant, names).predict(windows, x0, model_fit.fit.p)
     values = np.concatenate([part[:, :rows] for part in parts])
-    found = {"command [1]": np.concatenate([windows.commands(group).mean[:, :rows] for group in windows.groups])}
+    signals = {"command [1]": np.concatenate([windows.commands(group).mean[:, :rows] for group in windows.groups])}
     for column, name in enumerate(names):
         signal = SIGNALS[name]
-        found[signal.label] = from_si(values[..., column], signal.unit, signal.si)
-    found["spool speed [mm/s]"] = np.gradient(found["spool [mm]"], period, axis=1)
-    return found
+        signals[signal.label] = from_si(values[..., column], signal.unit, signal.si)
+    signals["spool speed [mm/s]"] = np.gradient(signals["spool [mm]"], period, axis=1)
+    return signals
 
 
 def _sensors(disturbance: np.ndarray, compared: Sequence[str], period: float) -> list[list[Any]]:

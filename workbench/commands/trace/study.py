@@ -99,19 +99,21 @@ def _answer(
     several: bool,
 ) -> TraceAnswer:
     with one_blas_thread():
-        found = trace(estimation_problem(campaign, rig), library, stage, progress, several)
-        answer, both = trace_json(found), compared(found)
-        lacks = {"unknown": found.equation, "incomplete": None}  # what is left may sit in another equation
+        result = trace(estimation_problem(campaign, rig), library, stage, progress, several)
+        answer, both = trace_json(result), compared(result)
+        lacks = {"unknown": result.equation, "incomplete": None}  # what is left may sit in another equation
         shape = None
-        if found.verdict in lacks:
-            shape = unexplained_disturbance(found.problem, found.final, lacks[found.verdict], stage, progress)
-        shown = detectability(found.problem, found.final, library, stage, progress) if found.verdict == "none" else None
-    page, picture = trace_page(found, answer, both, library, shape, shown)
-    rig_found = fitted_rig(found.problem, found.final, files)
+        if result.verdict in lacks:
+            shape = unexplained_disturbance(result.problem, result.final, lacks[result.verdict], stage, progress)
+        shown = (
+            detectability(result.problem, result.final, library, stage, progress) if result.verdict == "none" else None
+        )
+    page, picture = trace_page(result, answer, both, library, shape, shown)
+    rig_found = fitted_rig(result.problem, result.final, files)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}
-    tables = record_tables(dict(zip(labels(found), both, strict=False)))
-    outcome = Outcome(answer | more_json(found), page, picture, tables, texts)
-    return TraceAnswer(found, rig_found, outcome, identity(campaign, rig, files, without, several))
+    tables = record_tables(dict(zip(labels(result), both, strict=False)))
+    outcome = Outcome(answer | more_json(result), page, picture, tables, texts)
+    return TraceAnswer(result, rig_found, outcome, identity(campaign, rig, files, without, several))
 
 
 def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -119,10 +121,10 @@ def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
     campaign = load_campaign(folder)
     rig = load_rig(campaign.rig)
     with one_blas_thread():
-        found = trace(
+        result = trace(
             estimation_problem(campaign, rig), effects_for(rig, without=removed), no_checkpoint, lambda _: None
         )
-        whole = trace_json(found) | more_json(found)
+        whole = trace_json(result) | more_json(result)
     return json.loads(metrics_json(whole))
 
 

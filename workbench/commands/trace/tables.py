@@ -23,17 +23,17 @@ _COMPARED = 6  # effects whose likeness is listed
 
 def candidates_table(trace: Trace) -> Table:
     """Every refitted effect, with what the rule says of it."""
-    each_of = {id(one): each for each in trace.passes for one in each.tried}
+    each_of = {id(fit): search for search in trace.passes for fit in search.tried}
     rows = []
-    for one, share in ranking(trace):
-        effect = one.candidate.effect
-        says = reason(trace, each_of[id(one)], one)
+    for fit, share in ranking(trace):
+        effect = fit.candidate.effect
+        says = reason(trace, each_of[id(fit)], fit)
         rows.append(
-            [effect.name, effect.formula, effect.equation, round(100 * min(share, 1.0), 1), one.judgement.chi2, says]
+            [effect.name, effect.formula, effect.equation, round(100 * min(share, 1.0), 1), fit.judgement.chi2, says]
         )
-    for each in trace.passes:
-        for one, why in failures(each.tried):
-            effect = one.candidate.effect
+    for search in trace.passes:
+        for fit, why in failures(search.tried):
+            effect = fit.candidate.effect
             rows.append([effect.name, effect.formula, effect.equation, None, None, f"no fit: {why}"])
     return Table(
         "Effects that were fitted",
@@ -53,17 +53,19 @@ def rule_table(trace: Trace) -> Table:
     if trace.evidence:
         least = decide.SIGNIFICANT * problem.kappa
         rows.append(["it sits in an equation", "gain in log-likelihood", trace.evidence[0][1], f"above {least:.3g}"])
-    asked = trace.effects or tuple(one for one, _ in ranking(trace)[:1])
-    rows += [row for each in trace.passes for one in each.tried if one in asked for row in _asked(trace, each, one)]
+    asked = trace.effects or tuple(fit for fit, _ in ranking(trace)[:1])
+    rows += [
+        row for search in trace.passes for fit in search.tried if fit in asked for row in _asked(trace, search, fit)
+    ]
     if trace.effects:
         rows.append(["nothing else is missing", "held-out chi2", trace.chi2[1], f"at most {gate:.3g}"])
     return Table("What the rule asked", ["that", "test", "value", "asked"], rows)
 
 
-def _asked(trace: Trace, each: Pass, one: CandidateFit) -> list[list[Cell]]:
+def _asked(trace: Trace, search: Pass, fit: CandidateFit) -> list[list[Cell]]:
     """The rule's questions about one effect."""
-    judged, name = one.judgement, one.candidate.effect.name
-    fall, chance = accident(trace, each, one)
+    judged, name = fit.judgement, fit.candidate.effect.name
+    fall, chance = accident(trace, search, fit)
     enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
     if trace.effects and judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
         enough = "as one of several"
@@ -77,10 +79,10 @@ def _asked(trace: Trace, each: Pass, one: CandidateFit) -> list[list[Cell]]:
 def numbers_table(trace: Trace) -> Table:
     """The numbers of the added and of the next best effects with intervals."""
     rows = []
-    for one, _ in ranking(trace)[:_NUMBERS]:
-        model_fit = trace.final if one in trace.effects else one.model_fit
+    for fit, _ in ranking(trace)[:_NUMBERS]:
+        model_fit = trace.final if fit in trace.effects else fit.model_fit
         assert model_fit is not None
-        effect = one.candidate.effect
+        effect = fit.candidate.effect
         intervals = effect_intervals(effect, model_fit.fit)
         for number, values in zip(effect.numbers, intervals.values(), strict=True):
             range_ = [float(from_si(v, number.shown, number.si)) for v in (number.low, number.high)]
@@ -116,14 +118,14 @@ def base_table(trace: Trace, changed: bool) -> Table:
     return Table("Numbers of the rig", columns, rows, note=note)
 
 
-def cosines_table(each: Pass, number: int) -> Table | None:
+def cosines_table(search: Pass, number: int) -> Table | None:
     """What this campaign can tell apart, of the effects that were refitted and those with the best scores."""
-    tried = list(dict.fromkeys(one.candidate.effect.name for one in each.tried))
-    names = [name for name in dict.fromkeys((*tried, *each.compared)) if name in each.compared][:_COMPARED]
+    tried = list(dict.fromkeys(fit.candidate.effect.name for fit in search.tried))
+    names = [name for name in dict.fromkeys((*tried, *search.compared)) if name in search.compared][:_COMPARED]
     if len(names) < 2:
         return None
-    places = [each.compared.index(name) for name in names]
-    part = np.asarray(each.cosines)[np.ix_(places, places)]
+    places = [search.compared.index(name) for name in names]
+    part = np.asarray(search.cosines)[np.ix_(places, places)]
     rows = [[name, *row] for name, row in zip(names, np.round(part, 2).tolist(), strict=True)]
     note = (
         "Cosine between what two effects do to the errors, beyond what the rig's numbers can do: near 1 this campaign "

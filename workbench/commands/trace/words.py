@@ -63,11 +63,11 @@ EFFECT = {
 }
 
 
-def verdict(trace: Trace, shape: UnexplainedDisturbance | None, hidden: Sequence[str] | None) -> str:
+def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Sequence[str] | None) -> str:
     """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
-    text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, hidden or ())
-    ends = [one.number.name for one in fitted(trace.problem.rig, trace.final.fit) if one.pushed]
+    text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
+    ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
     return text
@@ -100,52 +100,52 @@ def next_records(trace: Trace) -> list[tuple[str, str]]:
         return []
     if not trace.effects:
         return [(EQUATION[trace.equation], RECORD[trace.equation])]
-    asked = [one.candidate.effect for one in trace.effects]
-    asked += [one.candidate.effect for each in trace.passes for one in each.accepted]
+    asked = [fit.candidate.effect for fit in trace.effects]
+    asked += [fit.candidate.effect for search in trace.passes for fit in search.accepted]
     first = {effect.name: effect.shows for effect in reversed(asked)}
-    wanted = dict.fromkeys((*(one.candidate.effect.name for one in trace.effects), *trace.tied))
-    return [(name, first[name]) for name in wanted]
+    names = dict.fromkeys((*(fit.candidate.effect.name for fit in trace.effects), *trace.tied))
+    return [(name, first[name]) for name in names]
 
 
-def reason(trace: Trace, each: Pass, one: CandidateFit) -> str:
+def reason(trace: Trace, search: Pass, fit: CandidateFit) -> str:
     """What the rule says of a candidate: why it counts, or why it does not."""
-    model_fit, judged, name = one.model_fit, one.judgement, one.candidate.effect.name
+    model_fit, judged, name = fit.model_fit, fit.judgement, fit.candidate.effect.name
     assert model_fit is not None
-    if one in trace.effects:
+    if fit in trace.effects:
         return "added"
     if judged.passes:
         if judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
             return f"real, but explains less than {100 * decide.NAMED:.0f} %"
-        if one in each.accepted:
+        if fit in search.accepted:
             return "as good as the one that was added"
         added = [other.candidate.effect.name for other in trace.effects]
         return f"another {'formula' if name in added else 'effect'} explains more"
-    if model_fit.squares >= each.before.squares:
+    if model_fit.squares >= search.before.squares:
         return "the held-out error does not fall"
-    fall, _ = accident(trace, each, one)
+    fall, _ = accident(trace, search, fit)
     if fall <= decide.BIC * trace.problem.kappa:
         return "too little gain on the train records for its numbers"
     return "the held-out gain may be chance"
 
 
-def accident(trace: Trace, each: Pass, one: CandidateFit) -> tuple[float, float]:
+def accident(trace: Trace, search: Pass, fit: CandidateFit) -> tuple[float, float]:
     """What speaks against an accident: fall of BIC on train records, chance of the gain on held-out records."""
-    model_fit, problem = one.model_fit, trace.problem
+    model_fit, problem = fit.model_fit, trace.problem
     assert model_fit is not None
-    squares = float(each.before.fit.squares.sum()), float(model_fit.fit.squares.sum())
-    fall = decide.bic_fall(*squares, len(one.candidate.effect.fitted), model_fit.fit.samples)
+    squares = float(search.before.fit.squares.sum()), float(model_fit.fit.squares.sum())
+    fall = decide.bic_fall(*squares, len(fit.candidate.effect.fitted), model_fit.fit.samples)
     count = len(trace.passes[0].scores)
-    return fall, decide.chance(each.before.squares, model_fit.squares, problem.kappa, count)
+    return fall, decide.chance(search.before.squares, model_fit.squares, problem.kappa, count)
 
 
 def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
     said = f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
-    beside = [(one, share) for one, share in ranking(trace) if _other(trace, one)]
+    beside = [(fit, share) for fit, share in ranking(trace) if _other(trace, fit)]
     if beside:
-        one, share = beside[0]
-        far = f" No other effect comes near: the next, {one.candidate.effect.name}, explains {_percent(share)}."
-        said += far if share < _FAR else f" The next best, {one.candidate.effect.name}, explains {_percent(share)}."
+        fit, share = beside[0]
+        far = f" No other effect comes near: the next, {fit.candidate.effect.name}, explains {_percent(share)}."
+        said += far if share < _FAR else f" The next best, {fit.candidate.effect.name}, explains {_percent(share)}."
     return f"{said} {_advice(trace, 'To pin the numbers down, record')}"
 
 
@@ -160,7 +160,7 @@ def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
 
 def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
-    names = [one.candidate.effect.name for one in trace.passes[0].accepted]
+    names = [fit.candidate.effect.name for fit in trace.passes[0].accepted]
     words = listed([EFFECT.get(name, f"{name} acts") for name in names], "or")
     return (
         f"Either {words}: these records cannot tell {listed(names)} apart, each explains "
@@ -178,8 +178,8 @@ def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     said += "the noise"
     best = ranking(trace)
     if best:
-        one, share = best[0]
-        said += f", and the best effect, {title(one.candidate.effect)}, takes away only {_percent(share)} of it"
+        fit, share = best[0]
+        said += f", and the best effect, {title(fit.candidate.effect)}, takes away only {_percent(share)} of it"
         said += f" ({100 * decide.NAMED:.0f} % would name it)"
     said += "."
     if shape is not None and shape.explained and shape.explained[0][1] > 0:
@@ -191,7 +191,7 @@ def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     return said
 
 
-def _none(trace: Trace, hidden: Sequence[str]) -> str:
+def _none(trace: Trace, undetectable: Sequence[str]) -> str:
     before, _ = times_noise(trace)
     if trace.evidence:
         return (
@@ -201,14 +201,14 @@ def _none(trace: Trace, hidden: Sequence[str]) -> str:
         )
     said = "Nothing is missing that these recordings could show: once its numbers are fitted, the rig follows the "
     said += f"held-out records to {_times(before)} times the noise."
-    if hidden:
-        said += f" They could not have shown a typical {listed(hidden, 'or')}."
+    if undetectable:
+        said += f" They could not have shown a typical {listed(undetectable, 'or')}."
     return said
 
 
 def _explains(trace: Trace) -> str:
     """Which effects explain how much."""
-    effects = [one.candidate.effect for one in trace.effects]
+    effects = [fit.candidate.effect for fit in trace.effects]
     words = listed([EFFECT.get(effect.name, f"{effect.name} acts") for effect in effects])
     before, after = trace.chi2
     share = (before - after) / (before - 1)
@@ -219,8 +219,8 @@ def _explains(trace: Trace) -> str:
     )
 
 
-def _other(trace: Trace, one: CandidateFit) -> bool:
-    return one.candidate.effect.name not in [each.candidate.effect.name for each in trace.effects]
+def _other(trace: Trace, fit: CandidateFit) -> bool:
+    return fit.candidate.effect.name not in [each.candidate.effect.name for each in trace.effects]
 
 
 def _advice(trace: Trace, begin: str) -> str:

@@ -28,7 +28,7 @@ def given(folder: Path) -> list[Given]:
     path = folder / TRUTH
     try:
         listed = json.loads(path.read_text(encoding="utf-8"))["campaigns"]
-        items = [Given(folder / one["id"], one) for one in listed]
+        items = [Given(folder / entry["id"], entry) for entry in listed]
         missing = [
             key for item in items for key in ("kind", "effects", "equation", "equations") if key not in item.truth
         ]

@@ -23,11 +23,11 @@ def page(rows: Sequence[Row], rates: Sequence[TraceScore], confusion: Mapping[st
 
 def picture(rows: Sequence[Row]) -> Figure:
     """Held-out chi2 after the trace over that before, by result."""
-    told = [row for row in rows if row.get("chi2_before") is not None and row.get("chi2_after") is not None]
+    finite = [row for row in rows if row.get("chi2_before") is not None and row.get("chi2_after") is not None]
     kinds = {"right": True, "not right": False}
     curves = []
     for name, fine in kinds.items():
-        shown = [row for row in told if (row["result"] in FINE) is fine]
+        shown = [row for row in finite if (row["result"] in FINE) is fine]
         before, after = (np.array([row[key] for row in shown]) for key in ("chi2_before", "chi2_after"))
         curves.append(Curve(name, before, after, "markers"))
     marks = (Mark(1.0, "noise floor"), Mark(VISIBLE, "faint below", "x"))
@@ -36,27 +36,27 @@ def picture(rows: Sequence[Row]) -> Figure:
 
 
 def _verdict(rows: Sequence[Row], rates: Sequence[TraceScore]) -> str:
-    missed = [one for one in rates if one.met is False]
-    asked = sum(one.met is not None for one in rates)
+    missed = [rate for rate in rates if rate.met is False]
+    asked = sum(rate.met is not None for rate in rates)
     count = f"{len(rows)} campaigns"
     if not missed:
         return f"{count}: all {asked} rates that have a target meet it."
-    worst = "; ".join(f"{one.label} {one.value:.3g} ({one.sense} {one.target:.3g})" for one in missed)
+    worst = "; ".join(f"{rate.label} {rate.value:.3g} ({rate.sense} {rate.target:.3g})" for rate in missed)
     return f"{count}: {asked - len(missed)} of {asked} rates that have a target meet it. Not met: {worst}."
 
 
 def _scores(rates: Sequence[TraceScore]) -> Table:
     rows = [
         [
-            one.label,
-            one.value,
-            one.low,
-            one.high,
-            f"{one.sense} {one.target:.3g}" if one.sense else None,
-            one.met,
-            one.n,
+            rate.label,
+            rate.value,
+            rate.low,
+            rate.high,
+            f"{rate.sense} {rate.target:.3g}" if rate.sense else None,
+            rate.met,
+            rate.n,
         ]
-        for one in rates
+        for rate in rates
     ]
     return Table(
         "Rates",

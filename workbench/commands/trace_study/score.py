@@ -60,7 +60,7 @@ def judged(truth: Truth, answer: Answer) -> Row:
     "clean", or, of "single", "off" and "pair", the word itself or "faint" where the base fit leaves less than VISIBLE.
     """
     names = list(answer["effects"]) if answer["verdict"] in NAMING else []
-    ranked = [one["effect"] for one in answer["ranking"]]
+    ranked = [entry["effect"] for entry in answer["ranking"]]
     chi2 = answer["chi2"]
     row = {
         **_drawn(truth),
@@ -71,7 +71,7 @@ def judged(truth: Truth, answer: Answer) -> Row:
         "ranked": ranked[:FIRST],
         "chi2_before": chi2["before"],
         "chi2_after": chi2["after"],
-        "at_floor": all(one["after"] <= FLOOR * one["floor"] for one in answer["rms"].values()),
+        "at_floor": all(error["after"] <= FLOOR * error["floor"] for error in answer["rms"].values()),
         "covers": _covered(truth, answer),
         "error": None,
     }
@@ -90,7 +90,9 @@ def scores(rows: Sequence[Row]) -> list[TraceScore]:
     )
     right = [row for row in single if row["result"] in ("right", "tied", "incomplete")]
     shares = [(r["chi2_after"] - 1) / (r["chi2_before"] - 1) for r in right if r["chi2_after"] is not None]
-    covers = {kind: [one for row in rows for one in row.get("covers", {}).get(kind, [])] for kind in ("effect", "base")}
+    covers = {
+        kind: [inside for row in rows for inside in row.get("covers", {}).get(kind, [])] for kind in ("effect", "base")
+    }
     rest = [row for row in rows if row["group"] in ("few sensors", "poor excitation")]
     return [
         _rate("named_or_tied", single, lambda r: r["truth"][0] in r["named"], 0.85),
@@ -115,8 +117,8 @@ def scores(rows: Sequence[Row]) -> list[TraceScore]:
 
 def confusion(rows: Sequence[Row]) -> dict[str, Any]:
     """Counts [truths][answers] of the campaigns that are scored: the first name that is said, else the verdict."""
-    seen = [row for row in rows if row["group"] in ("single", "off", "pair", "clean", "faint", "error")]
-    pairs = [(_true_label(row), _said_label(row)) for row in seen]
+    scored = [row for row in rows if row["group"] in ("single", "off", "pair", "clean", "faint", "error")]
+    pairs = [(_true_label(row), _said_label(row)) for row in scored]
     order = [*dict.fromkeys(effect.name for effect in LIBRARY)]
     truths = sorted({truth for truth, _ in pairs}, key=lambda label: _place(label, order))
     said = sorted({said for _, said in pairs}, key=lambda label: _place(label, order))
@@ -184,18 +186,18 @@ def _covered(truth: Truth, answer: Answer) -> dict[str, list[bool]]:
         same = answer["verdict"] == "none"
     else:
         key = (truth["effects"][0], (truth.get("formula") or [""])[0])
-        found = next((one for one in answer["ranking"] if one["effect"] in answer["effects"]), None)
-        same = truth["kind"] == "single" and found is not None and (found["effect"], found["formula"]) == key
-        if found and same:
+        entry = next((entry for entry in answer["ranking"] if entry["effect"] in answer["effects"]), None)
+        same = truth["kind"] == "single" and entry is not None and (entry["effect"], entry["formula"]) == key
+        if entry and same:
             numbers = {k.removeprefix(f"{key[0]}."): v for k, v in truth.get("numbers", {}).items()}
-            own = _inside(numbers, found["parameters"], _units(*key))
+            own = _inside(numbers, entry["parameters"], _units(*key))
     rig = _inside(truth.get("true", {}), answer.get("base", {}), _rig_units()) if same else []
     return {"effect": own, "base": rig}
 
 
 def _units(name: str, formula: str) -> dict[str, str]:
-    found = [effect for effect in LIBRARY if (effect.name, effect.formula) == (name, formula)]
-    return {number.name: number.si for effect in found for number in effect.numbers}
+    effects = [effect for effect in LIBRARY if (effect.name, effect.formula) == (name, formula)]
+    return {number.name: number.si for effect in effects for number in effect.numbers}
 
 
 def _rig_units() -> dict[str, str]:
@@ -204,24 +206,24 @@ def _rig_units() -> dict[str, str]:
 
 def _inside(true: Mapping[str, float], intervals: Mapping[str, Sequence[float]], si: Mapping[str, str]) -> list[bool]:
     """For each `name [unit]`: [value, low, high] whose true SI value is known, whether the interval holds it."""
-    found = []
+    covered = []
     for cell, (_, low, high) in intervals.items():
         parts = _CELL.fullmatch(cell)
         if parts and parts["name"] in si and parts["name"] in true and None not in (low, high):
             low, high = (float(to_si(edge, parts["unit"], si[parts["name"]])) for edge in (low, high))
-            found.append(low <= true[parts["name"]] <= high)
-    return found
+            covered.append(low <= true[parts["name"]] <= high)
+    return covered
 
 
 def _rate(
-    id: str, cases: Sequence[Any], is_so: Callable[[Any], bool], target: float | None, most: bool = False
+    id: str, campaigns: Sequence[Any], is_so: Callable[[Any], bool], target: float | None, most: bool = False
 ) -> TraceScore:
     sense = "" if target is None else "at most" if most else "at least"
-    if not cases:
+    if not campaigns:
         return TraceScore(id, None, None, None, target, sense, 0)
-    hits = sum(is_so(case) for case in cases)
-    low, high = binomtest(hits, len(cases)).proportion_ci(0.95, "exact")
-    return TraceScore(id, hits / len(cases), float(low), float(high), target, sense, len(cases))
+    hits = sum(is_so(campaign) for campaign in campaigns)
+    low, high = binomtest(hits, len(campaigns)).proportion_ci(0.95, "exact")
+    return TraceScore(id, hits / len(campaigns), float(low), float(high), target, sense, len(campaigns))
 
 
 def _median(id: str, values: Sequence[float], target: float) -> TraceScore:

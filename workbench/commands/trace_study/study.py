@@ -14,7 +14,7 @@ import numpy as np
 from ...base.process_pool import process_pool
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.run_folder import metrics_json
-from .campaigns.cause import FOREIGN, OFF, OWN, Cause, cause
+from .campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, UNNAMED_CAUSES, Cause, cause
 from .campaigns.draw import CampaignPlan, Kind, draw
 from .campaigns.noise import BLEMISHES, Noise
 from .given import TRUTH, Given
@@ -38,15 +38,15 @@ Item = CampaignPlan | Given
 
 
 def default_plan(count: int, seed: int) -> list[CampaignPlan]:
-    """So many cases by SHARES, shuffled, so that the first of them tell something of all.
+    """`count` campaigns by SHARES, shuffled, so that the first ones represent all.
 
-    The singles take the names of the library in turn, formulas ours and foreign.
+    The singles take the names of the library in turn, in formulas of the library and others.
     """
     parts = np.floor(np.cumsum([0.0, *SHARES.values()]) * count + 0.5).astype(int)
     kinds = np.repeat(list(SHARES), np.diff(parts))
     order = np.random.default_rng([seed, 0])
     names = order.permutation(list(FAMILY)).tolist()
-    return [_case(str(kinds[i]), seed, int(i), names) for i in order.permutation(count)]
+    return [_campaign_plan(str(kinds[i]), seed, int(i), names) for i in order.permutation(count)]
 
 
 def identity(plan: Sequence[Item]) -> list[dict[str, Any]]:
@@ -66,17 +66,17 @@ def run_trace_study(
 
     `jobs` worker processes take an item each; with one, everything runs in this process.
     """
-    say = _Tally(len(plan), progress)
+    tally = _Tally(len(plan), progress)
     with process_pool(jobs, partial(partial, _traced, trace=trace, keep=keep)) as traced:
-        found = traced({f"campaign-{item.id}": item for item in plan}, stage, lambda one: say(one["row"]))
+        results = traced({f"campaign-{item.id}": item for item in plan}, stage, lambda result: tally(result["row"]))
     if keep is not None:
-        truths = [one["truth"] for one in found]
+        truths = [result["truth"] for result in results]
         (keep / TRUTH).write_text(metrics_json({"set": "drawn", "campaigns": truths}), encoding="utf-8")
-    rows = [one["row"] for one in found]
+    rows = [result["row"] for result in results]
     rates = scores(rows)
-    timing = {"campaigns": [{"id": item.id, **one["timing"]} for item, one in zip(plan, found, strict=True)]}
+    timing = {"campaigns": [{"id": item.id, **result["timing"]} for item, result in zip(plan, results, strict=True)]}
     table = confusion(rows)
-    metrics = {"rows": rows, "scores": [asdict(one) for one in rates], "confusion": table}
+    metrics = {"rows": rows, "scores": [asdict(rate) for rate in rates], "confusion": table}
     metrics |= {"items": identity(plan), "timing": timing}
     return Outcome(metrics, page(rows, rates, table, timing["campaigns"]), picture(rows))
 
@@ -120,21 +120,21 @@ def _known(item: Item) -> dict[str, Any]:
     if isinstance(item, Given):
         return item.truth
     causes = [cause(*key) for key in item.effects]
-    equations = list(dict.fromkeys(equation for one in causes for equation in one.equations))
+    equations = list(dict.fromkeys(equation for cause in causes for equation in cause.equations))
     return {**asdict(item), "id": item.id, "effects": [name for name, _ in item.effects], "equations": equations}
 
 
-def _case(kind: str, seed: int, number: int, names: Sequence[str]) -> CampaignPlan:
-    """One case of a plan; everything about it follows from seed and number."""
+def _campaign_plan(kind: str, seed: int, number: int, names: Sequence[str]) -> CampaignPlan:
+    """One campaign of a plan; everything about it follows from seed and number."""
     drawn = np.random.default_rng([seed, 1, number])
     causes, removed = _causes(kind, number, names, drawn)
-    timing = any(one.effect.family == "drive timing" for one in causes)
+    timing = any(cause.effect.family == "drive timing" for cause in causes)
     few = kind == "single" and drawn.random() < FEW
     blemish = tuple(drawn.choice(BLEMISHES, drawn.integers(1, 4), replace=False).tolist())
     return CampaignPlan(
         seed=seed * 100_000 + number,
         kind=cast(Kind, kind),
-        effects=tuple(one.key for one in causes),
+        effects=tuple(cause.key for cause in causes),
         removed=removed,
         misfit=_log_uniform(drawn, MISFIT),
         sharp=_log_uniform(drawn, TIMING_SHARP if timing else SHARP),
@@ -149,11 +149,11 @@ def _case(kind: str, seed: int, number: int, names: Sequence[str]) -> CampaignPl
 def _causes(
     kind: str, number: int, names: Sequence[str], drawn: np.random.Generator
 ) -> tuple[list[Cause], tuple[str, ...]]:
-    """What a case is short of, and what the tracer's library is to be without."""
+    """What a campaign is short of, and what the tracer's library is to be without."""
     if kind == "clean":
         return [], ()
     if kind == "off" and number % 2:
-        return [OFF[drawn.integers(len(OFF))]], ()
+        return [UNNAMED_CAUSES[drawn.integers(len(UNNAMED_CAUSES))]], ()
     first = _formula(names[number % len(names)], drawn)
     if kind == "single":
         return [first], ()
@@ -165,9 +165,11 @@ def _causes(
 
 
 def _formula(name: str, drawn: np.random.Generator) -> Cause:
-    """A formula of a named effect: one of the library's or a foreign one, as likely."""
-    own, foreign = ([one for one in pool if one.effect.name == name] for pool in (OWN, FOREIGN))
-    pool = own if drawn.random() < 0.5 else foreign
+    """A formula of a named effect: one of the library's or another, as likely."""
+    own, others = (
+        [cause for cause in pool if cause.effect.name == name] for pool in (LIBRARY_CAUSES, OTHER_FORMULA_CAUSES)
+    )
+    pool = own if drawn.random() < 0.5 else others
     return pool[drawn.integers(len(pool))]
 
 

@@ -1,4 +1,4 @@
-"""What a drawn campaign may be short of: effects of the library, formulas that it has not, and nameless causes."""
+"""What a drawn campaign may be short of: effects of the library, formulas that it lacks, and unnamed causes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,14 +25,14 @@ TURNING = ("pump ripple", "motor out of balance")
 class Cause:
     """An effect to draw with, and the equations in which a trace may rightly say that it sits.
 
-    `least` is the smallest strength over the typical one that is still of its kind. `kicked` are states that do not
-    begin at rest, by their name in the plant.
+    `least` is the smallest strength over the typical one that is still of its kind. `initial_states` are those that do
+    not begin at rest, by their name in the plant.
     """
 
     effect: Effect
     equations: tuple[str, ...]
     least: float = 1e-4
-    kicked: Mapping[str, float] = field(default_factory=dict)
+    initial_states: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def key(self) -> tuple[str, str]:
@@ -42,18 +42,18 @@ class Cause:
 
 def cause(name: str, formula: str) -> Cause:
     """A cause by name and formula. Raises InputError."""
-    for one in (*OWN, *FOREIGN, *OFF):
-        if one.key == (name, formula):
-            return one
-    raise InputError(f'nothing to draw called "{name}", "{formula}"; see workbench/studies/foreign.py')
+    for candidate in (*LIBRARY_CAUSES, *OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES):
+        if candidate.key == (name, formula):
+            return candidate
+    raise InputError(f'nothing to draw called "{name}", "{formula}"; see workbench/commands/trace_study/off_library')
 
 
 def _cause(effect: Effect) -> Cause:
     right = UNSEEN if effect.equation in UNSEEN else (effect.equation,)
-    kicked = {effect.key("cosine"): 1.0} if effect.name in TURNING else {}
-    return Cause(effect, BESIDE.get(effect.name, right), SLOW.get(effect.name, 1e-4), kicked)
+    initial_states = {effect.key("cosine"): 1.0} if effect.name in TURNING else {}
+    return Cause(effect, BESIDE.get(effect.name, right), SLOW.get(effect.name, 1e-4), initial_states)
 
 
-OWN: tuple[Cause, ...] = tuple(_cause(effect) for effect in LIBRARY)
-FOREIGN: tuple[Cause, ...] = tuple(_cause(effect) for effect in OTHER_FORMULAS)
-OFF: tuple[Cause, ...] = tuple(_cause(effect) for effect in UNNAMED)
+LIBRARY_CAUSES: tuple[Cause, ...] = tuple(_cause(effect) for effect in LIBRARY)
+OTHER_FORMULA_CAUSES: tuple[Cause, ...] = tuple(_cause(effect) for effect in OTHER_FORMULAS)
+UNNAMED_CAUSES: tuple[Cause, ...] = tuple(_cause(effect) for effect in UNNAMED)

@@ -78,48 +78,51 @@ class Scene:
         self, mix: Mapping[Cause, Mapping[str, float]], played: Sequence[Excitation], heard: Sequence[np.ndarray] = ()
     ) -> list[PlayedMotion]:
         """Excitations played on the rig with these effects' numbers; `heard` [n] m is the noise of position, if any."""
-        engine = _engine(tuple(one.key for one in mix))
-        given = {one.effect.key(name): value for one, numbers in mix.items() for name, value in numbers.items()}
+        engine = _engine(tuple(cause.key for cause in mix))
+        given = {cause.effect.key(name): value for cause, numbers in mix.items() for name, value in numbers.items()}
         p = engine.plant.parameter_values(None, **self.true, **given)
-        begin = start(engine, p, {name: value for one in mix for name, value in one.kicked.items()})
-        noises = heard or [np.zeros(len(one.reference)) for one in played]
-        return [play(engine, p, begin, one, self.gain, noise) for one, noise in zip(played, noises, strict=True)]
+        begin = start(engine, p, {name: value for cause in mix for name, value in cause.initial_states.items()})
+        noises = heard or [np.zeros(len(excitation.reference)) for excitation in played]
+        return [
+            play(engine, p, begin, excitation, self.gain, noise)
+            for excitation, noise in zip(played, noises, strict=True)
+        ]
 
 
-def draw(case: CampaignPlan, folder: Path) -> dict[str, Any]:
+def draw(plan: CampaignPlan, folder: Path) -> dict[str, Any]:
     """Write the campaign's folder and return what it is short of. Raises InputError."""
-    scene, causes = _scene(case), [cause(*key) for key in case.effects]
-    strengths = _strengths(case, scene, causes)
-    loud = [_noises(case, scene, number) for number in range(len(scene.played))]
-    mix = {one: found.numbers for one, found in zip(causes, strengths, strict=True)}
+    scene, causes = _scene(plan), [cause(*key) for key in plan.effects]
+    strengths = _strengths(plan, scene, causes)
+    loud = [_noises(plan, scene, number) for number in range(len(scene.played))]
+    mix = {cause: strength.numbers for cause, strength in zip(causes, strengths, strict=True)}
     motions = scene.motions(mix, scene.played, [noises["position"] for noises in loud])
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "campaign.toml").write_text(tomli_w.dumps({"rig": RIG, "records": ROLES}), encoding="utf-8")
-    torn = int(_random(case, "torn").integers(len(scene.played)))  # the record that loses rows, if any does
-    for number, (one, motion, noises) in enumerate(zip(scene.played, motions, loud, strict=True)):
-        signals = {"t": one.t, "reference": one.reference, "command": motion.command}
+    torn = int(_random(plan, "torn").integers(len(scene.played)))  # the record that loses rows, if any does
+    for number, (excitation, motion, noises) in enumerate(zip(scene.played, motions, loud, strict=True)):
+        signals = {"t": excitation.t, "reference": excitation.reference, "command": motion.command}
         for name in scene.sigma:
-            signals[name] = quantised(motion.outputs[name] + noises[name], scene.rig, name, case.noise)
-        blemish = [what for what in case.blemish if what != "drop" or number == torn]
-        write(folder / f"{one.name}.csv.gz", signals, blemish, _random(case, "blemish", number))
-    return _truth(case, scene, causes, strengths)
+            signals[name] = quantised(motion.outputs[name] + noises[name], scene.rig, name, plan.noise)
+        blemish = [what for what in plan.blemish if what != "drop" or number == torn]
+        write(folder / f"{excitation.name}.csv.gz", signals, blemish, _random(plan, "blemish", number))
+    return _truth(plan, scene, causes, strengths)
 
 
-def _scene(case: CampaignPlan) -> Scene:
+def _scene(plan: CampaignPlan) -> Scene:
     rig = _rig()
-    drawn = _random(case, "rig")
+    drawn = _random(plan, "rig")
     true = {
         name: float(drawn.uniform(number.low, number.high))
         for name, number in rig.numbers.items()
         if number.low is not None and number.high is not None
     }
-    sigma = sigmas(rig, case.noise, _random(case, "sensors"))
-    logged = [name for name in MEASURED if name in sigma and name != "force" and (name != "supply" or case.supply)]
-    kept = [name for name in logged if name in FEW or not case.few]
-    excited = _random(case, "excitation")
+    sigma = sigmas(rig, plan.noise, _random(plan, "sensors"))
+    logged = [name for name in MEASURED if name in sigma and name != "force" and (name != "supply" or plan.supply)]
+    names = [name for name in logged if name in FEW or not plan.few]
+    excited = _random(plan, "excitation")
     gain = loop_gain(rig, excited)
-    played = excitations(rig, excited, case.sharp, case.poor)
-    scene = Scene(rig, true, {name: sigma[name] for name in kept}, gain, played)
+    played = excitations(rig, excited, plan.sharp, plan.poor)
+    scene = Scene(rig, true, {name: sigma[name] for name in names}, gain, played)
     return _within_limits(scene)
 
 
@@ -129,7 +132,10 @@ def _within_limits(scene: Scene) -> Scene:
         fits = [_fits(scene.rig, motion) for motion in scene.motions({}, scene.played)]
         if all(fits):
             return scene
-        smaller = [one if fit else one.scaled(SMALLER) for one, fit in zip(scene.played, fits, strict=True)]
+        smaller = [
+            excitation if fit else excitation.scaled(SMALLER)
+            for excitation, fit in zip(scene.played, fits, strict=True)
+        ]
         scene = replace(scene, played=tuple(smaller))
     raise InputError(f"{scene.rig.name}: drawn excitations are too large at any size; check its limits")
 
@@ -139,80 +145,82 @@ def _fits(rig: Rig, motion: PlayedMotion) -> bool:
     return travelled < rig.limit("stroke") and motion.outputs["lowest_pressure"].min() > 0
 
 
-def _strengths(case: CampaignPlan, scene: Scene, causes: Sequence[Cause]) -> list[Strength]:
-    """Each effect alone as strong as the case asks."""
+def _strengths(plan: CampaignPlan, scene: Scene, causes: Sequence[Cause]) -> list[Strength]:
+    """Each effect alone as strong as the plan asks."""
     if not causes:
         return []
     base, moving = _engine(()), scene.played[1:]
     p = base.plant.parameter_values(None, **scene.true)
     plain = Misfit(base, p, scene.rig, scene.sigma, scene.motions({}, moving))
     return [
-        _strength(case, scene, one, shaped(one.effect, _random(case, "shape", k)), plain)
-        for k, one in enumerate(causes)
+        _strength(plan, scene, cause, shaped(cause.effect, _random(plan, "shape", k)), plain)
+        for k, cause in enumerate(causes)
     ]
 
 
-def _strength(case: CampaignPlan, scene: Scene, one: Cause, shape: Mapping[str, float], plain: Misfit) -> Strength:
+def _strength(plan: CampaignPlan, scene: Scene, cause: Cause, shape: Mapping[str, float], plain: Misfit) -> Strength:
     """By slopes along the base motion first, then along that with the effect, where the refit ends: air in the oil
     moves resonances so far that only these say what a refit can do."""
     base, moving, misfit = _engine(()), scene.played[1:], plain
-    found = Strength({}, 1.0, np.inf)
+    strength = Strength({}, 1.0, np.inf)
     for _ in range(PASSES):
-        found = settle(
-            lambda numbers, misfit=misfit: misfit.refit(scene.motions({one: numbers}, moving)).heldout,
-            one,
+        strength = settle(
+            lambda numbers, misfit=misfit: misfit.refit(scene.motions({cause: numbers}, moving)).heldout,
+            cause,
             shape,
-            case.misfit,
-            found.strength,
+            plan.misfit,
+            strength.strength,
         )
-        motions = scene.motions({one: found.numbers}, moving)
+        motions = scene.motions({cause: strength.numbers}, moving)
         misfit = Misfit(base, misfit.refit(motions).p, scene.rig, scene.sigma, motions)
         left = misfit.refit(motions)
-        found = replace(found, chi2=left.heldout, train=left.train)
-        if abs(off(found.chi2, case.misfit)) < NEAR:
+        strength = replace(strength, chi2=left.heldout, train=left.train)
+        if abs(off(strength.chi2, plan.misfit)) < NEAR:
             break
-    return found
+    return strength
 
 
-def _noises(case: CampaignPlan, scene: Scene, number: int) -> dict[str, np.ndarray]:
+def _noises(plan: CampaignPlan, scene: Scene, number: int) -> dict[str, np.ndarray]:
     """Noise [n] SI of every sensor in one record; the position's is there even where the loop alone reads it."""
-    one, drawn = scene.played[number], _random(case, "noise", number)
-    return {n: s * noise(len(one.reference), one.period, case.noise, drawn) for n, s in scene.sigma.items()}
+    excitation, drawn = scene.played[number], _random(plan, "noise", number)
+    return {
+        n: s * noise(len(excitation.reference), excitation.period, plan.noise, drawn) for n, s in scene.sigma.items()
+    }
 
 
-def _truth(case: CampaignPlan, scene: Scene, causes: Sequence[Cause], strengths: Sequence[Strength]) -> dict[str, Any]:
+def _truth(plan: CampaignPlan, scene: Scene, causes: Sequence[Cause], strengths: Sequence[Strength]) -> dict[str, Any]:
     """What the campaign is short of; keys as in truth.json, numbers in SI."""
-    equations = list(dict.fromkeys(equation for one in causes for equation in one.equations))
+    equations = list(dict.fromkeys(equation for cause in causes for equation in cause.equations))
     numbers = {c.effect.key(n): v for c, s in zip(causes, strengths, strict=True) for n, v in s.numbers.items()}
     return {
-        "id": case.id,
-        "kind": case.kind,
-        "effects": [one.effect.name for one in causes],
-        "formula": [one.effect.formula for one in causes],
+        "id": plan.id,
+        "kind": plan.kind,
+        "effects": [cause.effect.name for cause in causes],
+        "formula": [cause.effect.formula for cause in causes],
         "equation": causes[0].effect.equation if causes else None,
         "equations": equations,
         "ratio": {name: value / scene.rig[name] for name, value in scene.true.items()},
         "true": dict(scene.true),
         "numbers": numbers,
-        "strength": [found.strength for found in strengths],
-        "expected": [found.chi2 for found in strengths],
-        "expected_train": [found.train for found in strengths],
-        "seed": case.seed,
-        "noise": case.noise,
+        "strength": [strength.strength for strength in strengths],
+        "expected": [strength.chi2 for strength in strengths],
+        "expected_train": [strength.train for strength in strengths],
+        "seed": plan.seed,
+        "noise": plan.noise,
         "sigma": dict(scene.sigma),
-        "sharp": case.sharp,
-        "supply": case.supply,
-        "few": case.few,
-        "poor": case.poor,
-        "blemish": list(case.blemish),
-        "removed": list(case.removed),
-        "goal": case.misfit,
+        "sharp": plan.sharp,
+        "supply": plan.supply,
+        "few": plan.few,
+        "poor": plan.poor,
+        "blemish": list(plan.blemish),
+        "removed": list(plan.removed),
+        "goal": plan.misfit,
     }
 
 
-def _random(case: CampaignPlan, purpose: str, number: int = 0) -> np.random.Generator:
+def _random(plan: CampaignPlan, purpose: str, number: int = 0) -> np.random.Generator:
     """A stream of its own for every purpose: one more draw for one leaves the others as they were."""
-    return np.random.default_rng([case.seed, *purpose.encode(), number])
+    return np.random.default_rng([plan.seed, *purpose.encode(), number])
 
 
 @lru_cache(maxsize=1)

@@ -41,7 +41,7 @@ def excitations(rig: Rig, seed: np.random.Generator, sharp: float, poor: bool) -
     last = moving[-1]
     moving[-1] = Excitation(last.name, period, last.reference, last.command + _repeated(fine, len(last.command)))
     size = POOR if poor else 1.0
-    return (still, *(one.scaled(size) for one in moving))
+    return (still, *(wave.scaled(size) for wave in moving))
 
 
 def loop_gain(rig: Rig, seed: np.random.Generator) -> float:

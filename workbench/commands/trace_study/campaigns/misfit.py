@@ -52,8 +52,8 @@ class Misfit:
 
     def refit(self, motions: Sequence[PlayedMotion]) -> Refit:
         """What a refit leaves of motions of the plant with an effect; infinite, p as it was, where the base fails."""
-        starts, commands, seen = self._windows(motions)
-        left = self._without_states((seen - self._predicted(starts, commands, self._p))[..., None])
+        starts, commands, measured = self._windows(motions)
+        left = self._without_states((measured - self._predicted(starts, commands, self._p))[..., None])
         if not np.all(np.isfinite(left)):
             return Refit(np.inf, np.inf, self._p)
         aim = self._aim @ left[: -self._judging].ravel()
@@ -69,15 +69,15 @@ class Misfit:
     def _windows(self, motions: Sequence[PlayedMotion]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of each window the base model's state at its start [w, n], the commands [w, rows], and what is seen over
         sigma [w, samples]."""
-        starts, commands, seen = [], [], []
+        starts, commands, measured = [], [], []
         for motion in motions:
-            states = np.column_stack([motion.states[one.name] for one in self._base.plant.states])
+            states = np.column_stack([motion.states[state.name] for state in self._base.plant.states])
             outputs = np.column_stack([motion.outputs[name] / size for name, size in self._sigma.items()])
             whole = len(states) // self._rows * self._rows
             starts.append(states[: whole : self._rows])
             commands.append(motion.command[:whole].reshape(-1, self._rows))
-            seen.append(outputs[:whole].reshape(len(starts[-1]), -1))
-        return np.concatenate(starts), np.concatenate(commands), np.concatenate(seen)
+            measured.append(outputs[:whole].reshape(len(starts[-1]), -1))
+        return np.concatenate(starts), np.concatenate(commands), np.concatenate(measured)
 
     def _predicted(self, starts: np.ndarray, commands: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Outputs over sigma [w, samples]."""
@@ -101,11 +101,11 @@ def _ranges(rig: Rig, plant: Plant, p: np.ndarray) -> tuple[np.ndarray, tuple[np
     """Parameters [numbers, k] of half a declared range of each uncertain number, and how many halves it may go from p
     down and up, [numbers] each."""
     shifts, ends = [], []
-    for one in rig.numbers.values():
-        if one.low is not None and one.high is not None:
-            place, half = plant.parameters.index(one.name), (one.high - one.low) / 2
+    for number in rig.numbers.values():
+        if number.low is not None and number.high is not None:
+            place, half = plant.parameters.index(number.name), (number.high - number.low) / 2
             shifts.append(half * (np.arange(len(p)) == place))
-            ends.append(((one.low - p[place]) / half, (one.high - p[place]) / half))
+            ends.append(((number.low - p[place]) / half, (number.high - p[place]) / half))
     low, high = np.array(ends).T
     return np.array(shifts), (low - 1e-9, high + 1e-9)
 

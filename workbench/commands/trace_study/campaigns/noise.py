@@ -62,9 +62,9 @@ def write(path: Path, signals: Mapping[str, np.ndarray], blemish: Sequence[str],
     if "extra" in blemish:
         columns["oil temperature [degC]"] = 41 + 0.05 * seed.standard_normal(rows)
     labels = list(seed.permutation(list(columns))) if "order" in blemish else list(columns)
-    kept = np.ones(rows, dtype=bool)
+    logged = np.ones(rows, dtype=bool)
     if "drop" in blemish:
-        kept[seed.integers(1, rows - 1, DROPPED)] = False
-    table = [["" if np.isnan(v) else f"{v:.8g}" for v in columns[label][kept].tolist()] for label in labels]
+        logged[seed.integers(1, rows - 1, DROPPED)] = False
+    table = [["" if np.isnan(v) else f"{v:.8g}" for v in columns[label][logged].tolist()] for label in labels]
     lines = [",".join(labels), *(",".join(cells) for cells in zip(*table, strict=True)), ""]
     path.write_bytes(gzip.compress("\n".join(lines).encode(), compresslevel=4, mtime=0))

@@ -22,11 +22,11 @@ class PlayedMotion:
     command: np.ndarray
 
 
-def start(engine: Engine, p: np.ndarray, kicked: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """State and inputs at rest at mid stroke; `kicked` are states that begin elsewhere."""
+def start(engine: Engine, p: np.ndarray, initial_states: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """State and inputs at rest at mid stroke; `initial_states` are states that begin elsewhere."""
     rest = equilibrium(engine.plant, p=p)
     x = rest.x.copy()
-    for name, value in kicked.items():
+    for name, value in initial_states.items():
         x[engine.plant.state(name)] = value
     return x, rest.u
 
@@ -46,8 +46,8 @@ def play(
     """
     plant, period, steps = engine.plant, played.period, len(played.reference)
     place, middle = plant.state("x"), p[plant.parameters.index("xmid")]
-    x, held = begin[0], begin[1].copy()
-    line = DelayLine(plant.lateness(p), period, held[0], plant.interpolated)
+    x, inputs = begin[0], begin[1].copy()
+    line = DelayLine(plant.lateness(p), period, inputs[0], plant.interpolated)
     states, met, written = np.empty((steps, plant.n)), np.empty(steps), np.empty(steps)
     for k in range(steps):
         states[k] = x
@@ -56,8 +56,8 @@ def play(
         written[k] = round(demanded / QUANTUM) * QUANTUM
         arriving = line.send(written[k])
         met[k] = arriving[0][0]
-        for held[0], share in arriving:
-            after = engine.advance(x, held, share * period, p)
+        for inputs[0], share in arriving:
+            after = engine.advance(x, inputs, share * period, p)
             if after is None:
                 raise InputError(f"{played.name}: {plant.name} cannot be simulated beyond {k * period:.3f} s")
             x = after
@@ -65,7 +65,7 @@ def play(
     u[:, 0] = met
     outputs = engine.outputs(states, u, p)
     return PlayedMotion(
-        {one.name: states[:, i] for i, one in enumerate(plant.states)},
+        {state.name: states[:, i] for i, state in enumerate(plant.states)},
         {name: outputs[:, i] for i, name in enumerate(plant.outputs)},
         written,
     )

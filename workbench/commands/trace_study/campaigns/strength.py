@@ -57,14 +57,14 @@ def settle(
     `first` is tried first. Where bounds or a failing simulation keep it from the goal, the nearest that can be had.
     """
     low, high, step = np.log(cause.least), np.log(MOST), float(np.log(first))
-    found: list[Strength] = []
+    trials: list[Strength] = []
     for _ in range(TRIALS):
         numbers = scaled(cause.effect, shape, float(np.exp(step)))
         try:
             chi2 = misfit(numbers)
         except InputError:
             chi2 = np.inf
-        found.append(Strength(numbers, float(np.exp(step)), float(chi2)))
+        trials.append(Strength(numbers, float(np.exp(step)), float(chi2)))
         miss = off(chi2, goal)
         if abs(miss) < ENOUGH:
             break
@@ -73,7 +73,7 @@ def settle(
             break
         guess = step - np.clip(miss / 2, -3.0, 3.0)  # chi2 - 1 goes with the strength squared
         step = guess if low < guess < high else (low + high) / 2
-    return min(found, key=lambda one: abs(off(one.chi2, goal)))
+    return min(trials, key=lambda trial: abs(off(trial.chi2, goal)))
 
 
 def off(chi2: float, goal: float) -> float:

@@ -13,9 +13,9 @@ _FAST = 8e-5  # s: a hysteresis is dragged along this fast
 def _generalised_play(current: ca.SX, s: Scope) -> ca.SX:
     """acting = i - clip(i - w, -down, up), T0 w' = what the clip takes off: unequal edges."""
     gap = current - s.x("w")
-    held = ca.fmax(ca.fmin(gap, s.p("up")), -s.p("down"))
-    s.rate("w", (gap - held) / _FAST)
-    return current - held
+    behind = ca.fmax(ca.fmin(gap, s.p("up")), -s.p("down"))
+    s.rate("w", (gap - behind) / _FAST)
+    return current - behind
 
 
 def _dahl_loop(current: ca.SX, s: Scope) -> ca.SX:
