@@ -120,7 +120,7 @@ class Model:
     def linear(
         self, windows: Windows, x0: np.ndarray, p: np.ndarray, inputs: Sequence[int]
     ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-        """For each group the errors e [w, rows, s] and the tangents of every row: a, b, c, d (see localise.Local)."""
+        """For each group the errors e [w, rows, s] and the tangents a, b, c, d (see LinearTimeVaryingModel)."""
         errors = self.errors(windows, x0, p)
         tangents = []
         for group, e, (x, u) in zip(windows.groups, errors, self.states(windows, x0, p), strict=True):

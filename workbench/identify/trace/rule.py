@@ -58,7 +58,7 @@ def worth_adding(fall: float, first: float, samples: int) -> bool:
 
 
 def bic_fall(before: float, after: float, numbers: int, samples: int) -> float:
-    """Fall of the squared errors on train records, less what so many more numbers cost (Schwarz's criterion)."""
+    """Fall of the squared errors on train records, less the price of its numbers (Schwarz's criterion)."""
     return before - after - numbers * float(np.log(samples))
 
 
