@@ -5,10 +5,9 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 
-import envs  # noqa: F401  (registers the environments)
 import workbench as wb
 
-env = gymnasium.make("JackPosition-v0")
+env = gymnasium.make("envs:JackPosition-v0")
 observation, info = env.reset(seed=1)
 
 errors, rewards = [], []

@@ -1,5 +1,9 @@
 """What many tests share: the 10 t rig, its plants and engines, its operating points. Built once a session."""
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it: before numpy is loaded
+
 from dataclasses import replace
 from functools import partial
 
