@@ -14,7 +14,7 @@ demo: .venv/ready
 	@echo "open out/trace-sample/report.html, out/first_loop/report.html and out/paper/report.html"
 
 test: .venv/dev
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 --dist worksteal
 
 check: .venv/dev
 	$(BIN)/ruff check .

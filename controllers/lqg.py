@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack
 from workbench.control.linear_law import LinearLaw, realised_as_demanded
@@ -74,6 +73,8 @@ def preview_gains(observer: JackObserver, error: float, count: int) -> np.ndarra
 
 def _lq(observer: JackObserver, error: float) -> tuple[np.ndarray, np.ndarray]:
     """K [n] and the Riccati equation's P [n, n]."""
+    from scipy.linalg import solve_discrete_are
+
     position = observer.signals["position"][: observer.n]
     a, b, r = observer.a, observer.b, np.eye(1)
     cost = solve_discrete_are(a, b, np.outer(position, position) / error**2, r, s=np.zeros((len(a), 1)))

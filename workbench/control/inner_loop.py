@@ -10,17 +10,18 @@ from ..linear import Equilibrium
 from ..linear.interconnect import feedback, select
 from ..linear.sampling import sampled_plant
 from ..linear.state_space import StateSpace, as_state_space, sampled_response
-from ..plant import Plant
 from .compensators import Compensator
 
 if TYPE_CHECKING:
     import control
 
+    from ..plant import Plant
+
 Linear: TypeAlias = "StateSpace | control.StateSpace"
 
 
 def inner_loop_closed(
-    plant: Plant,
+    plant: "Plant",
     about: Equilibrium,
     period: float,
     compensators: Sequence[Compensator],

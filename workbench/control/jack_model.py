@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from ..base.errors import InputError
 from ..linear import zero_order_hold
@@ -72,6 +71,8 @@ def fit_jack_model(plant: "StateSpace | control.StateSpace") -> JackModel:
     Least squares of the logarithm of the response (decibels and degrees alike) over FIT. Raises InputError where the
     model stays more than 1 dB off, such as for a plant that does not integrate.
     """
+    from scipy.optimize import least_squares
+
     f = np.geomspace(*FIT, _POINTS)
     period = float(plant.dt or 0.0)
     f = f[f < 0.4 / period]

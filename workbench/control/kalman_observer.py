@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from .jack_model import JackModel
 from .linear_law import LinearLaw
@@ -92,6 +91,8 @@ class JackObserver:
 
 def _kalman(a: np.ndarray, noise: np.ndarray, seen: np.ndarray, trust: np.ndarray) -> np.ndarray:
     """Gain of the correction. Each sensor in its own noise, or the Riccati equation is ill conditioned."""
+    from scipy.linalg import solve_discrete_are
+
     scaled = seen / trust[:, None]
     k = len(trust)
     spread = solve_discrete_are(a.T, scaled.T, (noise + noise.T) / 2, np.eye(k))

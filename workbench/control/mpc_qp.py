@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import osqp
-from scipy import sparse
 
 from .kalman_observer import JackObserver
 
@@ -74,6 +72,9 @@ class Planner:
     """
 
     def __init__(self, horizon: Horizon, iterations: int) -> None:
+        import osqp
+        from scipy import sparse
+
         m, soft = len(horizon.soft), horizon.soft
         self.horizon = horizon
         self.matrix = np.hstack((horizon.gains, np.eye(m)[:, soft]))

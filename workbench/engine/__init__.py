@@ -15,9 +15,24 @@ floor          least time of an attempt: that of its divisions and roots
 peers          public solvers that the engine is measured against
 """
 
-from .delay_line import DelayLine, periods
-from .engine import Engine
-from .jobs import Batch
-from .trajectory import Trajectory
+from typing import TYPE_CHECKING
+
+from ..base.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from .delay_line import DelayLine, periods
+    from .engine import Engine
+    from .jobs import Batch
+    from .trajectory import Trajectory
 
 __all__ = ["Batch", "DelayLine", "Engine", "Trajectory", "periods"]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "delay_line": ("DelayLine", "periods"),
+        "engine": ("Engine",),
+        "jobs": ("Batch",),
+        "trajectory": ("Trajectory",),
+    },
+)

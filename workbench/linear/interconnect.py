@@ -6,7 +6,6 @@ Signals of one name are one signal. Where two outputs have one name they add up.
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from .state_space import StateSpace
 
@@ -20,6 +19,8 @@ def select(system: StateSpace, inputs: Sequence[str], outputs: Sequence[str]) ->
 
 def parallel(first: StateSpace, second: StateSpace) -> StateSpace:
     """Both beside each other, on all the inputs of either. States: the first's, then the second's."""
+    from scipy.linalg import block_diag
+
     inputs = _union(first.input_labels, second.input_labels)
     outputs = _union(first.output_labels, second.output_labels)
     one, other = (select(system, inputs, system.output_labels) for system in (first, second))

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.errors import InputError, nearest
-from ..plant import Plant
 from .interconnect import select, series
 from .operating_point import Equilibrium
 from .state_space import Matrices, StateSpace, transfer_function
@@ -15,11 +14,13 @@ from .state_space import Matrices, StateSpace, transfer_function
 if TYPE_CHECKING:
     import control
 
+    from ..plant import Plant
+
 PADE = 4  # order of the approximation of a delay d: 1 degree off at w d = 4.5 rad
 
 
 def linearise(
-    plant: Plant,
+    plant: "Plant",
     about: Equilibrium,
     inputs: tuple[str, ...] = ("command",),
     outputs: tuple[str, ...] = ("position",),
@@ -38,7 +39,7 @@ def linearise(
 
 
 def linear_plant(
-    plant: Plant,
+    plant: "Plant",
     about: Equilibrium,
     inputs: tuple[str, ...] = ("command",),
     outputs: tuple[str, ...] = ("position",),
@@ -55,7 +56,7 @@ def linear_plant(
 
 
 def jacobians(
-    plant: Plant, about: Equilibrium, inputs: tuple[str, ...], outputs: tuple[str, ...], p: np.ndarray | None
+    plant: "Plant", about: Equilibrium, inputs: tuple[str, ...], outputs: tuple[str, ...], p: np.ndarray | None
 ) -> Matrices:
     """A, B, C, D of the plant from what it holds, as `linearise` without the delay of the command."""
     columns = [_index(name, [i.name for i in plant.inputs]) for name in inputs]

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.errors import InputError
-from ..plant import Plant
 
 if TYPE_CHECKING:
     import control
 
+    from ..plant import Plant
 
-def nonlinear_system(plant: Plant, p: np.ndarray | None = None) -> "control.NonlinearIOSystem":
+
+def nonlinear_system(plant: "Plant", p: np.ndarray | None = None) -> "control.NonlinearIOSystem":
     """A control.NonlinearIOSystem with this plant's states, inputs and outputs, all SI; stiff: integrate with Radau.
 
     Raises InputError for a plant whose command is late: no ordinary differential equation is.

@@ -1,14 +1,16 @@
 """Operating points: at rest, at constant command, and moving at constant speed."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares
 
 from ..base.errors import InputError, nearest
-from ..plant import Plant
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
+
+    from ..plant import Plant
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,7 @@ class Equilibrium:
 
 
 def equilibrium(
-    plant: Plant,
+    plant: "Plant",
     command: float | None = None,
     speed: float | None = None,
     position: float = 0.0,
@@ -65,8 +67,10 @@ class _Balance:
     """The square system of an operating point, in scaled unknowns."""
 
     def __init__(
-        self, plant: Plant, p: np.ndarray, u: np.ndarray, held: dict[str, float], free: list[int], free_command: bool
+        self, plant: "Plant", p: np.ndarray, u: np.ndarray, held: dict[str, float], free: list[int], free_command: bool
     ) -> None:
+        import casadi as ca  # 0.5 s, which reading an experiment need not wait for
+
         self.plant, self.p, self.u, self.free, self.free_command = plant, p, u, free, free_command
         self.base = plant.start
         for name, value in held.items():
@@ -103,8 +107,10 @@ class _Balance:
         columns = [*self.free, *([self.plant.n] if self.free_command else [])]
         return np.array(self._slopes(*self.unpack(z)))[np.ix_(self.balanced, columns)]
 
-    def search(self, command: float) -> OptimizeResult:
+    def search(self, command: float) -> "OptimizeResult":
         """A damped Gauss-Newton search that starts with this command."""
+        from scipy.optimize import least_squares
+
         start = np.zeros(len(self.scale))
         if self.free_command:
             start[-1] = command

@@ -3,10 +3,8 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import expm
 
 from ..engine import periods
-from ..plant import Plant
 from .linearisation import jacobians
 from .operating_point import Equilibrium
 from .state_space import Matrices, StateSpace
@@ -14,9 +12,11 @@ from .state_space import Matrices, StateSpace
 if TYPE_CHECKING:
     import control
 
+    from ..plant import Plant
+
 
 def discretise(
-    plant: Plant,
+    plant: "Plant",
     about: Equilibrium,
     period: float,
     outputs: tuple[str, ...] = ("position",),
@@ -34,7 +34,7 @@ def discretise(
 
 
 def sampled_plant(
-    plant: Plant,
+    plant: "Plant",
     about: Equilibrium,
     period: float,
     outputs: tuple[str, ...] = ("position",),
@@ -73,6 +73,8 @@ def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices
 
 def hold_matrices(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """What the state becomes after `seconds`: of itself, and of an input held over them."""
+    from scipy.linalg import expm
+
     n = len(a)
     both = expm(seconds * np.block([[a, b], [np.zeros((b.shape[1], n + b.shape[1]))]]))
     return both[:n, :n], both[:n, n:]

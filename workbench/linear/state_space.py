@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.linalg import matrix_balance, schur
 
 if TYPE_CHECKING:
     import control
@@ -124,6 +123,8 @@ def sampled_response(system: "StateSpace | control.StateSpace", at: np.ndarray) 
     a, b, c, d = (np.asarray(part) for part in (system.A, system.B, system.C, system.D))
     if not len(a):
         return np.repeat(d[..., None].astype(complex), len(at), axis=-1)
+    from scipy.linalg import matrix_balance, schur
+
     balanced, (scale, _) = matrix_balance(a, permute=False, separate=True)
     upper, turn = schur(balanced, "complex")[:2]
     entering, leaving = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn

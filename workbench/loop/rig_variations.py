@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from ..base.errors import InputError, nearest
-from ..plant import build
 from ..rigs.rig import EffectUse, Number, Rig
 
 _FACTORS = {
@@ -32,6 +31,8 @@ def variation(rig: Rig, name: str) -> Rig:
 
 def with_delay(rig: Rig, delay: float) -> Rig:
     """The rig whose commands come `delay` [s] later, on top of what its drive takes, such as a controller computes."""
+    from ..plant import build
+
     there = {use.name: use for use in rig.effects}
     before = there.get(_DELAY, EffectUse(_DELAY, "shift", {}))
     whole = delay + build(rig).lateness()  # a delay that is declared without a number has its typical one

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import cast
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ...base.errors import InputError
 from ..jack_model import JackModel
@@ -33,6 +32,8 @@ def order_for(law: Law, jack: JackModel, crossover: float, margin: float, period
             f"a phase margin of {np.degrees(margin):.0f} deg at {crossover:g} Hz is out of reach: {low:.0f} to "
             f"{high:.0f} deg can be had there; ask for that, or move the crossover"
         )
+    from scipy.optimize import brentq
+
     return cast(float, brentq(over, -most, most))
 
 
