@@ -30,7 +30,12 @@ def corner_frequencies(rig: Rig, response: Response, points: int) -> tuple[Stepp
     sine = scan(Engine(plant), rest.x, rest.u, f, response.amplitude * plant.inputs[0].scale, "flow")
     flow = sine.response["flow"] / np.abs(sine.response["flow"][0])
     sine = replace(sine, response={"flow": flow})
-    return sine, corner_frequency(sine.f, gain_db(flow), -3.0), corner_frequency(sine.f, phase_deg(flow), -90.0)
+    return sine, *corners_of(sine.f, flow)
+
+
+def corners_of(f: np.ndarray, flow: np.ndarray) -> tuple[float | None, float | None]:
+    """-3 dB and -90 deg frequencies [Hz] of a flow [k] at f [k] Hz, referred to its first; None where it has none."""
+    return corner_frequency(f, gain_db(flow), -3.0), corner_frequency(f, phase_deg(flow), -90.0)
 
 
 def rated_flow(rig: Rig, stage: str, drop: float) -> float:

@@ -7,14 +7,14 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from ...base.errors import InputError
-from ...base.gain_phase import gain_db, phase_deg
+from ...base.gain_phase import gain_db
 from ...engine import Engine
 from ...linear import Equilibrium, equilibrium, linearise
-from ...linear.crossings import corner_frequency
 from ...linear.frequency_response import SteppedSine, scan, stepped_sine
 from ...plant import Plant, build_valve_bench
 from ...plant.effects import find
 from ...rigs.rig import EffectUse, Rig
+from .corners import corners_of
 
 REFERENCE, HIGHEST = 5.0, 300.0  # Hz: gain is referred to the first
 SLOW = 1e3  # Hz: faster modes are those of the oil in the spools' end chambers, which no corrector moves
@@ -86,9 +86,8 @@ class SpoolLoop:
         limits = {"current": self._rig["imax"] * self._rig["isat"]}
         sine = scan(self._engine, rest.x, rest.u, f, share * self._plant.inputs[0].scale, "flow", limits, p)
         flow = sine.response["flow"] / np.abs(sine.response["flow"][0])
-        gain = gain_db(flow)
-        corners = corner_frequency(sine.f, gain, -3.0), corner_frequency(sine.f, phase_deg(flow), -90.0)
-        return Corrected(dict(numbers), sine, *corners, float(gain.max()), self.null_zeta(numbers))
+        peak = float(gain_db(flow).max())
+        return Corrected(dict(numbers), sine, *corners_of(sine.f, flow), peak, self.null_zeta(numbers))
 
     def null_zeta(self, numbers: Mapping[str, float]) -> float:
         """Least damping ratio at null of the oscillating modes below 1 kHz; 1 where none oscillates."""
@@ -115,13 +114,9 @@ class SpoolLoop:
         flow = sine.response["flow"] / np.abs(sine.response["flow"][0])
         if not np.all(np.isfinite(flow)):
             return 10 * _LOST**2
-        gain = gain_db(flow)
         off = [
             _LOST if corner is None else np.clip(np.log(corner / target) / _CORNER, -_LOST, _LOST)
-            for corner, target in (
-                (corner_frequency(_F, gain, -3.0), maker.f3db),
-                (corner_frequency(_F, phase_deg(flow), -90.0), maker.f90),
-            )
+            for corner, target in zip(corners_of(_F, flow), (maker.f3db, maker.f90), strict=True)
         ]
-        peak = float(gain.max())
+        peak = float(gain_db(flow).max())
         return float(np.sum(np.square([*off, (peak - np.clip(peak, *maker.peak)) / _PEAK])))
