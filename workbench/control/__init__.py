@@ -11,3 +11,79 @@ kalman_observer, mpc_qp    what model-based controllers share
 crone                  fractional design
 export                 coefficients for a rig's own digital controller
 """
+
+from typing import TYPE_CHECKING
+
+from ..base.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from .compensators import Compensated, Compensator, OnLoadCell
+    from .controller_spec import ControllerSpec
+    from .controller_type import ControllerType, controller
+    from .discrete_filter import Filter, weighted
+    from .jack_model import JackModel
+    from .kalman_observer import JackObserver, ObservedJack
+    from .linear_law import LinearLaw
+    from .protocol import Controller, design_numbers, linear_view, number
+    from .second_order_sections import Factors, SectionFilter
+    from .section_controller import SectionController
+
+__all__ = [
+    "Compensated",
+    "Compensator",
+    "Controller",
+    "ControllerSpec",
+    "ControllerType",
+    "Factors",
+    "Filter",
+    "JackModel",
+    "JackObserver",
+    "LinearLaw",
+    "ObservedJack",
+    "OnLoadCell",
+    "SectionController",
+    "SectionFilter",
+    "controller",
+    "design_numbers",
+    "linear_view",
+    "number",
+    "weighted",
+]
+
+# The protocol need not wait for any design.
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "compensators": (
+            "Compensated",
+            "Compensator",
+            "OnLoadCell",
+        ),
+        "controller_spec": ("ControllerSpec",),
+        "controller_type": (
+            "ControllerType",
+            "controller",
+        ),
+        "discrete_filter": (
+            "Filter",
+            "weighted",
+        ),
+        "jack_model": ("JackModel",),
+        "kalman_observer": (
+            "JackObserver",
+            "ObservedJack",
+        ),
+        "linear_law": ("LinearLaw",),
+        "protocol": (
+            "Controller",
+            "design_numbers",
+            "linear_view",
+            "number",
+        ),
+        "second_order_sections": (
+            "Factors",
+            "SectionFilter",
+        ),
+        "section_controller": ("SectionController",),
+    },
+)

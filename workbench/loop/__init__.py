@@ -4,8 +4,134 @@ sampled_loop, guard       a sampled controller on the plant, behind the rig's li
 compiled_loop, sensors    the same of a linear law, compiled; what a rig's sensors say
 scenarios, rig_variations    what a loop is asked for, and on which rigs
 step_metrics, margins, rows    step metrics; poles, sensitivity and margins; both as one row
-batch, lane_metrics       many plants at once, a lane each, and their step metrics
+rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
+overshoots                overshoot of a position loop by what the design did not know
 describing_function       closed-loop frequency response by stepped sine
+stiffness_and_noise       dynamic stiffness; RMS of the command from sensor noise
+energy, moving_end        energy from the supply; force error of a specimen's moving far end
+compute_time, computing_delay    how long a controller computes, and what that costs the loop
 batch, lane_metrics, lane_margins    loops of one law on many plants at once
-stiffness_and_noise, overshoot_spread, compute_time    what a loop bears and costs
 """
+
+from typing import TYPE_CHECKING
+
+from ..base.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from .compute_time import computing
+    from .computing_delay import delayed_rows
+    from .describing_function import closed_loop_sine
+    from .energy import SupplyEnergy, supply_energy
+    from .margins import LinearLoop, closed_poles, linear_loop
+    from .moving_end import error_per_speed
+    from .overshoots import overshoot_spread
+    from .rig_spread import spread_over_rigs
+    from .rig_variations import RIG_SET, variation, with_delay
+    from .rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play, row
+    from .sampled_loop import LoopRun, SampledLoop
+    from .scenarios import SCENARIOS, Scenario
+    from .step_metrics import (
+        cavitation_time,
+        iae,
+        overshoot,
+        residual_oscillation,
+        rise_time,
+        saturated_time,
+        settling_time,
+        steady_state_error,
+    )
+    from .stiffness_and_noise import command_noise, dynamic_stiffness
+
+__all__ = [
+    "RIG_SET",
+    "SCENARIOS",
+    "LinearLoop",
+    "LinearLoops",
+    "LoopRun",
+    "LoopSetup",
+    "SampledLoop",
+    "Scenario",
+    "SupplyEnergy",
+    "cavitation_time",
+    "closed_loop_sine",
+    "closed_poles",
+    "command_noise",
+    "computing",
+    "delayed_rows",
+    "dynamic_stiffness",
+    "error_per_speed",
+    "iae",
+    "linear_loop",
+    "linear_loops",
+    "loop_setup",
+    "overshoot",
+    "overshoot_spread",
+    "play",
+    "residual_oscillation",
+    "rise_time",
+    "row",
+    "saturated_time",
+    "settling_time",
+    "spread_over_rigs",
+    "steady_state_error",
+    "supply_energy",
+    "variation",
+    "with_delay",
+]
+
+# A scenario need not wait for the engine.
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "compute_time": ("computing",),
+        "computing_delay": ("delayed_rows",),
+        "describing_function": ("closed_loop_sine",),
+        "energy": (
+            "SupplyEnergy",
+            "supply_energy",
+        ),
+        "margins": (
+            "LinearLoop",
+            "closed_poles",
+            "linear_loop",
+        ),
+        "moving_end": ("error_per_speed",),
+        "overshoots": ("overshoot_spread",),
+        "rig_spread": ("spread_over_rigs",),
+        "rig_variations": (
+            "RIG_SET",
+            "variation",
+            "with_delay",
+        ),
+        "rows": (
+            "LinearLoops",
+            "LoopSetup",
+            "linear_loops",
+            "loop_setup",
+            "play",
+            "row",
+        ),
+        "sampled_loop": (
+            "LoopRun",
+            "SampledLoop",
+        ),
+        "scenarios": (
+            "SCENARIOS",
+            "Scenario",
+        ),
+        "step_metrics": (
+            "cavitation_time",
+            "iae",
+            "overshoot",
+            "residual_oscillation",
+            "rise_time",
+            "saturated_time",
+            "settling_time",
+            "steady_state_error",
+        ),
+        "stiffness_and_noise": (
+            "command_noise",
+            "dynamic_stiffness",
+        ),
+    },
+)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...base.process_pool import process_pool
 from ...loop.compute_time import summary
+from ...loop.rig_spread import spread_over_rigs
 from ...loop.rig_variations import variation
 from ...loop.rows import LoopSetup, loop_setup
 from ..common.bench_experiment import BenchConfig
@@ -36,28 +37,13 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int =
         "noise": [found["noise"] for found in cells.values()],
         "energy": [one for found in cells.values() for one in found["energy"]],
         "moving_end": [one for found in cells.values() for one in found["moving"]],
-        "spread": spread(rows),
+        "spread": spread_over_rigs(rows),
         "delayed": [one for found in cells.values() for one in found["delayed"]],
         "fallbacks": [one for found in cells.values() for one in found["fallbacks"]],
         "timing": _timing(config, cells),
     }
     page = bench_page(config, cells, metrics)
     return Outcome(metrics, page, bench_picture(config, cells), _tables(cells))
-
-
-def spread(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Least and most settling time [s] and overshoot [percent] over the rigs, and the rigs that a loop fails on."""
-    found = []
-    for controller, scenario in dict.fromkeys((row["controller"], row["scenario"]) for row in rows):
-        of = [row for row in rows if (row["controller"], row["scenario"]) == (controller, scenario)]
-        line: dict[str, Any] = {"controller": controller, "scenario": scenario}
-        for key in ("settling_s", "overshoot_percent", "ms"):
-            values = [row[key] for row in of if row[key] is not None]
-            line |= {f"{key}_least": min(values, default=None), f"{key}_most": max(values, default=None)}
-        line["unsettled"] = [row["rig"] for row in of if row["settling_s"] is None]
-        line["unstable"] = [row["rig"] for row in of if not row["stable"]]
-        found.append(line)
-    return found
 
 
 def _cells(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:

@@ -14,7 +14,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _spread(options: argparse.Namespace, _words: list[str]) -> None:
     config = read(options)
-    from ...loop.overshoot_spread import overshoot_spread, spread
+    from ...loop.overshoots import overshoot_spread, spread
 
     period = config.rig.period.value
     able = [
