@@ -10,21 +10,21 @@ from ..rigs.rig import Rig
 from .sampled_loop import LoopRun
 
 
-def computing(chosen: ControllerSpec, rig: Rig, run: LoopRun) -> tuple[np.ndarray, int | None]:
+def computing(spec: ControllerSpec, rig: Rig, run: LoopRun) -> tuple[np.ndarray, int | None]:
     """Time [us] of each sample [k] of a course, and in how many its solver did not arrive, where it has one."""
-    controller, signals = chosen.build(rig.period.value), run.record.signals
+    controller, signals = spec.build(rig.period.value), run.record.signals
     columns = [signals[name].tolist() for name in controller.measures]
-    seen = [dict(zip(controller.measures, values, strict=True)) for values in zip(*columns, strict=True)]
+    measurements = [dict(zip(controller.measures, values, strict=True)) for values in zip(*columns, strict=True)]
     reference, sent = signals["reference"], signals["command"].tolist()
     ahead = preview(controller)
     known = np.append(reference, np.full(ahead, reference[-1]))
-    controller.reset(seen[0][controller.measures[0]], seen[0], float(signals["command"][0]))
+    controller.reset(measurements[0][controller.measures[0]], measurements[0], float(signals["command"][0]))
     spent = []
-    for k, wanted in enumerate(reference.tolist()):
+    for k, asked in enumerate(reference.tolist()):
         began = perf_counter_ns()
         if ahead:
             controller.set_preview(known[k : k + ahead + 1])  # pyright: ignore[reportAttributeAccessIssue]
-        controller.compute(wanted, seen[k])
+        controller.compute(asked, measurements[k])
         controller.update(sent[k])
         spent.append((perf_counter_ns() - began) / 1e3)
     return np.array(spent), fallbacks(controller)

@@ -19,7 +19,7 @@ FACTORS: Mapping[str, Sequence[float]] = {"M": (0.5, 0.75, 1.0, 1.25, 1.5), "bet
 STIFFNESS = (0.0, 1e5, 1e6, 1e7)  # N/m
 
 
-def overshoot_spread(rig: Rig, chosen: ControllerSpec) -> dict[str, dict[str, float | None]]:
+def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, float | None]]:
     """Overshoot [percent] of a linear step by what varies and by how much; None where the loop is unstable.
 
     "gain" is of the controller alone, "speed" the operating point; M, beta and ks are the rig's. Compensators stay as
@@ -27,10 +27,10 @@ def overshoot_spread(rig: Rig, chosen: ControllerSpec) -> dict[str, dict[str, fl
     """
     period, plant = rig.period.value, build(rig)
     smooth = plant.without_dry_friction()
-    law = linear_view(replace(chosen, compensators=()).build(period))
+    law = linear_view(replace(spec, compensators=()).build(period))
     if law.input_labels != ["reference", "position"]:
-        raise InputError(f"{chosen.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
-    parts = [cast(Compensator, part.build(period)) for part in chosen.compensators]
+        raise InputError(f"{spec.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
+    parts = [cast(Compensator, part.build(period)) for part in spec.compensators]
 
     def over(name: str = "", value: float = 0.0, speed: float = SPEED, gains: Sequence[float] = (1.0,)) -> list[Any]:
         p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth

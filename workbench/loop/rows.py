@@ -65,26 +65,30 @@ def loop_setup(rig: Rig) -> LoopSetup:
     )
 
 
-def linear_loops(chosen: ControllerSpec, on: LoopSetup) -> LinearLoops:
+def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
     """A controller's loop, linearised at both operating points."""
-    period = on.rig.period.value
-    plant, controller = on.engine.plant, chosen.build(period)
-    points = (on.null_smooth, on.moving)
-    return LinearLoops(*(linear_loop(plant, point, controller, period, on.smooth) for point in points))
+    period = setup.rig.period.value
+    plant, controller = setup.engine.plant, spec.build(period)
+    points = (setup.null_smooth, setup.moving)
+    return LinearLoops(*(linear_loop(plant, point, controller, period, setup.smooth) for point in points))
 
 
 def play(
-    chosen: ControllerSpec, wanted: Scenario, on: LoopSetup, start: Equilibrium | None = None, seed: int | None = None
+    spec: ControllerSpec,
+    scenario: Scenario,
+    setup: LoopSetup,
+    start: Equilibrium | None = None,
+    seed: int | None = None,
 ) -> LoopRun:
     """A controller in a scenario from an operating point, at null where none is given; `seed` is that of the noise."""
-    period, start = on.rig.period.value, on.null if start is None else start
-    level = float(on.engine.observe(start.x, start.u)[on.engine.plant.output(wanted.signal)])
-    t = np.arange(round(wanted.duration / period) + 1) * period
-    loop = SampledLoop(on.engine, on.rig, chosen.build(period), start, seed)
-    return loop.run(level + wanted.reference(t), wanted.inputs(t))
+    period, start = setup.rig.period.value, setup.null if start is None else start
+    level = float(setup.engine.observe(start.x, start.u)[setup.engine.plant.output(scenario.signal)])
+    t = np.arange(round(scenario.duration / period) + 1) * period
+    loop = SampledLoop(setup.engine, setup.rig, spec.build(period), start, seed)
+    return loop.run(level + scenario.reference(t), scenario.inputs(t))
 
 
-def row(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup, run: LoopRun, loops: LinearLoops) -> dict[str, Any]:
+def row(spec: ControllerSpec, scenario: Scenario, setup: LoopSetup, run: LoopRun, loops: LinearLoops) -> dict[str, Any]:
     """One row of metrics.json: SI but for what its key says. Margins are the worse of the two operating points.
 
     Settling counts from where reference and far end stand. A sine has no numbers of a step, a ramp no rise.
@@ -92,14 +96,14 @@ def row(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup, run: LoopRun, l
     signals, t = run.record.signals, run.record.t
     command, closed, f = signals["command"], loops.null.closed, loops.null.f
     return {
-        "controller": chosen.name,
-        "rig": on.rig.name,
-        "scenario": wanted.name,
-        **_course(wanted, run),
+        "controller": spec.name,
+        "rig": setup.rig.name,
+        "scenario": scenario.name,
+        **_step_numbers(scenario, run),
         "peak_command": float(np.abs(command).max()),
         "saturated_s": metrics.saturated_time(t, run.demanded, command),
         "cavitation_s": metrics.cavitation_time(t, signals["lowest_pressure"]),
-        "residual_oscillation": _residual(wanted, run),
+        "residual_oscillation": _residual(scenario, run),
         "stable": loops.stable,
         "tripped": run.tripped,
         "f3db_hz": None if closed is None else corner_frequency(f, gain_db(closed), -3.0),
@@ -111,23 +115,23 @@ def row(chosen: ControllerSpec, wanted: Scenario, on: LoopSetup, run: LoopRun, l
     }
 
 
-def _course(wanted: Scenario, run: LoopRun) -> dict[str, float | None]:
-    """How the controlled signal got to where it should be."""
-    t, y, asked = run.record.t, run.record.signals[wanted.signal], run.record.signals["reference"]
-    before, target = float(y[0]), float(y[0] + wanted.size)
-    there, stands = run.tripped is None, wanted.arrives
+def _step_numbers(scenario: Scenario, run: LoopRun) -> dict[str, float | None]:
+    """Step metrics of the controlled signal."""
+    t, y, asked = run.record.t, run.record.signals[scenario.signal], run.record.signals["reference"]
+    before, target = float(y[0]), float(y[0] + scenario.size)
+    there, stands = run.tripped is None, scenario.arrives
     late = np.flatnonzero(t >= (stands or 0.0) - 1e-9)
     return {
         "settling_s": metrics.settling_time(t[late], y[late], before, target) if there and stands is not None else None,
         "overshoot_percent": None if stands is None else metrics.overshoot(y, before, target),
-        "rise_s": metrics.rise_time(t, y, before, target) if wanted.is_step else None,
+        "rise_s": metrics.rise_time(t, y, before, target) if scenario.is_step else None,
         "steady_state_error": metrics.steady_state_error(t, y, target) if there and stands is not None else None,
         "iae": metrics.iae(t, y, asked) if there else None,
     }
 
 
-def _residual(wanted: Scenario, run: LoopRun) -> float | None:
-    if run.tripped is not None or wanted.arrives is None:
+def _residual(scenario: Scenario, run: LoopRun) -> float | None:
+    if run.tripped is not None or scenario.arrives is None:
         return None
-    y = run.record.signals[wanted.signal]
-    return metrics.residual_oscillation(run.record.t, y, float(y[0]), float(y[0] + wanted.size))
+    y = run.record.signals[scenario.signal]
+    return metrics.residual_oscillation(run.record.t, y, float(y[0]), float(y[0] + scenario.size))

@@ -11,34 +11,34 @@ from .margins import LinearLoop
 from .rows import LoopSetup
 
 
-def dynamic_stiffness(chosen: ControllerSpec, on: LoopSetup, f: np.ndarray) -> np.ndarray:
+def dynamic_stiffness(spec: ControllerSpec, setup: LoopSetup, f: np.ndarray) -> np.ndarray:
     """Disturbance force over the position that gives way to it [N/m], complex [k], at f [k] in Hz, at null.
 
     Of a stable loop, exact at the sampling instants: the plant answers the sine as it is, the controller in samples.
     """
-    period, plant = on.rig.period.value, on.engine.plant
-    controller = chosen.build(period)
+    period, plant = setup.rig.period.value, setup.engine.plant
+    controller = spec.build(period)
     names = tuple(dict.fromkeys((*controller.measures, "position")))
     z, count, i = np.exp(2j * np.pi * f * period), len(controller.measures), names.index("position")
-    commanded = sampled_response(sampled_plant(plant, on.null_smooth, period, names, on.smooth), z)[:, 0]
-    pushed = linear_plant(plant, on.null_smooth, ("disturbance",), names, on.smooth)
+    commanded = sampled_response(sampled_plant(plant, setup.null_smooth, period, names, setup.smooth), z)[:, 0]
+    pushed = linear_plant(plant, setup.null_smooth, ("disturbance",), names, setup.smooth)
     disturbed = pushed(2j * np.pi * f, squeeze=False)[:, 0]
     gains = sampled_response(linear_view(controller), z)[0, 1:]
     command = np.sum(gains * disturbed[:count], axis=0) / (1 - np.sum(gains * commanded[:count], axis=0))
     return -1 / (disturbed[i] + commanded[i] * command)  # a disturbance acts against positive motion
 
 
-def command_noise(chosen: ControllerSpec, on: LoopSetup, loop: LinearLoop) -> float | None:
+def command_noise(spec: ControllerSpec, setup: LoopSetup, loop: LinearLoop) -> float | None:
     """RMS of the command [1] at rest, from declared sensor noise and resolution; None for an unstable loop.
 
     White noise of a sample's variance over the band to the Nyquist frequency; a resolution q counts as q^2/12.
     """
     if loop.sensitivity is None:
         return None
-    period = on.rig.period.value
-    controller = chosen.build(period)
+    period = setup.rig.period.value
+    controller = spec.build(period)
     gains = sampled_response(linear_view(controller), np.exp(2j * np.pi * loop.f * period))[0, 1:]
-    sensors = [on.rig.sensors[name] for name in controller.measures]
+    sensors = [setup.rig.sensors[name] for name in controller.measures]
     variance = np.array([sensor.noise**2 + sensor.resolution**2 / 12 for sensor in sensors])
     density = 2 * period * variance @ np.abs(gains * loop.sensitivity) ** 2
     return float(np.sqrt(np.trapezoid(density, loop.f)))

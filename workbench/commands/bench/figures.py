@@ -21,16 +21,16 @@ _DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 _CLOSED_DB = (-3.0, -6.0)
 
 
-def time_responses(loop: BenchLoop, wanted: Scenario, rig: str, cells: Cells) -> Figure:
+def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, cells: Cells) -> Figure:
     """One scenario on one rig under every controller: controlled signal, command, pressure. A step as far as it tells.
 
     That is three times what the quickest controller needs; a longer course would hide all but the slowest.
     """
-    i = loop.scenarios.index(wanted)
+    i = loop.scenarios.index(scenario)
     settled = [cells[c.name, rig]["rows"][i]["settling_s"] for c in loop.controllers]
-    quickest = min((value for value in settled if value is not None), default=wanted.duration)
-    shown = max(_SHORTEST, 3 * quickest) if wanted.is_step else wanted.duration
-    chosen = {c.name: _until(shown, cells[c.name, rig]["courses"][wanted.name]) for c in loop.controllers}
+    quickest = min((value for value in settled if value is not None), default=scenario.duration)
+    shown = max(_SHORTEST, 3 * quickest) if scenario.is_step else scenario.duration
+    chosen = {c.name: _until(shown, cells[c.name, rig]["courses"][scenario.name]) for c in loop.controllers}
     first = next(iter(chosen.values()))
 
     def curves(name: str, unit: str, si: str) -> list[Curve]:
@@ -38,9 +38,9 @@ def time_responses(loop: BenchLoop, wanted: Scenario, rig: str, cells: Cells) ->
 
     signal, pressure = loop.signal, SIGNALS["pa"]
     reference = Curve("reference", first["t [s]"], from_si(first["reference"], signal.unit, signal.si), "dot")
-    note = "" if shown >= wanted.duration else f"The first {shown:.2g} s of {wanted.duration:g} s."
+    note = "" if shown >= scenario.duration else f"The first {shown:.2g} s of {scenario.duration:g} s."
     return Figure(
-        f"{wanted.name} on {rig}",
+        f"{scenario.name} on {rig}",
         "time [s]",
         [
             Panel(signal.label, [reference, *curves(signal.name, signal.unit, signal.si)]),
@@ -55,9 +55,9 @@ def _until(end: float, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
     return {name: column[columns["t [s]"] <= end] for name, column in columns.items()}
 
 
-def spread_scatter(loop: BenchLoop, wanted: Scenario, cells: Cells) -> Figure:
+def spread_scatter(loop: BenchLoop, scenario: Scenario, cells: Cells) -> Figure:
     """Overshoot against settling, a mark a rig: a robust controller's marks are close together."""
-    i = loop.scenarios.index(wanted)
+    i = loop.scenarios.index(scenario)
     curves = []
     for chosen in loop.controllers:
         rows = [cells[chosen.name, rig]["rows"][i] for rig in loop.rigs]
@@ -66,7 +66,7 @@ def spread_scatter(loop: BenchLoop, wanted: Scenario, cells: Cells) -> Figure:
         curves.append(Curve(chosen.name, at[:, 0], at[:, 1], "markers"))
     note = f"A mark for each of {', '.join(loop.rigs)}; none where a loop does not settle."
     panel = Panel("overshoot [%]", curves)
-    return Figure(f"{wanted.name}: spread", "settling [s]", [panel], log_x=True, note=note, height=420)
+    return Figure(f"{scenario.name}: spread", "settling [s]", [panel], log_x=True, note=note, height=420)
 
 
 def linear_figures(loop: BenchLoop, rig: str, cells: Cells) -> list[Figure]:

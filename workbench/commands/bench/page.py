@@ -25,9 +25,9 @@ def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
             Section(title, [_summary(loop, cells, metrics)]),
             Section(
                 f"{title}: courses on {first}",
-                [time_responses(loop, wanted, first, cells) for wanted in loop.scenarios],
+                [time_responses(loop, scenario, first, cells) for scenario in loop.scenarios],
             ),
-            Section(f"{title}: over the rigs", [spread_scatter(loop, wanted, cells) for wanted in _arriving(loop)]),
+            Section(f"{title}: over the rigs", [spread_scatter(loop, scenario, cells) for scenario in _arriving(loop)]),
             Section(f"{title}: linear, at null, on {first}", linear_figures(loop, first, cells)),
             Section(f"{title}: closed loop by stepped sine, on {first}", sine_figures(loop, cells)),
             Section(f"{title}: Nichols chart", [nichols(loop, first, cells)]),
@@ -42,42 +42,42 @@ def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
 def bench_picture(config: BenchConfig, cells: Cells) -> Figure:
     """The telling figure: the last step of the first loop on the first rig."""
     loop = config.loops[0]
-    steps = [wanted for wanted in loop.scenarios if wanted.is_step] or list(loop.scenarios)
+    steps = [scenario for scenario in loop.scenarios if scenario.is_step] or list(loop.scenarios)
     return time_responses(loop, steps[-1], loop.rigs[0], cells)
 
 
 def _arriving(loop: BenchLoop) -> list[Scenario]:
-    return [wanted for wanted in loop.scenarios if wanted.arrives is not None]
+    return [scenario for scenario in loop.scenarios if scenario.arrives is not None]
 
 
 def _verdict(config: BenchConfig, metrics: Metrics) -> str:
     """Who is quickest where it is slowest, in each scenario that ends; rigs on which nobody settles are said first."""
-    said = [_first(loop, wanted, metrics) for loop in config.loops for wanted in _arriving(loop)]
+    said = [_first(loop, scenario, metrics) for loop in config.loops for scenario in _arriving(loop)]
     return " ".join(said) or "No scenario ends, so nothing settles."
 
 
-def _first(loop: BenchLoop, wanted: Scenario, metrics: Metrics) -> str:
-    rows = [row for row in metrics["rows"] if row["scenario"] == wanted.name and row["stable"]]
+def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
+    rows = [row for row in metrics["rows"] if row["scenario"] == scenario.name and row["stable"]]
     settled = {(row["controller"], row["rig"]): row for row in rows if row["settling_s"] is not None}
     never = [rig for rig in loop.rigs if not any((c.name, rig) in settled for c in loop.controllers)]
     rigs = [rig for rig in loop.rigs if rig not in never]
     able = [c.name for c in loop.controllers if rigs and all((c.name, rig) in settled for rig in rigs)]
     nobody = f"on {', '.join(never)} no controller settles; " if never else ""
     if not able:
-        return f"{wanted.name}: {nobody or 'no controller settles on every rig; '}".rstrip("; ") + "."
+        return f"{scenario.name}: {nobody or 'no controller settles on every rig; '}".rstrip("; ") + "."
     worst = {name: max(settled[name, rig]["settling_s"] for rig in rigs) for name in able}
     best = min(worst, key=lambda name: worst[name])
     most = max(settled[best, rig]["overshoot_percent"] for rig in rigs)
     where = "on every other rig" if never else "on every rig"
     return (
-        f"{wanted.name}: {nobody}{best} is settled {where} first, by {worst[best]:.3g} s, with {most:.1f} % overshoot "
-        "at most."
+        f"{scenario.name}: {nobody}{best} is settled {where} first, by {worst[best]:.3g} s, with {most:.1f} % "
+        "overshoot at most."
     )
 
 
 def _summary(loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
     """One line a controller."""
-    lines = [_line(loop, chosen.name, cells, metrics) for chosen in loop.controllers]
+    lines = [_line(loop, controller.name, cells, metrics) for controller in loop.controllers]
     best: dict[str, Best] = {
         name: "max" if name.startswith(("gain margin", "stiffness")) else "min" for name in list(lines[0])[1:]
     }
@@ -95,17 +95,17 @@ def _summary(loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
 def _line(loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[str, Any]:
     first = cells[name, loop.rigs[0]]
     line: dict[str, Any] = {"controller": name}
-    for wanted, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
-        over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, wanted.name))
-        if wanted.arrives is not None:
+    for scenario, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
+        over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, scenario.name))
+        if scenario.arrives is not None:
             line |= {
-                f"{wanted.name}: settling [s]": row["settling_s"],
-                f"{wanted.name}: worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
-                f"{wanted.name}: overshoot [%]": row["overshoot_percent"],
-                f"{wanted.name}: worst overshoot [%]": over["overshoot_percent_most"],
+                f"{scenario.name}: settling [s]": row["settling_s"],
+                f"{scenario.name}: worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
+                f"{scenario.name}: overshoot [%]": row["overshoot_percent"],
+                f"{scenario.name}: worst overshoot [%]": over["overshoot_percent_most"],
             }
-        line[f"{wanted.name}: IAE [{loop.signal.unit} s]"] = _shown(row["iae"], loop)
-        line[f"{wanted.name}: energy [J]"] = energy["beyond_rest_j"]
+        line[f"{scenario.name}: IAE [{loop.signal.unit} s]"] = _shown(row["iae"], loop)
+        line[f"{scenario.name}: energy [J]"] = energy["beyond_rest_j"]
     worst = [cells[name, rig]["rows"][0]["ms"] for rig in loop.rigs]
     rms, size = first["noise"]["command_rms"], first["stiffness"]
     timing = metrics["timing"][name]
@@ -122,7 +122,7 @@ def _line(loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[st
 
 def _delayed(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     """What declared computing delays cost, and what it is worth to expect them; how often a solver did not arrive."""
-    names = {chosen.name for chosen in loop.controllers}
+    names = {controller.name for controller in loop.controllers}
     kept = ("settling_s", "overshoot_percent", "iae", "gain_margin_db", "ms")
     found = []
     if late := [row for row in metrics["delayed"] if row["controller"] in names]:
@@ -144,7 +144,7 @@ def _delayed(loop: BenchLoop, metrics: Metrics) -> list[Table]:
 
 def _every(loop: BenchLoop, metrics: Metrics) -> Table:
     """Every row of metrics.json of this loop."""
-    names = {chosen.name for chosen in loop.controllers}
+    names = {controller.name for controller in loop.controllers}
     rows = [row for row in metrics["rows"] if row["controller"] in names]
     kept = ("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "iae", "peak_command")
     kept += ("saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz", "peak_db")
