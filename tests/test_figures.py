@@ -12,9 +12,20 @@ import figures  # noqa: E402
 PAGES = "\n\n".join((ROOT / page).read_text() for page in figures.PAGES)
 
 
-@pytest.mark.parametrize("command", ["jackbench run experiments/paper.toml", "jackbench residual experiments/sample"])
+QUICK = [
+    "jackbench run experiments/paper.toml",
+    "jackbench residual experiments/sample",
+    "jackbench run experiments/position_step.toml",
+    "jackbench run experiments/force_step.toml",
+    "jackbench spread experiments/position_crone.toml",
+]
+
+
+@pytest.mark.parametrize("command", QUICK)
 def test_the_quick_figures_are_what_the_commands_give(command):
-    assert command in {claim[0] for claim in figures.claims(PAGES)}
+    assert command in {claim[0] for claim in figures.claims(PAGES)} | {
+        block[0] for block in figures.PRINTED.findall(PAGES)
+    }
     assert not list(figures.misprints(PAGES, command))
 
 
@@ -28,3 +39,20 @@ def test_a_wrong_figure_is_found(monkeypatch):
     printed = "    $ jackbench x\n    ...\n    chi2 is {}.\n"
     assert not list(figures.misprints(printed.format("453.4")))
     assert len(list(figures.misprints(printed.format("341")))) == 1
+
+
+def test_a_table_is_held_row_by_row_in_its_order(monkeypatch):
+    rows = [{"id": "a", "at": "x", "s": 0.12, "mm": 3.0}, {"id": "a", "at": "y", "s": 0.2, "mm": 4.0}]
+    rows += [{"id": "b", "at": "x", "s": None, "mm": 1.0}, {"id": "b", "at": "y", "s": 0.1, "mm": 2.0}]
+    monkeypatch.setattr(figures, "done", lambda _: ("", {"rows": rows}))
+    paths = "rows[id={row},at=x|y].s rows[id={row},at=x].mm*1e3"
+    held = f"<!-- held: jackbench x: {paths} -->\n| id | s, um |\n|---|---|\n| a | CELLS |\n| b | never, 1000 |\n\n"
+    assert not list(figures.misprints(held.replace("CELLS", "0.20 s, 3000")))
+    for wrong in ("0.12 s, 3000", "3000, 0.20 s", "never, 3000"):
+        assert len(list(figures.misprints(held.replace("CELLS", wrong)))) == 1
+
+
+def test_a_table_of_numbers_that_no_command_holds_is_refused():
+    table = "## {}\n\n| a | b |\n|---|---|\n| x | 1.25 |\n\n"
+    assert len(list(figures.unheld(table.format("New")))) == 1
+    assert not list(figures.unheld(table.format(next(iter(figures.NOT_HELD)))))
