@@ -58,6 +58,18 @@ def assert_html(text):
 # --- the snippet of the map
 
 
+def test_the_lines_of_the_readme_run(loop):
+    """As written there, but for the search and the trace, which take a minute and are tested with fewer designs."""
+    text = (ROOT / "README.md").read_text()
+    lines = text[text.index("    import workbench as wb\n") :].partition("\n\n")[0].splitlines()
+    slow = [line for line in lines if "wb.tune" in line or "wb.trace" in line]
+    assert len(slow) == 2
+    names = {}
+    exec("\n".join(line.strip() for line in lines if line not in slow), names)
+    assert repr(names["loop"]) == repr(loop)
+    compile("\n".join(line.strip() for line in slow), "README.md", "exec")
+
+
 def test_a_step_has_signals_metrics_and_a_figure(step):
     assert step["position"][-1] == pytest.approx(0.01, abs=1e-5)
     assert step.t.shape == step["position"].shape
