@@ -6,6 +6,8 @@ import numpy as np
 
 from .step_metrics import LAST
 
+_SUSTAINED = 0.8  # of the swing before: an oscillation that stays
+
 
 @dataclass(frozen=True)
 class StepLanes:
@@ -34,10 +36,12 @@ def step_lanes(period: float, y: np.ndarray, before: np.ndarray, size: float, ba
 def hunting_lanes(period: float, y: np.ndarray, size: float, share: float) -> np.ndarray:
     """Which lanes of y [lanes, k], without noise, swing by more than `share` of the step in the last 0.3 s: bool.
 
-    About a parabola, so that a slow loop that is still on its way does not count.
+    About a parabola, so that a slow loop that is still on its way does not count; and by four fifths of the 0.3 s
+    before at least, so that a mode that is dying away does not.
     """
-    k = y.shape[1]
-    return _ripple(y[:, np.arange(k) * period >= (k - 1) * period - LAST], 2) > share * abs(size)
+    last = round(LAST / period)
+    now, before = _ripple(y[:, -last:], 2), _ripple(y[:, -2 * last : -last], 2)
+    return (now > share * abs(size)) & (now > _SUSTAINED * before)
 
 
 def _ripple(y: np.ndarray, degree: int) -> np.ndarray:

@@ -52,18 +52,26 @@ def robustness_page(
 
 
 def _verdict(rows: list[dict[str, Any]]) -> str:
-    sound = [row for row in rows if not (row["unstable"] or row["tripped"] or row["hunting"])]
+    """Which controller settles on all plants and soonest; else which of those that settle fails on the fewest."""
+    settling = [row for row in rows if row["settling_p99_s"] is not None]
+    if not settling:
+        return "No controller settles on 99 % of the plants within the time that is watched."
+    sound = [row for row in settling if not _failing(row)]
     if not sound:
-        least = min(rows, key=lambda row: row["unstable"] + row["tripped"] + row["hunting"])
-        bad = least["unstable"] + least["tripped"] + least["hunting"]
-        return (
-            f"No controller holds on all plants; {least['controller']} fails on the fewest, {bad} of {least['plants']}."
-        )
-    best = min(sound, key=lambda row: row["settling_p99_s"] or np.inf)
-    return (
-        f"{best['controller']} holds on all {best['plants']} plants and settles 99 % of them within "
-        f"{best['settling_p99_s']:.3g} s, Ms {best['ms_worst']:.3g} at worst."
-    )
+        least = min(settling, key=_failing)
+        return f"No controller that settles holds on all plants; {_answer(least)}, and fails on the fewest."
+    best = min(sound, key=lambda row: row["settling_p99_s"])
+    return f"{_answer(best)}, Ms {best['ms_worst']:.3g} at worst."
+
+
+def _failing(row: dict[str, Any]) -> int:
+    return row["unstable"] + row["tripped"] + row["hunting"]
+
+
+def _answer(row: dict[str, Any]) -> str:
+    bad = ", ".join(f"{row[key]} {key}" for key in ("unstable", "tripped", "hunting") if row[key])
+    holds = f"{bad} of {row['plants']}" if bad else f"holds on all {row['plants']}"
+    return f"{row['controller']}: {holds}, 99 % settled within {row['settling_p99_s']:.3g} s"
 
 
 def robustness_figure(lanes: Mapping[str, Any]) -> Figure:
@@ -85,7 +93,11 @@ def _over_stroke(lanes: Mapping[str, Any], draw: PlantDraw) -> Figure:
     for name, columns in lanes.items():
         worst = np.array([np.max(columns["ms"][place == i], initial=0.0) for i in range(20)])
         curves.append(Curve(name, middle, np.where(worst > 0, worst, np.nan)))
-    return Figure("Largest Ms by position; a gap: unstable somewhere", "position [mm]", (Panel("Ms", tuple(curves)),))
+    return Figure(
+        "Largest Ms by position; a gap: unstable somewhere",
+        "position [mm]",
+        (Panel("Ms", tuple(curves), y_range=(1.0, 10.0)),),
+    )
 
 
 def _worst(rows: list[dict[str, Any]]) -> Table:
