@@ -72,9 +72,10 @@ def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices
 
 
 def hold_matrices(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """What the state becomes after `seconds`: of itself, and of an input held over them."""
+    """What states become after `seconds`: of themselves A [.., n, n], and of inputs B [.., n, m] held over them."""
     from scipy.linalg import expm
 
-    n = len(a)
-    both = expm(seconds * np.block([[a, b], [np.zeros((b.shape[1], n + b.shape[1]))]]))
-    return both[:n, :n], both[:n, n:]
+    n, m = b.shape[-2:]
+    both = np.concatenate((a, b), axis=-1)
+    both = expm(seconds * np.concatenate((both, np.zeros((*both.shape[:-2], m, n + m))), axis=-2))
+    return both[..., :n, :n], both[..., :n, n:]

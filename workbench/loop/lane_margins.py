@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import expm
 
 from ..control.linear_law import LinearLaw
 from ..engine import periods
 from ..linear.equilibria import Equilibria, slopes
+from ..linear.sampling import hold_matrices
 from ..plant import Plant
 
 _LOWEST, _POINTS = 0.05, 400  # Hz, frequencies up to Nyquist's
@@ -108,10 +108,10 @@ def _sampled(
     a, b, c, d = slopes(plant, points.x, points.u, p)
     rows = [plant.output(name) for name in measures]
     b, c, d = b[:, :, :1], c[:, rows], d[:, rows, :1]
-    after, newer = _held(a, b, (1 - part) * period)
+    after, newer = hold_matrices(a, b, (1 - part) * period)
     if not part:
         return after, newer, c, d
-    before, older = _held(a, b, part * period)
+    before, older = hold_matrices(a, b, part * period)
     ahead = np.concatenate((after @ before, after @ older), axis=2)  # the command before is a further state
     ahead = np.pad(ahead, ((0, 0), (0, 1), (0, 0)))
     newer = np.pad(newer, ((0, 0), (0, 1), (0, 0)))
@@ -131,15 +131,6 @@ def _behind(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, whole: i
     entering[:, n] = 1.0
     leaving = np.concatenate((c, np.zeros((*c.shape[:2], whole - 1)), d), axis=2)
     return ahead, entering, leaving, np.zeros_like(d)
-
-
-def _held(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """The states after `seconds`, of themselves and of a held input, in lanes."""
-    n = a.shape[1]
-    both = np.zeros((len(a), n + 1, n + 1))
-    both[:, :n] = np.concatenate((a, b), axis=2) * seconds
-    ahead = expm(both)
-    return ahead[:, :n, :n], ahead[:, :n, n:]
 
 
 def _closed(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, law: LinearLaw) -> np.ndarray:
