@@ -32,7 +32,7 @@ def quiet() -> Campaign:
 
 
 def narrowed() -> Rig:
-    """Two of its numbers that the records can not find: an end stop that is never reached, a gain out of range."""
+    """Two of its numbers that the records cannot find: an end stop that is never reached, a gain out of range."""
     numbers = dict(RIG.numbers)
     numbers["ke"] = replace(numbers["ke"], low=5e6, high=2e7)
     numbers["K3"] = replace(numbers["K3"], low=5e-5, high=6e-5)

@@ -231,7 +231,7 @@ def test_a_closed_loop_point_that_trips_is_not_a_number(rig, engine, rest):
 
 
 def test_a_closed_loop_point_is_flagged_where_the_drive_has_no_more_current(rig):
-    """The guard lets every command pass; a drive with a tenth of its rated current can not follow the large one."""
+    """The guard lets every command pass; a drive with a tenth of its rated current cannot follow the large one."""
     weak = rig.with_values(isat=0.1)
     plant = build(weak)
     at, drive = equilibrium(plant), Engine(plant)

@@ -1,4 +1,4 @@
-"""Traces that are killed and go on, and input that can not be traced."""
+"""Traces that are killed and go on, and input that cannot be traced."""
 
 import json
 import os
@@ -87,7 +87,7 @@ def still(name: str, signals: dict[str, float], seconds: float = 2.0) -> Record:
 
 
 def bad(what: str):
-    """A campaign that can not be traced, and words that say why."""
+    """A campaign that cannot be traced, and words that say why."""
     good = rubbing_campaign()
     mute = replace(good.train[0], signals={k: v for k, v in good.train[0].signals.items() if k != "command"})
     return {

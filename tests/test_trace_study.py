@@ -179,7 +179,7 @@ def test_a_plan_has_its_shares_and_every_name():
 
 
 def folders(root: Path, count: int) -> Path:
-    """Campaigns that are there already: some right, some wrong, one that can not be traced."""
+    """Campaigns that are there already: some right, some wrong, one that cannot be traced."""
     listed = [truth(id=f"c{k}", equation="force", formula=["coulomb"]) for k in range(count)]
     for one in listed:
         (root / one["id"]).mkdir(parents=True)

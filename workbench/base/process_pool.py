@@ -47,17 +47,17 @@ def process_pool(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[Pr
         lock = Lock()
 
         def run(items: Mapping[str, A], stage: Stage, done: Callable[[B], None]) -> list[B]:
-            def told(found: B) -> None:
+            def report(result: B) -> None:
                 with lock:
-                    done(found)
+                    done(result)
 
             def work(item: A) -> B:
                 return pool.submit(_call, item).result()
 
             with ThreadPoolExecutor(jobs) as threads:  # each waits for one worker, and stores what it did
-                waiting = [threads.submit(_in_turn, {name: item}, work, stage, told) for name, item in items.items()]
+                waiting = [threads.submit(_in_turn, {name: item}, work, stage, report) for name, item in items.items()]
                 try:
-                    return [found for one in waiting for found in one.result()]
+                    return [result for future in waiting for result in future.result()]
                 finally:
                     threads.shutdown(wait=False, cancel_futures=True)
 
@@ -68,11 +68,11 @@ def process_pool(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[Pr
 
 
 def _in_turn(items: Mapping[str, A], work: Callable[[A], B], stage: Stage, done: Callable[[B], None]) -> list[B]:
-    found = []
+    results = []
     for name, item in items.items():
-        found.append(stage(name, lambda item=item: work(item)))
-        done(found[-1])
-    return found
+        results.append(stage(name, lambda item=item: work(item)))
+        done(results[-1])
+    return results
 
 
 def _begin(make: Callable[[], Callable[[Any], Any]]) -> None:

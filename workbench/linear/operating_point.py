@@ -58,7 +58,7 @@ def equilibrium(
     worst = int(np.argmax(np.abs(residual)))
     if abs(residual[worst]) > 1e-7:
         name = plant.states[solve.balanced[worst]].name
-        raise InputError(f"{plant.name}: no equilibrium there, {name}' can not be brought to zero; ask for less")
+        raise InputError(f"{plant.name}: no equilibrium there, {name}' cannot be brought to zero; ask for less")
     x, u = solve.unpack(best.x)
     return Equilibrium(x, u, float(x[names.index("v")]) if jack else 0.0)
 

@@ -20,7 +20,7 @@ RIG_SET = (*_FACTORS, *_STIFFNESSES)
 def variation(rig: Rig, name: str) -> Rig:
     """The rig that `name` of RIG_SET makes of a nominal one, under its name: a factor on a number, or a specimen [N/m].
 
-    Raises InputError for an unknown name, with the nearest known one, and for a number that the rig can not have.
+    Raises InputError for an unknown name, with the nearest known one, and for a number that the rig cannot have.
     """
     if name not in RIG_SET:
         raise InputError(f'no rig "{name}" in the set; {nearest(name, RIG_SET)}')

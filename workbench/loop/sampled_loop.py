@@ -128,7 +128,7 @@ class SampledLoop:
         return cast(float, demanded)
 
     def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
-        """Go on by one period with the commands that arrive in it; False, unmoved, where that can not be simulated."""
+        """Go on by one period with the commands that arrive in it; False, unmoved, where that cannot be simulated."""
         x = self._x
         for self._held[0], share in arriving:
             after = self._engine.advance(x, self._held, share * self._period)

@@ -90,7 +90,7 @@ def _section(section: Section, index: int, look: Mapping[str, Look]) -> str:
 def _figure(figure: Figure, look: Mapping[str, Look]) -> str:
     thinned = f"Drawn thinned to {DRAWN_POINTS} points a curve; every sample is in the *.parquet files."
     note = " ".join(filter(None, (figure.note, thinned if is_thinned(figure) else "")))
-    # "<" can not occur in JSON outside a string, where < means the same: no text can end the script element.
+    # "<" cannot occur in JSON outside a string, where < means the same: no text can end the script element.
     data = json.dumps(chart(figure, look), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
         f'<figure class="item">\n<h3>{escape(figure.title)}</h3>\n<div class="chart">\n'

@@ -1,5 +1,6 @@
-"""One controller on one rig of a bench: rows, courses, linear loop, stiffness, noise, energy and compute times."""
+"""One controller on one rig of a bench: rows, time responses, linear loop, stiffness, noise, energy, compute times."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -19,6 +20,7 @@ from ..common.bench_experiment import BenchLoop
 from ..common.sines import sines
 
 BenchmarkEntry = dict[str, Any]  # what a stage can store
+Entries = Mapping[tuple[str, str], BenchmarkEntry]  # by controller and rig
 STIFFNESS_HZ = np.geomspace(0.1, 100.0, 961)  # fine enough for a mode of damping 0.02
 
 
@@ -32,7 +34,7 @@ def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetu
     stiffness = np.abs(dynamic_stiffness(controller, setup, STIFFNESS_HZ)) if loops.null.stable else None
     return {
         "rows": [row(controller, scenario, setup, run, loops) for scenario, run in runs.values()],
-        "courses": {name: _course(scenario, run) for name, (scenario, run) in runs.items()},
+        "courses": {name: _time_response(scenario, run) for name, (scenario, run) in runs.items()},
         "linear": _linear(loops.null),
         "stiffness": stiffness,
         "sines": sines(controller, loop.signal, loop.bode, setup) if first else {},
@@ -55,8 +57,8 @@ def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetu
     }
 
 
-def _course(scenario: Scenario, run: LoopRun) -> dict[str, np.ndarray]:
-    """The columns of a course that are kept."""
+def _time_response(scenario: Scenario, run: LoopRun) -> dict[str, np.ndarray]:
+    """The columns of a run that are stored."""
     names = ("reference", scenario.signal, "command", "pa", "pb")
     return {"t [s]": run.record.t, **{name: run.record.signals[name] for name in names}}
 

@@ -1,4 +1,4 @@
-"""The figures of a bench: courses, clouds over the rigs, closed loop, sensitivity, Nichols chart, stiffness."""
+"""The figures of a bench: time responses, clouds over the rigs, closed loop, sensitivity, Nichols chart, stiffness."""
 
 from collections.abc import Mapping
 
@@ -11,9 +11,7 @@ from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Panel, bode
 from ..common.bench_experiment import BenchLoop
 from ..common.sines import closed_loop_figure
-from .entry import STIFFNESS_HZ, BenchmarkEntry
-
-Cells = Mapping[tuple[str, str], BenchmarkEntry]
+from .entry import STIFFNESS_HZ, Entries
 
 _SHOWN_HZ = (0.05, 100.0)
 _SHORTEST = 0.2  # s
@@ -21,20 +19,20 @@ _DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 _CLOSED_DB = (-3.0, -6.0)
 
 
-def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, cells: Cells) -> Figure:
+def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, entries: Entries) -> Figure:
     """One scenario on one rig under every controller: controlled signal, command, pressure. A step as far as it tells.
 
-    That is three times what the quickest controller needs; a longer course would hide all but the slowest.
+    That is three times what the quickest controller needs; a longer record would hide all but the slowest.
     """
     i = loop.scenarios.index(scenario)
-    settled = [cells[c.name, rig]["rows"][i]["settling_s"] for c in loop.controllers]
+    settled = [entries[c.name, rig]["rows"][i]["settling_s"] for c in loop.controllers]
     quickest = min((value for value in settled if value is not None), default=scenario.duration)
     shown = max(_SHORTEST, 3 * quickest) if scenario.is_step else scenario.duration
-    chosen = {c.name: _until(shown, cells[c.name, rig]["courses"][scenario.name]) for c in loop.controllers}
-    first = next(iter(chosen.values()))
+    responses = {c.name: _until(shown, entries[c.name, rig]["courses"][scenario.name]) for c in loop.controllers}
+    first = next(iter(responses.values()))
 
     def curves(name: str, unit: str, si: str) -> list[Curve]:
-        return [Curve(c, run["t [s]"], from_si(run[name], unit, si)) for c, run in chosen.items()]
+        return [Curve(c, run["t [s]"], from_si(run[name], unit, si)) for c, run in responses.items()]
 
     signal, pressure = loop.signal, SIGNALS["pa"]
     reference = Curve("reference", first["t [s]"], from_si(first["reference"], signal.unit, signal.si), "dot")
@@ -55,55 +53,55 @@ def _until(end: float, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
     return {name: column[columns["t [s]"] <= end] for name, column in columns.items()}
 
 
-def spread_scatter(loop: BenchLoop, scenario: Scenario, cells: Cells) -> Figure:
+def spread_scatter(loop: BenchLoop, scenario: Scenario, entries: Entries) -> Figure:
     """Overshoot against settling, a mark a rig: a robust controller's marks are close together."""
     i = loop.scenarios.index(scenario)
     curves = []
-    for chosen in loop.controllers:
-        rows = [cells[chosen.name, rig]["rows"][i] for rig in loop.rigs]
+    for controller in loop.controllers:
+        rows = [entries[controller.name, rig]["rows"][i] for rig in loop.rigs]
         settled = [row for row in rows if row["settling_s"] is not None]
         at = np.array([[row["settling_s"], row["overshoot_percent"]] for row in settled]).reshape(-1, 2)
-        curves.append(Curve(chosen.name, at[:, 0], at[:, 1], "markers"))
+        curves.append(Curve(controller.name, at[:, 0], at[:, 1], "markers"))
     note = f"A mark for each of {', '.join(loop.rigs)}; none where a loop does not settle."
     panel = Panel("overshoot [%]", curves)
     return Figure(f"{scenario.name}: spread", "settling [s]", [panel], log_x=True, note=note, height=420)
 
 
-def linear_figures(loop: BenchLoop, rig: str, cells: Cells) -> list[Figure]:
+def linear_figures(loop: BenchLoop, rig: str, entries: Entries) -> list[Figure]:
     """Bode plot of the closed loops, and their sensitivity; an unstable loop has neither."""
-    there = _linear(loop, rig, cells)
+    there = _linear(loop, rig, entries)
     closed, sensitivity = [], []
     for name, columns in there.items():
         f = columns["f_hz"]
-        seen = (f > _SHOWN_HZ[0]) & (f < _SHOWN_HZ[1])
-        closed.append(FrequencyCurve(name, f[seen], _complex(columns, "closed")[seen]))
-        sensitivity.append(Curve(name, f[seen], gain_db(_complex(columns, "sensitivity")[seen])))
+        shown = (f > _SHOWN_HZ[0]) & (f < _SHOWN_HZ[1])
+        closed.append(FrequencyCurve(name, f[shown], _complex(columns, "closed")[shown]))
+        sensitivity.append(Curve(name, f[shown], gain_db(_complex(columns, "sensitivity")[shown])))
     panel = Panel("|S| [dB]", sensitivity)
     return [bode("Closed loop", closed), Figure("Sensitivity", "frequency [Hz]", [panel], log_x=True)] if there else []
 
 
-def sine_figures(loop: BenchLoop, cells: Cells) -> list[Figure]:
+def sine_figures(loop: BenchLoop, entries: Entries) -> list[Figure]:
     """For each controller on the first rig: the linear closed loop, and what sines of several sizes find."""
-    linear, rig = _linear(loop, loop.rigs[0], cells), loop.rigs[0]
-    found = []
-    for chosen in loop.controllers:
+    linear, rig = _linear(loop, loop.rigs[0], entries), loop.rigs[0]
+    figures = []
+    for controller in loop.controllers:
         dashed = []
-        if columns := linear.get(chosen.name):
-            seen = (columns["f_hz"] > _SHOWN_HZ[0]) & (columns["f_hz"] < _SHOWN_HZ[1])
+        if columns := linear.get(controller.name):
+            shown = (columns["f_hz"] > _SHOWN_HZ[0]) & (columns["f_hz"] < _SHOWN_HZ[1])
             dashed.append(
-                FrequencyCurve("linear, null", columns["f_hz"][seen], _complex(columns, "closed")[seen], "dash")
+                FrequencyCurve("linear, null", columns["f_hz"][shown], _complex(columns, "closed")[shown], "dash")
             )
-        found.append(closed_loop_figure(chosen.name, dashed, cells[chosen.name, rig]["sines"]))
-    return found
+        figures.append(closed_loop_figure(controller.name, dashed, entries[controller.name, rig]["sines"]))
+    return figures
 
 
-def nichols(loop: BenchLoop, rig: str, cells: Cells) -> Figure:
+def nichols(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
     """Open loops at the command over contours of constant closed-loop gain, some named by the damping of their peak."""
     curves = [
         _contour(f"damping {zeta:g}", -20 * np.log10(2 * zeta * np.sqrt(1 - zeta**2)), "dot") for zeta in _DAMPINGS
     ]
     curves += [_contour(f"{level:g} dB", level, "dash") for level in _CLOSED_DB]
-    for name, columns in _linear(loop, rig, cells).items():
+    for name, columns in _linear(loop, rig, entries).items():
         f = columns["f_hz"]
         curves.append(_on_chart(name, _complex(columns, "open")[f > _SHOWN_HZ[0]]))
     note = (
@@ -114,10 +112,10 @@ def nichols(loop: BenchLoop, rig: str, cells: Cells) -> Figure:
     return Figure(f"Nichols chart on {rig}", "open-loop phase [deg]", [panel], note=note, height=560)
 
 
-def stiffness_figure(loop: BenchLoop, rig: str, cells: Cells) -> Figure:
+def stiffness_figure(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
     """Disturbance force over position, linear, at null."""
-    found = {c.name: cells[c.name, rig]["stiffness"] for c in loop.controllers}
-    curves = [Curve(name, STIFFNESS_HZ, size / 1e6) for name, size in found.items() if size is not None]
+    stiffness = {c.name: entries[c.name, rig]["stiffness"] for c in loop.controllers}
+    curves = [Curve(name, STIFFNESS_HZ, size / 1e6) for name, size in stiffness.items() if size is not None]
     panel = Panel("dynamic stiffness [kN/mm]", curves, log_y=True)
     return Figure(f"Dynamic stiffness on {rig}", "frequency [Hz]", [panel], log_x=True)
 
@@ -137,10 +135,10 @@ def _on_chart(name: str, loop: np.ndarray) -> Curve:
     return Curve(name, phase, gain)
 
 
-def _linear(loop: BenchLoop, rig: str, cells: Cells) -> dict[str, dict[str, np.ndarray]]:
+def _linear(loop: BenchLoop, rig: str, entries: Entries) -> dict[str, dict[str, np.ndarray]]:
     """Columns of the stable linear loops."""
-    found = {c.name: cells[c.name, rig]["linear"] for c in loop.controllers}
-    return {name: columns for name, columns in found.items() if columns is not None}
+    responses = {c.name: entries[c.name, rig]["linear"] for c in loop.controllers}
+    return {name: columns for name, columns in responses.items() if columns is not None}
 
 
 def _complex(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:

@@ -7,31 +7,32 @@ from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from ..common.bench_experiment import BenchConfig, BenchLoop
-from .entry import BenchmarkEntry
+from .entry import Entries
 from .figures import linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
 
-Cells = Mapping[tuple[str, str], BenchmarkEntry]
 Metrics = Mapping[str, Any]
 Best = Literal["min", "max"]
 
 
-def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
+def bench_page(config: BenchConfig, entries: Entries, metrics: Metrics) -> Page:
     """The report, from what a bench stored by controller and rig, and its metrics."""
     sections = []
     for loop in config.loops:
         title = f"{loop.signal.name.capitalize()} loops"
         first = loop.rigs[0]
         sections += [
-            Section(title, [_summary(loop, cells, metrics)]),
+            Section(title, [_summary(loop, entries, metrics)]),
             Section(
-                f"{title}: courses on {first}",
-                [time_responses(loop, scenario, first, cells) for scenario in loop.scenarios],
+                f"{title}: time responses on {first}",
+                [time_responses(loop, scenario, first, entries) for scenario in loop.scenarios],
             ),
-            Section(f"{title}: over the rigs", [spread_scatter(loop, scenario, cells) for scenario in _arriving(loop)]),
-            Section(f"{title}: linear, at null, on {first}", linear_figures(loop, first, cells)),
-            Section(f"{title}: closed loop by stepped sine, on {first}", sine_figures(loop, cells)),
-            Section(f"{title}: Nichols chart", [nichols(loop, first, cells)]),
-            Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, cells) for name in loop.rigs]),
+            Section(
+                f"{title}: over the rigs", [spread_scatter(loop, scenario, entries) for scenario in _arriving(loop)]
+            ),
+            Section(f"{title}: linear, at null, on {first}", linear_figures(loop, first, entries)),
+            Section(f"{title}: closed loop by stepped sine, on {first}", sine_figures(loop, entries)),
+            Section(f"{title}: Nichols chart", [nichols(loop, first, entries)]),
+            Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, entries) for name in loop.rigs]),
             Section(f"{title}: with computing delays", _delayed(loop, metrics)),
             Section(f"{title}: every row", [_every(loop, metrics)]),
         ]
@@ -39,11 +40,11 @@ def bench_page(config: BenchConfig, cells: Cells, metrics: Metrics) -> Page:
     return Page(f"Bench on {config.rig.name}", _verdict(config, metrics), sections)
 
 
-def bench_picture(config: BenchConfig, cells: Cells) -> Figure:
+def bench_picture(config: BenchConfig, entries: Entries) -> Figure:
     """The telling figure: the last step of the first loop on the first rig."""
     loop = config.loops[0]
     steps = [scenario for scenario in loop.scenarios if scenario.is_step] or list(loop.scenarios)
-    return time_responses(loop, steps[-1], loop.rigs[0], cells)
+    return time_responses(loop, steps[-1], loop.rigs[0], entries)
 
 
 def _arriving(loop: BenchLoop) -> list[Scenario]:
@@ -75,9 +76,9 @@ def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
     )
 
 
-def _summary(loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
+def _summary(loop: BenchLoop, entries: Entries, metrics: Metrics) -> Table:
     """One line a controller."""
-    lines = [_line(loop, controller.name, cells, metrics) for controller in loop.controllers]
+    lines = [_line(loop, controller.name, entries, metrics) for controller in loop.controllers]
     best: dict[str, Best] = {
         name: "max" if name.startswith(("gain margin", "stiffness")) else "min" for name in list(lines[0])[1:]
     }
@@ -92,8 +93,8 @@ def _summary(loop: BenchLoop, cells: Cells, metrics: Metrics) -> Table:
     )
 
 
-def _line(loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[str, Any]:
-    first = cells[name, loop.rigs[0]]
+def _line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -> dict[str, Any]:
+    first = entries[name, loop.rigs[0]]
     line: dict[str, Any] = {"controller": name}
     for scenario, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
         over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, scenario.name))
@@ -106,7 +107,7 @@ def _line(loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[st
             }
         line[f"{scenario.name}: IAE [{loop.signal.unit} s]"] = _shown(row["iae"], loop)
         line[f"{scenario.name}: energy [J]"] = energy["beyond_rest_j"]
-    worst = [cells[name, rig]["rows"][0]["ms"] for rig in loop.rigs]
+    worst = [entries[name, rig]["rows"][0]["ms"] for rig in loop.rigs]
     rms, size = first["noise"]["command_rms"], first["stiffness"]
     timing = metrics["timing"][name]
     return line | {
@@ -123,34 +124,34 @@ def _line(loop: BenchLoop, name: str, cells: Cells, metrics: Metrics) -> dict[st
 def _delayed(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     """What declared computing delays cost, and what it is worth to expect them; how often a solver did not arrive."""
     names = {controller.name for controller in loop.controllers}
-    kept = ("settling_s", "overshoot_percent", "iae", "gain_margin_db", "ms")
-    found = []
+    keys = ("settling_s", "overshoot_percent", "iae", "gain_margin_db", "ms")
+    tables = []
     if late := [row for row in metrics["delayed"] if row["controller"] in names]:
         rows = []
         for row in late:
-            shown = [_shown(row[key], loop) if key == "iae" else row[key] for key in kept]
+            shown = [_shown(row[key], loop) if key == "iae" else row[key] for key in keys]
             expected = "expected" if row["expected"] else "not expected"
             rows.append([row["controller"], row["scenario"], row["computing_delay_s"] * 1e6, expected, *shown])
         heads = ["settling [s]", "overshoot [%]", f"IAE [{loop.signal.unit} s]", "gain margin [dB]", "Ms [1]"]
         note = f"On {loop.rigs[0]}. Expected: the controller's model has the delay in it."
         heads = ["controller", "scenario", "delay [us]", "by the controller", *heads]
-        found.append(Table("With the computing delay", heads, rows, note=note))
-    if solved := [one for one in metrics["fallbacks"] if one["controller"] in names]:
-        rows = [[one[key] for key in ("controller", "rig", "scenario", "samples", "fallbacks")] for one in solved]
+        tables.append(Table("With the computing delay", heads, rows, note=note))
+    if solved := [row for row in metrics["fallbacks"] if row["controller"] in names]:
+        rows = [[row[key] for key in ("controller", "rig", "scenario", "samples", "fallbacks")] for row in solved]
         note = "Samples in which the solver did not arrive within its iterations, and the plan before went on."
-        found.append(Table("Fallbacks", ["controller", "rig", "scenario", "samples", "fallbacks"], rows, note=note))
-    return found
+        tables.append(Table("Fallbacks", ["controller", "rig", "scenario", "samples", "fallbacks"], rows, note=note))
+    return tables
 
 
 def _every(loop: BenchLoop, metrics: Metrics) -> Table:
     """Every row of metrics.json of this loop."""
     names = {controller.name for controller in loop.controllers}
     rows = [row for row in metrics["rows"] if row["controller"] in names]
-    kept = ("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "iae", "peak_command")
-    kept += ("saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz", "peak_db")
-    kept += ("gain_margin_db", "phase_margin_deg", "ms")
-    shown = [[_shown(row[key], loop) if key == "iae" else row[key] for key in kept] for row in rows]
-    heads = [f"iae [{loop.signal.unit} s]" if key == "iae" else key for key in kept]
+    keys = ("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "iae", "peak_command")
+    keys += ("saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz", "peak_db")
+    keys += ("gain_margin_db", "phase_margin_deg", "ms")
+    shown = [[_shown(row[key], loop) if key == "iae" else row[key] for key in keys] for row in rows]
+    heads = [f"iae [{loop.signal.unit} s]" if key == "iae" else key for key in keys]
     return Table("Every controller on every rig", heads, shown, note="The rows of metrics.json.")
 
 

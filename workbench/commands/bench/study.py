@@ -13,51 +13,50 @@ from ...loop.rig_variations import variation
 from ...loop.rows import LoopSetup, loop_setup
 from ..common.bench_experiment import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
-from .entry import STIFFNESS_HZ, BenchmarkEntry, benchmark_entry
+from .entry import STIFFNESS_HZ, BenchmarkEntry, Entries, benchmark_entry
 from .page import bench_page, bench_picture
 
-Cells = dict[tuple[str, str], BenchmarkEntry]  # by controller and rig
 _MARKS_HZ = (0.1, 1.0, 10.0, 100.0)
 
 
 def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
     """Every controller on every rig in every scenario of its signal, by `jobs` processes."""
     keys = [(i, c.name, rig) for i, loop in enumerate(config.loops) for rig in loop.rigs for c in loop.controllers]
-    with process_pool(jobs, partial(_cells, config)) as played:
+    with process_pool(jobs, partial(_benchmark, config)) as played:
         items = {f"{name} on {rig}": (i, name, rig) for i, name, rig in keys}
-        found = played(items, stage, lambda one: progress("{controller} on {rig}".format(**one["noise"])))
-    by_rig = {(name, rig): one for (_, name, rig), one in zip(keys, found, strict=True)}
-    cells: Cells = {
+        results = played(items, stage, lambda entry: progress("{controller} on {rig}".format(**entry["noise"])))
+    by_rig = {(name, rig): entry for (_, name, rig), entry in zip(keys, results, strict=True)}
+    entries: Entries = {
         (c.name, rig): by_rig[c.name, rig] for loop in config.loops for c in loop.controllers for rig in loop.rigs
     }
-    rows = [row for found in cells.values() for row in found["rows"]]
+    rows = [row for entry in entries.values() for row in entry["rows"]]
     metrics = {
         "rows": rows,
-        "stiffness": [_stiffness(key, found["stiffness"]) for key, found in cells.items()],
-        "noise": [found["noise"] for found in cells.values()],
-        "energy": [one for found in cells.values() for one in found["energy"]],
-        "moving_end": [one for found in cells.values() for one in found["moving"]],
+        "stiffness": [_stiffness(key, entry["stiffness"]) for key, entry in entries.items()],
+        "noise": [entry["noise"] for entry in entries.values()],
+        "energy": [row for entry in entries.values() for row in entry["energy"]],
+        "moving_end": [row for entry in entries.values() for row in entry["moving"]],
         "spread": spread_over_rigs(rows),
-        "delayed": [one for found in cells.values() for one in found["delayed"]],
-        "fallbacks": [one for found in cells.values() for one in found["fallbacks"]],
-        "timing": _timing(config, cells),
+        "delayed": [row for entry in entries.values() for row in entry["delayed"]],
+        "fallbacks": [row for entry in entries.values() for row in entry["fallbacks"]],
+        "timing": _timing(config, entries),
     }
-    page = bench_page(config, cells, metrics)
-    return Outcome(metrics, page, bench_picture(config, cells), _tables(cells))
+    page = bench_page(config, entries, metrics)
+    return Outcome(metrics, page, bench_picture(config, entries), _tables(entries))
 
 
-def _cells(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:
+def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:
     """The work of one process: a loop's number, a controller and a rig, which it builds once."""
 
     @cache
-    def on(i: int, rig: str) -> LoopSetup:
+    def setup(i: int, rig: str) -> LoopSetup:
         return loop_setup(variation(config.loops[i].rig, rig))
 
     def work(item: tuple[int, str, str]) -> BenchmarkEntry:
         i, name, rig = item
         loop = config.loops[i]
-        chosen = next(one for one in loop.controllers if one.name == name)
-        return benchmark_entry(chosen, loop, on(i, rig))
+        controller = next(spec for spec in loop.controllers if spec.name == name)
+        return benchmark_entry(controller, loop, setup(i, rig))
 
     return work
 
@@ -73,23 +72,23 @@ def _stiffness(key: tuple[str, str], size: np.ndarray | None) -> dict[str, Any]:
     return {**named, "least": size[least], "least_hz": STIFFNESS_HZ[least], **at}
 
 
-def _timing(config: BenchConfig, cells: Cells) -> dict[str, dict[str, float | int]]:
-    """What a controller computes in a sample, over all its courses."""
-    found = {}
-    for controller in dict.fromkeys(name for name, _ in cells):
-        spent = np.concatenate([one["solve_us"] for (name, _), one in cells.items() if name == controller])
-        found[controller] = summary(spent, config.rig.period.value)
-    return found
+def _timing(config: BenchConfig, entries: Entries) -> dict[str, dict[str, float | int]]:
+    """What a controller computes in a sample, over all its runs."""
+    timing = {}
+    for controller in dict.fromkeys(name for name, _ in entries):
+        spent = np.concatenate([entry["solve_us"] for (name, _), entry in entries.items() if name == controller])
+        timing[controller] = summary(spent, config.rig.period.value)
+    return timing
 
 
-def _tables(cells: Cells) -> dict[str, dict[str, np.ndarray]]:
+def _tables(entries: Entries) -> dict[str, dict[str, np.ndarray]]:
     tables = {}
-    for (controller, rig), found in cells.items():
+    for (controller, rig), entry in entries.items():
         end = f"{controller}-{rig}"
-        tables |= {f"step-{end}-{name}": columns for name, columns in found["courses"].items()}
-        if found["linear"] is not None:
-            tables[f"linear-{end}"] = found["linear"]
-        tables |= {f"sine-{end}-{size.replace(' ', '')}": columns for size, columns in found["sines"].items()}
-        if found["stiffness"] is not None:
-            tables[f"stiffness-{end}"] = {"f_hz": STIFFNESS_HZ, "n_per_m": found["stiffness"]}
+        tables |= {f"step-{end}-{name}": columns for name, columns in entry["courses"].items()}
+        if entry["linear"] is not None:
+            tables[f"linear-{end}"] = entry["linear"]
+        tables |= {f"sine-{end}-{size.replace(' ', '')}": columns for size, columns in entry["sines"].items()}
+        if entry["stiffness"] is not None:
+            tables[f"stiffness-{end}"] = {"f_hz": STIFFNESS_HZ, "n_per_m": entry["stiffness"]}
     return tables

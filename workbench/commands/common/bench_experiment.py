@@ -87,8 +87,8 @@ def _asked(
     controllers: Sequence[ControllerSpec], scenarios: Sequence[Scenario], rig: Rig, where: str
 ) -> dict[str, list[ControllerSpec]]:
     """Controllers by the signal that they control and scenarios ask for, position before force."""
-    controlled = {chosen.name: chosen.build(rig.period.value).measures[0] for chosen in controllers}
-    asked = {wanted.signal for wanted in scenarios}
+    controlled = {controller.name: controller.build(rig.period.value).measures[0] for controller in controllers}
+    asked = {scenario.signal for scenario in scenarios}
     if lonely := [name for name, signal in controlled.items() if signal not in asked]:
         raise InputError(
             f"{where}: {lonely[0]} controls the {controlled[lonely[0]]}, which no scenario asks for; add one"
@@ -96,7 +96,7 @@ def _asked(
     if lonely := sorted(asked - set(controlled.values())):
         raise InputError(f"{where}: scenarios of the {lonely[0]}, which no controller controls; add a controller")
     return {
-        signal: [chosen for chosen in controllers if controlled[chosen.name] == signal]
+        signal: [controller for controller in controllers if controlled[controller.name] == signal]
         for signal in sorted(asked, reverse=True)
     }
 

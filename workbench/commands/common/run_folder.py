@@ -124,13 +124,13 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
 
 def versions() -> dict[str, str]:
     """Versions of what a result depends on."""
-    found = {"python": platform.python_version()}
+    versions = {"python": platform.python_version()}
     for name in ("jackbench", "numpy", "scipy", "casadi", "control", "optuna"):
         try:
-            found[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            versions[name] = "not installed"
+    return versions
 
 
 def resolved_config(command: Mapping[str, Any]) -> str:

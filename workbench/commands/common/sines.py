@@ -19,16 +19,16 @@ _FLAGS = ("cycles", "settled", "saturated", "cavitated")  # as SteppedSine has t
 Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
 
 
-def sines(chosen: ControllerSpec, signal: Signal, wanted: BodeConfig, on: LoopSetup) -> Sines:
+def sines(controller: ControllerSpec, signal: Signal, sweep: BodeConfig, setup: LoopSetup) -> Sines:
     """Reference -> controlled signal about null, with what the guard and the chambers did at each point."""
-    period = on.rig.period.value
-    poles = closed_poles(on.engine.plant, on.null_smooth, chosen.build(period), period, on.smooth)
-    f = sweep_frequencies(wanted.low, wanted.high, wanted.points, period, poles)
-    found: Sines = {}
-    for amplitude in wanted.amplitudes:
-        sine = closed_loop_sweep(on.engine, on.rig, lambda: chosen.build(period), on.null, f, amplitude)
-        found[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = packed(sine, signal.name)
-    return found
+    period = setup.rig.period.value
+    poles = closed_poles(setup.engine.plant, setup.null_smooth, controller.build(period), period, setup.smooth)
+    f = sweep_frequencies(sweep.low, sweep.high, sweep.points, period, poles)
+    responses: Sines = {}
+    for amplitude in sweep.amplitudes:
+        sine = closed_loop_sweep(setup.engine, setup.rig, lambda: controller.build(period), setup.null, f, amplitude)
+        responses[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = packed(sine, signal.name)
+    return responses
 
 
 def packed(sine: SteppedSine, output: str) -> dict[str, np.ndarray]:

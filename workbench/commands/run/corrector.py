@@ -27,35 +27,35 @@ def run_corrector(config: CorrectorConfig, stage: Stage, progress: Progress) -> 
     for key in FORMULAS:
         progress(f"{TITLES[key]}: fit to the maker's curve")
         numbers[key] = stage(key, lambda key=key: loops[key].fitted(config.maker, config.least_damping))
-    found, quarter = {}, {}
+    full, quarter = {}, {}
     for key, loop in loops.items():
         progress(f"{TITLES[key]}: stepped sine")
-        found[key] = _stored(stage, f"{key}_full", loop, numbers[key], config.points, 1.0)
+        full[key] = _stored(stage, f"{key}_full", loop, numbers[key], config.points, 1.0)
         quarter[key] = _stored(stage, f"{key}_quarter", loop, numbers[key], config.points, QUARTER)
-    rows = [_maker(config.maker), *(_row(key, one) for key, one in found.items())]
+    rows = [_maker(config.maker), *(_row(key, corrected) for key, corrected in full.items())]
     metrics = {
         "rows": rows,
-        "quarter": [_row(key, one) for key, one in quarter.items()],
+        "quarter": [_row(key, corrected) for key, corrected in quarter.items()],
         "correctors": {key: numbers[key] for key in FORMULAS},
         "current_limit": config.current_limit,
         "least_damping": config.least_damping,
-        "refused": [key for key, one in found.items() if one.null_zeta < config.least_damping],
+        "refused": [key for key, corrected in full.items() if corrected.null_zeta < config.least_damping],
     }
-    picture = _bode("Main stage at full command", found, config.maker)
-    return Outcome(metrics, _page(config, found, quarter, picture), picture, _tables(found, quarter))
+    picture = _bode("Main stage at full command", full, config.maker)
+    return Outcome(metrics, _page(config, full, quarter, picture), picture, _tables(full, quarter))
 
 
 def _stored(
     stage: Stage, name: str, loop: SpoolLoop, numbers: dict[str, float], points: int, share: float
 ) -> Corrected:
     def compute() -> dict[str, Any]:
-        one = loop.shown(numbers, points, share)
+        corrected = loop.shown(numbers, points, share)
         return {
-            "sine": packed(one.sine, "flow"),
-            "f3db": one.f3db,
-            "f90": one.f90,
-            "peak": one.peak,
-            "null_zeta": one.null_zeta,
+            "sine": packed(corrected.sine, "flow"),
+            "f3db": corrected.f3db,
+            "f90": corrected.f90,
+            "peak": corrected.peak,
+            "null_zeta": corrected.null_zeta,
         }
 
     d = stage(name, compute)
@@ -68,21 +68,27 @@ def _maker(maker: Maker) -> dict[str, Any]:
     return {"id": "maker", "f3db": maker.f3db, "f90": maker.f90, "peak_db": peak, "null_zeta": None}
 
 
-def _row(key: str, one: Corrected) -> dict[str, Any]:
-    return {"id": key, "f3db": one.f3db, "f90": one.f90, "peak_db": one.peak, "null_zeta": one.null_zeta}
+def _row(key: str, corrected: Corrected) -> dict[str, Any]:
+    return {
+        "id": key,
+        "f3db": corrected.f3db,
+        "f90": corrected.f90,
+        "peak_db": corrected.peak,
+        "null_zeta": corrected.null_zeta,
+    }
 
 
-def _percent(value: float | None, wanted: float) -> float | None:
-    return None if value is None else 100 * (value / wanted - 1)
+def _percent(value: float | None, maker: float) -> float | None:
+    return None if value is None else 100 * (value / maker - 1)
 
 
-def _verdict(config: CorrectorConfig, found: dict[str, Corrected]) -> str:
-    maker, before, after = config.maker, found["paper_p"], found["pi_lead"]
-    errors = [_percent(one.f90, maker.f90) for one in (before, after)]
+def _verdict(config: CorrectorConfig, full: dict[str, Corrected]) -> str:
+    maker, before, after = config.maker, full["paper_p"], full["pi_lead"]
+    errors = [_percent(corrected.f90, maker.f90) for corrected in (before, after)]
     if None in errors or after.f3db is None:
         return "The paper's model or PI + lead has no corner up to 300 Hz; see the plots."
     low, high = maker.peak
-    peaks = low <= found["p_lead"].peak <= high, low <= after.peak <= high
+    peaks = low <= full["p_lead"].peak <= high, low <= after.peak <= high
     return (
         f"A PI + lead corrector {'gives' if peaks[1] else 'comes nearest to'} the maker's curve: "
         f"{after.f3db:.1f} Hz, {after.f90:.1f} Hz and {after.peak:+.1f} dB, damped by {after.null_zeta:.2f} at null. "
@@ -90,12 +96,12 @@ def _verdict(config: CorrectorConfig, found: dict[str, Corrected]) -> str:
         + (
             ""
             if peaks[0]
-            else f"P + lead shows no such resonance: {found['p_lead'].peak:+.2f} dB at best beside both corners."
+            else f"P + lead shows no such resonance: {full['p_lead'].peak:+.2f} dB at best beside both corners."
         )
     )
 
 
-def _page(config: CorrectorConfig, found: dict[str, Corrected], quarter: dict[str, Corrected], picture: Figure) -> Page:
+def _page(config: CorrectorConfig, full: dict[str, Corrected], quarter: dict[str, Corrected], picture: Figure) -> Page:
     maker = config.maker
     columns = [
         "spool loop",
@@ -119,12 +125,12 @@ def _page(config: CorrectorConfig, found: dict[str, Corrected], quarter: dict[st
         f"below {config.least_damping:g} is refused: its spool hunts. The correctors may drive "
         f"{config.current_limit:g} times the rated current; the paper gives no figure for the peak."
     )
-    numbers = [[TITLES[key], name, value] for key in FORMULAS for name, value in found[key].numbers.items()]
+    numbers = [[TITLES[key], name, value] for key in FORMULAS for name, value in full[key].numbers.items()]
     return Page(
         f"The corrector in the spool loop of {config.rig.name}",
-        _verdict(config, found),
+        _verdict(config, full),
         [
-            Section("At full command", [Table("Corners, peak, damping", columns, asked + rows(found), note), picture]),
+            Section("At full command", [Table("Corners, peak, damping", columns, asked + rows(full), note), picture]),
             Section(
                 "At a quarter of it",
                 [
@@ -137,9 +143,9 @@ def _page(config: CorrectorConfig, found: dict[str, Corrected], quarter: dict[st
     )
 
 
-def _bode(title: str, found: dict[str, Corrected], maker: Maker | None) -> Figure:
-    curves = [FrequencyCurve(TITLES[k], one.sine.f, _referred(one.sine)) for k, one in found.items()]
-    limited = [f"{TITLES[k]} from {c.sine.f[c.sine.saturated].min():.0f} Hz" for k, c in found.items() if
+def _bode(title: str, loops: dict[str, Corrected], maker: Maker | None) -> Figure:
+    curves = [FrequencyCurve(TITLES[k], corrected.sine.f, _referred(corrected.sine)) for k, corrected in loops.items()]
+    limited = [f"{TITLES[k]} from {c.sine.f[c.sine.saturated].min():.0f} Hz" for k, c in loops.items() if
                c.sine.saturated.any()]  # fmt: skip
     note = f"The current meets its limit: {'; '.join(limited)}." if limited else "The current meets no limit."
     figure = bode(title, curves, note)
@@ -159,9 +165,12 @@ def _referred(sine: SteppedSine) -> np.ndarray:
 
 def _tables(*shares: dict[str, Corrected]) -> dict[str, dict[str, np.ndarray]]:
     tables = {}
-    for share, found in zip(("full", "quarter"), shares, strict=True):
-        for key, one in found.items():
-            flow = _referred(one.sine)
-            columns = {"f_hz": one.sine.f, "gain_db": gain_db(flow), "phase_deg": phase_deg(flow)}
-            tables[f"{key}_{share}"] = columns | {"saturated": one.sine.saturated, "settled": one.sine.settled}
+    for share, loops in zip(("full", "quarter"), shares, strict=True):
+        for key, corrected in loops.items():
+            flow = _referred(corrected.sine)
+            columns = {"f_hz": corrected.sine.f, "gain_db": gain_db(flow), "phase_deg": phase_deg(flow)}
+            tables[f"{key}_{share}"] = columns | {
+                "saturated": corrected.sine.saturated,
+                "settled": corrected.sine.settled,
+            }
     return tables

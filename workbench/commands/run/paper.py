@@ -129,8 +129,8 @@ def _page(
     rig: Rig, rows: list[dict[str, Any]], flows: dict[str, tuple[np.ndarray, np.ndarray]], sines: dict[str, SteppedSine]
 ) -> Page:
     worst = max((abs(row["error_percent"]) for row in rows if row["error_percent"] is not None), default=None)
-    found = "" if worst is None else f"; the largest difference from the paper's model is {worst:.1f} %"
-    verdict = f"Rig {rig.name}: {sum(r['value'] is not None for r in rows)} of 8 published figures found{found}."
+    difference = "" if worst is None else f"; the largest difference from the paper's model is {worst:.1f} %"
+    verdict = f"Rig {rig.name}: {sum(r['value'] is not None for r in rows)} of 8 published figures found{difference}."
     comparison = Table(
         "The paper's eight numbers",
         ["quantity", "this rig", "unit", "paper's model", "difference [%]", "maker's curve"],

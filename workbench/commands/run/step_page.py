@@ -29,7 +29,7 @@ def step_page(
         _verdict(config.scenarios, rows),
         [
             Section("Metrics", [_metrics_table(config.signal, rows), _margins_table(loops)]),
-            Section("Courses", [step_figure(config, wanted, runs) for wanted in config.scenarios]),
+            Section("Time responses", [step_figure(config, scenario, runs) for scenario in config.scenarios]),
             Section("Closed-loop Bode", [_bode(name, loops[name], sines[name]) for name in loops]),
             Section("Sensitivity", [_sensitivity(loops)]),
         ],
@@ -38,7 +38,7 @@ def step_page(
 
 def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
     """Who settles first in the middle one of the steps, and who is unstable."""
-    steps = [wanted.name for wanted in scenarios if wanted.is_step] or [scenarios[0].name]
+    steps = [scenario.name for scenario in scenarios if scenario.is_step] or [scenarios[0].name]
     settled = [row for row in rows if row["settling_s"] is not None and row["stable"]]
     bad = sorted({row["controller"] for row in rows if not row["stable"]})
     unstable = f" Unstable: {', '.join(bad)}." if bad else ""
@@ -112,10 +112,10 @@ def _margins_table(loops: dict[str, LinearLoops]) -> Table:
     )
 
 
-def step_figure(config: StepConfig, wanted: Scenario, runs: dict[tuple[str, str], LoopRun]) -> Figure:
+def step_figure(config: StepConfig, scenario: Scenario, runs: dict[tuple[str, str], LoopRun]) -> Figure:
     """One scenario under every controller: controlled signal, command, pressures."""
-    records = {c.name: runs[c.name, wanted.name].record for c in config.controllers}
-    return time_figure(wanted.name, config.signal, records, ("command", "pa"))
+    records = {c.name: runs[c.name, scenario.name].record for c in config.controllers}
+    return time_figure(scenario.name, config.signal, records, ("command", "pa"))
 
 
 def _bode(name: str, pair: LinearLoops, swept: Sines) -> Figure:

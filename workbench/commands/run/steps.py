@@ -12,20 +12,22 @@ from .step_page import step_figure, step_page
 
 def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
     """Every controller in every scenario on the configured rig."""
-    on = loop_setup(config.rig)
+    setup = loop_setup(config.rig)
     rows, runs, loops = [], {}, {}
-    for chosen in config.controllers:
-        progress(f"{chosen.name}: margins and steps")
-        loops[chosen.name] = linear_loops(chosen, on)
-        for wanted in config.scenarios:
-            runs[chosen.name, wanted.name] = run = play(chosen, wanted, on)
-            rows.append(row(chosen, wanted, on, run, loops[chosen.name]))
+    for controller in config.controllers:
+        progress(f"{controller.name}: margins and steps")
+        loops[controller.name] = linear_loops(controller, setup)
+        for scenario in config.scenarios:
+            runs[controller.name, scenario.name] = run = play(controller, scenario, setup)
+            rows.append(row(controller, scenario, setup, run, loops[controller.name]))
     swept = {}
-    for chosen in config.controllers:
-        progress(f"{chosen.name}: closed loop by stepped sine")
-        swept[chosen.name] = stage(f"bode-{chosen.name}", lambda c=chosen: sines(c, config.signal, config.bode, on))
+    for controller in config.controllers:
+        progress(f"{controller.name}: closed loop by stepped sine")
+        swept[controller.name] = stage(
+            f"bode-{controller.name}", lambda c=controller: sines(c, config.signal, config.bode, setup)
+        )
     page = step_page(config, rows, runs, loops, swept)
-    telling = [wanted for wanted in config.scenarios if wanted.is_step] or config.scenarios
+    telling = [scenario for scenario in config.scenarios if scenario.is_step] or config.scenarios
     return Outcome({"rows": rows}, page, step_figure(config, telling[-1], runs), _tables(runs, swept, loops))
 
 
@@ -35,8 +37,8 @@ def _tables(
     loops: dict[str, LinearLoops],
 ) -> dict[str, dict[str, np.ndarray]]:
     tables = {
-        f"step-{controller}-{wanted}": {"t [s]": run.record.t, "demanded [1]": run.demanded, **run.record.signals}
-        for (controller, wanted), run in runs.items()
+        f"step-{controller}-{scenario}": {"t [s]": run.record.t, "demanded [1]": run.demanded, **run.record.signals}
+        for (controller, scenario), run in runs.items()
     }
     for controller, pair in loops.items():
         null = pair.null
@@ -48,6 +50,6 @@ def _tables(
                 "sensitivity_real": np.real(null.sensitivity),
                 "sensitivity_imag": np.imag(null.sensitivity),
             }
-    for controller, found in swept.items():
-        tables |= {f"sine-{controller}-{size.replace(' ', '')}": columns for size, columns in found.items()}
+    for controller, responses in swept.items():
+        tables |= {f"sine-{controller}-{size.replace(' ', '')}": columns for size, columns in responses.items()}
     return tables

@@ -46,22 +46,24 @@ def _loops(config: StepConfig | BenchConfig) -> Loops:
 
 def _measured(loop: tuple[Rig, Sequence[ControllerSpec], Sequence[Scenario]], stage: Stage, progress: Progress) -> Any:
     rig, controllers, scenarios = loop
-    on, found = loop_setup(rig), {}
-    for chosen in controllers:
-        progress(chosen.name)
+    setup, times = loop_setup(rig), {}
+    for controller in controllers:
+        progress(controller.name)
 
-        def played(chosen: ControllerSpec = chosen) -> np.ndarray:
-            return np.concatenate([computing(chosen, rig, play(chosen, wanted, on))[0] for wanted in scenarios])
+        def played(controller: ControllerSpec = controller) -> np.ndarray:
+            return np.concatenate(
+                [computing(controller, rig, play(controller, scenario, setup))[0] for scenario in scenarios]
+            )
 
-        found[chosen.name] = stage(chosen.name, played)
-    return found
+        times[controller.name] = stage(controller.name, played)
+    return times
 
 
 def _timed(source: Mapping[str, Any], timing: Mapping[str, Mapping[str, float]], rig: str) -> str:
     """The experiment, on a rig by name, with the delay of each controller."""
     table = {**deepcopy(dict(source)), "rig": rig}
-    for name, one in timing.items():
-        table["controllers"][name]["computing_delay"] = {"value": round(one["solve_p99_us"], 1), "unit": "us"}
+    for name, percentiles in timing.items():
+        table["controllers"][name]["computing_delay"] = {"value": round(percentiles["solve_p99_us"], 1), "unit": "us"}
     return (
         "# Computing delays: the 99th percentile of each controller, on the machine that measured.\n"
         + tomli_w.dumps(table)
