@@ -64,11 +64,11 @@ def preview_gains(observer: JackObserver, error: float, count: int) -> np.ndarra
     feedback, cost = _lq(observer, error)
     closed = observer.a - observer.b @ feedback[None]
     row = observer.b[:, 0] / (error**2 * (1 + float(observer.b[:, 0] @ cost @ observer.b[:, 0])))
-    found = []
+    shares = []
     for _ in range(count):
-        found.append(row @ observer.signals["position"][: observer.n])
+        shares.append(row @ observer.signals["position"][: observer.n])
         row = closed @ row
-    return np.array(found)
+    return np.array(shares)
 
 
 def _lq(observer: JackObserver, error: float) -> tuple[np.ndarray, np.ndarray]:

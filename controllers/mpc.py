@@ -48,7 +48,7 @@ class Mpc:
         self._follow = float(feedback @ self._observer.signals["position"][:-2])
         limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, d.pressure)
         samples, self.preview = round(d.horizon / period), round(d.preview / period)
-        self._wanted = _wanted(self._observer, d.error, self._follow, samples, self.preview)
+        self._feedforward = _feedforward(self._observer, d.error, self._follow, samples, self.preview)
         self._future: np.ndarray | None = None
         horizon = build_horizon(self._observer, self._feedback, limits, samples, round(d.moves))
         self._planner = Planner(horizon, round(d.iterations))
@@ -69,9 +69,9 @@ class Mpc:
         """The LQG law on what the filter makes of these signals, and the first change of the plan."""
         state = self._observer.estimate(measurement)
         future = np.full(self.preview + 1, reference) if self._future is None else self._future
-        wanted = self._wanted @ future
-        change = self._planner.plan(state, wanted, self._sent)
-        asked = self._sent if change is None else float(wanted[0] - self._feedback @ state + change)
+        feedforward = self._feedforward @ future
+        change = self._planner.plan(state, feedforward, self._sent)
+        asked = self._sent if change is None else float(feedforward[0] - self._feedback @ state + change)
         near = min(max(asked, self._sent - self._step), self._sent + self._step)  # a solver is right to 0.1 %
         return min(max(near, -self._most), self._most)
 
@@ -86,15 +86,15 @@ class Mpc:
         return realised_as_demanded(self._observer.law(self._feedback, self._follow), self._period)
 
 
-def _wanted(observer: JackObserver, error: float, follow: float, samples: int, preview: int) -> np.ndarray:
+def _feedforward(observer: JackObserver, error: float, follow: float, samples: int, preview: int) -> np.ndarray:
     """v [samples] of the LQ optimum as a matrix on the references [preview + 1] from now on; the last of them stays.
 
     v[j] = sum over i of g[i] r[j + 1 + i], g[i] = B' (A - B K)'^i C'/(error^2 (1 + B' P B)), whose sum is K of the
     position (Anderson and Moore, Optimal Control: Linear Quadratic Methods, 1990, ch. 4: tracking).
     """
     gains = preview_gains(observer, error, preview)
-    found = np.zeros((samples, preview + 1))
+    shares = np.zeros((samples, preview + 1))
     for j in range(min(samples, preview)):
-        found[j, j + 1 : preview] = gains[: preview - j - 1]
-    found[:, -1] = follow - found.sum(axis=1)
-    return found
+        shares[j, j + 1 : preview] = gains[: preview - j - 1]
+    shares[:, -1] = follow - shares.sum(axis=1)
+    return shares

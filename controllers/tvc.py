@@ -47,13 +47,13 @@ class Tvc:
         self._law = _law(design, period)
         self._filter = Filter(self._law)
         self._offset = 0.0
-        self._seen = [0.0] * 3
+        self._signals = [0.0] * 3
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump: generator and observer rest, and an offset keeps the command that the drive holds."""
-        seen = self._look(reference, measurement)
-        self._filter.rest(seen)
-        self._offset = command - self._filter.out(seen)
+        signals = self._look(reference, measurement)
+        self._filter.rest(signals)
+        self._offset = command - self._filter.out(signals)
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The sum of the three terms and the feed-forward, and the command found at the start."""
@@ -61,11 +61,11 @@ class Tvc:
 
     def update(self, realised: float) -> None:
         """Advance generator and observer: neither asks what the drive did."""
-        self._filter.step(self._seen)
+        self._filter.step(self._signals)
 
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
-        self._seen = [reference, *(measurement[name] for name in self.measures)]
-        return self._seen
+        self._signals = [reference, *(measurement[name] for name in self.measures)]
+        return self._signals
 
     def linear_law(self) -> LinearLaw:
         """The law as data."""

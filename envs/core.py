@@ -162,13 +162,13 @@ class Core:
 
     def _measure(self) -> None:
         """Look at the lanes as they are now: what is wanted, what is true, what is measured; the guard watches."""
-        wanted = self._reference.take(self._now, mode="clip")
-        np.copyto(self._encoder.reference, wanted)
+        reference = self._reference.take(self._now, mode="clip")
+        np.copyto(self._encoder.reference, reference)
         if self._moves:
             for index, values in zip(self._end_inputs, self._end, strict=True):
                 self.u[:, index] = values[self._now]
         outputs = self._physics.observe(self.x, self.u, self.p)
-        self._error = wanted - outputs[:, self._controlled]
+        self._error = reference - outputs[:, self._controlled]
         self._measured = self._sensors.read(outputs, self._noise, self._now)
         self._guard.watch(self._measured)
         stopped = np.abs(self.x[:, self._position]) >= self._half_stroke

@@ -77,11 +77,11 @@ class LaneGuard:
 
     def watch(self, measured: np.ndarray) -> None:
         """Trip the lanes whose signals [N, names] (SI) are not finite or beyond the rig's limits."""
-        seen = measured.take(self._columns, 1)
-        beyond = np.abs(seen - self._zero) > self._limits
+        signals = measured.take(self._columns, 1)
+        beyond = np.abs(signals - self._zero) > self._limits
         if np.count_nonzero(beyond) or not _all_finite(measured):
             self._judge(beyond, np.logical_and.reduce(np.isfinite(measured), axis=1))
-        np.copyto(self.before, seen[:, 0])
+        np.copyto(self.before, signals[:, 0])
 
     def limit(self, demanded: np.ndarray) -> np.ndarray:
         """The commands [N] that the drives get for the demanded ones: limited in size and rate, safe after a trip."""

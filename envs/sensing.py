@@ -25,8 +25,8 @@ class LaneSensors:
 
         One lane may come without its axis, and with its row as a number.
         """
-        seen = outputs.take(self._columns, -1)
+        readings = outputs.take(self._columns, -1)
         if self._ideal:
-            return seen
-        seen += noise[now]
-        return np.where(self._coarse, np.rint(seen / self._quantum) * self._quantum, seen)
+            return readings
+        readings += noise[now]
+        return np.where(self._coarse, np.rint(readings / self._quantum) * self._quantum, readings)

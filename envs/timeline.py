@@ -71,14 +71,14 @@ def _motion(motion: SpecimenMotion, random: np.random.Generator, t: np.ndarray) 
 
 def _bounded(rig: Rig, plant: Plant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places in the parameter vector of the rig's numbers that have bounds, and these [SI]."""
-    found = [(name, n.low, n.high) for name, n in rig.numbers.items()]
+    bounds = [(name, n.low, n.high) for name, n in rig.numbers.items()]
     for use in rig.effects:
         effect = find(use.name, use.formula, rig.effect_files)
         si = {number.name: number.si for number in effect.numbers}
-        found += [
+        bounds += [
             (effect.key(name), *(b if b is None else float(to_si(b, n.unit, si[name])) for b in (n.low, n.high)))
             for name, n in use.numbers.items()
         ]
-    kept = [(plant.parameters.index(name), low, high) for name, low, high in found if low is not None]
-    table = np.array(kept, dtype=float).reshape(-1, 3)
+    bounded = [(plant.parameters.index(name), low, high) for name, low, high in bounds if low is not None]
+    table = np.array(bounded, dtype=float).reshape(-1, 3)
     return table[:, 0].astype(int), table[:, 1], table[:, 2]

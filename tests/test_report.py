@@ -16,7 +16,7 @@ from workbench.report.page import write_page
 from workbench.report.palette import PALETTE, looks
 from workbench.report.still import still_picture
 from workbench.report.table import shown, table_html
-from workbench.report.thin import DRAWN_POINTS, kept
+from workbench.report.thin import DRAWN_POINTS, drawn_points
 
 F = np.geomspace(1, 500, 200)
 VALVE = 1 / (1 + 2 * 0.7 * (1j * F / 70) + (1j * F / 70) ** 2)
@@ -53,7 +53,7 @@ def own_html(html: str) -> str:
 
 @given(arrays(float, st.integers(1, 400), elements=st.floats(-1e6, 1e6)), st.integers(4, 100))
 def test_thinning_keeps_ends_and_extremes_and_is_short(y, points):
-    keep = kept(y, points)
+    keep = drawn_points(y, points)
     assert (np.diff(keep) > 0).all()
     assert {0, len(y) - 1} <= set(keep.tolist())
     assert y[keep].min() == y.min()
@@ -65,7 +65,7 @@ def test_thinning_keeps_every_extreme_of_its_bucket_and_a_gap():
     y = np.sin(np.arange(50000) / 700)
     y[12345] = 9
     y[30000:30800] = np.nan
-    keep = kept(y)
+    keep = drawn_points(y)
     assert 12345 in keep
     assert np.isnan(y[keep]).any()
     assert len(keep) <= 1.5 * DRAWN_POINTS + 2
@@ -73,7 +73,7 @@ def test_thinning_keeps_every_extreme_of_its_bucket_and_a_gap():
 
 
 def test_a_series_of_gaps_alone_can_be_thinned():
-    assert len(kept(np.full(9000, np.nan))) > 0
+    assert len(drawn_points(np.full(9000, np.nan))) > 0
 
 
 # --- Bode

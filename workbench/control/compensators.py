@@ -63,13 +63,13 @@ class Compensated(_Around):
         self._filter, self._inputs = Filter(compensator.law), tuple(compensator.law.input_labels)
         more = (name for name in self._inputs if name != "reference" and name not in inner.measures)
         self.measures = (*inner.measures, *more)
-        self._seen: list[float] = [0.0] * len(self._inputs)
+        self._signals: list[float] = [0.0] * len(self._inputs)
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump: the filter rests at these signals, and the inner controller makes up the command."""
-        seen = self._look(reference, measurement)
-        self._filter.rest(seen)
-        inner, added = self._split(reference, self._filter.out(seen))
+        signals = self._look(reference, measurement)
+        self._filter.rest(signals)
+        inner, added = self._split(reference, self._filter.out(signals))
         self._inner.reset(inner, measurement, command - added)
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
@@ -79,8 +79,8 @@ class Compensated(_Around):
 
     def update(self, realised: float) -> None:
         """Advance both by one period."""
-        added = self._split(0.0, self._filter.out(self._seen))[1]
-        self._filter.step(self._seen)
+        added = self._split(0.0, self._filter.out(self._signals))[1]
+        self._filter.step(self._signals)
         self._inner.update(realised - added)
 
     def _shaped(self, future: np.ndarray) -> np.ndarray:
@@ -93,8 +93,8 @@ class Compensated(_Around):
         return None if inner is None else around(inner, self._filter.law)
 
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
-        self._seen = [reference if name == "reference" else measurement[name] for name in self._inputs]
-        return self._seen
+        self._signals = [reference if name == "reference" else measurement[name] for name in self._inputs]
+        return self._signals
 
     def _split(self, reference: float, output: float) -> tuple[float, float]:
         """The inner controller's reference, and what is added to its command."""

@@ -29,11 +29,11 @@ class Filter:
 
     def ahead(self, future: np.ndarray) -> np.ndarray:
         """The outputs [k] that a course of the one input [k] will have from now on; changes nothing."""
-        x, found = self._x, np.empty(len(future))
+        x, outputs = self._x, np.empty(len(future))
         for i, u in enumerate(future):
-            found[i] = self._c @ x + self._d[0] * u
+            outputs[i] = self._c @ x + self._d[0] * u
             x = self._a @ x + self._b[:, 0] * u
-        return found
+        return outputs
 
     def step(self, u: Sequence[float]) -> None:
         """Go on by one sample."""

@@ -56,20 +56,23 @@ def coefficients(controller: Controller, period: float) -> Coefficients:
     taken = {"error": 0} if difference else {"reference": 0, names[1]: 1}
     taken |= {name: i for i, name in enumerate(names) if i > 1}
     channels = tuple(SectionChannel(name, _sections(a, b[:, i], c[0], d[0, i])) for name, i in taken.items())
-    found = Coefficients(period, channels, _vector(controller, names))
-    worst, most = (np.abs(part).max() for part in (replay(found) - found.vector["command"], found.vector["command"]))
+    coefficients = Coefficients(period, channels, _vector(controller, names))
+    worst, most = (
+        np.abs(part).max()
+        for part in (replay(coefficients) - coefficients.vector["command"], coefficients.vector["command"])
+    )
     if not worst <= AGREE * most:
         raise InputError(f"second-order sections of this law are {worst / most:.1e} off: its poles are too close")
-    return found
+    return coefficients
 
 
-def replay(found: Coefficients) -> np.ndarray:
+def replay(coefficients: Coefficients) -> np.ndarray:
     """The command [n] that the sections make of the vector's inputs."""
     from scipy.signal import sosfilt  # here, as it takes a second
 
-    inputs = dict(found.vector)
+    inputs = dict(coefficients.vector)
     inputs["error"] = inputs["reference"] - inputs[list(inputs)[1]]
-    return np.sum([sosfilt(channel.sections, inputs[channel.signal]) for channel in found.channels], axis=0)
+    return np.sum([sosfilt(channel.sections, inputs[channel.signal]) for channel in coefficients.channels], axis=0)
 
 
 def _vector(controller: Controller, names: list[str]) -> dict[str, np.ndarray]:
@@ -89,8 +92,8 @@ def _sections(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: float) -> np.ndarr
     """Sections [k, 6] of c (z - a)^-1 b + d by its zeros and poles; a delay is a section of its own."""
     from scipy.signal import zpk2sos
 
-    seen = _reached(a, b) & _reached(a.T, c)
-    a, b, c = a[seen][:, seen], b[seen], c[seen]
+    minimal = _reached(a, b) & _reached(a.T, c)
+    a, b, c = a[minimal][:, minimal], b[minimal], c[minimal]
     first, state = [d], b
     for _ in range(len(a)):
         first.append(float(c @ state))
@@ -109,33 +112,35 @@ def _zeros(a: np.ndarray, b: np.ndarray, c: np.ndarray, gain: float, late: int) 
     They are the poles of the law that keeps the output at 0, b taking out what c a^late sees, but for `late` at 0.
     """
     ahead = c @ np.linalg.matrix_power(a, late)
-    kept = np.linalg.eigvals(a - np.outer(b, ahead) / gain)
-    return kept[np.argsort(np.abs(kept))[late:]]
+    zeros = np.linalg.eigvals(a - np.outer(b, ahead) / gain)
+    return zeros[np.argsort(np.abs(zeros))[late:]]
 
 
 def _reached(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Which states an input gets to at all, by the pattern of a and b."""
-    seen = b != 0
+    reached = b != 0
     for _ in range(len(a)):
-        seen = seen | ((a != 0) @ seen)
-    return seen
+        reached = reached | ((a != 0) @ reached)
+    return reached
 
 
-def as_json(found: Coefficients) -> dict[str, Any]:
+def as_json(coefficients: Coefficients) -> dict[str, Any]:
     """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]."""
     return {
-        "period_s": found.period,
-        "channels": [{"signal": part.signal, "sections": part.sections.tolist()} for part in found.channels],
-        "vector": {name: values.tolist() for name, values in found.vector.items()},
+        "period_s": coefficients.period,
+        "channels": [{"signal": part.signal, "sections": part.sections.tolist()} for part in coefficients.channels],
+        "vector": {name: values.tolist() for name, values in coefficients.vector.items()},
     }
 
 
-def as_text(name: str, found: Coefficients) -> str:
+def as_text(name: str, coefficients: Coefficients) -> str:
     """The sections for people, every digit of them, and the first samples of the vector."""
-    lines = [f"{name}: command = sum of the channels, every {found.period * 1e3:g} ms; SI"]
-    for channel in found.channels:
+    lines = [f"{name}: command = sum of the channels, every {coefficients.period * 1e3:g} ms; SI"]
+    for channel in coefficients.channels:
         lines.append(f"  {channel.signal}: {len(channel.sections)} sections in series: b0 b1 b2, a1 a2 (a0 = 1)")
         lines += ["    " + " ".join(f"{value: .17g}" for value in (*row[:3], *row[4:])) for row in channel.sections]
     lines.append(f"  test vector, the first of {SAMPLES} samples (--json has all)")
-    lines += [f"    {key}: " + " ".join(f"{value:.9g}" for value in values[:4]) for key, values in found.vector.items()]
+    lines += [
+        f"    {key}: " + " ".join(f"{value:.9g}" for value in values[:4]) for key, values in coefficients.vector.items()
+    ]
     return "\n".join(lines)

@@ -54,9 +54,9 @@ class JackModel:
         a[0, 1] = a[1, 2] = w
         a[2, 1:4] = -w, -2 * self.jack_damping * w, self.velocity_gain
         a[3:, 3:] = [[0, wv], [-wv, -2 * self.valve_damping * wv]]
-        seen = np.array([[1, 0, 0, 0, 0], [0, 0, w**2, 0, 0]])
+        outputs = np.array([[1, 0, 0, 0, 0], [0, 0, w**2, 0, 0]])
         late = max(0.0, self.delay - period / 2)
-        matrices = zero_order_hold((a, wv * np.eye(5, 1, -4), seen, np.zeros((2, 1))), late, period)
+        matrices = zero_order_hold((a, wv * np.eye(5, 1, -4), outputs, np.zeros((2, 1))), late, period)
         return StateSpace(*matrices, period, ["command"], ["position", "acceleration"])
 
     def stable(self, law: StateSpace) -> bool:
@@ -76,19 +76,19 @@ def fit_jack_model(plant: "StateSpace | control.StateSpace") -> JackModel:
     f = np.geomspace(*FIT, _POINTS)
     period = float(plant.dt or 0.0)
     f = f[f < 0.4 / period]
-    wanted = sampled_response(plant, np.exp(2j * np.pi * f * period))[0, 0]
+    response = sampled_response(plant, np.exp(2j * np.pi * f * period))[0, 0]
 
     def off(x: np.ndarray) -> np.ndarray:
         gain, jack, valve, jack_damping, valve_damping, delay = np.exp(x)
-        ratio = _response(f, gain, delay, _modes(jack, jack_damping, valve, valve_damping)) / wanted
+        ratio = _response(f, gain, delay, _modes(jack, jack_damping, valve, valve_damping)) / response
         return np.append(np.log(np.abs(ratio)), np.angle(ratio))
 
-    start = np.log((float(np.abs(wanted[0]) * 2 * np.pi * f[0]), *_START))
-    found = least_squares(off, start, x_scale=0.1)
-    worst = 20 / np.log(10) * float(np.abs(found.fun[: len(f)]).max())
+    start = np.log((float(np.abs(response[0]) * 2 * np.pi * f[0]), *_START))
+    fit = least_squares(off, start, x_scale=0.1)
+    worst = 20 / np.log(10) * float(np.abs(fit.fun[: len(f)]).max())
     if not worst < 1.0:
         raise InputError(f"the jack: an integrator with two modes is {worst:.1f} dB off; damp the jack first")
-    gain, jack, valve, jack_damping, valve_damping, delay = np.exp(found.x).tolist()
+    gain, jack, valve, jack_damping, valve_damping, delay = np.exp(fit.x).tolist()
     return JackModel(gain, jack, jack_damping, valve, valve_damping, delay)
 
 

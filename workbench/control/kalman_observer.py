@@ -34,23 +34,23 @@ class JackObserver:
 
     def __init__(self, jack: ObservedJack, period: float) -> None:
         j, model = jack, jack.discretise(period)
-        self.a, self.b, seen = model.matrices[:3]
+        self.a, self.b, c = model.matrices[:3]
         self.n = n = len(self.a)
         self.measures = ("position", "pa", "pb", *(("spool",) if j.spool_travel else ()))
         self.ahead = np.block([[self.a, self.b, np.zeros((n, 1))], [np.zeros((2, n)), np.eye(2)]])
         self.entering = np.vstack((self.b, np.zeros((2, 1))))[:, 0]
-        rows = [np.append(seen[0], [0.0, 0.0]), np.append(j.inertia * seen[1], [0.0, 1.0])]
+        rows = [np.append(c[0], [0.0, 0.0]), np.append(j.inertia * c[1], [0.0, 1.0])]
         trust, self.pick = [j.position_noise, j.pressure_noise], np.array([[1.0, 0, 0], [0, 1, -1]])
         if j.spool_travel:
             rows.append(j.spool_travel * np.eye(1, n + 2, 3)[0])
             trust.append(j.spool_noise)
             self.pick = np.array([[1.0, 0, 0, 0], [0, 1, -1, 0], [0, 0, 0, 1]])
-        self.seen = np.array(rows)
+        self.output_matrix = np.array(rows)
         w = 2 * np.pi * j.jack_frequency
         self.signals = {"position": rows[0], "speed": w * np.eye(1, n + 2, 1)[0], "pressure": rows[1]}
         drives = np.column_stack((self.entering, np.eye(n + 2)[:, n:]))
         drives *= j.command_noise, j.command_walk * np.sqrt(period), j.pressure_walk * np.sqrt(period)
-        self.gain = _kalman(self.ahead, drives @ drives.T, self.seen, np.array(trust))
+        self.gain = _kalman(self.ahead, drives @ drives.T, self.output_matrix, np.array(trust))
         self.state, self._signals = np.zeros(n + 2), np.zeros(len(rows))
 
     def rest(self, measurement: Mapping[str, float], offset: float) -> None:
@@ -74,7 +74,7 @@ class JackObserver:
 
     def law(self, feedback: np.ndarray, follow: float) -> LinearLaw:
         """u = follow r - feedback x of filter and feedback [n + 2] as data; the filter runs on the realised command."""
-        corrected = np.eye(len(self.ahead)) - self.gain @ self.seen
+        corrected = np.eye(len(self.ahead)) - self.gain @ self.output_matrix
         signals = self.gain @ self.pick
         c, d = -feedback @ corrected, np.append(follow, -feedback @ signals)
         a, b = self.ahead @ corrected, np.hstack((np.zeros((len(corrected), 1)), self.ahead @ signals))
@@ -86,14 +86,14 @@ class JackObserver:
         return LinearLaw(a, b, c, d, self.entering, self.measures, start)
 
     def _corrected(self) -> np.ndarray:
-        return self.state + self.gain @ (self._signals - self.seen @ self.state)
+        return self.state + self.gain @ (self._signals - self.output_matrix @ self.state)
 
 
-def _kalman(a: np.ndarray, noise: np.ndarray, seen: np.ndarray, trust: np.ndarray) -> np.ndarray:
+def _kalman(a: np.ndarray, noise: np.ndarray, c: np.ndarray, trust: np.ndarray) -> np.ndarray:
     """Gain of the correction. Each sensor in its own noise, or the Riccati equation is ill conditioned."""
     from scipy.linalg import solve_discrete_are
 
-    scaled = seen / trust[:, None]
+    scaled = c / trust[:, None]
     k = len(trust)
     spread = solve_discrete_are(a.T, scaled.T, (noise + noise.T) / 2, np.eye(k))
     return np.linalg.solve(scaled @ spread @ scaled.T + np.eye(k), scaled @ spread).T / trust

@@ -37,7 +37,7 @@ class Horizon:
 
 
 def build_horizon(observer: JackObserver, feedback: np.ndarray, limits: Limits, samples: int, moves: int) -> Horizon:
-    """The horizon of the law u = wanted - feedback x + c, feedback [n + 2], on an observed jack.
+    """The horizon of the law u = feedforward - feedback x + c, feedback [n + 2], on an observed jack.
 
     The changes c last the longer the later they are. The command is limited where a change begins, and like the jack at
     every fifth sample; its rate where a change begins.
@@ -45,12 +45,12 @@ def build_horizon(observer: JackObserver, feedback: np.ndarray, limits: Limits, 
     edges = np.unique(np.round(np.geomspace(1, samples + 1, moves + 1)).astype(int)) - 1
     blocks = np.repeat(np.arange(len(edges) - 1), np.diff(edges))
     k, order = len(edges) - 1, len(feedback)
-    chosen, asked = np.eye(k), np.eye(samples)
+    changes, asked = np.eye(k), np.eye(samples)
     state = np.hstack((np.zeros((order, k)), np.eye(order), np.zeros((order, samples + 1))))
     before = np.eye(1, state.shape[1], state.shape[1] - 1)[0]
     hard, soft = [], []
     for i in range(samples):
-        command = np.concatenate((chosen[blocks[i]], np.zeros(order), asked[i], [0.0])) - feedback @ state
+        command = np.concatenate((changes[blocks[i]], np.zeros(order), asked[i], [0.0])) - feedback @ state
         begins = i in edges
         if begins or i % _EVERY == 0:
             hard.append(command / limits.command)
@@ -94,34 +94,34 @@ class Planner:
 
     def reset(self) -> None:
         """No plan, and no solution to start from."""
-        self._start = self._found = np.zeros(len(self.weights)), np.zeros(len(self.matrix))
+        self._start = self._solution = np.zeros(len(self.weights)), np.zeros(len(self.matrix))
         self._plan, self._failed = np.zeros(0), False
 
-    def free(self, state: np.ndarray, wanted: np.ndarray, before: float) -> np.ndarray:
+    def free(self, state: np.ndarray, feedforward: np.ndarray, before: float) -> np.ndarray:
         """What becomes of the limited signals [m] with c = 0."""
-        return self.horizon.free @ np.concatenate((state, wanted, [before]))
+        return self.horizon.free @ np.concatenate((state, feedforward, [before]))
 
-    def plan(self, state: np.ndarray, wanted: np.ndarray, before: float) -> float | None:
-        """The change [1] of the command now, of an observed state [n + 2], what is wanted [samples], and the command
+    def plan(self, state: np.ndarray, feedforward: np.ndarray, before: float) -> float | None:
+        """The change [1] of the command now, of an observed state [n + 2], the feedforward [samples], and the command
         before; changes nothing but what `advance` does.
 
         Where the solver does not arrive it is what the last plan has for now; None where that is at its end.
         """
-        free, self._failed = self.free(state, wanted, before), False
+        free, self._failed = self.free(state, feedforward, before), False
         if np.abs(free).max() <= 1:
-            self._found = np.zeros(len(self.weights)), np.zeros(len(self.matrix))
+            self._solution = np.zeros(len(self.weights)), np.zeros(len(self.matrix))
             return 0.0
         self._solver.update(l=-1 - free, u=1 - free)
         self._solver.warm_start(*self._start)
         result = self._solver.solve(raise_error=False)
         self._failed = result.info.status != "solved"
-        self._found = result.x, result.y
+        self._solution = result.x, result.y
         if self._failed:
             return float(self._plan[0]) if len(self._plan) else None
         return float(result.x[0])
 
     def advance(self) -> bool:
         """Go on by one period; whether the solver did not arrive in it. It starts from where it came in any case."""
-        self._start = self._found
-        self._plan = self._plan[1:] if self._failed else self._found[0][self.horizon.blocks][1:]
+        self._start = self._solution
+        self._plan = self._plan[1:] if self._failed else self._solution[0][self.horizon.blocks][1:]
         return self._failed

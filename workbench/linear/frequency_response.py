@@ -73,7 +73,7 @@ def stepped_sine(
     Raises InputError if a run fails.
     """
     f = np.asarray(frequencies, dtype=float)
-    found = SteppedSine(
+    sine = SteppedSine(
         f=f,
         amplitude=amplitude,
         response={name: np.zeros(len(f), complex) for name in outputs},
@@ -84,10 +84,10 @@ def stepped_sine(
     )
     points = _points_per_cycle(f)
     for k in np.unique(points):
-        _run_lanes(engine, start, offset, found, np.flatnonzero(points == k), int(k), limits or {}, p)
-    for values in found.response.values():  # all that repeats comes late as a whole
+        _run_lanes(engine, start, offset, sine, np.flatnonzero(points == k), int(k), limits or {}, p)
+    for values in sine.response.values():  # all that repeats comes late as a whole
         values *= np.exp(-2j * np.pi * f * engine.plant.lateness(p))
-    return found
+    return sine
 
 
 def _points_per_cycle(f: np.ndarray) -> np.ndarray:
@@ -100,36 +100,36 @@ def _run_lanes(
     engine: Engine,
     start: np.ndarray,
     offset: np.ndarray,
-    found: SteppedSine,
+    sine: SteppedSine,
     lanes: np.ndarray,
     k: int,
     limits: Mapping[str, float],
     p: np.ndarray | None,
 ) -> None:
-    """Cycle after cycle for the points `lanes` of `found`, which it fills in; settled ones drop out."""
-    plant, names = engine.plant, list(found.response)
-    t = np.arange(k + 1) / (found.f[lanes, None] * k)
+    """Cycle after cycle for the points `lanes` of `sine`, which it fills in; settled ones drop out."""
+    plant, names = engine.plant, list(sine.response)
+    t = np.arange(k + 1) / (sine.f[lanes, None] * k)
     u = np.tile(offset, (k + 1, 1))
-    u[:, 0] += found.amplitude * np.sin(2 * np.pi * np.arange(k + 1) / k)
+    u[:, 0] += sine.amplitude * np.sin(2 * np.pi * np.arange(k + 1) / k)
     columns = [plant.output(name) for name in names]
-    forced = held_harmonic(found.amplitude, k)
+    forced = held_harmonic(sine.amplitude, k)
     x, before = np.tile(start, (len(lanes), 1)), np.full((len(lanes), len(names)), np.nan, complex)
     for cycle in range(1, _CYCLES[1] + 1):
         batch = engine.run_batch(x, t, u, p)
         if not batch.ok.all():
-            f = found.f[lanes[~batch.ok]][0]
+            f = sine.f[lanes[~batch.ok]][0]
             raise InputError(
-                f"{plant.name}: the simulation failed at {f:g} Hz, amplitude {found.amplitude:g}; try a smaller one"
+                f"{plant.name}: the simulation failed at {f:g} Hz, amplitude {sine.amplitude:g}; try a smaller one"
             )
-        seen = engine.outputs(batch.x, u, p)
-        now = first_harmonic(np.moveaxis(seen[:, :, columns], 0, 1)) / forced
+        outputs = engine.outputs(batch.x, u, p)
+        now = first_harmonic(np.moveaxis(outputs[:, :, columns], 0, 1)) / forced
         settled = np.all(np.abs(now - before) < AGREE * np.abs(now), axis=1) & (cycle >= _CYCLES[0])
         for name, values in zip(names, now.T, strict=True):
-            found.response[name][lanes] = values
-        found.cycles[lanes], found.settled[lanes] = cycle, settled
-        peaks = {name: np.abs(seen[:, :, plant.output(name)]).max(axis=1) for name in limits}
-        found.saturated[lanes] = np.any([peaks[n] >= 0.999 * limits[n] for n in limits], axis=0) if limits else False
-        found.cavitated[lanes] = seen[:, :, plant.output("lowest_pressure")].min(axis=1) < 0
+            sine.response[name][lanes] = values
+        sine.cycles[lanes], sine.settled[lanes] = cycle, settled
+        peaks = {name: np.abs(outputs[:, :, plant.output(name)]).max(axis=1) for name in limits}
+        sine.saturated[lanes] = np.any([peaks[n] >= 0.999 * limits[n] for n in limits], axis=0) if limits else False
+        sine.cavitated[lanes] = outputs[:, :, plant.output("lowest_pressure")].min(axis=1) < 0
         if settled.all():
             return
         going = ~settled
@@ -150,14 +150,14 @@ def scan(
 
     Gain is referred to the first frequency. A gain that runs flat near -3 dB cannot be read off a coarse grid.
     """
-    found = stepped_sine(engine, start, offset, frequencies, amplitude, [output], limits, p)
+    sine = stepped_sine(engine, start, offset, frequencies, amplitude, [output], limits, p)
     for _ in range(2):
-        response = found.response[output]
+        response = sine.response[output]
         corners = (gain_db(response / np.abs(response[0])) + 3, phase_deg(response) + 90)
-        more = np.unique(np.concatenate([_around_crossing(found.f, corner) for corner in corners]))
+        more = np.unique(np.concatenate([_around_crossing(sine.f, corner) for corner in corners]))
         if len(more):
-            found = merge(found, stepped_sine(engine, start, offset, more, amplitude, [output], limits, p))
-    return found
+            sine = merge(sine, stepped_sine(engine, start, offset, more, amplitude, [output], limits, p))
+    return sine
 
 
 def _around_crossing(f: np.ndarray, value: np.ndarray) -> np.ndarray:

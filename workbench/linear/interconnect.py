@@ -23,13 +23,13 @@ def parallel(first: StateSpace, second: StateSpace) -> StateSpace:
 
     inputs = _union(first.input_labels, second.input_labels)
     outputs = _union(first.output_labels, second.output_labels)
-    one, other = (select(system, inputs, system.output_labels) for system in (first, second))
-    to_one, to_other = (_pick(outputs, system.output_labels) for system in (first, second))
+    upper, lower = (select(system, inputs, system.output_labels) for system in (first, second))
+    to_upper, to_lower = (_pick(outputs, system.output_labels) for system in (first, second))
     return StateSpace(
         np.asarray(block_diag(first.A, second.A)),
-        np.vstack((one.B, other.B)),
-        np.hstack((to_one @ first.C, to_other @ second.C)),
-        to_one @ one.D + to_other @ other.D,
+        np.vstack((upper.B, lower.B)),
+        np.hstack((to_upper @ first.C, to_lower @ second.C)),
+        to_upper @ upper.D + to_lower @ lower.D,
         first.dt,
         inputs,
         outputs,

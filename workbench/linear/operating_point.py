@@ -53,7 +53,7 @@ def equilibrium(
         held["v"] = speed or 0.0
     free = [i for i, name in enumerate(names) if name not in held]
     solve = _Balance(plant, p, u, held, free, free_command)
-    best = min((solve.search(scale) for scale in (0.0, 0.02, -0.02)), key=lambda found: found.cost)
+    best = min((solve.search(scale) for scale in (0.0, 0.02, -0.02)), key=lambda solution: solution.cost)
     residual = solve.residual(best.x)
     worst = int(np.argmax(np.abs(residual)))
     if abs(residual[worst]) > 1e-7:

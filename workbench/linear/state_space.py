@@ -46,9 +46,9 @@ class StateSpace:
         Of one input and one output it is a number or [k], unless `squeeze` is False.
         """
         resolvent = np.asarray(at, complex)[..., None, None] * np.eye(len(self.A)) - self.A
-        found = self.C @ np.linalg.solve(resolvent, np.broadcast_to(self.B, (*np.shape(at), *self.B.shape))) + self.D
-        found = np.moveaxis(found, 0, -1) if np.ndim(at) else found
-        return found[0, 0] if squeeze and self.D.size == 1 else found
+        response = self.C @ np.linalg.solve(resolvent, np.broadcast_to(self.B, (*np.shape(at), *self.B.shape))) + self.D
+        response = np.moveaxis(response, 0, -1) if np.ndim(at) else response
+        return response[0, 0] if squeeze and self.D.size == 1 else response
 
     def relabelled(self, inputs: Sequence[str], outputs: Sequence[str]) -> "StateSpace":
         """The same with other names of its signals."""

@@ -90,9 +90,9 @@ def _sought(lanes: SampledLanes, law: LinearLaw, largest: np.ndarray) -> np.ndar
         f = np.geomspace(low, high, _INSIDE, axis=1)
         z = np.exp(2j * np.pi * f * lanes.period)
         x = np.linalg.solve(z[..., None, None] * np.eye(n) - lanes.a[:, None], lanes.b[:, None])
-        seen = (c[:, None] @ x + d[:, None])[..., 0]
-        gains = _gains(law, f.ravel(), lanes.period)[:, 1:].reshape(seen.shape)
-        level = 1 / np.abs(1 - np.sum(gains * seen, axis=2))
+        measured = (c[:, None] @ x + d[:, None])[..., 0]
+        gains = _gains(law, f.ravel(), lanes.period)[:, 1:].reshape(measured.shape)
+        level = 1 / np.abs(1 - np.sum(gains * measured, axis=2))
         best = np.argmax(level, axis=1)
         low, high = f[every, np.maximum(best - 1, 0)], f[every, np.minimum(best + 1, _INSIDE - 1)]
     return level.max(axis=1)

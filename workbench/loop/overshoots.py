@@ -36,12 +36,12 @@ def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, floa
         p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth
         return overshoots(inner_loop_closed(plant, equilibrium(plant, speed=speed, p=p), period, parts, p), law, gains)
 
-    found = {"gain": {f"x{gain:g}": value for gain, value in zip(GAINS, over(gains=GAINS), strict=True)}}
-    found["speed"] = {f"{speed:g} m/s": over(speed=speed)[0] for speed in (0.0, SPEED)}
+    spread = {"gain": {f"x{gain:g}": value for gain, value in zip(GAINS, over(gains=GAINS), strict=True)}}
+    spread["speed"] = {f"{speed:g} m/s": over(speed=speed)[0] for speed in (0.0, SPEED)}
     for name, factors in FACTORS.items():
-        found[name] = {f"x{factor:g}": over(name, factor * rig[name])[0] for factor in factors}
-    found["ks"] = {f"{stiffness:g} N/m": over("ks", stiffness)[0] for stiffness in STIFFNESS}
-    return found
+        spread[name] = {f"x{factor:g}": over(name, factor * rig[name])[0] for factor in factors}
+    spread["ks"] = {f"{stiffness:g} N/m": over("ks", stiffness)[0] for stiffness in STIFFNESS}
+    return spread
 
 
 def spread(overshoot: Mapping[str, float | None]) -> float | None:

@@ -79,12 +79,12 @@ class SampledLoop:
         x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
         ahead = preview(self._controller)
         known = np.append(reference, np.full(ahead, reference[-1])) if ahead else reference
-        for k, wanted in enumerate(reference.tolist()):  # Python's own numbers: numpy's are slow one by one
+        for k, setpoint in enumerate(reference.tolist()):  # Python's own numbers: numpy's are slow one by one
             if ahead:
                 cast(Any, self._controller).set_preview(known[k : k + ahead + 1])
             x[k] = self._x
             self._held[1:] = u[k, 1:]
-            command, demanded[k] = self._sample(wanted)
+            command, demanded[k] = self._sample(setpoint)
             arriving = self._line.send(command)
             sent[k], u[k, 0] = command, arriving[0][0]
             if not self._hold(arriving):

@@ -149,7 +149,7 @@ def _searched(controller: ControllerSpec, name: str, ends: tuple[Quantity, Quant
 
 def _numbers(controller: ControllerSpec) -> dict[str, tuple[Path, str, float]]:
     """Path, SI unit and value of every number by name: gain, pressure-feedback.gain."""
-    found: dict[str, tuple[Path, str, float]] = {}
+    numbers: dict[str, tuple[Path, str, float]] = {}
     parts: list[tuple[str, Path, ControllerSpec]] = [("", (), controller)]
     for i, part in enumerate(controller.compensators):
         parts.append((f"{part.name}.", ("compensators", i), part))
@@ -157,8 +157,8 @@ def _numbers(controller: ControllerSpec) -> dict[str, tuple[Path, str, float]]:
         for entry in fields(part.design):
             place = (*path, entry.name), entry.metadata["unit"], getattr(part.design, entry.name)
             for name in (f"{prefix}{entry.name}", f"{prefix.replace('-', '_')}{entry.name}"):
-                found.setdefault(name, place)
+                numbers.setdefault(name, place)
     for name, unit in OF_THE_LOOP.items():
         if getattr(controller, name):
-            found[name] = (name,), unit, getattr(controller, name)
-    return found
+            numbers[name] = (name,), unit, getattr(controller, name)
+    return numbers

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .figures import Curve, Figure, Mark, Panel
 from .palette import GRID, GRID_FINE, INK, INK_SOFT, RULE, Look
-from .thin import DRAWN_POINTS, kept
+from .thin import DRAWN_POINTS, drawn_points
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 _GAP = 28  # px between stacked panels
@@ -68,7 +68,7 @@ def _traces(curve: Curve, axis: str, unit: str, look: Look) -> Iterator[dict[str
     shared = {"type": "scatter", "yaxis": axis, "legendgroup": curve.name, "visible": curve.visible}
     if curve.band is not None:
         yield shared | _band(curve, look.colour)
-    keep = kept(np.where(np.isfinite(curve.x), curve.y, np.nan))
+    keep = drawn_points(np.where(np.isfinite(curve.x), curve.y, np.nan))
     style = look.style(curve.style)
     dash = {"dash": style} if style in ("dash", "dot") else {}
     pen = {"mode": "lines", "line": {"color": look.colour, "width": 1.6, "simplify": False} | dash}
@@ -89,7 +89,7 @@ def _traces(curve: Curve, axis: str, unit: str, look: Look) -> Iterator[dict[str
 def _band(curve: Curve, colour: str) -> dict[str, Any]:
     """The band as closed outlines, one a stretch without gaps: fills between two broken lines would bridge the gaps."""
     assert curve.band is not None
-    keep = np.union1d(kept(curve.band[0]), kept(curve.band[1]))
+    keep = np.union1d(drawn_points(curve.band[0]), drawn_points(curve.band[1]))
     x, low, high = curve.x[keep], curve.band[0][keep], curve.band[1][keep]
     outline_x, outline_y = [np.empty(0)], [np.empty(0)]
     for part in segments(np.isfinite(x) & np.isfinite(low) & np.isfinite(high)):

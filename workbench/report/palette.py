@@ -51,15 +51,15 @@ def looks(figures: Iterable[Figure]) -> dict[str, Look]:
     stated = {curve.name: curve.color for group in groups for curve in group if curve.color}
     fixed = {name: Look(colour) for name, colour in (NEUTRAL | stated).items()}
     names = [list(dict.fromkeys(curve.name for curve in group)) for group in groups]
-    chosen: dict[str, Look] = {}
-    for name in (name for group in names for name in group if name not in chosen):
-        known = fixed | chosen
+    assigned: dict[str, Look] = {}
+    for name in (name for group in names for name in group if name not in assigned):
+        known = fixed | assigned
         beside = {known[other] for group in names if name in group for other in group if other in known}
-        chosen[name] = fixed.get(name) or _least_used(chosen, beside)
-    return chosen
+        assigned[name] = fixed.get(name) or _least_used(assigned, beside)
+    return assigned
 
 
-def _least_used(chosen: Mapping[str, Look], beside: set[Look]) -> Look:
-    uses = Counter(chosen.values())
+def _least_used(assigned: Mapping[str, Look], beside: set[Look]) -> Look:
+    uses = Counter(assigned.values())
     every = [Look(colour, line) for line in _LAPS for colour in PALETTE]
     return min(every, key=lambda look: (look in beside, _LAPS.index(look.line), uses[look]))

@@ -111,9 +111,9 @@ def _numeric(column: Sequence[Cell]) -> bool:
 
 def _best(table: Table, name: str) -> Cell:
     index = table.columns.index(name)
-    found = [row[index] for row in table.rows if _is_number(row[index])]
+    values = [row[index] for row in table.rows if _is_number(row[index])]
     pick = min if table.best[name] == "min" else max
-    return pick(found, default=None, key=lambda cell: float(cell or 0))
+    return pick(values, default=None, key=lambda cell: float(cell or 0))
 
 
 def _cell(cell: Cell, numeric: bool, best: Cell) -> str:

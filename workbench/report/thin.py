@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 DRAWN_POINTS = 2000  # about two points a pixel on a wide screen: a thinned curve looks like the whole one
 
 
-def kept(y: NDArray[np.float64], points: int = DRAWN_POINTS) -> NDArray[np.intp]:
+def drawn_points(y: NDArray[np.float64], points: int = DRAWN_POINTS) -> NDArray[np.intp]:
     """Ascending indices of the samples of `y`, (n,), to draw.
 
     Both ends, and the least and the greatest finite value of each bucket. Where a bucket holds a gap its first missing

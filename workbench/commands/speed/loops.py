@@ -96,8 +96,8 @@ def _margins(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) 
     return times
 
 
-def _furthest(one: np.ndarray, other: np.ndarray) -> float:
-    return float(np.abs(one - other).max() / STEP)
+def _furthest(first: np.ndarray, second: np.ndarray) -> float:
+    return float(np.abs(first - second).max() / STEP)
 
 
 def _cpu_ms(call: Callable[[], object]) -> float:
