@@ -41,14 +41,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser of every command's name, with the options of the one that `words` choose."""
+    """The parser of every command's name, with the options of the command that `words` give."""
     parser = Parser(prog="jackbench", description="Controller-design workbench for servo-hydraulic jacks.")
     parser.add_argument("--version", action="version", version=f"jackbench {_version()}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=Parser)
-    chosen = next((word for word in words if not word.startswith("-")), None)
+    first_word = next((word for word in words if not word.startswith("-")), None)
     for name, what in COMMANDS.items():
         command = commands.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.")
-        if name == chosen:
+        if name == first_word:
             import_module(f".commands.{name.replace('-', '_')}.options", __package__).options(command)
     return parser
 

@@ -40,10 +40,10 @@ class Spec:
 @lru_cache(maxsize=512)
 def _scale(unit: str, si: str) -> tuple[float, float]:
     """Gain and offset such that value_si = gain * value + offset; 2 pi rad/s are 1 Hz."""
-    written, wanted = _parse(unit), _parse(si)
-    if written.dimensionality != wanted.dimensionality:
+    written, target = _parse(unit), _parse(si)
+    if written.dimensionality != target.dimensionality:
         raise InputError(f'unit {echo(unit)} cannot be converted to "{si}"')
-    origin, unity = (_registry().Quantity(value, written).to(wanted).magnitude for value in (0.0, 1.0))
+    origin, unity = (_registry().Quantity(value, written).to(target).magnitude for value in (0.0, 1.0))
     turn = 2 * np.pi  # an angle counts as 1 in pint, and so would 1 rad/s as 1 Hz
     share = {("Hz", True): 1 / turn, ("rad/s", False): turn}.get((si, bool(_ANGLE.search(unit))), 1.0)
     return float(unity - origin) * share, float(origin)

@@ -89,8 +89,8 @@ class Plant:
     def slopes(self) -> ca.Function:
         """(x, u, p) -> df/dx [n, n], df/du [n, m], dh/dx [outputs, n], dh/du [outputs, m]."""
         x, u, p = (ca.SX.sym(name, self.f.numel_in(i)) for i, name in enumerate("xup"))
-        rates, seen = self.f(x, u, p), self.h(x, u, p)
-        parts = [ca.jacobian(of, by) for of in (rates, seen) for by in (x, u)]
+        rates, outputs = self.f(x, u, p), self.h(x, u, p)
+        parts = [ca.jacobian(of, by) for of in (rates, outputs) for by in (x, u)]
         return ca.Function("slopes", [x, u, p], parts)
 
     def parameter_values(self, p: np.ndarray | None = None, **values: float) -> np.ndarray:
