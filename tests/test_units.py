@@ -1,8 +1,12 @@
 """Units at the borders: what pint knows, powers as headers write them, angles per time."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from workbench.base import units
 from workbench.base.errors import InputError
 from workbench.base.units import from_si, to_si
 
@@ -31,3 +35,20 @@ def test_a_number_in_its_si_unit_and_back(value, unit, si, expected):
 def test_a_unit_of_another_kind_is_refused(unit, message):
     with pytest.raises(InputError, match=message):
         to_si(1.0, unit, "m")
+
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_common_units_are_pint_s_to_the_last_bit():
+    """Every unit in a shipped file, by the short list and by pint's whole one."""
+    written = {"mm", "kN", "m/s2", "1/bar", "l/min/bar", "deg", "%", "um", "N m s/rad", "m^3/s/Pa^0.5"}
+    for path in [*ROOT.glob("experiments/**/*.toml"), *ROOT.glob("workbench/rigs/*.toml"), *ROOT.glob("envs/*/*.toml")]:
+        written |= set(re.findall(r'unit = "([^"{]+)"', path.read_text()))
+    for unit in written:
+        factors, whole = [], units._registry()
+        base = str(whole.get_base_units(units._parse(unit, whole))[1])
+        for registry in (units._common(), whole):
+            plain = units._parse(unit, registry)
+            factors.append(registry.Quantity(1.0, plain).to(registry.parse_units(base)).magnitude)
+        assert factors[0] == factors[1], unit

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from numbers import Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,13 +37,42 @@ class Spec:
         return f"{value:g} {self.unit} is outside {self.low:g} to {self.high:g} {self.unit}"
 
 
+_COMMON = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = μ- = u-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+deci- = 1e-1 = d-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+meter = [length] = m
+second = [time] = s
+ampere = [current] = A
+gram = [mass] = g
+radian = [] = rad
+degree = 3.1415926535897932384626433832795028841971693993751 / 180 * radian = deg
+percent = 0.01 = %
+minute = 60 * second = min
+liter = decimeter ** 3 = l = L
+hertz = 1 / second = Hz
+newton = kilogram * meter / second ** 2 = N
+pascal = newton / meter ** 2 = Pa
+bar = 1e5 * pascal
+"""  # what rigs and experiments are written in, as pint defines it: its whole file takes longer to read than numpy
+
+
 @lru_cache(maxsize=512)
 def _scale(unit: str, si: str) -> tuple[float, float]:
     """Gain and offset such that value_si = gain * value + offset; 2 pi rad/s are 1 Hz."""
-    written, target = _parse(unit), _parse(si)
+    try:
+        registry = _common()
+        written, target = (_parse(name, registry) for name in (unit, si))
+    except InputError:
+        registry = _registry()
+        written, target = (_parse(name, registry) for name in (unit, si))
     if written.dimensionality != target.dimensionality:
         raise InputError(f'unit {echo(unit)} cannot be converted to "{si}"')
-    origin, unity = (_registry().Quantity(value, written).to(target).magnitude for value in (0.0, 1.0))
+    origin, unity = (registry.Quantity(value, written).to(target).magnitude for value in (0.0, 1.0))
     turn = 2 * np.pi  # an angle counts as 1 in pint, and so would 1 rad/s as 1 Hz
     share = {("Hz", True): 1 / turn, ("rad/s", False): turn}.get((si, bool(_ANGLE.search(unit))), 1.0)
     return float(unity - origin) * share, float(origin)
@@ -51,16 +80,27 @@ def _scale(unit: str, si: str) -> tuple[float, float]:
 
 @cache
 def _registry() -> "pint.UnitRegistry":
-    """Made when the first unit is read: pint takes 0.3 s to import."""
+    """Every unit that pint knows."""
     import pint
 
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
-def _parse(unit: str) -> "pint.Unit":
+@cache
+def _common() -> "pint.UnitRegistry":
+    """The units of _COMMON, with the same factors; without a file a registry starts empty."""
+    import pint
+
+    registry = pint.UnitRegistry(cast(str, None), autoconvert_offset_to_baseunit=True)
+    for line in _COMMON.strip().splitlines():
+        registry.define(line)
+    return registry
+
+
+def _parse(unit: str, registry: "pint.UnitRegistry") -> "pint.Unit":
     try:
         plain = "" if unit in ("1", "-", "") else unit.replace("%", "percent")
-        return _registry().parse_units(_BARE_POWER.sub(r"\1^\2", plain))
+        return registry.parse_units(_BARE_POWER.sub(r"\1^\2", plain))
     except Exception as error:  # pint raises tokenizer, attribute and type errors alike for a bad unit
         raise InputError(f'unknown unit {echo(unit)}; write it like "mm", "bar", "m/s^2", "1"') from error
 
