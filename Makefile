@@ -10,7 +10,7 @@ demo: .venv/ready
 	@echo "2/3 a position loop"
 	@$(BIN)/jackbench run experiments/first_loop.toml --out out/first_loop --force
 	@echo "3/3 why do model and rig disagree? the bundled sample, simulated elsewhere with an effect that jack-10t lacks;"
-	@echo "    every effect of the library is tried, which takes one to two minutes; the reports above can be read meanwhile"
+	@echo "    every effect of the library is tried, which takes half a minute; the reports above can be read meanwhile"
 	@$(BIN)/jackbench trace experiments/sample --out out/trace-sample --force
 	@echo "open out/trace-sample/report.html, out/first_loop/report.html and out/paper/report.html"
 
