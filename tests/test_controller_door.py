@@ -28,6 +28,11 @@ class Law(P):
 """
 
 
+def sent_to_a_worker(spec):
+    """The same after the way to a worker process of `tune` or `bench`, which pickles it."""
+    return pickle.loads(pickle.dumps(spec))
+
+
 def test_every_law_of_the_folder_is_at_its_door():
     """No file is forgotten, and every name at the door is the class in its file."""
     laws = {
@@ -64,7 +69,7 @@ def test_a_controller_with_units_is_the_one_of_a_config():
     assert repr(ours) == "P(gain=3.7 1/m) + PressureFeedback(gain=2.15e-09 1/Pa, corner=0.25 Hz)"
     assert ours.named("mine").name == "mine"
     assert ours.on_load_cell("10 kN/mm").build(PERIOD).measures == ("force", "pa", "pb")
-    assert pickle.loads(pickle.dumps(ours)) == ours
+    assert sent_to_a_worker(ours) == ours
 
 
 @pytest.mark.parametrize(
@@ -112,7 +117,7 @@ def test_a_law_in_a_file_of_ones_own(tmp_path: Path, monkeypatch):
     assert read.use == f"{tmp_path}/mine.py:Law"
     assert np.allclose(read.build(PERIOD).linear().D, [[2.0, -2.0]])
     monkeypatch.chdir(tmp_path)
-    assert controller("mine.py:Law", gain=2.0) == pickle.loads(pickle.dumps(read)).named("law")
+    assert controller("mine.py:Law", gain=2.0) == sent_to_a_worker(read).named("law")
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_the_lines_of_the_readme_run(loop):
     lines = text[text.index("    import workbench as wb\n") :].partition("\n\n")[0].splitlines()
     slow = [line for line in lines if "wb.tune" in line or "wb.trace" in line]
     assert len(slow) == 2
-    names = {}
+    names = {}  # the README's own lines are what is tested, so they are run from there
     exec("\n".join(line.strip() for line in lines if line not in slow), names)
     assert repr(names["loop"]) == repr(loop)
     compile("\n".join(line.strip() for line in slow), "README.md", "exec")

@@ -1,13 +1,11 @@
 """Figures of the READMEs are held to their commands: here the quick ones, all of them by `make figures`."""
 
-import sys
 from pathlib import Path
 
+import figures
 import pytest
 
 ROOT = Path(__file__).parents[1]
-sys.path.append(str(ROOT / ".ci"))
-import figures  # noqa: E402
 
 PAGES = "\n\n".join((ROOT / page).read_text() for page in figures.PAGES)
 

@@ -1,0 +1,75 @@
+"""Machine code is kept for the next start: whole, the user's own, and made again where it is neither."""
+
+import os
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from test_compiled import compile_outputs
+
+from workbench.engine import object_cache
+
+
+@pytest.fixture
+def fresh_cache(tmp_path: Path, monkeypatch) -> Path:
+    """An empty cache folder, and a process that has loaded nothing."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(object_cache, "_LOADED", {})
+    return tmp_path / "jackbench"
+
+
+def square() -> float:
+    x = ca.SX.sym("x")
+    return compile_outputs([x * x], [x])[0].observe(np.array([3.0]), np.zeros(1))[0]
+
+
+def restart(monkeypatch, compiler: object) -> None:
+    monkeypatch.setattr(object_cache, "_LOADED", {})
+    monkeypatch.setattr(object_cache, "_compile", compiler)
+
+
+def test_the_second_start_needs_no_compiler(fresh_cache: Path, monkeypatch) -> None:
+    assert square() == 9
+    assert len(list(fresh_cache.iterdir())) == 1
+    restart(monkeypatch, None)
+    assert square() == 9
+
+
+def test_a_damaged_entry_is_compiled_again(fresh_cache: Path, monkeypatch) -> None:
+    calls, compiler = [], object_cache._compile
+    assert square() == 9
+    (entry,) = fresh_cache.iterdir()
+    whole = entry.read_bytes()
+    for damaged in (whole[:-1], whole[:40], b"", whole[:-9] + b"x" + whole[-8:]):
+        entry.write_bytes(damaged)
+        restart(monkeypatch, lambda ir: calls.append(ir) or compiler(ir))
+        assert square() == 9
+        assert entry.read_bytes() == whole
+    assert len(calls) == 4
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="only POSIX says who may write to a file")
+@pytest.mark.parametrize("open_to_others", ["entry", "folder", "another user's"])
+def test_an_entry_that_others_could_have_written_is_compiled_again(fresh_cache, monkeypatch, open_to_others) -> None:
+    calls, compiler = [], object_cache._compile
+    assert square() == 9
+    (entry,) = fresh_cache.iterdir()
+    assert (fresh_cache.stat().st_mode | entry.stat().st_mode) & 0o077 == 0
+    if open_to_others == "another user's":
+        monkeypatch.setattr(os, "getuid", lambda: entry.stat().st_uid + 1)
+    else:
+        (entry if open_to_others == "entry" else fresh_cache).chmod(0o722)
+    restart(monkeypatch, lambda ir: calls.append(ir) or compiler(ir))
+    assert square() == 9
+    assert len(calls) == 1
+    restart(monkeypatch, lambda ir: calls.append(ir) or compiler(ir))
+    assert square() == 9
+    assert len(calls) == (2 if open_to_others == "another user's" else 1)
+
+
+def test_without_a_folder_to_write_to_nothing_is_kept(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr(object_cache, "_LOADED", {})
+    assert square() == 9
