@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..base.checkpoint import no_checkpoint
@@ -11,10 +10,10 @@ from ..base.errors import InputError
 from ..commands.bench.study import run_bench
 from ..commands.common.bench_experiment import BenchConfig, BenchLoop
 from ..commands.common.experiment import BodeConfig
-from ..commands.common.outcome import Outcome
+from ..commands.common.outcome import Answer, Outcome
 from ..control.controller_spec import ControllerSpec
 from ..loop.scenarios import Scenario
-from ..report import Figure, Table
+from ..report import Table
 from .closed_loop import ClosedLoop
 from .search import checked_rigs, scenarios_of
 from .time_response import metrics_table
@@ -26,7 +25,7 @@ _NO_SINES = BodeConfig(0.1, 50.0, 3, ())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Benchmark:
+class Benchmark(Answer):
     """Loops of one signal on a set of rigs: `rows` are those of metrics.json, `outcome` the whole report."""
 
     config: BenchConfig
@@ -36,18 +35,6 @@ class Benchmark:
     def rows(self) -> list[dict[str, Any]]:
         """A row for each controller, rig and scenario: SI but for what a key says."""
         return list(self.outcome.metrics["rows"])
-
-    def plot(self) -> Figure:
-        """The last step on the first rig under every controller."""
-        return self.outcome.plot()
-
-    def show(self) -> Path:
-        """Open the whole report in a browser; the path of the page."""
-        return self.outcome.show()
-
-    def report(self, folder: str | Path, force: bool = False) -> Path:
-        """Leave the report and its numbers in a new folder; the path of the report."""
-        return self.outcome.report(folder, force)
 
     def table(self) -> Table:
         """The rows in short."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ...report import Figure, Page
     from .run_folder import Run
 
-__all__ = ["Outcome", "Progress", "Stage", "leave", "no_checkpoint"]
+__all__ = ["Answer", "Outcome", "Progress", "Stage", "leave", "no_checkpoint"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,6 +58,24 @@ class Outcome:
         with open_run(Path(folder), identity, force) as run:
             leave(run, self, identity, {})
         return Path(folder) / "report.html"
+
+
+class Answer:
+    """What a person gets of a study in Python: numbers of its own, and the report of its `outcome`."""
+
+    outcome: Outcome
+
+    def plot(self) -> "Figure":
+        """The report's telling figure."""
+        return self.outcome.plot()
+
+    def show(self) -> Path:
+        """Open the whole report in a browser; the path of the page."""
+        return self.outcome.show()
+
+    def report(self, folder: str | Path, force: bool = False) -> Path:
+        """Leave the report and its numbers in a new folder, as `Outcome.report` does; the path of the report."""
+        return self.outcome.report(folder, force)
 
 
 def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], footer: Mapping[str, str]) -> "Page":

@@ -1,7 +1,6 @@
 """Fit a rig's uncertain numbers to a campaign, and say which of them the recordings cannot see."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
@@ -11,16 +10,15 @@ from ...identify.trace.refit import estimation_problem, fit_rig
 from ...identify.trace.stored import packed, unpacked
 from ...plant import build
 from ...records import Campaign
-from ...report import Figure
 from ...rigs.rig import Rig, rig_text
 from ..common.error_page import record_tables, rms_of
 from ..common.fit_result import base_intervals, correlations, finite, fitted, fitted_rig
-from ..common.outcome import Outcome, Progress, Stage
+from ..common.outcome import Answer, Outcome, Progress, Stage
 from .page import fit_page
 
 
 @dataclass(frozen=True, repr=False)
-class FitAnswer:
+class FitAnswer(Answer):
     """A rig as fitted, and the report of the fit."""
 
     rig: Rig
@@ -35,18 +33,6 @@ class FitAnswer:
     def chi2(self) -> dict[str, float | None]:
         """Mean of (error / sigma)^2, "train" and "heldout"; 1 is the noise floor."""
         return self.outcome.metrics["chi2"]
-
-    def plot(self) -> Figure:
-        """The numbers in their declared ranges."""
-        return self.outcome.plot()
-
-    def show(self) -> Path:
-        """Open the whole report in a browser; the path of the page."""
-        return self.outcome.show()
-
-    def report(self, folder: str | Path, force: bool = False) -> Path:
-        """Leave the report, rig.toml and the numbers in a new folder; the path of the report."""
-        return self.outcome.report(folder, force)
 
     def __repr__(self) -> str:
         return repr(self.outcome)

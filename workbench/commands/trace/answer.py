@@ -8,14 +8,14 @@ from typing import Any
 
 from ...identify.trace.findings import Trace
 from ...rigs.rig import Rig
-from ..common.outcome import Outcome
+from ..common.outcome import Answer, Outcome
 from ..common.run_folder import open_run, resolved_config
 
 _SHOWN = 5  # lines of the ranking in a repr
 
 
 @dataclass(frozen=True, eq=False)
-class TraceAnswer:
+class TraceAnswer(Answer):
     """What a campaign says of the rig's model: `str()` is the sentence that `jackbench trace` prints.
 
     `rig` is the rig as found: its fitted numbers and the effects that were added, with sources. `trace` holds the fits,
