@@ -23,7 +23,7 @@ LINEAR = [spec for spec in (*TUNED, *FORCE) if linear_law(spec.build(1e-3)) is n
 SPECIMEN = {"ks": 1e7, "cs": 1e4}
 
 
-def both(rig, spec, reference, seed=None, inputs=None):
+def both(rig, spec, reference, seed=None, inputs=None, added=None):
     """The run in Python and the compiled one."""
     engine = Engine(build(rig))
     rest = equilibrium(engine.plant)
@@ -32,7 +32,9 @@ def both(rig, spec, reference, seed=None, inputs=None):
     runs = []
     for compiled in (False, True):
         loop = SampledLoop(engine, rig, spec.build(rig.period.value), rest, seed, compiled=compiled)
-        runs.append([loop.run(part, inputs) for part in np.split(level + reference, 2)])  # in two parts: it goes on
+        commands = [None, None] if added is None else np.split(added, 2)
+        parts = zip(np.split(level + reference, 2), commands, strict=True)  # in two parts: it goes on
+        runs.append([loop.run(part, inputs, command) for part, command in parts])
     return runs
 
 
@@ -73,6 +75,13 @@ def test_drawn_rigs_delays_noise_and_references_agree(which, name, delay, seed, 
     reference = np.repeat(corners, 200 // len(corners))
     reference = np.append(reference, np.full(200 - len(reference), corners[-1]))
     agree(*both(rig_for(spec, name, delay), spec, reference, seed), 0.05)
+
+
+@pytest.mark.parametrize("name", ["p", "pid-lead", "crone1"])  # without memory; of the error; with an anti-windup
+def test_a_command_that_is_added_to_the_laws_acts_in_both_alike(name):
+    spec, t = next(one for one in TUNED if one.name == name), np.arange(400) * 1e-3
+    added = np.where(t > 0.2, 2.0, 0.1) * np.sin(2 * np.pi * 5 * t)  # the guard limits the second half
+    agree(*both(rig_for(spec, delay=0.3e-3), spec, 0.02 * np.sin(20 * t), 3, added=added), 0.02)
 
 
 @pytest.mark.parametrize(("reference", "reason"), [(0.4, "position beyond"), (0.12, "force above"), (None, None)])

@@ -12,7 +12,8 @@ from workbench.commands.excite.study import drive, play, trouble
 from workbench.commands.record.config import identity, plan
 from workbench.commands.record.study import logged, run_record, standard_set
 from workbench.commands.residual.study import run_residual
-from workbench.loop.sampled_loop import LoopRun
+from workbench.linear import equilibrium
+from workbench.loop.sampled_loop import LoopRun, SampledLoop
 from workbench.records import load_campaign
 from workbench.records.excitation import Excitation, excitation, excitation_text, steps, triangle
 from workbench.rigs.rig import EffectUse, Number, load_rig, save_rig
@@ -48,6 +49,20 @@ def short_run(ready) -> tuple[Excitation, LoopRun, dict[str, np.ndarray]]:
     played = excitation("short", "command", steps(0.02, 0.4, PERIOD), PERIOD, 0.0)
     run = play(ready, played, seed=5)
     return played, run, logged(ready, run, 5)
+
+
+@pytest.mark.parametrize("seed", [None, 4])
+def test_a_drive_plays_compiled_what_it_plays_in_python(ready, seed):
+    """Reference and command at once, with the sensors' noise and without."""
+    t = np.arange(800) * PERIOD
+    played = Excitation("both", PERIOD, 0.02 * np.sin(9 * t), 0.1 * np.sin(60 * t))
+    start = equilibrium(ready.engine.plant)
+    loop = SampledLoop(ready.engine, ready.rig, ready.loop.build(PERIOD), start, seed, compiled=False)
+    compiled, python = play(ready, played, seed), loop.run(played.reference, added=played.command)
+    for name, values in python.record.signals.items():
+        largest = np.abs(values).max()
+        assert np.abs(compiled.record.signals[name] - values).max() <= 1e-6 * largest, name
+    assert np.abs(compiled.demanded - python.demanded).max() <= 1e-9
 
 
 def test_the_logged_position_is_the_one_that_the_loop_acted_on(ready, short_run):

@@ -2,8 +2,8 @@
 
 At an instant the sensors are read, the law demands a command, the guard limits it or trips, the drive holds what has
 arrived. The law is x+ = A x + B (r, y) + E (u - o), u_demanded = C x + D (r, y) + o with its numbers as parameters, so
-that other gains, rigs, limits and noise need no other machine code. loop/closed_loop.py runs the same instants in
-Python and is the oracle in tests.
+that other gains, rigs, limits and noise need no other machine code; a command that is added to the law's acts as part
+of o. loop/sampled_loop.py runs the same instants in Python and is the oracle in tests.
 """
 
 from collections.abc import Callable, Mapping
@@ -64,8 +64,8 @@ class LawShape:
         return _places(**law, **guard, part=1, noise=sensors, resolution=sensors)
 
     def inputs(self, plant: Plant) -> dict[str, slice]:
-        """Places in the row of an instant: the reference, the plant's inputs but for the command, noise."""
-        return _places(reference=1, others=len(plant.inputs) - 1, noise=len(self.sensors) if self.noisy else 0)
+        """Places in the row of an instant: reference, added command, the plant's inputs but for the command, noise."""
+        return _places(reference=1, added=1, others=len(plant.inputs) - 1, noise=len(self.sensors) if self.noisy else 0)
 
 
 def _places(**sizes: int) -> dict[str, slice]:
@@ -125,12 +125,13 @@ def _law(
     n, inputs = shape.states, ca.vertcat(r["reference"], *(readings[name] for name in shape.measured))
     a, b = (ca.reshape(q[name], columns, n).T for name, columns in (("a", n), ("b", inputs.numel())))
     trip = _watched(s, q, readings)
-    asked = ca.dot(q["c"], s["law"]) + ca.dot(q["d"], inputs) + q["offset"]
+    offset = q["offset"] + r["added"]
+    asked = ca.dot(q["c"], s["law"]) + ca.dot(q["d"], inputs) + offset
     demanded = ca.if_else(trip > 0, 0, asked)
     trip = ca.if_else(trip > 0, trip, ca.if_else(ca.fabs(demanded) <= np.finfo(float).max, 0, TRIPS.index("command")))
     target = ca.if_else(trip > 0, 0, ca.fmin(1, ca.fmax(-1, demanded)))
     sent = s["command"] + ca.fmin(q["step"], ca.fmax(-q["step"], target - s["command"]))
-    advanced = a @ s["law"] + b @ inputs + q["e"] * (sent - q["offset"])
+    advanced = a @ s["law"] + b @ inputs + q["e"] * (sent - offset)
     return {"sent": sent, "demanded": demanded, "trip": trip, "state": ca.if_else(trip > 0, s["law"], advanced)}
 
 

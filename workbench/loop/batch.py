@@ -87,7 +87,8 @@ def _run_chunk(
     numbers = ready.numbers(np.array([[offset] for _, offset in starts]))
     level = outputs[:, [plant.output(law.measures[0])]]
     others = np.broadcast_to(points.u[:, None, 1:], (len(p), k, points.u.shape[1] - 1))
-    rows = np.concatenate(((level + reference)[..., None], others, normal[:, 1:]), axis=2)
+    given = np.stack(np.broadcast_arrays(level + reference, 0.0), axis=2)  # no command is added to the law's
+    rows = np.concatenate((given, others, normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)
     columns = dict(zip((*OUT, *ready.shape.recorded), np.moveaxis(out, 2, 0), strict=True))
     trip = columns["trip"][np.arange(len(p)), np.where(batch.ok, k - 1, batch.failed)]

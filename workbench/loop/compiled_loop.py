@@ -104,10 +104,11 @@ class CompiledLoop:
         x, offset = law.start(signals, float(u[0]))
         self._numbers, self._state = self._law.numbers(offset), self._law.start(x[None], u[None, :1])
 
-    def run(self, x: np.ndarray, reference: np.ndarray, others: np.ndarray) -> Instants:
-        """From the state x [n], along a reference [k] and the plant's inputs but for the command, others [k, m - 1]."""
+    def run(self, x: np.ndarray, reference: np.ndarray, added: np.ndarray, others: np.ndarray) -> Instants:
+        """From the state x [n], along a reference [k], a command that is added to the law's, added [k], and the plant's
+        inputs but for the command, others [k, m - 1]."""
         law = self._law
-        rows = np.column_stack((reference, others, self._sensors.noise_rows(len(reference))))[None]
+        rows = np.column_stack((reference, added, others, self._sensors.noise_rows(len(reference))))[None]
         batch, out = self._engine.run_sampled(law.shape, x[None], law.durations, self._state, rows, self._numbers)
         failed = int(batch.failed[0])
         sent, demanded, held, trips = out[0].T

@@ -66,25 +66,35 @@ class SampledLoop:
             engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
         )
 
-    def run(self, reference: np.ndarray, inputs: Mapping[str, np.ndarray] | None = None) -> LoopRun:
-        """Follow `reference` [k] at the rig's control period (SI); `inputs` gives other inputs of the plant [k]."""
+    def run(
+        self,
+        reference: np.ndarray,
+        inputs: Mapping[str, np.ndarray] | None = None,
+        added: np.ndarray | None = None,
+    ) -> LoopRun:
+        """Follow `reference` [k] at the rig's control period (SI); `inputs` gives other inputs of the plant [k].
+
+        `added` [k] is added to what the controller demands, which hears of the realised command less that.
+        """
         plant, steps = self._engine.plant, len(reference)
         if not np.all(np.isfinite(reference)):
             raise InputError(f"the reference is not finite at sample {int(np.argmin(np.isfinite(reference)))}; mend it")
         u = np.tile(self._held, (steps, 1))
         for name, values in (inputs or {}).items():
             u[:, plant.input(name)] = values
+        added = np.zeros(steps) if added is None else added
         if self._compiled:
-            return self._run_compiled(self._compiled, reference, u)
+            return self._run_compiled(self._compiled, reference, added, u)
         x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
         ahead = preview(self._controller)
         known = np.append(reference, np.full(ahead, reference[-1])) if ahead else reference
-        for k, setpoint in enumerate(reference.tolist()):  # Python's own numbers: numpy's are slow one by one
+        samples = zip(reference.tolist(), added.tolist(), strict=True)  # Python's own numbers: numpy's are slow
+        for k, (setpoint, more) in enumerate(samples):
             if ahead:
                 cast(Any, self._controller).set_preview(known[k : k + ahead + 1])
             x[k] = self._x
             self._held[1:] = u[k, 1:]
-            command, demanded[k] = self._sample(setpoint)
+            command, demanded[k] = self._sample(setpoint, more)
             arriving = self._line.send(command)
             sent[k], u[k, 0] = command, arriving[0][0]
             if not self._hold(arriving):
@@ -93,8 +103,8 @@ class SampledLoop:
                 break
         return self._result(x[:steps], u[:steps], reference[:steps], sent[:steps], demanded[:steps])
 
-    def _run_compiled(self, loop: CompiledLoop, reference: np.ndarray, u: np.ndarray) -> LoopRun:
-        done = loop.run(self._x, reference, u[:, 1:])
+    def _run_compiled(self, loop: CompiledLoop, reference: np.ndarray, added: np.ndarray, u: np.ndarray) -> LoopRun:
+        done = loop.run(self._x, reference, added, u[:, 1:])
         k = len(reference) if done.failed is None else done.failed + 1
         u[:, 0] = done.held
         self._x, self._held = done.x[k if done.failed is None else k - 1], u[k - 1].copy()
@@ -104,14 +114,14 @@ class SampledLoop:
     def _measure(self) -> dict[str, float]:
         return self._sensors.read(self._engine.observe(self._x, self._held))
 
-    def _sample(self, reference: float) -> tuple[float, float]:
-        """One sampling instant: the command that is sent to the drive now, and what the controller wanted."""
+    def _sample(self, reference: float, added: float) -> tuple[float, float]:
+        """One sampling instant: the command that is sent to the drive now, and what was demanded with `added`."""
         measured = self._measure()
         self._guard.watch(measured)
-        demanded = Guard.safe if self._guard.tripped else self._demanded(reference, measured)
+        demanded = Guard.safe if self._guard.tripped else self._demanded(reference, measured) + added
         sent = self._guard.limit(demanded)
         if self._guard.tripped is None:
-            self._controller.update(sent)
+            self._controller.update(sent - added)
         return sent, demanded
 
     def _demanded(self, reference: float, measured: Mapping[str, float]) -> float:

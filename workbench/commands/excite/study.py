@@ -4,7 +4,6 @@ The drive is a slow proportional position loop that holds the jack, or follows t
 file is added to what the loop commands.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,10 +14,8 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si, to_si
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
-from ...control.protocol import Controller, linear_view
 from ...engine import Engine
 from ...linear import equilibrium
-from ...linear.state_space import StateSpace
 from ...loop.margins import linear_loop
 from ...loop.sampled_loop import LoopRun, SampledLoop
 from ...plant import build
@@ -74,7 +71,7 @@ def drive(rig: Rig) -> DriveSimulation:
 
 def play(drive: DriveSimulation, played: Excitation, seed: int | None = None) -> LoopRun:
     """Play an excitation from rest where its reference begins; with a seed, the loop sees noise and resolution."""
-    return _closed(drive, played, seed).run(played.reference)
+    return _loop(drive, played, seed).run(played.reference, added=played.command)
 
 
 def trouble(run: LoopRun) -> str | None:
@@ -183,39 +180,11 @@ def _effort(drive: DriveSimulation, run: LoopRun) -> str:
 
 
 def _is_taken(drive: DriveSimulation, played: Excitation) -> bool:
-    loop = _closed(drive, played, None)
-    pieces = np.array_split(played.reference, max(1, round(len(played.reference) * played.period / _CHUNK)))
-    return all(trouble(loop.run(piece)) is None for piece in pieces)
+    loop, count = _loop(drive, played, None), max(1, round(len(played.reference) * played.period / _CHUNK))
+    pieces = zip(np.array_split(played.reference, count), np.array_split(played.command, count), strict=True)
+    return all(trouble(loop.run(reference, added=command)) is None for reference, command in pieces)
 
 
-def _closed(drive: DriveSimulation, played: Excitation, seed: int | None) -> SampledLoop:
+def _loop(drive: DriveSimulation, played: Excitation, seed: int | None) -> SampledLoop:
     start = equilibrium(drive.engine.plant, position=float(played.reference[0]) - drive.rig["xmid"])
-    controller = _Adding(drive.loop.build(played.period), played.command)
-    return SampledLoop(drive.engine, drive.rig, controller, start, seed)
-
-
-class _Adding:
-    """A position loop that adds a command, sample by sample, to its own."""
-
-    measures: tuple[str, ...] = ("position",)
-
-    def __init__(self, inner: Controller, command: np.ndarray) -> None:
-        self._inner, self._command, self._k = inner, command, 0
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Begin with the first sample, which is no bump for the inner controller."""
-        self._k = 0
-        self._inner.reset(reference, measurement, command)
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """The inner controller's command and this sample's."""
-        return self._inner.compute(reference, measurement) + float(self._command[self._k])
-
-    def update(self, realised: float) -> None:
-        """The inner controller sees what is left for it; then the next sample's turn."""
-        self._inner.update(realised - float(self._command[self._k]))
-        self._k += 1
-
-    def linear(self) -> StateSpace:
-        """What is added changes no response."""
-        return linear_view(self._inner)
+    return SampledLoop(drive.engine, drive.rig, drive.loop.build(played.period), start, seed)

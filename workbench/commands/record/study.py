@@ -175,13 +175,12 @@ def logged(drive: DriveSimulation, run: LoopRun, seed: int) -> dict[str, np.ndar
     """
     rig, names = drive.rig, drive.engine.plant.outputs
     sensors = Sensors(rig, names, seed)
-    outputs = np.column_stack([run.record.signals[name] for name in names])
-    sensors.read(outputs[0])  # the loop measures once before its first sample
-    rows = [sensors.read(row) for row in outputs]
+    outputs = np.column_stack([run.record.signals[name] for name in sensors.names])
+    noise = sensors.noise_rows(1 + len(outputs))[1:]  # the loop measures once before its first sample
+    readings = dict(zip(sensors.names, sensors.disturbed(outputs, noise).T, strict=True))
     idle = ("force",) if rig["ks"] == 0 and rig["cs"] == 0 else ()
-    sensed = [name for name in names if name in rig.sensors and name not in idle]
     given = {name: run.record.signals[name] for name in ("reference", "command")}
-    return given | {name: np.array([row[name] for row in rows]) for name in sensed}
+    return given | {name: values for name, values in readings.items() if name not in idle}
 
 
 def _recorded(drive: DriveSimulation, excitation: Excitation, entropy: list[int]) -> dict[str, Any]:
