@@ -7,16 +7,20 @@ import numpy as np
 import pytest
 
 from workbench.cli import main
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.robustness.draw import draw_plants
+from workbench.commands.robustness.drawn_plants import drawn_plants
+from workbench.commands.robustness.linear_loops import linear_loops
 from workbench.commands.run.config import load_config
-from workbench.control.protocol import linear_law
-from workbench.linear import Equilibrium
+from workbench.control.protocol import linear_view
+from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.loop.lane_margins import lane_margins, sampled_lanes
 from workbench.loop.lane_metrics import hunting_lanes
 from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import with_delay
+from workbench.loop.rows import MOVING
 from workbench.plant import build
 from workbench.rigs.rig import load_rig
 
@@ -26,6 +30,15 @@ KEYS = [
     "controller", "plants", "unstable", "tripped", "hunting", "settling_p50_s", "settling_p99_s", "settling_worst_s",
     "overshoot_worst_percent", "ms_worst", "gain_margin_worst_db",
 ]  # fmt: skip
+
+
+def same_margins(margins, lane, loop):
+    """A lane's margins are those of its loop alone, but for the fixed grid on which they are read."""
+    assert margins.stable[lane] == loop.stable
+    if loop.stable:
+        assert margins.ms[lane] == pytest.approx(loop.ms, rel=5e-3)
+        assert margins.gain_margin_db[lane] == pytest.approx(loop.gain_margin_db, abs=0.05)
+        assert margins.phase_margin_deg[lane] == pytest.approx(loop.phase_margin_deg, abs=0.5)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3e-3, 1e-3, 2.4e-3])
@@ -38,15 +51,12 @@ def test_margins_in_lanes_are_those_of_the_loop(delay, name):
     p[1, plant.parameters.index("M")] *= 0.5
     p[2, plant.parameters.index("beta")] *= 0.5
     points = equilibria(plant, p, np.array([0.0, 0.1, -0.15]))
-    law = linear_law(specs[name].build(1e-3))
-    margins = lane_margins(sampled_lanes(plant, points, p, law.measures, 1e-3), law)
+    law = linear_view(specs[name].build(1e-3))
+    margins = lane_margins(sampled_lanes(plant, points, p, tuple(law.input_labels[1:]), 1e-3), law)
     for lane in range(3):
         about = Equilibrium(points.x[lane], points.u[lane], 0.0)
         loop = linear_loop(plant, about, specs[name].build(1e-3), 1e-3, p[lane])
-        assert margins.stable[lane] == loop.stable
-        if loop.stable:
-            assert margins.ms[lane] == pytest.approx(loop.ms, rel=5e-3)
-            assert margins.gain_margin_db[lane] == pytest.approx(loop.gain_margin_db, abs=0.05)
+        same_margins(margins, lane, loop)
 
 
 def test_hunting_is_an_oscillation_that_stays():
@@ -74,11 +84,35 @@ def test_plants_are_drawn_within_bounds_and_factors_from_the_seed():
     assert np.abs(drawn.position + config.step / 2).max() <= 0.9 * config.rig.limit("stroke")
 
 
+def few(folder, controllers):
+    """The shipped experiment with a few controllers, in a folder; its path."""
+    start = SHIPPED.read_text().split("[from]")[0]
+    (folder / "few.toml").write_text(f'{start}[from]\n"{EXPERIMENTS}/position_tuned.toml" = {controllers}\n')
+    return folder / "few.toml"
+
+
+def test_linear_loops_at_every_position_are_those_of_the_loop(tmp_path):
+    config = load_robustness(few(tmp_path, '["p-dp", "mpc"]'), plants=3)
+    plants = drawn_plants(config)
+    controllers = {spec.name: spec.build(1e-3) for spec in config.controllers}
+    views = {name: linear_view(controller) for name, controller in controllers.items()}
+    places = linear_loops(plants, views, no_checkpoint, lambda _: None)
+    plant, limit = plants.engine.plant, config.rig.limit("stroke")
+    assert plants.positions == pytest.approx([-0.9 * limit, -0.5 * limit, 0, 0.5 * limit, 0.9 * limit])
+    for name, controller in controllers.items():
+        assert len(places[name]) == 12
+        for place in places[name]:
+            speed = {"null": 0.0, "moving": MOVING}[place.point]
+            for lane in range(3):
+                x = float(plants.draw.position[lane]) if place.position is None else place.position
+                p = plants.draw.p[lane]
+                about = equilibrium(plant, speed=speed, position=x, p=p, specimen_velocity=speed)
+                same_margins(place.margins, lane, linear_loop(plant, about, controller, 1e-3, p))
+
+
 def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    text = SHIPPED.read_text().replace('"position_tuned.toml" = [', f'"{EXPERIMENTS}/position_tuned.toml" = [')
-    rows = [row for row in text.splitlines() if "position_tuned" not in row]
-    (tmp_path / "few.toml").write_text("\n".join([*rows, f'"{EXPERIMENTS}/position_tuned.toml" = ["p-dp", "mpc"]']))
+    few(tmp_path, '["p-dp", "mpc"]')
     assert main(["robustness", "few.toml", "--plants", "40"]) == 0
     metrics = json.loads((tmp_path / "out" / "few" / "metrics.json").read_text())
     assert metrics["left_out"] == ["mpc"]
@@ -88,9 +122,18 @@ def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys
     assert row["plants"] == 40
     assert 0.05 < row["settling_p50_s"] < 0.2
     assert metrics["timing"]["closed_loop_seconds_per_cpu_second"]["p-dp"] > 0
+    for name in ("p-dp", "mpc"):
+        rows = [row for row in metrics["linear"] if row["controller"] == name]
+        places = [(row["position"], row["point"]) for row in rows]
+        positions = [None, -0.216, -0.12, 0.0, 0.12, 0.216]
+        assert places == [(position, point) for position in positions for point in ("null", "moving")]
+    of_p_dp = [row["unstable"] for row in metrics["linear"] if row["controller"] == "p-dp"]
+    assert max(of_p_dp) <= row["unstable"] <= sum(of_p_dp)
+    assert (row["ms_worst"] is None) == (row["unstable"] > 0)
     assert main(["robustness", "few.toml", "--plants", "40", "--out", "again"]) == 0
     other = json.loads((tmp_path / "again" / "metrics.json").read_text())
     assert other["rows"] == metrics["rows"]
+    assert other["linear"] == metrics["linear"]
 
 
 @pytest.mark.parametrize(
@@ -99,6 +142,7 @@ def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys
         ("M = [0.5, 1.5]", "Mass = [0.5, 1.5]", "no such number"),
         ("M = [0.5, 1.5]", "M = [1.5, 0.5]", "least and the largest factor"),
         ("stroke = 0.9", "stroke = 1.9", "at most 1"),
+        ("stroke = 0.9", "stroke = 0.9\npositions = [0, 1.1]", "from -1 to 1"),
         ("plants = 10000", "plants = 0", "whole number"),
         ('unit = "mm"', 'unit = "kg"', "cannot be converted"),
     ],
@@ -107,6 +151,7 @@ def test_nonsense_is_refused_in_one_line(tmp_path, monkeypatch, capsys, was, now
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.toml").write_text(SHIPPED.read_text().replace(was, now))
     (tmp_path / "position_tuned.toml").write_text((EXPERIMENTS / "position_tuned.toml").read_text())
+    (tmp_path / "position_crone.toml").write_text((EXPERIMENTS / "position_crone.toml").read_text())
     assert main(["robustness", "bad.toml"]) == 2
     error = capsys.readouterr().err
     assert message in error

@@ -28,10 +28,26 @@ def equilibria(
     Other inputs by name. A lane without such a point is marked in `ok`. Raises InputError where the nominal plant has
     none at mid stroke.
     """
-    lanes, place = len(p), plant.state("x")
+    lanes = len(p)
     nominal = equilibrium(plant, speed=speed, p=None, **inputs)
     x, u = np.tile(nominal.x, (lanes, 1)), np.tile(nominal.u, (lanes, 1))
-    x[:, place] = position
+    x[:, plant.state("x")] = position
+    return _balanced(plant, p, x, u)
+
+
+def moved(plant: Plant, p: np.ndarray, points: Equilibria, position: np.ndarray | float) -> Equilibria:
+    """Operating points of the same plants, speeds and inputs at another `position` [m] ([lanes] or one).
+
+    Newton steps start at `points`: few, for the position changes little but the chambers' volumes.
+    """
+    x = points.x.copy()
+    x[:, plant.state("x")] = position
+    return _balanced(plant, p, x, points.u.copy())
+
+
+def _balanced(plant: Plant, p: np.ndarray, x: np.ndarray, u: np.ndarray) -> Equilibria:
+    """Newton steps from x and u, which change in place; position, speed and other inputs stay."""
+    place = plant.state("x")
     free = [i for i, state in enumerate(plant.states) if state.name not in ("x", "v")]
     balanced = [i for i in range(plant.n) if i != place]
     scale = np.append(plant.scale[free], plant.inputs[0].scale)

@@ -2,5 +2,7 @@
 
 options, config    what it is asked; the experiment file
 draw               the plants
-study, page        the loops on them; the report
+drawn_plants       the same with their operating points
+linear_loops       poles and margins of all controllers on them, at several positions
+study, page        the steps on them and all rows; the report
 """

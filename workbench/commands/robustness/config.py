@@ -10,13 +10,17 @@ from ...control.controller_spec import ControllerSpec, controller_spec
 from ...rigs.rig import Rig
 from ..common.experiment import borrowed_controllers, read_experiment, rig_of
 
-KEYS = ("experiment", "rig", "plants", "seed", "step", "seconds", "computing_delay", "stroke", "from", "draw")
+KEYS = (
+    "experiment", "rig", "plants", "seed", "step", "seconds", "computing_delay", "stroke", "positions", "from", "draw",
+)  # fmt: skip
+POSITIONS = (-0.9, -0.5, 0.0, 0.5, 0.9)  # shares of the stroke limit
 
 
 @dataclass(frozen=True)
 class RobustnessConfig:
     """A step [m] watched for so many seconds, on plants whose numbers are drawn: factors [low, high] by name, and all
-    others that the rig gives bounds within them. `stroke`: the share of the stroke limit in which steps lie.
+    others that the rig gives bounds within them. `stroke`: the share of the stroke limit in which steps lie;
+    `positions`: the shares of it at which every plant's linear loops are judged.
 
     `source` is the experiment as it was read, with the tables of its controllers.
     """
@@ -28,6 +32,7 @@ class RobustnessConfig:
     seconds: float
     computing_delay: float
     stroke: float
+    positions: tuple[float, ...]
     factors: Mapping[str, tuple[float, float]]
     controllers: tuple[ControllerSpec, ...]
     source: Mapping[str, Any]
@@ -52,6 +57,9 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
     stroke = table.positive("stroke")
     if stroke > 1:
         raise table.complaint("stroke", "a share of the stroke limit, at most 1")
+    positions = table.numbers("positions", "[-0.9, 0, 0.9]") if "positions" in table else POSITIONS
+    if max(map(abs, positions)) > 1 or len(set(positions)) < len(positions):
+        raise table.complaint("positions", "different shares of the stroke limit, each from -1 to 1")
     return RobustnessConfig(
         rig=nominal,
         plants=plants or table.count("plants"),
@@ -60,6 +68,7 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
         seconds=table.quantity("seconds", Spec("s", 0.5, 60.0, "how long it is watched")),
         computing_delay=table.quantity("computing_delay", Spec("s", 0.0, 0.1, "from a sample to its command")),
         stroke=stroke,
+        positions=positions,
         factors=factors,
         controllers=tuple(controller_spec(name, part) for name, part in tables.items()),
         source={**table.values, "controllers": {name: part.values for name, part in tables.items()}},

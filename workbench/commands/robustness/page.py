@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from ...loop.rows import MOVING
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from .config import RobustnessConfig
 from .draw import PlantDraw
+from .linear_page import linear_items
 
 _COLUMNS = {
     "controller": "controller",
@@ -35,16 +37,17 @@ def robustness_page(
         list(_COLUMNS.values()),
         [[row[key] for key in _COLUMNS] for row in rows],
         f"Counts of plants. Settled within {metrics['band'] * 1e3:.3g} mm; a plant that never settles counts as the "
-        "slowest, and a dash says that there is one. Margins at null and moving at 0.1 m/s, with the computing delay.",
+        "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
+        f"{MOVING:g} m/s, where each plant was drawn and at {len(config.positions)} positions, with the delay.",
         dict.fromkeys(_BEST, "min"),
     )
     items: list[Any] = [table]
     if metrics["left_out"]:
-        items.append(f"Left out, no linear laws: {', '.join(metrics['left_out'])}.")
+        items.append(f"Only linear loops, for these are no linear laws: {', '.join(metrics['left_out'])}.")
     sections = [
         Section("Controllers", items),
         Section("Settling over the plants", [robustness_figure(lanes)]),
-        Section("Sensitivity over the stroke", [_over_stroke(lanes, draw)]),
+        Section("Linear loops over the stroke", linear_items(metrics["linear"])),
         Section("The worst plant of each controller", [_worst(rows)]),
         Section("What was drawn", [_drawn(config, draw)]),
     ]
@@ -82,22 +85,6 @@ def robustness_figure(lanes: Mapping[str, Any]) -> Figure:
         share = 100 * np.arange(1, len(settled) + 1) / len(columns["settling_s"])
         curves.append(Curve(name, settled, share))
     return Figure("Share of the plants that have settled", "time [s]", (Panel("settled [%]", tuple(curves)),))
-
-
-def _over_stroke(lanes: Mapping[str, Any], draw: PlantDraw) -> Figure:
-    """The largest Ms of the plants within each tenth of the stroke."""
-    edges = np.quantile(draw.position, np.linspace(0, 1, 21))
-    middle = (edges[1:] + edges[:-1]) / 2 * 1e3
-    place = np.clip(np.searchsorted(edges, draw.position, side="right") - 1, 0, 19)
-    curves = []
-    for name, columns in lanes.items():
-        worst = np.array([np.max(columns["ms"][place == i], initial=0.0) for i in range(20)])
-        curves.append(Curve(name, middle, np.where(worst > 0, worst, np.nan)))
-    return Figure(
-        "Largest Ms by position; a gap: unstable somewhere",
-        "position [mm]",
-        (Panel("Ms", tuple(curves), y_range=(1.0, 10.0)),),
-    )
 
 
 def _worst(rows: list[dict[str, Any]]) -> Table:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...control.linear_law import LinearLaw
-from ...control.protocol import linear_law
+from ...control.protocol import linear_law, linear_view
 from ...engine import Engine
 from ...linear import Equilibrium, equilibrium
 from ...linear.equilibria import equilibria
@@ -87,13 +87,10 @@ def _margins(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) 
     period, plant = rig.period.value, engine.plant
     controller = spec.build(period)
     times = {"cpu_ms": _cpu_ms(lambda: linear_loop(plant, rest, controller, period))}
-    law = linear_law(controller)
-    if law is not None:
-        p = np.tile(plant.p, (LANES, 1))
-        points = equilibria(plant, p)
-        whole = _cpu_ms(lambda: lane_margins(sampled_lanes(plant, points, p, law.measures, period), law))
-        times["cpu_ms_in_lanes"] = whole / LANES
-    return times
+    p = np.tile(plant.p, (LANES, 1))
+    points, law = equilibria(plant, p), linear_view(controller)
+    whole = _cpu_ms(lambda: lane_margins(sampled_lanes(plant, points, p, controller.measures, period), law))
+    return times | {"cpu_ms_in_lanes": whole / LANES}
 
 
 def _furthest(first: np.ndarray, second: np.ndarray) -> float:

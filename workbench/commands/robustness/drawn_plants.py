@@ -1,0 +1,39 @@
+"""What every controller's loops need: the engine, the drawn plants and their operating points at null and moving."""
+
+from dataclasses import dataclass
+
+from ...engine import Engine
+from ...linear.equilibria import Equilibria, equilibria
+from ...loop.rig_variations import with_delay
+from ...loop.rows import MOVING
+from ...plant import build
+from ...rigs.rig import Rig
+from .config import RobustnessConfig
+from .draw import PlantDraw, draw_plants
+
+
+@dataclass(frozen=True)
+class DrawnPlants:
+    """The drawn plants of a rig with its computing delay; `points`: theirs at "null" and "moving", where drawn.
+
+    `positions` [m] from mid stroke: where all of them are linearised besides.
+    """
+
+    rig: Rig
+    engine: Engine
+    draw: PlantDraw
+    points: dict[str, Equilibria]
+    positions: tuple[float, ...]
+
+
+def drawn_plants(config: RobustnessConfig) -> DrawnPlants:
+    """Draw and balance them. Raises InputError where the nominal plant has no operating point."""
+    rig = with_delay(config.rig, config.computing_delay) if config.computing_delay else config.rig
+    engine = Engine(build(rig))
+    plant, draw = engine.plant, draw_plants(config, engine.plant)
+    points = {
+        "null": equilibria(plant, draw.p, draw.position),
+        "moving": equilibria(plant, draw.p, draw.position, MOVING, specimen_velocity=MOVING),
+    }
+    stroke = rig.limit("stroke")
+    return DrawnPlants(rig, engine, draw, points, tuple(share * stroke for share in config.positions))

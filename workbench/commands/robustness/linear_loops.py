@@ -1,0 +1,121 @@
+"""The linear loops of every controller on the drawn plants: where each was drawn, and all at the same positions."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ...linear.equilibria import Equilibria, moved
+from ...linear.state_space import StateSpace
+from ...loop.lane_margins import LaneMargins, lane_margins, sampled_lanes
+from ..common.outcome import Progress, Stage
+from .drawn_plants import DrawnPlants
+
+_CHUNK = 200  # plants linearised at a time: every law is closed on them, and they are let go
+_COLUMNS = [column.name for column in fields(LaneMargins)]
+
+
+@dataclass(frozen=True)
+class PlaceMargins:
+    """A controller's loops on all plants at one place: a `position` [m], None where each plant was drawn, and a point.
+
+    `point`: null or moving. A plant without an operating point there has an infinite radius.
+    """
+
+    position: float | None
+    point: str
+    margins: LaneMargins
+
+
+def linear_loops(
+    plants: DrawnPlants, laws: Mapping[str, StateSpace], stage: Stage, progress: Progress
+) -> dict[str, list[PlaceMargins]]:
+    """By controller, of their linear views: the loops at null and moving, at every position. A stage each."""
+    places: dict[str, list[PlaceMargins]] = {name: [] for name in laws}
+    for position in (None, *plants.positions):
+        where = "where drawn" if position is None else f"at {1e3 * position:+g} mm"
+        for point in plants.points:
+            progress(f"linear loops {where}, {point}")
+            columns = stage(f"linear {where} {point}", lambda at=position, point=point: _at(plants, laws, at, point))
+            for name in laws:
+                margins = LaneMargins(*(columns[name][column] for column in _COLUMNS))
+                places[name].append(PlaceMargins(position, point, margins))
+    return places
+
+
+def worst_places(places: list[PlaceMargins]) -> dict[str, np.ndarray]:
+    """Plant by plant, over all places: `unstable`, and where the poles are furthest out; Ms and gain margin or NaN."""
+    radius, ms, gain_margin = (
+        np.stack([getattr(place.margins, name) for place in places]) for name in ("radius", "ms", "gain_margin_db")
+    )
+    unstable = np.any([~place.margins.stable for place in places], axis=0)
+    return {
+        "unstable": unstable,
+        "furthest": np.argmax(radius, axis=0),
+        "ms": np.where(unstable, np.nan, np.fmax.reduce(ms)),
+        "gain_margin_db": np.where(unstable, np.nan, np.fmin.reduce(gain_margin)),
+    }
+
+
+def linear_rows(name: str, places: list[PlaceMargins]) -> list[dict[str, Any]]:
+    """A row a place: how many loops are unstable, and the worst of the others' numbers; SI but for what keys say.
+
+    The median of Ms counts an unstable loop as infinite, and is None where it is one; so is the largest Ms, or the
+    least margin, where one loop is unstable.
+    """
+    return [_row(name, place) for place in places]
+
+
+def _row(name: str, place: PlaceMargins) -> dict[str, Any]:
+    margins, unstable = place.margins, ~place.margins.stable
+    whole = not unstable.any()
+    return {
+        "controller": name,
+        "plants": len(unstable),
+        "position": place.position,
+        "point": place.point,
+        "unstable": int(unstable.sum()),
+        "ms_p50": finite(np.quantile(np.where(unstable, np.inf, margins.ms), 0.5, method="higher")),
+        "ms_worst": finite(margins.ms.max()) if whole else None,
+        "gain_margin_worst_db": finite(np.fmin.reduce(margins.gain_margin_db)) if whole else None,
+        "phase_margin_worst_deg": finite(np.fmin.reduce(margins.phase_margin_deg)) if whole else None,
+        "radius_worst": finite(margins.radius.max()),
+    }
+
+
+def finite(value: Any) -> float | None:
+    """A number for metrics.json: None for one that does not exist."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _at(
+    plants: DrawnPlants, laws: Mapping[str, StateSpace], position: float | None, point: str
+) -> dict[str, dict[str, np.ndarray]]:
+    """The columns of every law's LaneMargins at a place."""
+    parts = list(_chunks(plants, laws, position, plants.points[point]))
+    return {
+        name: {column: np.concatenate([getattr(part[name], column) for part in parts]) for column in _COLUMNS}
+        for name in laws
+    }
+
+
+def _chunks(
+    plants: DrawnPlants, laws: Mapping[str, StateSpace], position: float | None, points: Equilibria
+) -> Iterator[dict[str, LaneMargins]]:
+    plant, period = plants.engine.plant, plants.rig.period.value
+    measures = tuple(dict.fromkeys(name for law in laws.values() for name in law.input_labels[1:]))
+    for first in range(0, len(points.ok), _CHUNK):
+        lanes = slice(first, first + _CHUNK)
+        p, about = plants.draw.p[lanes], Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
+        about = about if position is None else moved(plant, p, about, plants.rig["xmid"] + position)
+        sampled = sampled_lanes(plant, about, p, measures, period)
+        yield {name: _known(lane_margins(sampled, law), about.ok) for name, law in laws.items()}
+
+
+def _known(margins: LaneMargins, ok: np.ndarray) -> LaneMargins:
+    """Margins of the lanes whose operating point was found."""
+    ms, gain, phase = (
+        np.where(ok, column, np.nan) for column in (margins.ms, margins.gain_margin_db, margins.phase_margin_deg)
+    )
+    return LaneMargins(np.where(ok, margins.radius, np.inf), ms, gain, phase)

@@ -1,0 +1,56 @@
+"""The linear loops in the report: a table a point, and how stability and Ms change over the stroke."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ...report import Curve, Figure, Panel, Table
+
+_Rows = list[dict[str, Any]]
+
+
+def linear_items(rows: _Rows) -> list[Table | Figure]:
+    """What the rows of metrics.json's `linear` say."""
+    points = dict.fromkeys(row["point"] for row in rows)
+    return [linear_figure(rows), *(_table(point, [row for row in rows if row["point"] == point]) for point in points)]
+
+
+def linear_figure(rows: _Rows) -> Figure:
+    """Unstable plants, median and largest Ms over the position, the worse of null and moving."""
+    rows = [row for row in rows if row["position"] is not None]
+    panels = [
+        Panel("unstable [%]", _curves(rows, lambda row: 100 * row["unstable"] / row["plants"])),
+        Panel("Ms, median", _curves(rows, lambda row: row["ms_p50"]), y_range=(1.0, 5.0)),
+        Panel("Ms, largest", _curves(rows, lambda row: row["ms_worst"]), y_range=(1.0, 10.0)),
+    ]
+    return Figure("Over the position; a gap in Ms: unstable", "position from mid stroke [mm]", panels)
+
+
+def _curves(rows: _Rows, pick: Callable[[dict[str, Any]], float | None]) -> list[Curve]:
+    positions = sorted({row["position"] for row in rows})
+    curves = []
+    for name in dict.fromkeys(row["controller"] for row in rows):
+        own = [row for row in rows if row["controller"] == name]
+        values = [[pick(row) for row in own if row["position"] == position] for position in positions]
+        worst = [np.nan if None in points else max(filter(None, points), default=0.0) for points in values]
+        curves.append(Curve(name, 1e3 * np.array(positions), np.array(worst)))
+    return curves
+
+
+def _table(point: str, rows: _Rows) -> Table:
+    """A line a controller, a column a place: Ms, median and largest, or how many are unstable."""
+    places = dict.fromkeys(row["position"] for row in rows)
+    columns = ["where drawn" if place is None else f"{1e3 * place:+g} mm" for place in places]
+    lines = [
+        [name, *(_cell(row) for row in rows if row["controller"] == name)]
+        for name in dict.fromkeys(row["controller"] for row in rows)
+    ]
+    return Table(f"Ms at {point}: median / largest of the plants", ["controller", *columns], lines)
+
+
+def _cell(row: dict[str, Any]) -> str:
+    median = "unstable" if row["ms_p50"] is None else f"{row['ms_p50']:.3g}"
+    if row["unstable"]:
+        return f"{median} / {row['unstable']} unstable"
+    return f"{median} / {row['ms_worst']:.3g}"
