@@ -1,5 +1,7 @@
 """CRONE, first generation: a fractional order about the crossover, and so a constant phase of the controller there."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from workbench.control.crone.crossover import gain_for, order_for
@@ -31,14 +33,19 @@ class Crone1(SectionController):
         low_pass: float = number("Hz", 1.0, 1e3, "wf, the corner of the low-pass", 150.0)
 
     def __init__(self, design: Design, period: float) -> None:
-        d = design
-        low = d.crossover / np.sqrt(d.span)
-        end = tustin(Factors(np.array([]), np.array([-2 * np.pi * d.low_pass])), period, d.crossover)
+        super().__init__(*_designed(design, period), period)
 
-        def memory(order: float) -> np.ndarray:
-            about = tustin(band(order, low, low * d.span, CELLS), period, d.crossover)
-            return np.vstack((about, integral(d.integral, period)))
 
-        law = memory(order_for(lambda n: np.vstack((end, memory(n))), d, d.crossover, d.phase_margin, period))
-        gain = gain_for(np.vstack((end, law)), d, d.crossover, period)
-        super().__init__(np.vstack((gain, end)), law, period)
+@lru_cache(maxsize=16)
+def _designed(d: Crone1.Design, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """What is fast and what would wind up, as sections; a study builds the same controller for each of its loops."""
+    low = d.crossover / np.sqrt(d.span)
+    end = tustin(Factors(np.array([]), np.array([-2 * np.pi * d.low_pass])), period, d.crossover)
+
+    def memory(order: float) -> np.ndarray:
+        about = tustin(band(order, low, low * d.span, CELLS), period, d.crossover)
+        return np.vstack((about, integral(d.integral, period)))
+
+    law = memory(order_for(lambda n: np.vstack((end, memory(n))), d, d.crossover, d.phase_margin, period))
+    gain = gain_for(np.vstack((end, law)), d, d.crossover, period)
+    return np.vstack((gain, end)), law

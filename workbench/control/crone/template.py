@@ -1,5 +1,7 @@
 """The abstract CRONE law of an open-loop template: a phase about the crossover, given, whatever the jack's own does."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from ..jack_model import JackModel
@@ -33,18 +35,26 @@ class CroneTemplateController(SectionController):
         integrator: float,
         b: float = 0.0,
     ) -> None:
-        ending = np.append(*(pair(roll_off, np.sin(k * np.pi / 8)) for k in (1, 3)))
-        ahead, slow = tustin(Factors(jack.modes, ending), period, crossover), integral(integrator, period)
-        f = crossover * 2.0**_OCTAVES
-        rest = jack.response(f) * sections_response(np.vstack((ahead, slow)), f, period)
-        lacking = template_phase(f / crossover, b) - np.angle(-rest * np.exp(-1j * margin))
-        low, high = _nearest_band(f, lacking)
+        super().__init__(*_designed(jack, period, crossover, margin, roll_off, integrator, b), period)
 
-        def memory(order: float) -> np.ndarray:
-            return np.vstack((tustin(band(order, low, high, CELLS), period, crossover), slow))
 
-        law = memory(order_for(lambda n: np.vstack((ahead, memory(n))), jack, crossover, margin, period))
-        super().__init__(np.vstack((gain_for(np.vstack((ahead, law)), jack, crossover, period), ahead)), law, period)
+@lru_cache(maxsize=16)
+def _designed(
+    jack: JackModel, period: float, crossover: float, margin: float, roll_off: float, integrator: float, b: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """What is fast and what would wind up, as sections; a study builds the same controller for each of its loops."""
+    ending = np.append(*(pair(roll_off, np.sin(k * np.pi / 8)) for k in (1, 3)))
+    ahead, slow = tustin(Factors(jack.modes, ending), period, crossover), integral(integrator, period)
+    f = crossover * 2.0**_OCTAVES
+    rest = jack.response(f) * sections_response(np.vstack((ahead, slow)), f, period)
+    lacking = template_phase(f / crossover, b) - np.angle(-rest * np.exp(-1j * margin))
+    low, high = _nearest_band(f, lacking)
+
+    def memory(order: float) -> np.ndarray:
+        return np.vstack((tustin(band(order, low, high, CELLS), period, crossover), slow))
+
+    law = memory(order_for(lambda n: np.vstack((ahead, memory(n))), jack, crossover, margin, period))
+    return np.vstack((gain_for(np.vstack((ahead, law)), jack, crossover, period), ahead)), law
 
 
 def template_phase(ratio: np.ndarray, b: float) -> np.ndarray:
