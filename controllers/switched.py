@@ -57,6 +57,6 @@ class Switched:
         self._added *= self._keep
         self._held = realised
 
-    def linear(self) -> StateSpace:
+    def linear(self, at: Mapping[str, float] | None = None) -> StateSpace:
         """The law of the controller in charge; what only the others measure has no part in it."""
-        return select(linear_view(self._active), ["reference", *self.measures], ["command"])
+        return select(linear_view(self._active, at), ["reference", *self.measures], ["command"])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.commands.run.config import load_config
-from workbench.control.protocol import linear_law
+from workbench.control.protocol import sampled_law
 from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
@@ -57,7 +57,7 @@ def test_operating_points_in_lanes_are_those_one_by_one(plant, drawn, speed):
 @pytest.mark.parametrize("seed", [None, 4])
 def test_a_lane_is_the_loop_by_itself(rig, plant, drawn, name, seed):
     p, places = drawn
-    points, law = equilibria(plant, p, places), linear_law(TUNED[name].build(1e-3))
+    points, law = equilibria(plant, p, places), sampled_law(TUNED[name].build(1e-3))
     runs = run_lanes(Engine(plant), rig, law, points, p, np.full(INSTANTS, STEP), ("position",), seed)
     positions = np.concatenate([lanes.signals["position"] for _, lanes in runs])
     for lane in (0, LANES - 1) if seed is None else (0,):  # the seed of lane 0 is a loop's own
@@ -67,10 +67,31 @@ def test_a_lane_is_the_loop_by_itself(rig, plant, drawn, name, seed):
         assert np.abs(positions[lane] - alone).max() < 1e-6 * STEP
 
 
+def test_designs_run_in_lanes_as_they_do_one_by_one(rig, plant, drawn):
+    p, places = drawn
+    spec, points = TUNED["p-dp"], equilibria(plant, p, places)
+    designs = [replace(spec, design=replace(spec.design, gain=gain)) for gain in np.linspace(1, 4, LANES)]
+    laws, inputs = [sampled_law(each.build(1e-3)) for each in designs], {"disturbance": np.full(INSTANTS, 5e3)}
+    reference = np.full(INSTANTS, STEP)
+    ((_, lanes),) = run_lanes(Engine(plant), rig, laws, points, p, reference, ("position",), inputs=inputs)
+    for lane in (0, 4, LANES - 1):
+        start = Equilibrium(points.x[lane], points.u[lane], 0.0)
+        loop = SampledLoop(Engine(replace(plant, p=p[lane])), rig, designs[lane].build(1e-3), start, compiled=False)
+        alone = loop.run(places[lane] + reference, inputs).record.signals["position"]
+        assert np.abs(lanes.signals["position"][lane] - alone).max() < 1e-6 * STEP
+
+
+def test_laws_of_different_forms_are_no_lanes(rig, plant, drawn):
+    p, places = drawn
+    laws = [sampled_law(TUNED[name].build(1e-3)) for name in ("p", "p-dp")]
+    with pytest.raises(ValueError, match="same signals"):
+        next(run_lanes(Engine(plant), rig, laws, equilibria(plant, p, places), p, np.zeros(9), ("position",)))
+
+
 def test_a_lane_that_trips_leaves_the_others_alone(rig, plant, drawn):
     p, places = drawn
     places = np.where(np.arange(LANES) == 3, 0.235, places)
-    points, law = equilibria(plant, p, places), linear_law(TUNED["p-dp"].build(1e-3))
+    points, law = equilibria(plant, p, places), sampled_law(TUNED["p-dp"].build(1e-3))
     ((_, lanes),) = run_lanes(Engine(plant), rig, law, points, p, np.full(INSTANTS, STEP), ("position",))
     assert lanes.why(3) == "stroke"
     assert not np.delete(lanes.trip, 3).any()

@@ -3,9 +3,10 @@
 protocol               what a controller is
 controller_spec, load_class    a controller of a config: its class, numbers and compensators
 controller_type        the same for Python: a law called with its numbers
-compensators           filters that stack on any controller
+compensators           filters and static maps that stack on any controller
 discrete_filter, second_order_sections, section_controller    sampled linear laws
 linear_law             sampled linear laws as data, for compiled loops
+graph_law, piecewise_linear    laws that are not linear as graphs, for compiled loops; schedules and maps of the command
 jack_model, inner_loop    the jack as an outer controller sees it
 kalman_observer, mpc_qp    what model-based controllers share
 crone                  fractional design
@@ -21,14 +22,17 @@ if TYPE_CHECKING:
     from .controller_spec import ControllerSpec
     from .controller_type import ControllerType, controller
     from .discrete_filter import Filter, weighted
+    from .graph_law import GraphController, GraphLaw
     from .jack_model import JackModel
     from .kalman_observer import JackObserver, ObservedJack
     from .linear_law import LinearLaw
+    from .piecewise_linear import CommandMap, PiecewiseLinear
     from .protocol import Controller, design_numbers, linear_view, number
     from .second_order_sections import Factors, SectionFilter
     from .section_controller import SectionController
 
 __all__ = [
+    "CommandMap",
     "Compensated",
     "Compensator",
     "Controller",
@@ -36,11 +40,14 @@ __all__ = [
     "ControllerType",
     "Factors",
     "Filter",
+    "GraphController",
+    "GraphLaw",
     "JackModel",
     "JackObserver",
     "LinearLaw",
     "ObservedJack",
     "OnLoadCell",
+    "PiecewiseLinear",
     "SectionController",
     "SectionFilter",
     "controller",
@@ -68,12 +75,20 @@ __getattr__, __dir__ = lazy_names(
             "Filter",
             "weighted",
         ),
+        "graph_law": (
+            "GraphController",
+            "GraphLaw",
+        ),
         "jack_model": ("JackModel",),
         "kalman_observer": (
             "JackObserver",
             "ObservedJack",
         ),
         "linear_law": ("LinearLaw",),
+        "piecewise_linear": (
+            "CommandMap",
+            "PiecewiseLinear",
+        ),
         "protocol": (
             "Controller",
             "design_numbers",

@@ -1,4 +1,4 @@
-"""Compensators: linear filters that stack on any controller, and controllers of position put on a load cell."""
+"""Compensators: filters and static maps that stack on any controller, and controllers of position on a load cell."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,10 +10,16 @@ from ..linear.interconnect import parallel, select, series
 from ..linear.state_space import StateSpace
 from .discrete_filter import Filter, weighted
 from .linear_law import LinearLaw, on_load_cell, with_command_filter, with_reference_filter
-from .protocol import Controller, fallbacks, linear_law, linear_view, preview
+from .piecewise_linear import CommandMap, PiecewiseLinear
+from .protocol import Controller, fallbacks, linear_law, linear_view, operating, preview, sampled_law
 
 if TYPE_CHECKING:
     import control
+
+    from .graph_law import GraphLaw
+
+
+Into = Literal["command", "reference", "map"]
 
 
 class Compensator(Protocol):
@@ -21,14 +27,33 @@ class Compensator(Protocol):
 
     `into` says what becomes of its output: it is added to the "command" [1], or is the controller's "reference".
     `law` is its discrete state space from signals, which are its input labels: "reference" or measured ones (SI).
+    It may have a `schedule`: a factor of its output over the measured position [m].
     """
 
-    into: ClassVar[Literal["command", "reference"]]
+    into: ClassVar[Into]
 
     @property
     def law(self) -> "StateSpace | control.StateSpace":
         """The filter, at the loop's period."""
         ...
+
+
+class MapsCommand(Protocol):
+    """A static map that the command of a controller, with all that is added to it, goes through: `into` is "map"."""
+
+    into: ClassVar[Into]
+
+    @property
+    def command_map(self) -> CommandMap:
+        """The map."""
+        ...
+
+
+def compensated(inner: Controller, compensator: Compensator | MapsCommand) -> Controller:
+    """A controller with a compensator around it, itself a controller."""
+    if compensator.into == "map":
+        return Mapped(inner, cast(MapsCommand, compensator).command_map)
+    return Compensated(inner, cast(Compensator, compensator))
 
 
 class _Around:
@@ -60,26 +85,29 @@ class Compensated(_Around):
     def __init__(self, inner: Controller, compensator: Compensator) -> None:
         super().__init__(inner)
         self._shapes = compensator.into == "reference"
+        self._schedule: PiecewiseLinear | None = getattr(compensator, "schedule", None)
         self._filter, self._inputs = Filter(compensator.law), tuple(compensator.law.input_labels)
-        more = (name for name in self._inputs if name != "reference" and name not in inner.measures)
-        self.measures = (*inner.measures, *more)
+        inputs = (*self._inputs, "position") if self._schedule else self._inputs
+        self.measures = tuple(name for name in dict.fromkeys((*inner.measures, *inputs)) if name != "reference")
+        self._factor = 1.0
         self._signals: list[float] = [0.0] * len(self._inputs)
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump: the filter rests at these signals, and the inner controller makes up the command."""
         signals = self._look(reference, measurement)
         self._filter.rest(signals)
-        inner, added = self._split(reference, self._filter.out(signals))
+        inner, added = self._split(reference, self._factor * self._filter.out(signals))
         self._inner.reset(inner, measurement, command - added)
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The inner controller's command with the compensator's part."""
-        inner, added = self._split(reference, self._filter.out(self._look(reference, measurement)))
+        signals = self._look(reference, measurement)
+        inner, added = self._split(reference, self._factor * self._filter.out(signals))
         return self._inner.compute(inner, measurement) + added
 
     def update(self, realised: float) -> None:
         """Advance both by one period."""
-        added = self._split(0.0, self._filter.out(self._signals))[1]
+        added = self._split(0.0, self._factor * self._filter.out(self._signals))[1]
         self._filter.step(self._signals)
         self._inner.update(realised - added)
 
@@ -90,9 +118,20 @@ class Compensated(_Around):
         """Both together as data, where the inner controller has such a law."""
         inner = linear_law(self._inner)
         around = with_reference_filter if self._shapes else with_command_filter
-        return None if inner is None else around(inner, self._filter.law)
+        return None if inner is None or self._schedule else around(inner, self._filter.law)
+
+    def graph_law(self) -> "GraphLaw | None":
+        """Both together as a graph, where the inner controller has data or a graph."""
+        inner = sampled_law(self._inner)
+        if inner is None:
+            return None
+        from .graph_law import as_graph, with_filter
+
+        return with_filter(as_graph(inner), self._filter.law, self._shapes, self._schedule)
 
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
+        if self._schedule:
+            self._factor = self._schedule(measurement["position"])
         self._signals = [reference if name == "reference" else measurement[name] for name in self._inputs]
         return self._signals
 
@@ -100,11 +139,52 @@ class Compensated(_Around):
         """The inner controller's reference, and what is added to its command."""
         return (output, 0.0) if self._shapes else (reference, output)
 
-    def linear(self) -> StateSpace:
+    def linear(self, at: Mapping[str, float] | None = None) -> StateSpace:
         """Both together, from ("reference", *measures) to "command"."""
-        inner, names = linear_view(self._inner), ["reference", *self.measures]
+        inner, names = linear_view(self._inner, at), ["reference", *self.measures]
         beside = self._filter.law.relabelled(self._inputs, ["reference" if self._shapes else "command"])
+        if self._schedule:
+            factor = self._schedule(operating(at)["position"])
+            beside = replace(beside, C=factor * beside.C, D=factor * beside.D)
         return select(series(beside, inner) if self._shapes else parallel(inner, beside), names, ["command"])
+
+
+class Mapped(_Around):
+    """A controller whose command goes through a static map; it learns the realised command mapped back."""
+
+    def __init__(self, inner: Controller, command_map: CommandMap) -> None:
+        super().__init__(inner)
+        self._map, self._shift, self._back = command_map, command_map.shift, command_map.back
+        self.measures = inner.measures
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start the inner controller without a bump."""
+        self._inner.reset(reference, measurement, command + self._back(command))
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The inner controller's command, mapped."""
+        command = self._inner.compute(reference, measurement)
+        return command + self._shift(command)
+
+    def update(self, realised: float) -> None:
+        """Advance the inner controller."""
+        self._inner.update(realised + self._back(realised))
+
+    def graph_law(self) -> "GraphLaw | None":
+        """The inner controller's data or graph with the map."""
+        inner = sampled_law(self._inner)
+        if inner is None:
+            return None
+        from .graph_law import as_graph, with_command_map
+
+        return with_command_map(as_graph(inner), self._map)
+
+    def linear(self, at: Mapping[str, float] | None = None) -> StateSpace:
+        """The inner law times the slope of the map at the command of the operating point."""
+        command = operating(at)["command"]
+        slope = self._shift.slope(command + self._back(command)) + 1.0
+        law = linear_view(self._inner, at)
+        return replace(law, C=slope * law.C, D=slope * law.D)
 
 
 class OnLoadCell(_Around):
@@ -135,12 +215,21 @@ class OnLoadCell(_Around):
         inner = linear_law(self._inner)
         return None if inner is None else on_load_cell(inner, self._stiffness)
 
+    def graph_law(self) -> "GraphLaw | None":
+        """The inner controller's, where it has one."""
+        inner = sampled_law(self._inner)
+        if inner is None:
+            return None
+        from .graph_law import as_graph, of_scaled
+
+        return of_scaled(as_graph(inner), "force", 1 / self._stiffness)
+
     def _deflected(self, measurement: Mapping[str, float]) -> dict[str, float]:
         return {**measurement, "position": measurement["force"] / self._stiffness}
 
-    def linear(self) -> StateSpace:
+    def linear(self, at: Mapping[str, float] | None = None) -> StateSpace:
         """The inner law, of force over the stiffness."""
-        law = linear_view(self._inner)
+        law = linear_view(self._inner, at)
         scale = np.ones(law.B.shape[1])
         scale[1] /= self._stiffness
         return replace(law, B=law.B * scale, D=law.D * scale).relabelled(["reference", *self.measures], ["command"])
@@ -149,7 +238,7 @@ class OnLoadCell(_Around):
 class Deflection:
     """The controller's reference is a force over a stiffness [N/m]."""
 
-    into: ClassVar[Literal["command", "reference"]] = "reference"
+    into: ClassVar[Into] = "reference"
 
     def __init__(self, stiffness: float, period: float) -> None:
         self.law = weighted([1], [1], period, {"reference": 1 / stiffness})

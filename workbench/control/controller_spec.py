@@ -8,7 +8,7 @@ from typing import Any, TypeVar, cast
 from ..base.errors import InputError
 from ..base.table import Table
 from ..base.units import Spec
-from .compensators import Compensated, Compensator, Deflection, OnLoadCell
+from .compensators import Compensated, Compensator, Deflection, OnLoadCell, compensated
 from .load_class import absolute, load_class
 from .protocol import Controller, design_number, number
 
@@ -81,9 +81,7 @@ class ControllerSpec:
         if self.stiffness is not None:
             controller = OnLoadCell(controller, self.stiffness)
         for part in self.compensators:
-            controller = Compensated(
-                controller, cast(Compensator, load_class(part.use, part.name)(part.design, period))
-            )
+            controller = compensated(controller, load_class(part.use, part.name)(part.design, period))
         return controller if self.stiffness is None else Compensated(controller, Deflection(self.stiffness, period))
 
     def __repr__(self) -> str:

@@ -76,10 +76,10 @@ def with_command_filter(inner: LinearLaw, filtered: StateSpace) -> LinearLaw:
         D=np.column_stack((law.D, 1.0)),
         input_labels=[*law.input_labels, "added"],
     )
-    own, heard = _places(inner, filtered)
+    own, heard = places(inner.measures, filtered)
 
     def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        w, added = _at_rest(filtered, signals[heard])
+        w, added = at_rest(filtered, signals[heard])
         x, offset = inner.start(signals[own], command - added)
         return np.append(x, w), offset
 
@@ -89,10 +89,10 @@ def with_command_filter(inner: LinearLaw, filtered: StateSpace) -> LinearLaw:
 def with_reference_filter(inner: LinearLaw, filtered: StateSpace) -> LinearLaw:
     """A law whose reference is the output of a stable filter."""
     leading = filtered.relabelled(filtered.input_labels, ["reference"])
-    own, heard = _places(inner, filtered)
+    own, heard = places(inner.measures, filtered)
 
     def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        w, reference = _at_rest(filtered, signals[heard])
+        w, reference = at_rest(filtered, signals[heard])
         x, offset = inner.start(np.append(reference, signals[own[1:]]), command)
         return np.append(x, w), offset
 
@@ -123,19 +123,19 @@ def _composed(inner: LinearLaw, whole: StateSpace, start: Start) -> LinearLaw:
     return LinearLaw(law.A, law.B, law.C[0], law.D[0], e, (*inner.measures, *measures), start)
 
 
-def _at_rest(filtered: StateSpace, signals: np.ndarray) -> tuple[np.ndarray, float]:
+def at_rest(filtered: StateSpace, signals: np.ndarray) -> tuple[np.ndarray, float]:
     """State [k] that stays as it is under these inputs, and the output."""
     w = np.linalg.solve(np.eye(len(filtered.A)) - filtered.A, filtered.B @ signals)
     return w, float(filtered.C[0] @ w + filtered.D[0] @ signals)
 
 
-def _signals(inner: LinearLaw, filtered: StateSpace) -> list[str]:
-    """The inputs of both: the reference, the inner law's measures, then what only the filter takes."""
-    return list(dict.fromkeys(("reference", *inner.measures, *filtered.input_labels)))
+def signals_of(measures: tuple[str, ...], filtered: StateSpace) -> list[str]:
+    """The inputs of a law and a filter: the reference, the law's measures, then what only the filter takes."""
+    return list(dict.fromkeys(("reference", *measures, *filtered.input_labels)))
 
 
-def _places(inner: LinearLaw, filtered: StateSpace) -> tuple[list[int], list[int]]:
-    """Where the inner law's inputs and the filter's are among the signals of both."""
-    signals = _signals(inner, filtered)
-    own = [signals.index(name) for name in ("reference", *inner.measures)]
+def places(measures: tuple[str, ...], filtered: StateSpace) -> tuple[list[int], list[int]]:
+    """Where the inputs of a law and those of a filter are among the signals of both."""
+    signals = signals_of(measures, filtered)
+    own = [signals.index(name) for name in ("reference", *measures)]
     return own, [signals.index(name) for name in filtered.input_labels]

@@ -2,15 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast, dataclass_transform
+from inspect import signature
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast, dataclass_transform
 
 from ..base.errors import InputError
 from ..base.units import quantity
 from ..linear.state_space import StateSpace, as_state_space
-from .linear_law import LinearLaw
+from .linear_law import LinearLaw, realised_as_demanded
 
 if TYPE_CHECKING:
     import control
+
+    from .graph_law import GraphLaw
+
+SampledLaw: TypeAlias = "LinearLaw | GraphLaw"
 
 T = TypeVar("T")
 
@@ -42,14 +47,37 @@ class Controller(Protocol):
     def linear(self) -> "StateSpace | control.StateSpace":
         """Discrete state space from ("reference", *measures) to "command", without limits.
 
-        The workbench's own (`workbench.linear.state_space`) or python-control's, which takes two seconds to import.
+        The workbench's own (`workbench.linear.state_space`) or python-control's, which takes two seconds to import. A
+        law that differs between operating points has `linear(at)` instead: see `linear_view`.
         """
         ...
 
 
-def linear_view(controller: Controller) -> StateSpace:
-    """A controller's linear view, its signals named as the protocol has them."""
-    return as_state_space(controller.linear()).relabelled(("reference", *controller.measures), ("command",))
+def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -> StateSpace:
+    """A controller's linear view, its signals named as the protocol has them.
+
+    `at` has the plant's outputs and the command [1] of the operating point, SI, by name: a law that differs between
+    operating points, whose method is `linear(at)`, needs it, and so does a graph. Raises InputError for a controller
+    without a linear view.
+    """
+    if hasattr(controller, "linear"):
+        linear = cast(Any, controller.linear)
+        view = linear(at) if signature(linear).parameters else linear()
+    elif law := _own(controller, "graph_law"):
+        signals = operating(at)
+        reference = signals[controller.measures[0]]
+        linear = law.linearised(law.picked(reference, signals), signals["command"])
+        view = realised_as_demanded(linear, 1.0)
+    else:
+        raise InputError(f"{type(controller).__name__} has no linear view; give it a method `linear`")
+    return as_state_space(view).relabelled(("reference", *controller.measures), ("command",))
+
+
+def operating(at: Mapping[str, float] | None) -> Mapping[str, float]:
+    """The signals of an operating point; raises InputError where none is given."""
+    if at is None:
+        raise InputError("this law is linear about an operating point only; name one")
+    return at
 
 
 def preview(controller: Controller) -> int:
@@ -61,19 +89,29 @@ def preview(controller: Controller) -> int:
 
 
 def linear_law(controller: Controller) -> LinearLaw | None:
-    """A controller's law as data, with which loops run compiled: its method `linear_law`, where it has one.
+    """A controller's law as data: its method `linear_law`, where it has one."""
+    return _own(controller, "linear_law")
+
+
+def sampled_law(controller: Controller) -> "SampledLaw | None":
+    """The law with which loops run compiled: its method `linear_law`, or `graph_law`, where it has one.
 
     A class that overrides how its base class computes has the law of that class no more.
     """
+    return linear_law(controller) or _own(controller, "graph_law")
+
+
+def _own(controller: Controller, method: str) -> Any:
+    """What a method gives, where neither it nor what it stands for is missing or overridden."""
     classes = type(controller).__mro__
 
     def depth(name: str) -> int:
         return next((i for i, owner in enumerate(classes) if name in vars(owner)), len(classes))
 
-    known = depth("linear_law")
+    known = depth(method)
     if known == len(classes) or any(depth(name) < known for name in ("reset", "compute", "update")):
         return None
-    return cast(Any, controller).linear_law()
+    return getattr(controller, method)()
 
 
 def fallbacks(controller: Controller) -> int | None:

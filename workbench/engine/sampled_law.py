@@ -1,9 +1,10 @@
 """A sampled linear law inside the compiled run of a plant: what happens at each sampling instant, as one graph.
 
 At an instant the sensors are read, the law demands a command, the guard limits it or trips, the drive holds what has
-arrived. The law is x+ = A x + B (r, y) + E (u - o), u_demanded = C x + D (r, y) + o with its numbers as parameters, so
-that other gains, rigs, limits and noise need no other machine code; a command that is added to the law's acts as part
-of o. loop/sampled_loop.py runs the same instants in Python and is the oracle in tests.
+arrived. The law is x+ = A x + B (r, y) + E (u - o), u_demanded = C x + D (r, y) + o, or a pair of graphs of the same
+shape, with its numbers as parameters, so that other gains, rigs, limits and noise need no other machine code. The law
+does not learn of a command that is added to its own. loop/sampled_loop.py runs the same instants in Python and is the
+oracle in tests.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,13 +28,45 @@ TRIPS = ("", "stroke", "speed", "force", "command")  # by the number that a trip
 OUT = ("sent", "demanded", "held", "trip")  # what every instant puts out, before the recorded outputs
 
 
+class LawGraphs:
+    """A law that is not linear: output (x, (r, y), o, q) -> u, and advance (x, (r, y), v, o, q) -> x+.
+
+    v is the command that the drive really got, o the constant that starts a loop without a bump, q the law's numbers.
+    Two of them are the same where their graphs are.
+    """
+
+    def __init__(self, output: ca.Function, advance: ca.Function) -> None:
+        self.output, self.advance = output, advance
+        self._text = output.serialize() + advance.serialize()
+
+    @property
+    def states(self) -> int:
+        """How many."""
+        return self.output.size1_in(0)
+
+    @property
+    def numbers(self) -> int:
+        """How many."""
+        return self.output.size1_in(3)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, LawGraphs) and self._text == other._text
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+    def __repr__(self) -> str:
+        return f"<LawGraphs of {self.states} states, {self.numbers} numbers>"
+
+
 @dataclass(frozen=True)
 class LawShape:
     """What decides the machine code of an instant; everything else is a parameter.
 
-    states: of the law. measured: the outputs that it sees. sensors: all of the rig's, in the order of their noise.
-    late: whole periods that a command is on its way, and with `split` a part of one more, over which the drive holds
-    the older command, or `interpolated` the mean. noisy: sensors have noise and resolution. recorded: outputs put out.
+    states: of the law; `graphs`, where it is not linear. measured: the outputs that it sees. sensors: all of the rig's,
+    in the order of their noise. late: whole periods that a command is on its way, and with `split` a part of one more,
+    over which the drive holds the older command, or `interpolated` the mean. noisy: sensors have noise and resolution.
+    recorded: outputs put out.
     """
 
     states: int
@@ -44,6 +77,7 @@ class LawShape:
     interpolated: bool = False
     noisy: bool = False
     recorded: tuple[str, ...] = ()
+    graphs: LawGraphs | None = None
 
     @property
     def read(self) -> tuple[str, ...]:
@@ -59,9 +93,11 @@ class LawShape:
     def numbers(self) -> dict[str, slice]:
         """Places of the parameters."""
         n, m, sensors = self.states, 1 + len(self.measured), len(self.read)
-        law = {"a": n * n, "b": n * m, "c": n, "d": m, "e": n, "offset": 1}
+        law = {"a": n * n, "b": n * m, "c": n, "d": m, "e": n}
+        if self.graphs:
+            law = {"q": self.graphs.numbers}
         guard = {"middle": 1, "stroke": 1, "move": 1, "force": 1, "step": 1}
-        return _places(**law, **guard, part=1, noise=sensors, resolution=sensors)
+        return _places(**law, offset=1, **guard, part=1, noise=sensors, resolution=sensors)
 
     def inputs(self, plant: Plant) -> dict[str, slice]:
         """Places in the row of an instant: reference, added command, the plant's inputs but for the command, noise."""
@@ -122,17 +158,30 @@ def _law(
     readings: Mapping[str, ca.SX],
 ) -> dict[str, ca.SX]:
     """The command that the guard lets through, what was demanded, the trip, and the law's state after."""
-    n, inputs = shape.states, ca.vertcat(r["reference"], *(readings[name] for name in shape.measured))
-    a, b = (ca.reshape(q[name], columns, n).T for name, columns in (("a", n), ("b", inputs.numel())))
+    signals = ca.vertcat(r["reference"], *(readings[name] for name in shape.measured))
     trip = _watched(s, q, readings)
-    offset = q["offset"] + r["added"]
-    asked = ca.dot(q["c"], s["law"]) + ca.dot(q["d"], inputs) + offset
-    demanded = ca.if_else(trip > 0, 0, asked)
+    demanded = ca.if_else(trip > 0, 0, _asked(shape, s["law"], signals, q) + r["added"])
     trip = ca.if_else(trip > 0, trip, ca.if_else(ca.fabs(demanded) <= np.finfo(float).max, 0, TRIPS.index("command")))
     target = ca.if_else(trip > 0, 0, ca.fmin(1, ca.fmax(-1, demanded)))
     sent = s["command"] + ca.fmin(q["step"], ca.fmax(-q["step"], target - s["command"]))
-    advanced = a @ s["law"] + b @ inputs + q["e"] * (sent - offset)
+    advanced = _advanced(shape, s["law"], signals, sent - r["added"], q)
     return {"sent": sent, "demanded": demanded, "trip": trip, "state": ca.if_else(trip > 0, s["law"], advanced)}
+
+
+def _asked(shape: LawShape, x: ca.SX, signals: ca.SX, q: _Parts) -> ca.SX:
+    """The command that the law computes from its state and (r, y)."""
+    if shape.graphs:
+        return ca.SX(shape.graphs.output(x, signals, q["offset"], q["q"]))
+    return ca.dot(q["c"], x) + ca.dot(q["d"], signals) + q["offset"]
+
+
+def _advanced(shape: LawShape, x: ca.SX, signals: ca.SX, sent: ca.SX, q: _Parts) -> ca.SX:
+    """The law's state one period on."""
+    if shape.graphs:
+        return ca.SX(shape.graphs.advance(x, signals, sent, q["offset"], q["q"]))
+    n, m = shape.states, signals.numel()
+    a, b = (ca.reshape(q[name], columns, n).T for name, columns in (("a", n), ("b", m)))
+    return a @ x + b @ signals + q["e"] * (sent - q["offset"])
 
 
 def _watched(s: _Parts, q: _Parts, readings: _Parts) -> ca.SX:

@@ -1,11 +1,11 @@
-"""Closed loops in lanes: one linear law on many plants, each with its numbers, place in the stroke and noise."""
+"""Closed loops in lanes: laws on plants, each with its numbers, place in the stroke and noise."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..control.linear_law import LinearLaw
+from ..control.protocol import SampledLaw
 from ..engine import Engine
 from ..engine.sampled_law import OUT, TRIPS
 from ..linear.equilibria import Equilibria
@@ -38,25 +38,29 @@ class Lanes:
 def run_lanes(
     engine: Engine,
     rig: Rig,
-    law: LinearLaw,
+    law: "SampledLaw | Sequence[SampledLaw]",
     points: Equilibria,
     p: np.ndarray,
     reference: np.ndarray,
     recorded: tuple[str, ...],
     seed: int | None = None,
+    inputs: Mapping[str, np.ndarray] | None = None,
 ) -> Iterator[tuple[slice, Lanes]]:
     """Loops that start at rest at `points` on plants with parameters p [lanes, j], along deviations `reference` [k].
 
-    A seed switches noise and resolution on, a lane's own by its number. Yields chunks of lanes, each as a SampledLoop
-    would have run it; the rig gives limits, sensors and period to all of them.
+    One law for all, or one for each lane, such as designs of one controller: see `compiled_law`. A seed switches noise
+    and resolution on, a lane's own by its number; `inputs` gives other inputs of the plants [k]. Yields chunks of
+    lanes, each as a SampledLoop would have run it; the rig gives limits, sensors and period to all of them.
     """
     sensors = Sensors(rig, engine.plant.outputs, seed)
-    ready = compiled_law(engine, rig, law, sensors, recorded)
+    laws = law if isinstance(law, Sequence) else [law]
+    ready = compiled_law(engine, rig, laws, sensors, recorded)
     for first in range(0, len(p), CHUNK):
         lanes = slice(first, min(first + CHUNK, len(p)))
         chunk = Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
         normal = _normal(sensors, seed, lanes, len(reference) + 1)
-        yield lanes, _run_chunk(engine, ready, sensors, chunk, p[lanes], reference, normal)
+        own = laws[lanes] if isinstance(law, Sequence) else laws
+        yield lanes, _run_chunk(engine, ready, own, sensors, chunk, p[lanes], reference, normal, inputs or {})
 
 
 def _normal(sensors: Sensors, seed: int | None, lanes: slice, instants: int) -> np.ndarray:
@@ -70,23 +74,30 @@ def _normal(sensors: Sensors, seed: int | None, lanes: slice, instants: int) -> 
 def _run_chunk(
     engine: Engine,
     ready: CompiledLaw,
+    laws: Sequence[SampledLaw],
     sensors: Sensors,
     points: Equilibria,
     p: np.ndarray,
     reference: np.ndarray,
     normal: np.ndarray,
+    inputs: Mapping[str, np.ndarray],
 ) -> Lanes:
-    plant, law, k = engine.plant, ready.law, len(reference)
+    plant, k, measures = engine.plant, len(reference), laws[0].measures
     outputs = engine.outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
     readings = outputs[:, [plant.output(name) for name in sensors.names]]
     if sensors.noisy:
         readings = sensors.disturbed(readings, normal[:, 0])
-    measured = readings[:, [sensors.names.index(name) for name in law.measures]]
-    starts = [law.start(np.append(y[0], y), float(u)) for y, u in zip(measured, points.u[:, 0], strict=True)]
-    state = ready.start(np.array([x for x, _ in starts]).reshape(len(p), -1), points.u[:, :1])
-    numbers = ready.numbers(np.array([[offset] for _, offset in starts]))
-    level = outputs[:, [plant.output(law.measures[0])]]
-    others = np.broadcast_to(points.u[:, None, 1:], (len(p), k, points.u.shape[1] - 1))
+    measured = readings[:, [sensors.names.index(name) for name in measures]]
+    each = laws if len(laws) > 1 else [laws[0]] * len(p)
+    starts = [
+        law.start(np.append(y[0], y), u) for law, y, u in zip(each, measured, points.u[:, 0].tolist(), strict=True)
+    ]
+    state = ready.start([x for x, _ in starts], points.u[:, :1])
+    numbers = ready.numbers(laws, np.array([offset for _, offset in starts]))
+    level = outputs[:, [plant.output(measures[0])]]
+    others = np.repeat(points.u[:, None, 1:], k, axis=1)
+    for name, values in inputs.items():
+        others[:, :, plant.input(name) - 1] = values
     given = np.stack(np.broadcast_arrays(level + reference, 0.0), axis=2)  # no command is added to the law's
     rows = np.concatenate((given, others, normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)

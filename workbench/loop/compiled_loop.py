@@ -1,10 +1,12 @@
-"""Closed loops of a linear law, compiled: the plant, the law and the guard in one run of the engine."""
+"""Closed loops, compiled: the plant, a law that is data or a graph, and the guard in one run of the engine."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..control.linear_law import LinearLaw
+from ..control.protocol import SampledLaw
 from ..engine import Engine, periods
 from ..engine.sampled_law import TRIPS, LawShape, packed
 from ..rigs.rig import Rig
@@ -23,34 +25,27 @@ class CompiledLaw:
 
     shape: LawShape
     durations: np.ndarray
-    law: LinearLaw
     guard: Guard
     part: float
     noise: np.ndarray
     resolution: np.ndarray
 
-    def numbers(self, offset: np.ndarray | float) -> np.ndarray:
-        """The parameters [1 or lanes, k] of a law with this constant o, a number or [lanes, 1]."""
-        law, more = self.law, self.shape.states - self.law.states
-        return np.atleast_2d(
-            packed(
-                self.shape.numbers,
-                a=np.pad(law.a, (0, more)).ravel(),
-                b=np.pad(law.b, ((0, more), (0, 0))).ravel(),
-                c=np.pad(law.c, (0, more)),
-                d=law.d,
-                e=np.pad(law.e, (0, more)),
-                offset=offset,
-                **self.guard.numbers(),
-                part=self.part,
-                noise=self.noise,
-                resolution=self.resolution,
-            )
+    def numbers(self, laws: Sequence[SampledLaw], offset: np.ndarray) -> np.ndarray:
+        """The parameters [lanes, k] of one law for all lanes or one for each, with their constants o [lanes]."""
+        own = [_law_numbers(law, self.shape.states) for law in laws]
+        return packed(
+            self.shape.numbers,
+            **{name: np.array([numbers[name] for numbers in own]) for name in own[0]},
+            offset=offset[:, None],
+            **self.guard.numbers(),
+            part=self.part,
+            noise=self.noise,
+            resolution=self.resolution,
         )
 
-    def start(self, x: np.ndarray, command: np.ndarray) -> np.ndarray:
-        """The state [lanes, k] at the start: of the law x [lanes, n], the drive holding a command [lanes, 1]."""
-        lanes = len(x)
+    def start(self, states: Sequence[np.ndarray], command: np.ndarray) -> np.ndarray:
+        """The state [lanes, k] at the start: states [n] of the laws, the drive holding a command [lanes, 1]."""
+        lanes = len(states)
         return packed(
             self.shape.state,
             held=command,
@@ -58,21 +53,43 @@ class CompiledLaw:
             command=command,
             position=np.full((lanes, 1), np.nan),
             trip=np.zeros((lanes, 1)),
-            law=np.pad(x, ((0, 0), (0, self.shape.states - x.shape[1]))),
+            law=np.array([np.pad(x, (0, self.shape.states - len(x))) for x in states]),
         ).copy()
 
 
+def _law_numbers(law: SampledLaw, states: int) -> dict[str, np.ndarray]:
+    """A law's own parameters, a linear one's filled up to so many states."""
+    if not isinstance(law, LinearLaw):
+        return {"q": law.numbers}
+    more = states - law.states
+    return {
+        "a": np.pad(law.a, (0, more)).ravel(),
+        "b": np.pad(law.b, ((0, more), (0, 0))).ravel(),
+        "c": np.pad(law.c, (0, more)),
+        "d": law.d,
+        "e": np.pad(law.e, (0, more)),
+    }
+
+
 def compiled_law(
-    engine: Engine, rig: Rig, law: LinearLaw, sensors: Sensors, recorded: tuple[str, ...] = ()
+    engine: Engine, rig: Rig, laws: Sequence[SampledLaw], sensors: Sensors, recorded: tuple[str, ...] = ()
 ) -> CompiledLaw:
-    """A law on a rig's plant, with the rig's limits and sensors; `recorded` outputs are put out at each instant."""
-    plant = engine.plant
+    """Laws of one form on a rig's plant, with its limits and sensors; `recorded` outputs are put out at each instant.
+
+    Raises ValueError for laws that differ in what they measure, or in their graphs.
+    """
+    plant, law = engine.plant, laws[0]
+    graphs = {None if isinstance(each, LinearLaw) else each.graphs for each in laws}
+    if len(graphs) > 1 or any(each.measures != law.measures for each in laws):
+        raise ValueError("laws in lanes must measure the same signals and have the same graphs")
     late, part = periods(plant.lateness(), rig.period.value)
-    split, states = bool(part) and not plant.interpolated, -(-law.states // _STATES) * _STATES
-    shape = LawShape(states, law.measures, sensors.names, late, split, plant.interpolated, sensors.noisy, recorded)
+    (graph,), split, states = graphs, bool(part) and not plant.interpolated, max(each.states for each in laws)
+    states = states if graph else -(-states // _STATES) * _STATES
+    drive = late, split, plant.interpolated
+    shape = LawShape(states, law.measures, sensors.names, *drive, sensors.noisy, recorded, graph)
     places = [sensors.names.index(name) for name in shape.read]
     durations = np.array([part, 1 - part] if split else [1.0]) * rig.period.value
-    return CompiledLaw(shape, durations, law, Guard(rig), part, sensors.noise[places], sensors.resolution[places])
+    return CompiledLaw(shape, durations, Guard(rig), part, sensors.noise[places], sensors.resolution[places])
 
 
 @dataclass(frozen=True)
@@ -97,12 +114,12 @@ class CompiledLoop:
     """
 
     def __init__(
-        self, engine: Engine, rig: Rig, law: LinearLaw, sensors: Sensors, u: np.ndarray, signals: np.ndarray
+        self, engine: Engine, rig: Rig, law: SampledLaw, sensors: Sensors, u: np.ndarray, signals: np.ndarray
     ) -> None:
         self._engine, self._sensors = engine, sensors
-        self._law = compiled_law(engine, rig, law, sensors)
+        self._law = compiled_law(engine, rig, [law], sensors)
         x, offset = law.start(signals, float(u[0]))
-        self._numbers, self._state = self._law.numbers(offset), self._law.start(x[None], u[None, :1])
+        self._numbers, self._state = self._law.numbers([law], np.array([offset])), self._law.start([x], u[None, :1])
 
     def run(self, x: np.ndarray, reference: np.ndarray, added: np.ndarray, others: np.ndarray) -> Instants:
         """From the state x [n], along a reference [k], a command that is added to the law's, added [k], and the plant's

@@ -43,7 +43,14 @@ def closed_poles(
     plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
 ) -> np.ndarray:
     """Poles z [k] of the loop that `linear_loop` closes, without the time that its margins take."""
-    return _closed(sampled_plant(plant, about, period, controller.measures, p), linear_view(controller)).poles()
+    law = linear_view(controller, signals_at(plant, about, p))
+    return _closed(sampled_plant(plant, about, period, controller.measures, p), law).poles()
+
+
+def signals_at(plant: Plant, about: Equilibrium, p: np.ndarray | None = None) -> dict[str, float]:
+    """The plant's outputs and the command at an operating point, SI, by name: what a controller's linear view needs."""
+    outputs = np.array(plant.h(about.x, about.u, plant.p if p is None else p)).ravel()
+    return {**dict(zip(plant.outputs, outputs.tolist(), strict=True)), "command": float(about.u[0])}
 
 
 def linear_loop(
@@ -53,7 +60,8 @@ def linear_loop(
 
     A delay of the plant's command counts, exactly.
     """
-    model, law = sampled_plant(plant, about, period, controller.measures, p), linear_view(controller)
+    model = sampled_plant(plant, about, period, controller.measures, p)
+    law = linear_view(controller, signals_at(plant, about, p))
     poles = _closed(model, law).poles()
 
     def responses(f: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..base.errors import InputError
-from ..control.protocol import Controller, linear_law, preview
+from ..control.protocol import Controller, preview, sampled_law
 from ..engine import DelayLine, Engine
 from ..linear import Equilibrium
 from ..records import Record
@@ -61,7 +61,7 @@ class SampledLoop:
         self._guard.reset(float(self._held[0]))
         reference = measured[controller.measures[0]]
         controller.reset(reference, measured, float(self._held[0]))
-        law = linear_law(controller) if compiled and engine.back_end == "compiled" else None
+        law = sampled_law(controller) if compiled and engine.back_end == "compiled" else None
         self._compiled = law and CompiledLoop(
             engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
         )

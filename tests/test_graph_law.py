@@ -1,0 +1,164 @@
+"""Laws as graphs: they do what the controllers in Python do, run compiled as they do, and are linear about a point."""
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from test_compiled_loop import agree
+
+from workbench.base.errors import InputError
+from workbench.commands.run.config import load_config
+from workbench.control.compensators import compensated
+from workbench.control.graph_law import GraphController, GraphLaw
+from workbench.control.piecewise_linear import CommandMap, PiecewiseLinear
+from workbench.control.protocol import linear_law, linear_view, sampled_law
+from workbench.engine import Engine
+from workbench.linear import equilibrium
+from workbench.loop.margins import linear_loop, signals_at
+from workbench.loop.rig_variations import variation, with_delay
+from workbench.loop.sampled_loop import SampledLoop
+from workbench.plant import build
+from workbench.rigs.rig import load_rig
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+TUNED = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}
+PERIOD = 1e-3
+SCHEDULE = PiecewiseLinear(np.array([-0.25, -0.1, 0.0, 0.1, 0.25]), np.array([0.3, 0.8, 1.0, 0.9, 0.4]))
+MAP = CommandMap(np.array([-0.5, -0.004, 0.0, 0.004, 0.5]), np.array([-0.5, -0.002, 0.0, 0.002, 0.5]))
+
+
+class _Scheduled:
+    """The pressure feedback of a controller with a schedule."""
+
+    into = "command"
+
+    def __init__(self, law):
+        self.law, self.schedule = law, SCHEDULE
+
+
+class _Map:
+    into = "map"
+    command_map = MAP
+
+
+def scheduled(name):
+    """A tuned controller, its pressure feedback with a schedule, the command through a map."""
+    spec = TUNED[name]
+    bare = type(spec)(spec.name, spec.use, spec.design)
+    pressure = next(part for part in spec.compensators if part.use.endswith("PressureFeedback"))
+    controller = compensated(bare.build(PERIOD), _Scheduled(pressure.build(PERIOD).law))
+    return compensated(controller, _Map())
+
+
+class Network(GraphController):
+    """P with a small network of error and speed, limited: no linear law, and states of its own."""
+
+    def __init__(self, seed):
+        random, hidden = np.random.default_rng(seed), 6
+        weights = np.concatenate([random.normal(0, 1, hidden * 3), random.normal(0, 0.02, hidden), [3.0, 0.3]])
+
+        def output(x, s, o, q):
+            e = s[0] - s[1]
+            inside = ca.vertcat(e / 0.01, (s[1] - x) / 1e-3, (s[2] - s[3]) / 1e7)
+            layer = ca.tanh(ca.reshape(q[: hidden * 3], hidden, 3) @ inside)
+            return ca.fmin(q[-1], ca.fmax(-q[-1], q[-2] * e + ca.dot(q[hidden * 3 : -2], layer))) + o
+
+        def start(signals, command):
+            x = signals[1:2]
+            return x, command - float(output(ca.DM(x), ca.DM(signals), 0.0, ca.DM(weights)))
+
+        super().__init__(GraphLaw.of(output, lambda x, s, v, o, q: s[1], weights, ("position", "pa", "pb"), 1, start))
+
+
+MAKERS = {
+    "p": lambda: scheduled("p-dp"),
+    "tvc": lambda: scheduled("tvc"),
+    "pid": lambda: scheduled("pid-lead"),
+    "crone3": lambda: scheduled("crone3"),
+    "network": lambda: Network(0),
+}
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    name=st.sampled_from(sorted(MAKERS)),
+    variant=st.sampled_from(["nominal", "mass-50", "beta-50"]),
+    delay=st.sampled_from([0.0, 0.3e-3, 1.4e-3]),
+    seed=st.one_of(st.none(), st.integers(0, 99)),
+    place=st.floats(-0.2, 0.2),
+    corners=st.lists(st.floats(-0.03, 0.03), min_size=2, max_size=4),
+)
+def test_a_graph_runs_compiled_as_its_controller_in_python(name, variant, delay, seed, place, corners):
+    rig = variation(load_rig("jack-10t"), variant)
+    rig = with_delay(rig, delay) if delay else rig
+    engine = Engine(build(rig))
+    rest = equilibrium(engine.plant, position=place)
+    reference = place + np.repeat(corners, 200 // len(corners) + 1)[:200]
+    runs = [
+        [SampledLoop(engine, rig, MAKERS[name](), rest, seed, compiled=compiled).run(reference)]
+        for compiled in (False, True)
+    ]
+    agree(*runs, 0.03)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_none_of_them_is_a_linear_law(name):
+    controller = MAKERS[name]()
+    assert linear_law(controller) is None
+    assert sampled_law(controller) is not None
+    with pytest.raises(InputError, match="operating point"):
+        linear_view(controller)
+
+
+@pytest.mark.parametrize("name", ["p", "tvc", "pid", "crone3"])
+def test_slopes_of_the_graph_are_the_linear_view_of_the_controller(name):
+    """The wrappers write their linear view down; the graph's is its derivative."""
+    rig = load_rig("jack-10t")
+    plant = build(rig)
+    about = equilibrium(plant, position=0.07, speed=0.1)
+    controller, f = MAKERS[name](), np.geomspace(0.1, 400, 50)
+
+    class Bare:
+        """The same, with nothing but its graph."""
+
+        measures, reset, compute, update, graph_law = (
+            controller.measures,
+            controller.reset,
+            controller.compute,
+            controller.update,
+            staticmethod(controller.graph_law),
+        )
+
+    law = linear_loop(plant, about, controller, PERIOD)
+    graph = linear_loop(plant, about, Bare(), PERIOD)
+    assert graph.ms == pytest.approx(law.ms, rel=1e-6)
+    assert np.interp(f, graph.f, np.abs(graph.open)) == pytest.approx(np.interp(f, law.f, np.abs(law.open)), rel=1e-6)
+
+
+def test_the_schedule_and_the_map_count_in_the_linear_view():
+    plant = build(load_rig("jack-10t"))
+    views = [
+        linear_view(scheduled("p-dp"), signals_at(plant, equilibrium(plant, position=place, speed=speed)))
+        for place, speed in ((0.0, 0.0), (0.1, 0.0), (0.1, 0.5))
+    ]
+    gains = [np.abs(view.D[0, view.input_labels.index("pa")]) for view in views]
+    assert gains[1] / gains[0] == pytest.approx(0.9, rel=1e-6)
+    slopes = (MAP.to[3] - MAP.to[2]) / (MAP.at[3] - MAP.at[2]), (MAP.to[4] - MAP.to[3]) / (MAP.at[4] - MAP.at[3])
+    assert gains[2] / gains[1] == pytest.approx(slopes[1] / slopes[0], rel=1e-6)
+
+
+@given(x=st.floats(-1, 1))
+def test_a_map_and_its_inverse_are_each_others(x):
+    there = x + MAP.shift(x)
+    assert there + MAP.back(there) == pytest.approx(x, abs=1e-15)
+    assert abs(x) < 0.5 or there == x
+
+
+def test_tables_that_are_none_are_refused():
+    with pytest.raises(InputError, match="increasing order"):
+        PiecewiseLinear(np.array([0.0, 0.0]), np.array([1.0, 2.0]))
+    with pytest.raises(InputError, match="go to themselves"):
+        CommandMap(np.array([-1.0, 1.0]), np.array([-1.0, 0.9]))

@@ -1,0 +1,229 @@
+"""Sampled laws that are not linear, as graphs: they run compiled, and are linear about any operating point.
+
+    u = g(x, (r, y), o, q)            the demanded command
+    x+ = f(x, (r, y), v, o, q)        knowing the command v that the drive really got
+
+Their numbers q are parameters: other numbers need no new compilation.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+
+from ..engine.sampled_law import LawGraphs
+from ..linear.state_space import StateSpace
+from .linear_law import LinearLaw, Start, at_rest, places, signals_of
+from .piecewise_linear import CommandMap, PiecewiseLinear
+
+Output = Callable[[ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
+Advance = Callable[[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
+
+
+@dataclass(frozen=True, eq=False)
+class GraphLaw:
+    """Graphs of a law, its `numbers` q [k] and the signals that it `measures`, the controlled one first.
+
+    start: ((r, y) [1 + m], command) -> (x [n], o) with which the next demanded command is `command`.
+    """
+
+    graphs: LawGraphs
+    numbers: np.ndarray
+    measures: tuple[str, ...]
+    start: Start
+
+    @classmethod
+    def of(
+        cls,
+        output: Output,
+        advance: Advance,
+        numbers: np.ndarray,
+        measures: tuple[str, ...],
+        states: int,
+        start: Start,
+    ) -> "GraphLaw":
+        """A law of two functions on symbols: output(x, (r, y), o, q) and advance(x, (r, y), v, o, q)."""
+        x, s, v, o, q = _symbols(states, 1 + len(measures), len(numbers))
+        graphs = LawGraphs(
+            ca.Function("output", [x, s, o, q], [output(x, s, o, q)]),
+            ca.Function("advance", [x, s, v, o, q], [ca.densify(advance(x, s, v, o, q))]),
+        )
+        return cls(graphs, np.asarray(numbers, float), measures, start)
+
+    @property
+    def states(self) -> int:
+        """How many."""
+        return self.graphs.states
+
+    def picked(self, reference: float, measurement: Mapping[str, float]) -> np.ndarray:
+        """(r, y) [1 + m] out of signals by name."""
+        return np.array([reference, *(measurement[name] for name in self.measures)])
+
+    def linearised(self, signals: np.ndarray, command: float) -> LinearLaw:
+        """The law of small deviations where it rests at (r, y) [1 + m], its command being `command`."""
+        x, offset = self.start(signals, command)
+        a, b, c, d, e = (np.array(part) for part in self._slopes(x, signals, command, offset, self.numbers))
+
+        def start(_: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+            return x, command
+
+        return LinearLaw(a, b, c[0], d[0], e[:, 0], self.measures, start)
+
+    @cached_property
+    def _slopes(self) -> ca.Function:
+        """df/dx, df/d(r, y), dg/dx, dg/d(r, y), df/dv."""
+        x, s, v, o, q = _symbols(self.states, 1 + len(self.measures), len(self.numbers))
+        u, after = self.graphs.output(x, s, o, q), self.graphs.advance(x, s, v, o, q)
+        slopes = (ca.jacobian(y, of) for y, of in ((after, x), (after, s), (u, x), (u, s), (after, v)))
+        return ca.Function("slopes", [x, s, v, o, q], [ca.densify(slope) for slope in slopes])
+
+
+class GraphController:
+    """A controller whose law is a graph: the base of classes that write one, and nothing else, down."""
+
+    def __init__(self, law: GraphLaw) -> None:
+        self._law, self.measures = law, law.measures
+        self._x, self._offset = law.start(np.zeros(1 + len(law.measures)), 0.0)
+        self._signals = np.zeros(1 + len(law.measures))
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start without a bump."""
+        self._x, self._offset = self._law.start(self._law.picked(reference, measurement), command)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The command of the graph."""
+        self._signals = self._law.picked(reference, measurement)
+        return float(self._law.graphs.output(self._x, self._signals, self._offset, self._law.numbers))
+
+    def update(self, realised: float) -> None:
+        """The states of the graph, one period on."""
+        law = self._law
+        after = law.graphs.advance(self._x, self._signals, realised, self._offset, law.numbers)
+        self._x = np.array(after).ravel()
+
+    def graph_law(self) -> GraphLaw:
+        """The law."""
+        return self._law
+
+
+def as_graph(law: LinearLaw | GraphLaw) -> GraphLaw:
+    """A linear law as a graph of its numbers."""
+    if isinstance(law, GraphLaw):
+        return law
+    n, m = law.states, len(law.d)
+    numbers = np.concatenate([np.ravel(part) for part in (law.a, law.b, law.c, law.d, law.e)])
+
+    def parts(q: ca.SX) -> tuple[ca.SX, ...]:
+        a, b, c, d, e = ca.vertsplit(q, np.cumsum([0, n * n, n * m, n, m, n]).tolist())
+        return ca.reshape(a, n, n).T, ca.reshape(b, m, n).T, c, d, e
+
+    def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        return ca.dot(parts(q)[2], x) + ca.dot(parts(q)[3], s) + o
+
+    def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        a, b, _, _, e = parts(q)
+        return a @ x + b @ s + e * (v - o)
+
+    return GraphLaw.of(output, advance, numbers, law.measures, n, law.start)
+
+
+def with_filter(
+    inner: GraphLaw, filtered: StateSpace, into_reference: bool, schedule: PiecewiseLinear | None = None
+) -> GraphLaw:
+    """A law with the output of a stable filter as its reference, or added to its command.
+
+    A `schedule` of the position, which the filter or the law measures, is a factor of that output.
+    """
+    signals, (own, heard) = signals_of(inner.measures, filtered), places(inner.measures, filtered)
+    split = np.cumsum([0, len(inner.numbers), *(part.size for part in filtered.matrices)]).tolist()
+    tables = () if schedule is None else (schedule.at, schedule.values)
+    numbers = np.concatenate([inner.numbers, *(part.ravel() for part in filtered.matrices), *tables])
+    n, k, place = inner.states, len(filtered.A), signals.index("position") if schedule else 0
+
+    def seen(x: ca.SX, s: ca.SX, q: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """The inner law's signals, what is added to its command, and the filter's state after."""
+        a, b, c, d = (q[first:last] for first, last in pairwise(split[1:]))
+        w, u = x[n:], s[heard]
+        out = ca.dot(c, w) + ca.dot(d, u)
+        if schedule is not None:
+            half = (numbers.size - split[-1]) // 2
+            out *= interpolated(q[split[-1] : split[-1] + half], q[split[-1] + half :], s[place])
+        after = ca.reshape(a, k, k).T @ w + ca.reshape(b, len(heard), k).T @ u
+        return (ca.vertcat(out, s[own[1:]]), ca.SX(0), after) if into_reference else (s[own], out, after)
+
+    def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        taken, added, _ = seen(x, s, q)
+        return ca.SX(inner.graphs.output(x[:n], taken, o, q[: split[1]])) + added
+
+    def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        taken, added, after = seen(x, s, q)
+        return ca.vertcat(ca.SX(inner.graphs.advance(x[:n], taken, v - added, o, q[: split[1]])), after)
+
+    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+        w, out = at_rest(filtered, signals[heard])
+        out *= schedule(float(signals[place])) if schedule else 1.0
+        taken = np.append(out, signals[own[1:]]) if into_reference else signals[own]
+        x, offset = inner.start(taken, command if into_reference else command - out)
+        return np.append(x, w), offset
+
+    return GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, start)
+
+
+def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
+    """A law whose controlled signal is another one times a factor."""
+    split = len(inner.numbers)
+    scale = np.ones(1 + len(inner.measures))
+    scale[1] = factor
+
+    def scaled(s: ca.SX, q: ca.SX) -> ca.SX:
+        return ca.vertcat(s[0], s[1] * q[split], s[2:])
+
+    def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        return ca.SX(inner.graphs.output(x, scaled(s, q), o, q[:split]))
+
+    def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        return ca.SX(inner.graphs.advance(x, scaled(s, q), v, o, q[:split]))
+
+    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+        return inner.start(signals * scale, command)
+
+    measures = (signal, *inner.measures[1:])
+    return GraphLaw.of(output, advance, np.append(inner.numbers, factor), measures, inner.states, start)
+
+
+def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
+    """A law whose command goes through a static map; it learns the realised command mapped back."""
+    first, points = len(inner.numbers), len(command_map.at)
+    numbers = np.concatenate((inner.numbers, command_map.at, command_map.to))
+
+    def tables(q: ca.SX) -> tuple[ca.SX, ca.SX]:
+        return q[first : first + points], q[first + points :]
+
+    def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        (at, to), u = tables(q), ca.SX(inner.graphs.output(x, s, o, q[:first]))
+        return u + interpolated(at, to - at, u)
+
+    def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        at, to = tables(q)
+        return ca.SX(inner.graphs.advance(x, s, v + interpolated(to, at - to, v), o, q[:first]))
+
+    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+        return inner.start(signals, command + command_map.back(command))
+
+    return GraphLaw.of(output, advance, numbers, inner.measures, inner.states, start)
+
+
+def interpolated(at: ca.SX, values: ca.SX, x: ca.SX) -> ca.SX:
+    """Values [k] at increasing points [k], linear between them, held beyond: as PiecewiseLinear."""
+    wide = at[1:] - at[:-1]
+    inside = ca.fmin(ca.fmax(x - at[:-1], 0), wide)
+    return values[0] + ca.dot((values[1:] - values[:-1]) / wide, inside)
+
+
+def _symbols(states: int, signals: int, numbers: int) -> tuple[ca.SX, ...]:
+    """x, (r, y), v, o, q."""
+    sizes = {"x": states, "s": signals, "v": 1, "o": 1, "q": numbers}
+    return tuple(ca.SX.sym(name, size) for name, size in sizes.items())
