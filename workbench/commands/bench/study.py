@@ -73,7 +73,7 @@ def _stiffness(key: tuple[str, str], size: np.ndarray | None) -> dict[str, Any]:
 
 
 def _timing(config: BenchConfig, entries: Entries) -> dict[str, dict[str, float | int]]:
-    """What a controller computes in a sample, over all its runs."""
+    """How long a controller computes in a sample, over the runs in which that was measured."""
     timing = {}
     for controller in dict.fromkeys(name for name, _ in entries):
         spent = np.concatenate([entry["solve_us"] for (name, _), entry in entries.items() if name == controller])
