@@ -53,6 +53,17 @@ def test_operating_points_in_lanes_are_those_one_by_one(plant, drawn, speed):
         assert points.u[lane, 0] == pytest.approx(alone.u[0], abs=1e-8)
 
 
+@pytest.mark.parametrize("command", [0.0, 0.3])
+def test_moving_points_in_lanes_have_the_speed_that_a_command_gives(plant, drawn, command):
+    p, places = drawn
+    points = equilibria(plant, p, places, command=command)
+    assert points.ok.all()
+    for lane in range(3):
+        alone = equilibrium(plant, command=command, position=places[lane], p=p[lane])
+        assert points.x[lane] / plant.scale == pytest.approx(alone.x / plant.scale, abs=1e-7)
+        assert points.u[lane] == pytest.approx(alone.u)
+
+
 @pytest.mark.parametrize("name", ["p", "p-dp", "crone3"])
 @pytest.mark.parametrize("seed", [None, 4])
 def test_a_lane_is_the_loop_by_itself(rig, plant, drawn, name, seed):

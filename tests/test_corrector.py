@@ -1,5 +1,6 @@
 """Correctors in the spool loop: the maker's resonance, what hunts at null is refused, bad experiment files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,10 @@ from workbench.commands.run.config import CorrectorConfig, load_config
 from workbench.commands.run.corrector import run_corrector
 from workbench.identify.datasheet import corrector
 from workbench.identify.datasheet.corrector import Maker, SpoolLoop
-from workbench.rigs.rig import load_rig
+from workbench.linear import equilibrium, linearise
+from workbench.linear.equilibria import equilibria, slopes
+from workbench.plant import build_valve_bench
+from workbench.rigs.rig import EffectUse, load_rig
 
 EXPERIMENT = Path(__file__).parents[1] / "experiments" / "corrector.toml"
 MAKER = Maker(70.0, 85.0, (1.0, 2.0))
@@ -60,6 +64,22 @@ def test_the_loop_of_the_rig_itself_is_the_papers(rig):
     found = plain.shown({}, 25)
     assert (found.f3db, found.f90) == pytest.approx((70.1, 71.7), abs=0.2)
     assert found.peak < 0.05
+
+
+@pytest.mark.parametrize("command", [0.0, 0.4])
+def test_operating_points_of_correctors_in_lanes_are_those_one_by_one(rig, command):
+    effect = EffectUse("drive.corrector", "pi-lead", {})
+    plant = build_valve_bench(replace(rig.with_values(isat=1.5), effects=(effect,)))
+    p = np.array([plant.parameter_values(None, **numbers) for numbers in (OVERDRIVEN, HUNTING, {})])
+    points = equilibria(plant, p, command=command)
+    assert points.ok.all()
+    for lane in range(len(p)):
+        alone = equilibrium(plant, command=command, p=p[lane])
+        assert points.x[lane] / plant.scale == pytest.approx(alone.x / plant.scale, abs=1e-9)
+        assert points.u[lane] == alone.u
+        model = linearise(plant, alone, ("command",), ("flow",), p[lane])
+        a = slopes(plant, points.x, points.u, p)[0][lane]
+        assert np.abs(a - model.A).max() < 1e-6 * np.abs(model.A).max()
 
 
 def test_a_fit_keeps_its_distance_from_hunting(rig, monkeypatch):

@@ -11,7 +11,14 @@ from workbench.base.gain_phase import gain_db, phase_deg
 from workbench.engine import Engine
 from workbench.linear import equilibrium, linearise
 from workbench.linear.crossings import corner_frequency
-from workbench.linear.frequency_response import first_harmonic, held_harmonic, linear_response, scan, stepped_sine
+from workbench.linear.frequency_response import (
+    first_harmonic,
+    held_harmonic,
+    linear_response,
+    scan,
+    stepped_sine,
+    stepped_sines,
+)
 from workbench.loop.describing_function import (
     closed_loop_sine,
     closed_loop_sweep,
@@ -181,6 +188,22 @@ def test_at_a_tiny_amplitude_the_valve_is_its_linear_model(valve, valve_bench):
         assert np.abs(np.angle(ratio, deg=True)).max() < 0.5
     assert np.all(sine.settled)
     assert not sine.saturated.any()
+
+
+def test_sines_of_many_plants_are_those_one_by_one_and_a_failure_is_its_own(valve, valve_bench):
+    engine, rest = valve
+    p = np.tile(valve_bench.p, (4, 1))
+    p[:, valve_bench.parameters.index("Kp")] *= (0.5, 1.0, 2.0, 1.0)
+    start = np.array([rest.x, rest.x, rest.x, np.full_like(rest.x, np.nan)])
+    f, lanes = np.tile([20.0, 90.0], 4), np.repeat(np.arange(4), 2)
+    sines = stepped_sines(engine, start[lanes], rest.u, f, 1.0, ["flow"], None, p[lanes])
+    for lane in range(3):
+        alone = stepped_sine(engine, rest.x, rest.u, [20.0, 90.0], 1.0, ["flow"], p=p[lane])
+        ratio = sines.response["flow"][lanes == lane] / alone.response["flow"]
+        assert np.abs(ratio - 1).max() < 1e-9
+        assert np.array_equal(sines.cycles[lanes == lane], alone.cycles)
+    assert np.isnan(sines.response["flow"][lanes == 3]).all()
+    assert not sines.settled[lanes == 3].any()
 
 
 def test_at_full_amplitude_the_flapper_meets_its_nozzle(rig, valve):

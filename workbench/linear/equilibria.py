@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..plant import Plant
-from .operating_point import equilibrium
+from .operating_point import equilibrium, unknowns
 
 _STEPS, _HALVINGS = 40, 6
 _SMALL = 1e-9  # of each equation's largest slope: below it a rate has vanished
@@ -13,7 +13,7 @@ _SMALL = 1e-9  # of each equation's largest slope: below it a rate has vanished
 
 @dataclass(frozen=True)
 class Equilibria:
-    """States x [lanes, n] and inputs u [lanes, m] at which nothing changes but the position; ok [lanes]: found."""
+    """States x [lanes, n] and inputs u [lanes, m] at which nothing changes but a position; ok [lanes]: found."""
 
     x: np.ndarray
     u: np.ndarray
@@ -21,18 +21,23 @@ class Equilibria:
 
 
 def equilibria(
-    plant: Plant, p: np.ndarray, position: np.ndarray | float = 0.0, speed: float = 0.0, **inputs: float
+    plant: Plant,
+    p: np.ndarray,
+    position: np.ndarray | float = 0.0,
+    speed: float | None = None,
+    command: float | None = None,
+    **inputs: float,
 ) -> Equilibria:
-    """Operating points of plants with parameters p [lanes, k] at `position` [m] ([lanes] or one), at one `speed` [m/s].
+    """Operating points of plants with parameters p [lanes, k]: what `equilibrium` takes, `position` [m] also [lanes].
 
-    Other inputs by name. A lane without such a point is marked in `ok`. Raises InputError where the nominal plant has
-    none at mid stroke.
+    A lane without such a point is marked in `ok`. Raises InputError where the nominal plant has none at mid stroke.
     """
-    lanes = len(p)
-    nominal = equilibrium(plant, speed=speed, p=None, **inputs)
-    x, u = np.tile(nominal.x, (lanes, 1)), np.tile(nominal.u, (lanes, 1))
-    x[:, plant.state("x")] = position
-    return _balanced(plant, p, x, u)
+    nominal = equilibrium(plant, command, speed, p=None, **inputs)
+    w = np.tile(np.append(nominal.x, nominal.u), (len(p), 1))
+    columns, balanced = unknowns(plant, command)
+    if len(balanced) < plant.n:  # a jack
+        w[:, plant.state("x")] = position
+    return _solved(plant, p, w, columns, balanced)
 
 
 def moved(plant: Plant, p: np.ndarray, points: Equilibria, position: np.ndarray | float) -> Equilibria:
@@ -40,18 +45,16 @@ def moved(plant: Plant, p: np.ndarray, points: Equilibria, position: np.ndarray 
 
     Newton steps start at `points`: few, for the position changes little but the chambers' volumes.
     """
-    x = points.x.copy()
-    x[:, plant.state("x")] = position
-    return _balanced(plant, p, x, points.u.copy())
+    w = np.append(points.x, points.u, axis=1)
+    w[:, plant.state("x")] = position
+    return _solved(plant, p, w, *unknowns(plant, None))
 
 
-def _balanced(plant: Plant, p: np.ndarray, x: np.ndarray, u: np.ndarray) -> Equilibria:
-    """Newton steps from x and u, which change in place; position, speed and other inputs stay."""
-    place = plant.state("x")
-    free = [i for i, state in enumerate(plant.states) if state.name not in ("x", "v")]
-    balanced = [i for i in range(plant.n) if i != place]
-    scale = np.append(plant.scale[free], plant.inputs[0].scale)
-    residual, slope = _linearised(plant, p, x, u, free, balanced)
+def _solved(plant: Plant, p: np.ndarray, w: np.ndarray, columns: list[int], balanced: list[int]) -> Equilibria:
+    """Newton steps from w = [x, u], of which the unknown `columns` change in place."""
+    scale = np.append(plant.scale, [i.scale for i in plant.inputs])[columns]
+    balances = _Balances(plant, p, columns, balanced, scale)
+    residual, slope = balances.linearised(w)
     rows = np.maximum(np.abs(slope * scale).max(axis=2), 1e-12)
     size = np.abs(residual / rows).max(axis=1)
     for _ in range(_STEPS):
@@ -59,48 +62,49 @@ def _balanced(plant: Plant, p: np.ndarray, x: np.ndarray, u: np.ndarray) -> Equi
         if not going.size:
             break
         step = np.linalg.solve(slope[going] * scale / rows[going, :, None], -(residual / rows)[going, :, None])[..., 0]
-        _descend(plant, p, x, u, free, balanced, rows, scale, size, going, step)
-        residual, slope = _linearised(plant, p, x, u, free, balanced)
-    return Equilibria(x, u, size <= 1e-7)
+        balances.descend(w, rows, size, going, step)
+        residual, slope = balances.linearised(w)
+    return Equilibria(w[:, : plant.n], w[:, plant.n :], size <= 1e-7)
 
 
-def _descend(
-    plant: Plant,
-    p: np.ndarray,
-    x: np.ndarray,
-    u: np.ndarray,
-    free: list[int],
-    balanced: list[int],
-    rows: np.ndarray,
-    scale: np.ndarray,
-    size: np.ndarray,
-    going: np.ndarray,
-    step: np.ndarray,
-) -> None:
-    """Move the lanes `going` along their steps, halved until the largest rate falls; the last half is taken as is."""
-    share = 1.0
-    for halving in range(_HALVINGS + 1):
-        trial_x, trial_u = x[going], u[going]
-        trial_x[:, free] += share * step[:, :-1] * scale[:-1]
-        trial_u[:, 0] += share * step[:, -1] * scale[-1]
-        rates = np.array(plant.f(trial_x.T, trial_u.T, p[going].T)).T[:, balanced]
-        trial = np.abs(rates / rows[going]).max(axis=1)
-        better = (trial < size[going]) | (halving == _HALVINGS)
-        moved = going[better]
-        x[moved], u[moved], size[moved] = trial_x[better], trial_u[better], trial[better]
-        going, step = going[~better], step[~better]
-        if not going.size:
-            return
-        share /= 2
+@dataclass(frozen=True)
+class _Balances:
+    """The square systems of lanes with parameters p [lanes, k]: unknown `columns` of w = [x, u], rates `balanced`."""
 
+    plant: Plant
+    p: np.ndarray
+    columns: list[int]
+    balanced: list[int]
+    scale: np.ndarray
 
-def _linearised(
-    plant: Plant, p: np.ndarray, x: np.ndarray, u: np.ndarray, free: list[int], balanced: list[int]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rates [lanes, balanced] and their slopes to the free states and the command [lanes, balanced, free + 1]."""
-    rates = np.array(plant.f(x.T, u.T, p.T)).T[:, balanced]
-    a, b = slopes(plant, x, u, p)[:2]
-    return rates, np.concatenate((a[:, balanced][:, :, free], b[:, balanced, :1]), axis=2)
+    def descend(self, w: np.ndarray, rows: np.ndarray, size: np.ndarray, going: np.ndarray, step: np.ndarray) -> None:
+        """Move the lanes `going` along their steps, halved until the largest rate falls; the last half is taken as is.
+
+        w [lanes, n + m] and `size` [lanes], the largest rate over its slope in `rows`, change in place.
+        """
+        share = 1.0
+        for halving in range(_HALVINGS + 1):
+            moved = w[going]
+            moved[:, self.columns] += share * step * self.scale
+            x, u = self._parts(moved)
+            rates = np.array(self.plant.f(x.T, u.T, self.p[going].T)).T[:, self.balanced]
+            trial = np.abs(rates / rows[going]).max(axis=1)
+            better = (trial < size[going]) | (halving == _HALVINGS)
+            w[going[better]], size[going[better]] = moved[better], trial[better]
+            going, step = going[~better], step[~better]
+            if not going.size:
+                return
+            share /= 2
+
+    def linearised(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rates [lanes, balanced] and their slopes to the unknowns [lanes, balanced, columns]."""
+        x, u = self._parts(w)
+        rates = np.array(self.plant.f(x.T, u.T, self.p.T)).T[:, self.balanced]
+        slope = np.concatenate(slopes(self.plant, x, u, self.p)[:2], axis=2)
+        return rates, slope[:, self.balanced][:, :, self.columns]
+
+    def _parts(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return w[:, : self.plant.n], w[:, self.plant.n :]
 
 
 def slopes(plant: Plant, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, ...]:

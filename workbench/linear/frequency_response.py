@@ -72,7 +72,32 @@ def stepped_sine(
     delay of the plant's command counts, exactly.
     Raises InputError if a run fails.
     """
-    f = np.asarray(frequencies, dtype=float)
+    f, p = np.asarray(frequencies, dtype=float), engine.plant.p if p is None else p
+    starts, rows = (np.tile(row, (len(f), 1)) for row in (start, p))
+    sine = stepped_sines(engine, starts, offset, f, amplitude, outputs, limits, rows)
+    failed = np.any([np.isnan(response) for response in sine.response.values()], axis=0)
+    if failed.any():
+        raise InputError(
+            f"{engine.plant.name}: the simulation failed at {f[failed][0]:g} Hz, amplitude {amplitude:g}; try a "
+            "smaller one"
+        )
+    return sine
+
+
+def stepped_sines(
+    engine: Engine,
+    start: np.ndarray,
+    offset: np.ndarray,
+    f: np.ndarray,
+    amplitude: float,
+    outputs: Sequence[str],
+    limits: Mapping[str, float] | None,
+    p: np.ndarray,
+) -> SteppedSine:
+    """`stepped_sine` of many plants: each point f [k] with its own start [k, n] and parameters [k, np].
+
+    The response of a point whose run fails is NaN.
+    """
     sine = SteppedSine(
         f=f,
         amplitude=amplitude,
@@ -85,8 +110,9 @@ def stepped_sine(
     points = _points_per_cycle(f)
     for k in np.unique(points):
         _run_lanes(engine, start, offset, sine, np.flatnonzero(points == k), int(k), limits or {}, p)
+    late = np.array([engine.plant.lateness(row) for row in p])
     for values in sine.response.values():  # all that repeats comes late as a whole
-        values *= np.exp(-2j * np.pi * f * engine.plant.lateness(p))
+        values *= np.exp(-2j * np.pi * f * late)
     return sine
 
 
@@ -104,25 +130,21 @@ def _run_lanes(
     lanes: np.ndarray,
     k: int,
     limits: Mapping[str, float],
-    p: np.ndarray | None,
+    p: np.ndarray,
 ) -> None:
-    """Cycle after cycle for the points `lanes` of `sine`, which it fills in; settled ones drop out."""
+    """Cycle after cycle for the points `lanes` of `sine`, which it fills in; settled and failed ones drop out."""
     plant, names = engine.plant, list(sine.response)
     t = np.arange(k + 1) / (sine.f[lanes, None] * k)
     u = np.tile(offset, (k + 1, 1))
     u[:, 0] += sine.amplitude * np.sin(2 * np.pi * np.arange(k + 1) / k)
     columns = [plant.output(name) for name in names]
     forced = held_harmonic(sine.amplitude, k)
-    x, before = np.tile(start, (len(lanes), 1)), np.full((len(lanes), len(names)), np.nan, complex)
+    x, before = start[lanes], np.full((len(lanes), len(names)), np.nan, complex)
     for cycle in range(1, _CYCLES[1] + 1):
-        batch = engine.run_batch(x, t, u, p)
-        if not batch.ok.all():
-            f = sine.f[lanes[~batch.ok]][0]
-            raise InputError(
-                f"{plant.name}: the simulation failed at {f:g} Hz, amplitude {sine.amplitude:g}; try a smaller one"
-            )
-        outputs = engine.outputs(batch.x, u, p)
+        batch = engine.run_batch(x, t, u, p[lanes])
+        outputs = engine.outputs(batch.x, u, p[lanes, None])
         now = first_harmonic(np.moveaxis(outputs[:, :, columns], 0, 1)) / forced
+        now[~batch.ok] = np.nan
         settled = np.all(np.abs(now - before) < AGREE * np.abs(now), axis=1) & (cycle >= _CYCLES[0])
         for name, values in zip(names, now.T, strict=True):
             sine.response[name][lanes] = values
@@ -130,9 +152,9 @@ def _run_lanes(
         peaks = {name: np.abs(outputs[:, :, plant.output(name)]).max(axis=1) for name in limits}
         sine.saturated[lanes] = np.any([peaks[n] >= 0.999 * limits[n] for n in limits], axis=0) if limits else False
         sine.cavitated[lanes] = outputs[:, :, plant.output("lowest_pressure")].min(axis=1) < 0
-        if settled.all():
+        going = batch.ok & ~settled
+        if not going.any():
             return
-        going = ~settled
         lanes, t, x, before = lanes[going], t[going], batch.x[going, -1], now[going]
 
 

@@ -43,56 +43,60 @@ def equilibrium(
     for name in inputs:
         if name not in known:
             raise InputError(f'{plant.name}: no input "{name}"; {nearest(name, known)}')
-    names = [state.name for state in plant.states]
-    jack = "x" in names
-    free_command = jack and command is None
-    u = np.array([inputs.get(i.name, 0.0) for i in plant.inputs])
-    u[0] = command or 0.0
-    held = {"x": position} if jack else {}
-    if free_command:
-        held["v"] = speed or 0.0
-    free = [i for i, name in enumerate(names) if name not in held]
-    solve = _Balance(plant, p, u, held, free, free_command)
-    best = min((solve.search(scale) for scale in (0.0, 0.02, -0.02)), key=lambda solution: solution.cost)
+    columns, balanced = unknowns(plant, command)
+    base = np.append(plant.start, [inputs.get(i.name, 0.0) for i in plant.inputs])
+    base[plant.n] = command or 0.0
+    jack = len(balanced) < plant.n
+    if jack:
+        base[plant.state("x")] = position
+    if plant.n in columns:
+        base[plant.state("v")] = speed or 0.0
+    solve = _Balance(plant, p, base, columns, balanced)
+    best = min((solve.search(start) for start in solve.starts()), key=lambda solution: solution.cost)
     residual = solve.residual(best.x)
     worst = int(np.argmax(np.abs(residual)))
     if abs(residual[worst]) > 1e-7:
-        name = plant.states[solve.balanced[worst]].name
+        name = plant.states[balanced[worst]].name
         raise InputError(f"{plant.name}: no equilibrium there, {name}' cannot be brought to zero; ask for less")
     x, u = solve.unpack(best.x)
-    return Equilibrium(x, u, float(x[names.index("v")]) if jack else 0.0)
+    return Equilibrium(x, u, float(x[plant.state("v")]) if jack else 0.0)
+
+
+def unknowns(plant: "Plant", command: float | None) -> tuple[list[int], list[int]]:
+    """Columns of [x, u] that an operating point leaves open, and the states whose rates must vanish.
+
+    A jack's position is held; its command is open where none is given, and its speed where one is.
+    """
+    names = [state.name for state in plant.states]
+    balanced = [i for i, name in enumerate(names) if name != "x"]
+    if "x" not in names or command is not None:
+        return balanced, balanced
+    return [*(i for i in balanced if names[i] != "v"), plant.n], balanced
 
 
 class _Balance:
-    """The square system of an operating point, in scaled unknowns."""
+    """The square system of an operating point, in scaled unknowns: `columns` of [x, u], from `base` [n + m] on."""
 
     def __init__(
-        self, plant: "Plant", p: np.ndarray, u: np.ndarray, held: dict[str, float], free: list[int], free_command: bool
+        self, plant: "Plant", p: np.ndarray, base: np.ndarray, columns: list[int], balanced: list[int]
     ) -> None:
         import casadi as ca  # 0.5 s, which reading an experiment need not wait for
 
-        self.plant, self.p, self.u, self.free, self.free_command = plant, p, u, free, free_command
-        self.base = plant.start
-        for name, value in held.items():
-            self.base[plant.state(name)] = value
-        self.balanced = [i for i, state in enumerate(plant.states) if state.name != "x"]
+        self.plant, self.base, self.columns, self.balanced = plant, base, columns, balanced
         x, v = ca.SX.sym("x", plant.n), ca.SX.sym("u", len(plant.inputs))
         rates = plant.f(x, v, ca.DM(p))
         slopes = ca.horzcat(ca.jacobian(rates, x), ca.jacobian(rates, v))
         self._rates = ca.Function("rates", [x, v], [rates])
         self._slopes = ca.Function("slopes", [x, v], [slopes])
-        columns = [*free, *([plant.n] if free_command else [])]
         self.scale = np.append(plant.scale, [i.scale for i in plant.inputs])[columns]
         rows = np.abs(self._jacobian_si(np.zeros(len(columns))) * self.scale).max(axis=1)
         self.rows = np.maximum(rows, 1e-12)
 
     def unpack(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Full state and input from scaled unknowns."""
-        x, u = self.base.copy(), self.u.copy()
-        x[self.free] += z[: len(self.free)] * self.scale[: len(self.free)]
-        if self.free_command:
-            u[0] = z[-1] * self.scale[-1]
-        return x, u
+        w = self.base.copy()
+        w[self.columns] += z * self.scale
+        return w[: self.plant.n], w[self.plant.n :]
 
     def residual(self, z: np.ndarray) -> np.ndarray:
         """Rates that must vanish, each over the largest slope of its own equation."""
@@ -104,16 +108,19 @@ class _Balance:
         return lambda z: self._jacobian_si(z) * self.scale / self.rows[:, None]
 
     def _jacobian_si(self, z: np.ndarray) -> np.ndarray:
-        columns = [*self.free, *([self.plant.n] if self.free_command else [])]
-        return np.array(self._slopes(*self.unpack(z)))[np.ix_(self.balanced, columns)]
+        return np.array(self._slopes(*self.unpack(z)))[np.ix_(self.balanced, self.columns)]
 
-    def search(self, command: float) -> "OptimizeResult":
-        """A damped Gauss-Newton search that starts with this command."""
+    def starts(self) -> list[np.ndarray]:
+        """Where searches start: an open command on and beside null, around which the lap makes its slope jump."""
+        start = np.zeros(len(self.columns))
+        if self.plant.n not in self.columns:
+            return [start]
+        command = np.arange(len(start)) == self.columns.index(self.plant.n)
+        return [start + command * level for level in (0.0, 0.02, -0.02)]
+
+    def search(self, start: np.ndarray) -> "OptimizeResult":
+        """A damped Gauss-Newton search from these scaled unknowns."""
         from scipy.optimize import least_squares
-
-        start = np.zeros(len(self.scale))
-        if self.free_command:
-            start[-1] = command
 
         return least_squares(
             self.residual, start, self.slope, method="trf", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=300
