@@ -16,7 +16,10 @@ from workbench.control.graph_law import GraphController, GraphLaw
 from workbench.control.piecewise_linear import CommandMap, PiecewiseLinear
 from workbench.control.protocol import linear_law, linear_view, sampled_law
 from workbench.engine import Engine
-from workbench.linear import equilibrium
+from workbench.linear import Equilibrium, equilibrium
+from workbench.linear.equilibria import equilibria
+from workbench.loop.lane_laws import lane_laws
+from workbench.loop.lane_margins import lane_margins, sampled_lanes
 from workbench.loop.margins import linear_loop, signals_at
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.sampled_loop import SampledLoop
@@ -162,3 +165,23 @@ def test_tables_that_are_none_are_refused():
         PiecewiseLinear(np.array([0.0, 0.0]), np.array([1.0, 2.0]))
     with pytest.raises(InputError, match="go to themselves"):
         CommandMap(np.array([-1.0, 1.0]), np.array([-1.0, 0.9]))
+
+
+@pytest.mark.parametrize("name", ["p", "tvc", "network"])
+def test_margins_in_lanes_are_those_of_each_operating_point(name):
+    rig = with_delay(load_rig("jack-10t"), 0.3e-3)
+    plant, controller = build(rig), MAKERS[name]()
+    p = np.tile(plant.p, (3, 1))
+    p[1, plant.parameters.index("M")] *= 0.5
+    p[2, plant.parameters.index("beta")] *= 0.6
+    points = equilibria(plant, p, np.array([0.0, 0.12, -0.2]), 0.1)
+    y = Engine(plant).outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
+    laws = lane_laws(controller, dict(zip(plant.outputs, y.T, strict=True)), points.u[:, 0])
+    margins = lane_margins(sampled_lanes(plant, points, p, laws.measures, PERIOD), laws)
+    for lane in range(3):
+        about = Equilibrium(points.x[lane], points.u[lane], 0.1)
+        loop = linear_loop(plant, about, controller, PERIOD, p[lane])
+        assert margins.stable[lane] == loop.stable
+        if loop.stable:
+            assert margins.ms[lane] == pytest.approx(loop.ms, rel=5e-3)
+            assert margins.gain_margin_db[lane] == pytest.approx(loop.gain_margin_db, abs=0.05)

@@ -16,6 +16,7 @@ from workbench.commands.run.config import load_config
 from workbench.control.protocol import linear_view
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
+from workbench.loop.lane_laws import LawLanes
 from workbench.loop.lane_margins import lane_margins, sampled_lanes
 from workbench.loop.lane_metrics import hunting_lanes
 from workbench.loop.margins import linear_loop
@@ -52,7 +53,8 @@ def test_margins_in_lanes_are_those_of_the_loop(delay, name):
     p[2, plant.parameters.index("beta")] *= 0.5
     points = equilibria(plant, p, np.array([0.0, 0.1, -0.15]))
     law = linear_view(specs[name].build(1e-3))
-    margins = lane_margins(sampled_lanes(plant, points, p, tuple(law.input_labels[1:]), 1e-3), law)
+    law = LawLanes.shared(law)
+    margins = lane_margins(sampled_lanes(plant, points, p, law.measures, 1e-3), law)
     for lane in range(3):
         about = Equilibrium(points.x[lane], points.u[lane], 0.0)
         loop = linear_loop(plant, about, specs[name].build(1e-3), 1e-3, p[lane])
@@ -95,8 +97,7 @@ def test_linear_loops_at_every_position_are_those_of_the_loop(tmp_path):
     config = load_robustness(few(tmp_path, '["p-dp", "mpc"]'), plants=3)
     plants = drawn_plants(config)
     controllers = {spec.name: spec.build(1e-3) for spec in config.controllers}
-    views = {name: linear_view(controller) for name, controller in controllers.items()}
-    places = linear_loops(plants, views, no_checkpoint, lambda _: None)
+    places = linear_loops(plants, controllers, no_checkpoint, lambda _: None)
     plant, limit = plants.engine.plant, config.rig.limit("stroke")
     assert plants.positions == pytest.approx([-0.9 * limit, -0.5 * limit, 0, 0.5 * limit, 0.9 * limit])
     for name, controller in controllers.items():

@@ -72,6 +72,19 @@ class GraphLaw:
 
         return LinearLaw(a, b, c[0], d[0], e[:, 0], self.measures, start)
 
+    def linearised_lanes(self, signals: np.ndarray, commands: np.ndarray) -> list[np.ndarray]:
+        """A [lanes, n, n], B [lanes, n, 1 + m], C [lanes, n] and D [lanes, 1 + m], the drive doing what is demanded.
+
+        Where the law rests at (r, y) [lanes, 1 + m] with `commands` [lanes].
+        """
+        rests = [self.start(each, command) for each, command in zip(signals, commands.tolist(), strict=True)]
+        x, offset = np.array([x for x, _ in rests]), np.array([offset for _, offset in rests])
+        lanes, n, m = len(commands), self.states, signals.shape[1]
+        columns = (x.reshape(lanes, n).T, signals.T, commands[None], offset[None], np.tile(self.numbers, (lanes, 1)).T)
+        slopes = [np.array(part) for part in self._slopes(*columns)]
+        a, b, c, d, e = (part.reshape(part.shape[0], lanes, -1).transpose(1, 0, 2) for part in slopes)
+        return [a + e @ c, b.reshape(lanes, n, m) + e @ d, c[:, 0], d[:, 0]]
+
     @cached_property
     def _slopes(self) -> ca.Function:
         """df/dx, df/d(r, y), dg/dx, dg/d(r, y), df/dv."""

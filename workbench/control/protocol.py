@@ -73,10 +73,14 @@ def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -
     return as_state_space(view).relabelled(("reference", *controller.measures), ("command",))
 
 
+class NeedsOperatingPoint(InputError):
+    """A linear view was asked for without an operating point, and differs between them."""
+
+
 def operating(at: Mapping[str, float] | None) -> Mapping[str, float]:
-    """The signals of an operating point; raises InputError where none is given."""
+    """The signals of an operating point; raises NeedsOperatingPoint where none is given."""
     if at is None:
-        raise InputError("this law is linear about an operating point only; name one")
+        raise NeedsOperatingPoint("this law is linear about an operating point only; name one")
     return at
 
 

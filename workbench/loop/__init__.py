@@ -1,7 +1,7 @@
 """Closed loops, and every number that is measured on one.
 
 sampled_loop, guard       a sampled controller on the plant, behind the rig's limits
-compiled_loop, sensors    the same of a linear law, compiled; what a rig's sensors say
+compiled_loop, sensors    the same, compiled; what a rig's sensors say
 scenarios, rig_variations    what a loop is asked for, and on which rigs
 step_metrics, margins, rows    step metrics; poles, sensitivity and margins; both as one row
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
@@ -10,7 +10,7 @@ describing_function       closed-loop frequency response by stepped sine
 stiffness_and_noise       dynamic stiffness; RMS of the command from sensor noise
 energy, moving_end        energy from the supply; force error of a specimen's moving far end
 compute_time, computing_delay    how long a controller computes, and what that costs the loop
-batch, lane_metrics, lane_margins    loops of one law on many plants at once
+batch, lane_metrics, lane_laws, lane_margins    loops of laws on many plants at once
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Linear loops of one law on many plants: poles, largest sensitivity and margins, lane by lane."""
+"""Linear loops of laws on many plants: poles, largest sensitivity and margins, lane by lane."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,9 @@ import numpy as np
 from ..engine import periods
 from ..linear.equilibria import Equilibria, slopes
 from ..linear.sampling import hold_matrices
-from ..linear.state_space import Matrices, StateSpace, sampled_response
+from ..linear.state_space import Matrices
 from ..plant import Plant
+from .lane_laws import LawLanes
 
 _LOWEST, _POINTS = 0.05, 400  # Hz, frequencies up to Nyquist's
 _SHARP = 3.0  # Ms of a peak that may lie between two of them
@@ -81,20 +82,19 @@ def sampled_lanes(
     return SampledLanes(*_behind(*prompt, whole), measures, period, modal, f, modal.at(_z(f, period)))
 
 
-def lane_margins(lanes: SampledLanes, law: StateSpace) -> LaneMargins:
-    """The loops of a controller's linear view (`linear_view`) on sampled plants.
+def lane_margins(lanes: SampledLanes, law: LawLanes) -> LaneMargins:
+    """The loops of a controller's linear views (`lane_laws`) on sampled plants.
 
     The margins are read on a fixed grid of frequencies; Ms above 3, a sharp peak, is sought between its points.
     """
-    rows = [lanes.measures.index(name) for name in law.input_labels[1:]]
+    rows = [lanes.measures.index(name) for name in law.measures]
     radius = np.abs(np.linalg.eigvals(_closed(lanes.a, lanes.b, lanes.c[:, rows], lanes.d[:, rows], law))).max(axis=1)
-    gains = sampled_response(law, _z(lanes.f, lanes.period))[0, 1:]
-    loop = -np.einsum("mf,lmf->lf", gains, lanes.responses[:, rows])
+    loop = -np.sum(law.gains(_z(lanes.f, lanes.period)) * lanes.responses[:, rows], axis=1)
     stable, level = radius < 1 - 1e-9, 1 / np.abs(1 + loop)
     ms = level.max(axis=1)
     sharp = np.flatnonzero(stable & (ms > _SHARP))
     if sharp.size:
-        peak = _sought(lanes, law, lanes.modal.some(sharp, rows), np.argmax(level[sharp], axis=1))
+        peak = _sought(lanes, law.some(sharp), lanes.modal.some(sharp, rows), np.argmax(level[sharp], axis=1))
         ms[sharp] = np.maximum(ms[sharp], peak)
     columns = (np.where(stable, column, np.nan) for column in (ms, _gain_margin(loop), _phase_margin(loop)))
     return LaneMargins(radius, *columns)
@@ -104,7 +104,7 @@ def _z(f: np.ndarray, period: float) -> np.ndarray:
     return np.exp(2j * np.pi * f * period)
 
 
-def _sought(lanes: SampledLanes, law: StateSpace, modal: ModalResponse, largest: np.ndarray) -> np.ndarray:
+def _sought(lanes: SampledLanes, law: LawLanes, modal: ModalResponse, largest: np.ndarray) -> np.ndarray:
     """Ms of some lanes between the neighbours of each one's `largest` point of the grid, ever closer."""
     last = len(lanes.f) - 1
     low, high = lanes.f[np.maximum(largest - 1, 0)], lanes.f[np.minimum(largest + 1, last)]
@@ -112,8 +112,7 @@ def _sought(lanes: SampledLanes, law: StateSpace, modal: ModalResponse, largest:
     for _ in range(_ROUNDS):
         f = np.geomspace(low, high, _INSIDE, axis=1)
         z = _z(f, lanes.period)
-        gains = sampled_response(law, z.ravel())[0, 1:].reshape(-1, *f.shape)
-        level = 1 / np.abs(1 - np.einsum("mlf,lmf->lf", gains, modal.at(z)))
+        level = 1 / np.abs(1 - np.sum(law.gains(z) * modal.at(z), axis=1))
         best = np.argmax(level, axis=1)
         low, high = f[every, np.maximum(best - 1, 0)], f[every, np.minimum(best + 1, _INSIDE - 1)]
     return level.max(axis=1)
@@ -151,15 +150,14 @@ def _behind(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, whole: i
     return ahead, entering, leaving, np.zeros_like(d)
 
 
-def _closed(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, law: StateSpace) -> np.ndarray:
+def _closed(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, law: LawLanes) -> np.ndarray:
     """The loop's own matrix in lanes."""
-    gains, entering = law.D[0, 1:], law.B[:, 1:]
-    inner = 1 - d[:, :, 0] @ gains  # the law's own command may reach what it measures at once
-    u_x, u_w = (gains @ c) / inner[:, None], law.C[0] / inner[:, None]
-    y_x = c + d * u_x[:, None, :]
-    y_w = d * u_w[:, None, :]
-    top = np.concatenate((a + b * u_x[:, None, :], b * u_w[:, None, :]), axis=2)
-    bottom = np.concatenate((entering @ y_x, law.A + entering @ y_w), axis=2)
+    gains, entering = law.d[:, None, 1:], law.b[:, :, 1:]
+    inner = 1 - gains @ d  # the law's own command may reach what it measures at once
+    u_x, u_w = (gains @ c) / inner, law.c[:, None] / inner
+    y_x, y_w = c + d @ u_x, d @ u_w
+    top = np.concatenate((a + b @ u_x, b @ u_w), axis=2)
+    bottom = np.concatenate((entering @ y_x, law.a + entering @ y_w), axis=2)
     return np.concatenate((top, bottom), axis=1)
 
 

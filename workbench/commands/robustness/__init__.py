@@ -4,5 +4,5 @@ options, config    what it is asked; the experiment file
 draw               the plants
 drawn_plants       the same with their operating points
 linear_loops       poles and margins of all controllers on them, at several positions
-study, page        the steps on them and all rows; the report
+study, page, linear_page    the steps on them and all rows; the report
 """

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ...control.protocol import Controller
 from ...linear.equilibria import Equilibria, moved
-from ...linear.state_space import StateSpace
+from ...loop.lane_laws import lane_laws
 from ...loop.lane_margins import LaneMargins, lane_margins, sampled_lanes
 from ..common.outcome import Progress, Stage
 from .drawn_plants import DrawnPlants
@@ -29,16 +30,18 @@ class PlaceMargins:
 
 
 def linear_loops(
-    plants: DrawnPlants, laws: Mapping[str, StateSpace], stage: Stage, progress: Progress
+    plants: DrawnPlants, controllers: Mapping[str, Controller], stage: Stage, progress: Progress
 ) -> dict[str, list[PlaceMargins]]:
-    """By controller, of their linear views: the loops at null and moving, at every position. A stage each."""
-    places: dict[str, list[PlaceMargins]] = {name: [] for name in laws}
+    """By controller, of its linear views: the loops at null and moving, at every position. A stage each."""
+    places: dict[str, list[PlaceMargins]] = {name: [] for name in controllers}
     for position in (None, *plants.positions):
         where = "where drawn" if position is None else f"at {1e3 * position:+g} mm"
         for point in plants.points:
             progress(f"linear loops {where}, {point}")
-            columns = stage(f"linear {where} {point}", lambda at=position, point=point: _at(plants, laws, at, point))
-            for name in laws:
+            columns = stage(
+                f"linear {where} {point}", lambda at=position, point=point: _at(plants, controllers, at, point)
+            )
+            for name in controllers:
                 margins = LaneMargins(*(columns[name][column] for column in _COLUMNS))
                 places[name].append(PlaceMargins(position, point, margins))
     return places
@@ -90,26 +93,29 @@ def finite(value: Any) -> float | None:
 
 
 def _at(
-    plants: DrawnPlants, laws: Mapping[str, StateSpace], position: float | None, point: str
+    plants: DrawnPlants, controllers: Mapping[str, Controller], position: float | None, point: str
 ) -> dict[str, dict[str, np.ndarray]]:
     """The columns of every law's LaneMargins at a place."""
-    parts = list(_chunks(plants, laws, position, plants.points[point]))
+    parts = list(_chunks(plants, controllers, position, plants.points[point]))
     return {
         name: {column: np.concatenate([getattr(part[name], column) for part in parts]) for column in _COLUMNS}
-        for name in laws
+        for name in controllers
     }
 
 
 def _chunks(
-    plants: DrawnPlants, laws: Mapping[str, StateSpace], position: float | None, points: Equilibria
+    plants: DrawnPlants, controllers: Mapping[str, Controller], position: float | None, points: Equilibria
 ) -> Iterator[dict[str, LaneMargins]]:
     plant, period = plants.engine.plant, plants.rig.period.value
-    measures = tuple(dict.fromkeys(name for law in laws.values() for name in law.input_labels[1:]))
+    measures = tuple(dict.fromkeys(name for law in controllers.values() for name in law.measures))
     for first in range(0, len(points.ok), _CHUNK):
         lanes = slice(first, first + _CHUNK)
         p, about = plants.draw.p[lanes], Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
         about = about if position is None else moved(plant, p, about, plants.rig["xmid"] + position)
         sampled = sampled_lanes(plant, about, p, measures, period)
+        y = plants.engine.outputs(about.x[:, None], about.u[:, None], p[:, None])[:, 0]
+        outputs = dict(zip(plant.outputs, y.T, strict=True))
+        laws = {name: lane_laws(controller, outputs, about.u[:, 0]) for name, controller in controllers.items()}
         yield {name: _known(lane_margins(sampled, law), about.ok) for name, law in laws.items()}
 
 

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...control.linear_law import LinearLaw
-from ...control.protocol import linear_law, linear_view
+from ...control.protocol import SampledLaw, sampled_law
 from ...loop.batch import run_lanes
 from ...loop.lane_metrics import hunting_lanes, step_lanes
 from ...loop.sensors import settling_band
@@ -31,18 +30,17 @@ class _Judged:
 
 
 def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress) -> Outcome:
-    """`linear`: rows of every controller; `rows`: of those that are a linear law, `left_out` names the others.
+    """`linear`: rows of every controller; `rows`: of those that run compiled, `left_out` names the others.
 
     A stage a place of the linear loops, and one a controller's steps.
     """
     progress(f"{config.plants} plants and their operating points")
     plants = drawn_plants(config)
     controllers = {spec.name: spec.build(config.rig.period.value) for spec in config.controllers}
-    views = {name: linear_view(controller) for name, controller in controllers.items()}
-    places = linear_loops(plants, views, stage, progress)
+    places = linear_loops(plants, controllers, stage, progress)
     judged = {}
     for name, controller in controllers.items():
-        law = linear_law(controller)
+        law = sampled_law(controller)
         if law is not None:
             progress(f"{name} on {config.plants} plants")
             steps = stage(name, lambda law=law: _steps(config, plants, law))
@@ -78,7 +76,7 @@ def _judged(
     return _Judged(row, lanes, steps["closed_loop_seconds_per_cpu_second"])
 
 
-def _steps(config: RobustnessConfig, plants: DrawnPlants, law: LinearLaw) -> dict[str, Any]:
+def _steps(config: RobustnessConfig, plants: DrawnPlants, law: SampledLaw) -> dict[str, Any]:
     """The steps of one controller, plant by plant, and how many closed-loop seconds a CPU second gave."""
     band = settling_band(plants.rig, "position", config.step)
     period, k = config.rig.period.value, round(config.seconds / config.rig.period.value) + 1

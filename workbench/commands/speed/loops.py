@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...control.linear_law import LinearLaw
-from ...control.protocol import linear_law, linear_view
+from ...control.protocol import SampledLaw, linear_view, sampled_law
 from ...engine import Engine
 from ...linear import Equilibrium, equilibrium
 from ...linear.equilibria import equilibria
 from ...loop.batch import run_lanes
+from ...loop.lane_laws import LawLanes
 from ...loop.lane_margins import lane_margins, sampled_lanes
 from ...loop.margins import linear_loop
 from ...loop.sampled_loop import SampledLoop
@@ -53,7 +53,7 @@ def _ways(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) -> 
     t = np.arange(len(reference) + 1) * period
     alone = _cpu_ms(lambda: engine.run(rest.x, t, u)) / SECONDS
     rows = [("engine", alone, 0.0), ("python", _cpu_ms(lambda: loop(False)) / SECONDS, 0.0)]
-    law = linear_law(spec.build(period))
+    law = sampled_law(spec.build(period))
     if law is not None:
         rows.append(("compiled", _cpu_ms(lambda: loop(True)) / SECONDS, _furthest(loop(True)[0], position)))
         rows.append(_batch(engine, rig, law, reference, position))
@@ -70,7 +70,7 @@ def _ways(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) -> 
 
 
 def _batch(
-    engine: Engine, rig: Rig, law: LinearLaw, reference: np.ndarray, position: np.ndarray
+    engine: Engine, rig: Rig, law: SampledLaw, reference: np.ndarray, position: np.ndarray
 ) -> tuple[str, float, float]:
     p = np.tile(engine.plant.p, (LANES, 1))
     points = equilibria(engine.plant, p)
@@ -88,7 +88,7 @@ def _margins(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) 
     controller = spec.build(period)
     times = {"cpu_ms": _cpu_ms(lambda: linear_loop(plant, rest, controller, period))}
     p = np.tile(plant.p, (LANES, 1))
-    points, law = equilibria(plant, p), linear_view(controller)
+    points, law = equilibria(plant, p), LawLanes.shared(linear_view(controller))
     whole = _cpu_ms(lambda: lane_margins(sampled_lanes(plant, points, p, controller.measures, period), law))
     return times | {"cpu_ms_in_lanes": whole / LANES}
 

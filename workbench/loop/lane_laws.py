@@ -1,0 +1,82 @@
+"""The linear views of a controller in lanes: one for all plants, or each at its own operating point."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..control.linear_law import LinearLaw
+from ..control.protocol import Controller, NeedsOperatingPoint, linear_view, sampled_law
+from ..linear.state_space import StateSpace, sampled_response
+
+_SAME = 1e-9  # of the largest entry: dynamics that differ by rounding only are the same in all lanes
+
+
+@dataclass(frozen=True)
+class LawLanes:
+    """Laws from (reference, *measures) to the command: A [lanes, n, n], B [lanes, n, 1 + m], C [lanes, n], D [lanes,
+    1 + m], where the drive does what is demanded. `lanes` is 1 for what all lanes share."""
+
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: np.ndarray
+    measures: tuple[str, ...]
+
+    @classmethod
+    def shared(cls, view: StateSpace) -> "LawLanes":
+        """One linear view for all lanes."""
+        a, b, c, d = view.matrices
+        return cls(a[None], b[None], c, d, tuple(view.input_labels[1:]))
+
+    def some(self, lanes: np.ndarray) -> "LawLanes":
+        """Those of some lanes."""
+        a, b, c, d = (part if len(part) == 1 else part[lanes] for part in (self.a, self.b, self.c, self.d))
+        return LawLanes(a, b, c, d, self.measures)
+
+    def gains(self, z: np.ndarray) -> np.ndarray:
+        """Responses of the command to what is measured at z [k], or at a lane's own z [lanes, k]: [lanes, m, k]."""
+        if len(self.a) == 1:
+            n = self.a.shape[1]
+            states = StateSpace(self.a[0], self.b[0], np.eye(n), np.zeros_like(self.b[0]))
+            inside = sampled_response(states, z.ravel())[:, 1:]
+            if z.ndim == 1:
+                return np.tensordot(self.c, inside, 1) + self.d[:, 1:, None]
+            inside = inside.reshape(*inside.shape[:2], *z.shape)
+            return np.einsum("ln,nmlk->lmk", np.broadcast_to(self.c, (len(z), n)), inside) + self.d[:, 1:, None]
+        at = np.broadcast_to(z, (len(self.a), z.shape[-1]))[..., None, None]
+        inside = np.linalg.solve(at * np.eye(self.a.shape[1]) - self.a[:, None], self.b[:, None, :, 1:].astype(complex))
+        return np.einsum("ln,lknm->lmk", self.c, inside) + self.d[:, 1:, None]
+
+
+def lane_laws(controller: Controller, outputs: Mapping[str, np.ndarray], commands: np.ndarray) -> LawLanes:
+    """A controller's linear views at operating points: the plants' outputs [lanes] by name, SI, and commands [lanes].
+
+    Raises InputError for a controller without a linear view.
+    """
+    try:
+        return LawLanes.shared(linear_view(controller))
+    except NeedsOperatingPoint:
+        law = sampled_law(controller)
+    if law is not None and not isinstance(law, LinearLaw):
+        measured = [outputs[name] for name in law.measures]
+        parts = law.linearised_lanes(np.stack((measured[0], *measured), axis=1), commands)
+    else:
+        parts = _one_by_one(controller, outputs, commands)
+    a, b, c, d = parts
+    if _same(a) and _same(b):
+        a, b = a[:1], b[:1]
+    return LawLanes(a, b, c, d, tuple(controller.measures))
+
+
+def _one_by_one(controller: Controller, outputs: Mapping[str, np.ndarray], commands: np.ndarray) -> list[np.ndarray]:
+    """A [lanes, n, n], B, C [lanes, n] and D [lanes, 1 + m] of a class that has a linear view at a point."""
+    points = ({name: float(values[i]) for name, values in outputs.items()} for i in range(len(commands)))
+    views = [linear_view(controller, {**at, "command": float(u)}) for at, u in zip(points, commands, strict=True)]
+    a, b, c, d = (np.array([view.matrices[i] for view in views]) for i in range(4))
+    return [a, b, c[:, 0], d[:, 0]]
+
+
+def _same(part: np.ndarray) -> bool:
+    """Whether it is the same in all lanes, but for rounding."""
+    return bool(np.ptp(part, axis=0).max(initial=0.0) <= _SAME * np.abs(part).max(initial=0.0))
