@@ -12,6 +12,7 @@ from workbench.engine import Engine
 from workbench.linear import equilibrium, linearise
 from workbench.linear.crossings import corner_frequency
 from workbench.linear.frequency_response import (
+    FLAGS,
     first_harmonic,
     held_harmonic,
     linear_response,
@@ -26,6 +27,8 @@ from workbench.loop.describing_function import (
     sweep_frequencies,
 )
 from workbench.loop.margins import closed_poles, linear_loop
+from workbench.loop.sampled_loop import SampledLoop
+from workbench.loop.sine_points import SinePoint
 from workbench.plant import build
 from workbench.plant.assembly import Assembly
 from workbench.rigs.rig import load_rig
@@ -263,6 +266,26 @@ def test_a_closed_loop_point_is_flagged_where_the_drive_has_no_more_current(rig)
     )
     assert not small.saturated.any()
     assert large.saturated.all()
+
+
+@pytest.mark.parametrize("amplitude", [0.01, 0.235])  # some points of the large one meet a limit, others trip
+def test_points_in_lanes_are_those_of_the_loop_in_python(rig, engine, rest, amplitude):
+    design, f = P.Design(gain=5.0), np.array([0.8, 2.0, 5.0, 20.0, 50.0])
+    sine = closed_loop_sine(engine, rig, lambda: P(design, 1e-3), rest, f, amplitude)
+    for i, frequency in enumerate(f):
+        point = SinePoint(rig, "position", frequency, rig["xmid"], amplitude)
+        loop = SampledLoop(engine, rig, P(design, 1e-3), rest, compiled=False)
+        while not point.done:
+            run = loop.run(point.reference)
+            if run.tripped:
+                point.trip()
+            else:
+                point.end_block(run.record.signals, run.record.signals["command"], run.demanded)
+        assert sine.response["position"][i] == pytest.approx(point.response, abs=1e-6, nan_ok=True)
+        flags = [getattr(sine, name)[i] for name in FLAGS]
+        assert flags == [getattr(point, name) for name in FLAGS]
+    assert np.isnan(sine.response["position"]).any() == (amplitude > 0.1)
+    assert sine.saturated.any() == (amplitude > 0.1)
 
 
 def test_a_sweep_looks_at_the_mode_that_an_even_one_passes_by():

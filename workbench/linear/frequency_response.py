@@ -22,6 +22,7 @@ POINTS_PER_CYCLE = 64
 _LONGEST_HOLD = 0.25e-3  # s: a coarser staircase would itself excite the valve
 AGREE = 2e-3  # settled when successive cycles differ by less than this part of the response
 _CYCLES = (4, 60)
+FLAGS = ("cycles", "settled", "saturated", "cavitated")  # of a SteppedSine's points
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,7 @@ def merge(first: SteppedSine, second: SteppedSine) -> SteppedSine:
         return np.concatenate([getattr(first, name), getattr(second, name)])[order]
 
     response = {name: np.concatenate([first.response[name], second.response[name]])[order] for name in first.response}
-    flags = {name: joined(name) for name in ("cycles", "settled", "saturated", "cavitated")}
+    flags = {name: joined(name) for name in FLAGS}
     return SteppedSine(joined("f"), first.amplitude, response, **flags)
 
 

@@ -6,7 +6,7 @@ scenarios, rig_variations    what a loop is asked for, and on which rigs
 step_metrics, margins, rows    step metrics; poles, sensitivity and margins; both as one row
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
 overshoots                overshoot of a position loop by what the design did not know
-describing_function       closed-loop frequency response by stepped sine
+describing_function, sine_points    closed-loop frequency response by stepped sine
 stiffness_and_noise       dynamic stiffness; RMS of the command from sensor noise
 energy, moving_end        energy from the supply; force error of a specimen's moving far end
 compute_time, computing_delay    how long a controller computes, and what that costs the loop

@@ -108,7 +108,7 @@ class Instants:
 
 
 class CompiledLoop:
-    """One loop; each `run` goes on where the last ended.
+    """One loop, its law ready to run, numbers [1, k] and state [1, k] of it; each `run` goes on where the last ended.
 
     signals: (r, y) as measured at the start, where the drive holds the inputs u [m].
     """
@@ -117,16 +117,16 @@ class CompiledLoop:
         self, engine: Engine, rig: Rig, law: SampledLaw, sensors: Sensors, u: np.ndarray, signals: np.ndarray
     ) -> None:
         self._engine, self._sensors = engine, sensors
-        self._law = compiled_law(engine, rig, [law], sensors)
+        self.law = compiled_law(engine, rig, [law], sensors)
         x, offset = law.start(signals, float(u[0]))
-        self._numbers, self._state = self._law.numbers([law], np.array([offset])), self._law.start([x], u[None, :1])
+        self.numbers, self.state = self.law.numbers([law], np.array([offset])), self.law.start([x], u[None, :1])
 
     def run(self, x: np.ndarray, reference: np.ndarray, added: np.ndarray, others: np.ndarray) -> Instants:
         """From the state x [n], along a reference [k], a command that is added to the law's, added [k], and the plant's
         inputs but for the command, others [k, m - 1]."""
-        law = self._law
+        law = self.law
         rows = np.column_stack((reference, added, others, self._sensors.noise_rows(len(reference))))[None]
-        batch, out = self._engine.run_sampled(law.shape, x[None], law.durations, self._state, rows, self._numbers)
+        batch, out = self._engine.run_sampled(law.shape, x[None], law.durations, self.state, rows, self.numbers)
         failed = int(batch.failed[0])
         sent, demanded, held, trips = out[0].T
         trip = TRIPS[int(trips[failed])]  # the last where nothing failed: -1

@@ -8,15 +8,13 @@ from ..base.gain_phase import gain_db
 from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear import Equilibrium
-from ..linear.frequency_response import AGREE, SteppedSine, first_harmonic, merge
-from ..plant.valve import VALVES
+from ..linear.frequency_response import FLAGS, SteppedSine, merge
 from ..rigs.rig import Rig
 from .sampled_loop import SampledLoop
+from .sine_points import SinePoint, run_points
 
-_BLOCK = 0.2  # s: blocks of whole cycles last at least this, so that slow loop modes are seen to have settled
 _LIGHT, _WIDTHS = 0.3, (-2.0, -0.5, 0.0, 0.5, 2.0)  # damping of a mode that a sweep may pass by; points beside it
 _STEEP, _ROUNDS = 3.0, 2  # dB between neighbours, above which there is a point between them
-_LONGEST = 6.0  # s: a point that has not settled by then (or in two blocks) is flagged
 
 
 def sampled_frequencies(low: float, high: float, count: int, period: float) -> np.ndarray:
@@ -74,34 +72,25 @@ def closed_loop_sine(
     A point is flagged saturated where the guard altered the command or the current reached the drive's limit; where the
     loop trips it is NaN and not settled.
     """
-    points = [_point(engine, rig, make(), start, float(f), amplitude) for f in frequencies]
-    response, cycles, settled, saturated, cavitated = (np.array(column) for column in zip(*points, strict=True))
-    name = make().measures[0]
-    return SteppedSine(np.asarray(frequencies), amplitude, {name: response}, cycles, settled, saturated, cavitated)
-
-
-def _point(
-    engine: Engine, rig: Rig, controller: Controller, start: Equilibrium, f: float, amplitude: float
-) -> tuple[complex, int, bool, bool, bool]:
-    """Response, cycles run, settled, saturated, cavitated: whole cycles in blocks, until two blocks end alike."""
-    k = round(1 / (f * rig.period.value))
-    block = int(np.ceil(_BLOCK * f)) + 1
+    controller = make()
     name = controller.measures[0]
-    level = engine.observe(start.x, start.u)[engine.plant.output(name)]
-    reference = level + amplitude * np.sin(2 * np.pi * np.arange(k * block) / k)
-    loop = SampledLoop(engine, rig, controller, start)
-    before, cycles = None, 0
-    while True:
-        run = loop.run(reference)
+    level = float(engine.observe(start.x, start.u)[engine.plant.output(name)])
+    points = [SinePoint(rig, name, float(f), level, amplitude) for f in frequencies]
+    if compiled := SampledLoop(engine, rig, controller, start).compiled:
+        run_points(engine, compiled, start, points)
+    else:
+        for point in points:
+            _run_in_python(SampledLoop(engine, rig, make(), start), point)
+    flags = {key: np.array([getattr(point, key) for point in points]) for key in FLAGS}
+    response = np.array([point.response for point in points], complex)
+    return SteppedSine(np.asarray(frequencies), amplitude, {name: response}, **flags)
+
+
+def _run_in_python(loop: SampledLoop, point: SinePoint) -> None:
+    """Block after block."""
+    while not point.done:
+        run = loop.run(point.reference)
         if run.tripped:
-            return complex(np.nan, np.nan), cycles, False, True, False
-        cycles += block
-        signals = run.record.signals
-        now = complex(first_harmonic(signals[name][-k - 1 :]) / first_harmonic(reference[-k - 1 :]))
-        settled = before is not None and abs(now - before) < AGREE * abs(now)
-        if settled or (before is not None and cycles / f > _LONGEST):
-            altered = not np.allclose(run.demanded[-k:], signals["command"][-k:], atol=1e-9)
-            limits = VALVES[rig.valve].saturation_limits(rig)
-            full = any(np.abs(signals[signal][-k:]).max() > 0.999 * limit for signal, limit in limits.items())
-            return now, cycles, settled, bool(altered or full), bool(signals["lowest_pressure"][-k:].min() < 0)
-        before = now
+            point.trip()
+        else:
+            point.end_block(run.record.signals, run.record.signals["command"], run.demanded)

@@ -62,7 +62,7 @@ class SampledLoop:
         reference = measured[controller.measures[0]]
         controller.reset(reference, measured, float(self._held[0]))
         law = sampled_law(controller) if compiled and engine.back_end == "compiled" else None
-        self._compiled = law and CompiledLoop(
+        self.compiled = law and CompiledLoop(
             engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
         )
 
@@ -83,8 +83,8 @@ class SampledLoop:
         for name, values in (inputs or {}).items():
             u[:, plant.input(name)] = values
         added = np.zeros(steps) if added is None else added
-        if self._compiled:
-            return self._run_compiled(self._compiled, reference, added, u)
+        if self.compiled:
+            return self._run_compiled(self.compiled, reference, added, u)
         x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
         ahead = preview(self._controller)
         known = np.append(reference, np.full(ahead, reference[-1])) if ahead else reference

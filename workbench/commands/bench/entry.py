@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...control.protocol import linear_law
+from ...control.protocol import sampled_law
 from ...loop.compute_time import computing
 from ...loop.computing_delay import delayed_rows
 from ...loop.energy import supply_energy
@@ -28,13 +28,13 @@ STIFFNESS_HZ = np.geomspace(0.1, 100.0, 961)  # fine enough for a mode of dampin
 def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetup) -> BenchmarkEntry:
     """Every number and curve of a controller on a rig, to be stored as a stage.
 
-    A linear law is timed on the first rig only: it computes the same on every other one.
+    A law that runs compiled is timed on the first rig only: it computes the same on every other one.
     """
     loops = linear_loops(controller, setup)
     runs = {scenario.name: (scenario, play(controller, scenario, setup)) for scenario in loop.scenarios}
     pair = {"controller": controller.name, "rig": setup.rig.name}
     first = setup.rig.name == loop.rigs[0]
-    timed = runs if first or linear_law(controller.build(setup.rig.period.value)) is None else {}
+    timed = runs if first or sampled_law(controller.build(setup.rig.period.value)) is None else {}
     computed = {name: computing(controller, setup.rig, run) for name, (_, run) in timed.items()}
     stiffness = np.abs(dynamic_stiffness(controller, setup, STIFFNESS_HZ)) if loops.null.stable else None
     return {

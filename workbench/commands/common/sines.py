@@ -7,14 +7,12 @@ import numpy as np
 from ...base.signals import Signal
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
-from ...linear.frequency_response import SteppedSine
+from ...linear.frequency_response import FLAGS, SteppedSine
 from ...loop.describing_function import closed_loop_sweep, sweep_frequencies
 from ...loop.margins import closed_poles
 from ...loop.rows import LoopSetup
 from ...report import Figure, FrequencyCurve, bode
 from .experiment import BodeConfig
-
-_FLAGS = ("cycles", "settled", "saturated", "cavitated")  # as SteppedSine has them
 
 Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
 
@@ -35,13 +33,13 @@ def packed(sine: SteppedSine, output: str) -> dict[str, np.ndarray]:
     """The response of one output as columns, which a stage and a table can store."""
     response = np.asarray(sine.response[output], complex)
     columns = {"f_hz": sine.f, "real": np.real(response), "imag": np.imag(response)}
-    return columns | {name: getattr(sine, name) for name in _FLAGS}
+    return columns | {name: getattr(sine, name) for name in FLAGS}
 
 
 def unpacked(columns: Mapping[str, np.ndarray], amplitude: float, output: str) -> SteppedSine:
     """What was packed, of a sine of this amplitude."""
     c = {name: np.asarray(column) for name, column in columns.items()}
-    return SteppedSine(c["f_hz"], amplitude, {output: c["real"] + 1j * c["imag"]}, *(c[name] for name in _FLAGS))
+    return SteppedSine(c["f_hz"], amplitude, {output: c["real"] + 1j * c["imag"]}, *(c[name] for name in FLAGS))
 
 
 def closed_loop_figure(name: str, linear: Sequence[FrequencyCurve], swept: Sines) -> Figure:
