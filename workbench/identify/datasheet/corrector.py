@@ -71,7 +71,10 @@ class SpoolLoop:
         return gain | {f"drive.corrector.{n.name}": (max(n.low, 1e-3 * n.high), n.high) for n in own}
 
     def fitted(self, maker: Maker, damping: float, seed: int = 0) -> dict[str, float]:
-        """The numbers nearest to the maker's curve among loops of at least this `damping` at null."""
+        """The numbers nearest to the maker's curve among loops of at least this `damping` at null.
+
+        By differential evolution, a generation in lanes: the same numbers from the same seed, on any number of cores.
+        """
         names, ends = list(self.ranges), np.log(np.array(list(self.ranges.values())))
         columns = [self._plant.parameters.index(name) for name in names]
 
