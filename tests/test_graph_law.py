@@ -20,7 +20,8 @@ from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.loop.lane_laws import lane_laws
 from workbench.loop.lane_margins import lane_margins, sampled_lanes
-from workbench.loop.margins import linear_loop, signals_at
+from workbench.loop.margins import linear_loop
+from workbench.loop.plant_response import signals_at
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build

@@ -19,14 +19,12 @@ def select(system: StateSpace, inputs: Sequence[str], outputs: Sequence[str]) ->
 
 def parallel(first: StateSpace, second: StateSpace) -> StateSpace:
     """Both beside each other, on all the inputs of either. States: the first's, then the second's."""
-    from scipy.linalg import block_diag
-
     inputs = _union(first.input_labels, second.input_labels)
     outputs = _union(first.output_labels, second.output_labels)
     upper, lower = (select(system, inputs, system.output_labels) for system in (first, second))
     to_upper, to_lower = (_pick(outputs, system.output_labels) for system in (first, second))
     return StateSpace(
-        np.asarray(block_diag(first.A, second.A)),
+        _beside(first.A, second.A),
         np.vstack((upper.B, lower.B)),
         np.hstack((to_upper @ first.C, to_lower @ second.C)),
         to_upper @ upper.D + to_lower @ lower.D,
@@ -80,6 +78,14 @@ def feedback(system: StateSpace, law: StateSpace) -> StateSpace:
         inputs,
         system.output_labels,
     )
+
+
+def _beside(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Two square matrices on the diagonal of one."""
+    n = len(first)
+    both = np.zeros((n + len(second), n + len(second)))
+    both[:n, :n], both[n:, n:] = first, second
+    return both
 
 
 def _pick(rows: Sequence[str], columns: Sequence[str]) -> np.ndarray:

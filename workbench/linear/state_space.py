@@ -13,6 +13,8 @@ import numpy as np
 if TYPE_CHECKING:
     import control
 
+_DEPENDENT = 1e4  # condition of eigenvectors that would lose four digits of a response
+
 Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -71,6 +73,12 @@ def state_space(a: Any, b: Any, c: Any, d: Any, dt: float, inputs: Sequence[str]
     return StateSpace(a, b, c, d, dt, list(inputs), list(outputs))
 
 
+def transposed(system: StateSpace) -> StateSpace:
+    """Outputs as inputs and inputs as outputs: the response of few outputs to many inputs is quicker so."""
+    a, b, c, d = system.matrices
+    return StateSpace(a.T, c.T, b.T, d.T, system.dt, system.output_labels, system.input_labels)
+
+
 def as_state_space(system: "StateSpace | control.StateSpace") -> StateSpace:
     """A python-control system as a StateSpace; a StateSpace as it is."""
     if isinstance(system, StateSpace):
@@ -113,23 +121,69 @@ def tustin(matrices: Matrices, period: float) -> Matrices:
     )
 
 
-def sampled_response(system: "StateSpace | control.StateSpace", at: np.ndarray) -> np.ndarray:
-    """Response of a discrete system at z [k] = exp(j w T), complex [outputs, inputs, k]: C (z - A)^-1 B + D.
+@dataclass(frozen=True)
+class TriangularForm:
+    """A discrete system in states in which A is upper triangular [n, n], so that all z are solved for at once.
 
-    By a complex Schur form of the balanced A: triangular, so that all z are solved for at once, and unitary, so that
-    equal poles, such as those of a delay, are no special case (Laub, IEEE Trans. Automatic Control 26(2), 1981, does
-    it by a Hessenberg form).
+    entering [n, inputs], leaving [outputs, n], direct [outputs, inputs]; complex. `diagonal`: A is.
+    """
+
+    upper: np.ndarray
+    entering: np.ndarray
+    leaving: np.ndarray
+    direct: np.ndarray
+    diagonal: bool = False
+
+    def states(self, at: np.ndarray) -> np.ndarray:
+        """What the inputs make of the states at z [k]: complex [n, inputs, k]."""
+        if self.diagonal:
+            return self.entering[..., None] / (at - self.upper.diagonal()[:, None])[:, None]
+        x = np.empty((*self.entering.shape, len(at)), complex)
+        for i in reversed(range(len(self.upper))):
+            known = np.einsum("n,nmk->mk", self.upper[i, i + 1 :], x[i + 1 :])  # not by BLAS: its threads cost more
+            x[i] = (self.entering[i][:, None] + known) / (at - self.upper[i, i])
+        return x
+
+    def outputs(self, states: np.ndarray, rows: list[int] | slice = slice(None)) -> np.ndarray:
+        """Response [rows, inputs, k] of some outputs, from `states`."""
+        return np.einsum("pn,nmk->pmk", self.leaving[rows], states) + self.direct[rows, :, None]
+
+
+def schur_form(system: "StateSpace | control.StateSpace") -> TriangularForm:
+    """By a complex Schur form of the balanced A: unitary, so that equal poles, such as a delay's, are no special case.
+
+    Laub, IEEE Trans. Automatic Control 26(2), 1981, does it by a Hessenberg form.
     """
     a, b, c, d = (np.asarray(part) for part in (system.A, system.B, system.C, system.D))
     if not len(a):
-        return np.repeat(d[..., None].astype(complex), len(at), axis=-1)
-    from scipy.linalg import matrix_balance, schur
+        return TriangularForm(a, b, c, d)
+    from scipy.linalg import schur
+
+    balanced, scale = _balanced(a)
+    upper, turn = schur(balanced, "complex")[:2]
+    return TriangularForm(upper, turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn, d)
+
+
+def modal_form(system: StateSpace) -> TriangularForm:
+    """By the eigenvectors of the balanced A, quicker to evaluate; the Schur form where they are nearly dependent."""
+    a, b, c, d = system.matrices
+    balanced, scale = _balanced(a)
+    poles, modes = np.linalg.eig(balanced)
+    if np.linalg.cond(modes) > _DEPENDENT:
+        return schur_form(system)
+    entering = np.linalg.solve(modes, (b / scale[:, None]).astype(complex))
+    return TriangularForm(np.diag(poles), entering, (c * scale) @ modes, d, diagonal=True)
+
+
+def _balanced(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A of states in other units, [n], in which its rows and columns are of one size."""
+    from scipy.linalg import matrix_balance
 
     balanced, (scale, _) = matrix_balance(a, permute=False, separate=True)
-    upper, turn = schur(balanced, "complex")[:2]
-    entering, leaving = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
-    x = np.empty((len(a), b.shape[1], len(at)), complex)
-    for i in reversed(range(len(a))):
-        known = np.einsum("n,nmk->mk", upper[i, i + 1 :], x[i + 1 :])  # not by BLAS: its threads cost more than they do
-        x[i] = (entering[i][:, None] + known) / (at - upper[i, i])
-    return np.einsum("pn,nmk->pmk", leaving, x) + d[..., None]
+    return balanced, scale
+
+
+def sampled_response(system: "StateSpace | control.StateSpace", at: np.ndarray) -> np.ndarray:
+    """Response of a discrete system at z [k] = exp(j w T), complex [outputs, inputs, k]: C (z - A)^-1 B + D."""
+    form = schur_form(system)
+    return form.outputs(form.states(at))

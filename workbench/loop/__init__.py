@@ -3,7 +3,8 @@
 sampled_loop, guard       a sampled controller on the plant, behind the rig's limits
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
 scenarios, rig_variations    what a loop is asked for, and on which rigs
-step_metrics, margins, rows    step metrics; poles, sensitivity and margins; both as one row
+step_metrics, rows        step metrics; these and the margins as one row
+plant_response, margins   a sampled plant's response; poles, sensitivity and margins of loops on it
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
 overshoots                overshoot of a position loop by what the design did not know
 describing_function, sine_points    closed-loop frequency response by stepped sine

@@ -10,6 +10,7 @@ from ..linear.sampling import hold_matrices
 from ..linear.state_space import Matrices
 from ..plant import Plant
 from .lane_laws import LawLanes
+from .margins import STABLE
 
 _LOWEST, _POINTS = 0.05, 400  # Hz, frequencies up to Nyquist's
 _SHARP = 3.0  # Ms of a peak that may lie between two of them
@@ -31,7 +32,7 @@ class LaneMargins:
     @property
     def stable(self) -> np.ndarray:
         """Bool [lanes]."""
-        return self.radius < 1 - 1e-9
+        return self.radius < STABLE
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def lane_margins(lanes: SampledLanes, law: LawLanes) -> LaneMargins:
     rows = [lanes.measures.index(name) for name in law.measures]
     radius = np.abs(np.linalg.eigvals(_closed(lanes.a, lanes.b, lanes.c[:, rows], lanes.d[:, rows], law))).max(axis=1)
     loop = -np.sum(law.gains(_z(lanes.f, lanes.period)) * lanes.responses[:, rows], axis=1)
-    stable, level = radius < 1 - 1e-9, 1 / np.abs(1 + loop)
+    stable, level = radius < STABLE, 1 / np.abs(1 + loop)
     ms = level.max(axis=1)
     sharp = np.flatnonzero(stable & (ms > _SHARP))
     if sharp.size:

@@ -1,7 +1,7 @@
 """The sampled loop, linearised: closed loop, sensitivity and margins, or the plain word that it is unstable."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,14 +9,10 @@ from ..base.gain_phase import gain_db
 from ..control.protocol import Controller, linear_view
 from ..linear import Equilibrium
 from ..linear.crossings import crossings
-from ..linear.interconnect import feedback
-from ..linear.sampling import sampled_plant
-from ..linear.state_space import StateSpace, sampled_response
+from ..linear.state_space import StateSpace, schur_form, transposed
 from ..plant import Plant
+from .plant_response import PlantResponse, near, plant_response
 
-_LOWEST = 1e-4  # Hz: crossings of the slowest loop that any controller allows
-_POINTS = 600  # over all frequencies; more where something happens
-_MODE = np.sinh(np.linspace(-3.5, 3.5, 21))  # half widths of a resonance, from its middle, at which it is looked at
 STABLE = 1 - 1e-9  # |z| of every pole of a stable loop is below this
 _ROUNDS, _INSIDE = 3, 7  # each splits the intervals of crossings and peaks by so many points
 
@@ -39,38 +35,34 @@ class LinearLoop:
     ms: float | None
 
 
-def closed_poles(
-    plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
-) -> np.ndarray:
-    """Poles z [k] of the loop that `linear_loop` closes, without the time that its margins take."""
-    law = linear_view(controller, signals_at(plant, about, p))
-    return _closed(sampled_plant(plant, about, period, controller.measures, p), law).poles()
-
-
-def signals_at(plant: Plant, about: Equilibrium, p: np.ndarray | None = None) -> dict[str, float]:
-    """The plant's outputs and the command at an operating point, SI, by name: what a controller's linear view needs."""
-    outputs = np.array(plant.h(about.x, about.u, plant.p if p is None else p)).ravel()
-    return {**dict(zip(plant.outputs, outputs.tolist(), strict=True)), "command": float(about.u[0])}
-
-
 def linear_loop(
     plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
 ) -> LinearLoop:
     """Close a controller's linear view on the plant linearised at a point, held and sampled every `period` [s].
 
-    A delay of the plant's command counts, exactly.
+    A delay of the plant's command counts, exactly. For several designs on one plant, see `linear_loop_on`.
     """
-    model = sampled_plant(plant, about, period, controller.measures, p)
-    law = linear_view(controller, signals_at(plant, about, p))
-    poles = _closed(model, law).poles()
+    return linear_loop_on(plant_response(plant, about, period, p), controller)
 
-    def responses(f: np.ndarray) -> np.ndarray:
+
+def linear_loop_on(sampled: PlantResponse, controller: Controller) -> LinearLoop:
+    """Close a controller's linear view on a `plant_response`: several designs share what is the plant's."""
+    law = linear_view(controller, sampled.signals)
+    poles, form, rows = _poles(sampled, law), schur_form(transposed(law)), sampled.rows(law.input_labels[1:])
+
+    def with_law(z: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """Open loop, and reference -> controlled signal without the loop, [2, k]."""
-        z = np.exp(2j * np.pi * f * period)
-        measured, gains = sampled_response(model, z)[:, 0], sampled_response(law, z)[0]
+        gains = form.outputs(form.states(z))[:, 0]
         return np.stack((-np.sum(gains[1:] * measured, axis=0), gains[0] * measured[0]))
 
-    f, (loop, forward) = _refined(responses, _grid(np.append(poles, model.poles()), period))
+    def responses(f: np.ndarray) -> np.ndarray:
+        z = np.exp(2j * np.pi * f * sampled.period)
+        return with_law(z, sampled.at(z, rows))
+
+    further = near(poles, sampled.period)
+    f, first = np.unique(np.append(sampled.f, further), return_index=True)
+    values = np.hstack((with_law(sampled.z, sampled.on_grid[rows]), responses(further)))[:, first]
+    f, (loop, forward) = _refined(responses, f, values)
     if not np.abs(poles).max() < STABLE:
         return LinearLoop(False, f, loop, None, None, None, None, None)
     sensitivity = 1 / (1 + loop)
@@ -78,41 +70,44 @@ def linear_loop(
     return LinearLoop(True, f, loop, forward * sensitivity, sensitivity, gain, phase, float(np.abs(sensitivity).max()))
 
 
-def _closed(plant: StateSpace, law: StateSpace) -> StateSpace:
-    """Plant and controller in closed loop; what is measured has not heard of this sample's command yet."""
-    return feedback(replace(plant, D=np.zeros_like(plant.D)), law)
+def closed_poles(sampled: PlantResponse, controller: Controller) -> np.ndarray:
+    """Poles z [k] of the loop that `linear_loop_on` closes, without the time that its margins take."""
+    return _poles(sampled, linear_view(controller, sampled.signals))
 
 
-def _grid(poles: np.ndarray, period: float) -> np.ndarray:
-    """Frequencies [Hz] up to Nyquist's, even on a logarithmic scale, and close where these poles resonate."""
-    nyquist = 0.5 / period
-    turning = poles[(np.imag(poles) > 0) & (np.abs(poles) > 0)]
-    middle, width = (part / (2 * np.pi * period) for part in (np.angle(turning), np.abs(np.log(np.abs(turning)))))
-    near = (middle[:, None] + width[:, None] * _MODE).ravel()
-    near = near[(near > _LOWEST) & (near < nyquist)]
-    return np.unique(np.concatenate((np.geomspace(_LOWEST, nyquist, _POINTS), near)))
+def _poles(sampled: PlantResponse, law: StateSpace) -> np.ndarray:
+    """Of the closed loop's own matrix; what is measured has not heard of this sample's command yet."""
+    a, b = sampled.model.A, sampled.model.B
+    c = sampled.model.C[sampled.rows(law.input_labels[1:])]
+    closed = np.block([[a + b @ (law.D[:, 1:] @ c), b @ law.C], [law.B[:, 1:] @ c, law.A]])
+    return np.linalg.eigvals(closed).astype(complex)
 
 
-def _refined(responses: Callable[[np.ndarray], np.ndarray], f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _refined(
+    responses: Callable[[np.ndarray], np.ndarray], f: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The grid with more points where the loop crosses unit gain or the real axis, and about peaks; responses there."""
-    values = responses(f)
     part = np.arange(1, _INSIDE + 1) / (_INSIDE + 1)
     for _ in range(_ROUNDS):
-        loop = values[0]
-        sizes = (np.abs(loop), np.abs(1 + loop))
-        unit_gain, real_axis = crossings(sizes[0], 1.0)[0], crossings(np.imag(loop))[0]
-        split = np.unique(np.concatenate((unit_gain, real_axis, *(_beside_extremes(size) for size in sizes))))
+        split = _eventful(values[0])
         more = (f[split, None] * (f[split + 1] / f[split])[:, None] ** part).ravel()
         f, values = np.append(f, more), np.hstack((values, responses(more)))
-        order = np.argsort(f)
+        order = np.argsort(f, kind="stable")  # quick: two sorted parts
         f, values = f[order], values[:, order]
     return f, values
 
 
-def _beside_extremes(value: np.ndarray) -> np.ndarray:
-    """Intervals [n] on both sides of each least or largest inner value of [k]."""
-    turns = crossings(np.diff(value))[0]
-    return np.concatenate((turns, turns + 1))
+def _eventful(loop: np.ndarray) -> np.ndarray:
+    """Intervals [n] of [k] in which the loop crosses unit gain or the real axis, and both beside extremes of |L| and
+    |1 + L|."""
+    size = np.abs((loop, 1 + loop))
+    rises = np.diff(size) >= 0
+    turns = (rises[:, 1:] != rises[:, :-1]).any(axis=0)
+    large, upper = size[0] >= 1, np.imag(loop) >= 0
+    events = (large[1:] != large[:-1]) | (upper[1:] != upper[:-1])
+    events[:-1] |= turns
+    events[1:] |= turns
+    return np.flatnonzero(events)
 
 
 def _gain_margin(loop: np.ndarray) -> float | None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from ..linear.crossings import corner_frequency
 from ..plant import build
 from ..rigs.rig import Rig
 from . import step_metrics as metrics
-from .margins import LinearLoop, linear_loop
+from .margins import LinearLoop, linear_loop_on
+from .plant_response import PlantResponse, plant_response
 from .sampled_loop import LoopRun, SampledLoop
 from .scenarios import Scenario
 
@@ -31,6 +33,16 @@ class LoopSetup:
     null_smooth: Equilibrium
     moving: Equilibrium
     smooth: np.ndarray
+
+    @cached_property
+    def null_plant(self) -> PlantResponse:
+        """The plant at null without dry friction, as linear loops of every design have it."""
+        return plant_response(self.engine.plant, self.null_smooth, self.rig.period.value, self.smooth)
+
+    @cached_property
+    def moving_plant(self) -> PlantResponse:
+        """The same moving."""
+        return plant_response(self.engine.plant, self.moving, self.rig.period.value, self.smooth)
 
 
 @dataclass(frozen=True)
@@ -67,10 +79,8 @@ def loop_setup(rig: Rig) -> LoopSetup:
 
 def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
     """A controller's loop, linearised at both operating points."""
-    period = setup.rig.period.value
-    plant, controller = setup.engine.plant, spec.build(period)
-    points = (setup.null_smooth, setup.moving)
-    return LinearLoops(*(linear_loop(plant, point, controller, period, setup.smooth) for point in points))
+    controller = spec.build(setup.rig.period.value)
+    return LinearLoops(*(linear_loop_on(plant, controller) for plant in (setup.null_plant, setup.moving_plant)))
 
 
 def play(

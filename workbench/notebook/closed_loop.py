@@ -137,9 +137,8 @@ class ClosedLoop:
     def poles(self) -> Poles:
         """Poles of the sampled closed loop at null and moving."""
         period, setup = self.rig.period.value, self.setup
-        controller, plant = self.controller.build(period), setup.engine.plant
-        points = (setup.null_smooth, setup.moving)
-        null, moving = (closed_poles(plant, point, controller, period, setup.smooth) for point in points)
+        controller = self.controller.build(period)
+        null, moving = (closed_poles(plant, controller) for plant in (setup.null_plant, setup.moving_plant))
         return Poles(null, moving, period)
 
     def bode(

@@ -20,7 +20,7 @@ Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
 def sines(controller: ControllerSpec, signal: Signal, sweep: BodeConfig, setup: LoopSetup) -> Sines:
     """Reference -> controlled signal about null, with what the guard and the chambers did at each point."""
     period = setup.rig.period.value
-    poles = closed_poles(setup.engine.plant, setup.null_smooth, controller.build(period), period, setup.smooth)
+    poles = closed_poles(setup.null_plant, controller.build(period))
     f = sweep_frequencies(sweep.low, sweep.high, sweep.points, period, poles)
     responses: Sines = {}
     for amplitude in sweep.amplitudes:

@@ -14,7 +14,8 @@ from ...linear.equilibria import equilibria
 from ...loop.batch import run_lanes
 from ...loop.lane_laws import LawLanes
 from ...loop.lane_margins import lane_margins, sampled_lanes
-from ...loop.margins import linear_loop
+from ...loop.margins import linear_loop, linear_loop_on
+from ...loop.plant_response import plant_response
 from ...loop.sampled_loop import SampledLoop
 from ...plant import build
 from ...rigs.rig import Rig
@@ -29,7 +30,7 @@ def loop_times(rig: Rig, controllers: list[ControllerSpec]) -> dict[str, Any]:
 
     `loops`: CPU time [ms] of a closed-loop second, of three after a step of 10 mm, by controller and way, and over that
     of the engine with the same commands; `difference` is from the loop in Python, of the step. `margins`: CPU time [ms]
-    of one loop's, alone and in lanes.
+    of one loop's: of a design on a plant that is known, with the plant's linearisation, and in lanes with it.
     """
     engine = Engine(build(rig))
     rest = equilibrium(engine.plant)
@@ -86,7 +87,11 @@ def _batch(
 def _margins(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) -> dict[str, float]:
     period, plant = rig.period.value, engine.plant
     controller = spec.build(period)
-    times = {"cpu_ms": _cpu_ms(lambda: linear_loop(plant, rest, controller, period))}
+    sampled = plant_response(plant, rest, period)
+    times = {
+        "cpu_ms": _cpu_ms(lambda: linear_loop_on(sampled, controller)),
+        "cpu_ms_with_plant": _cpu_ms(lambda: linear_loop(plant, rest, controller, period)),
+    }
     p = np.tile(plant.p, (LANES, 1))
     points, law = equilibria(plant, p), LawLanes.shared(linear_view(controller))
     whole = _cpu_ms(lambda: lane_margins(sampled_lanes(plant, points, p, controller.measures, period), law))

@@ -108,9 +108,8 @@ class Goals:
 
 def _growth(controller: ControllerSpec, setup: LoopSetup) -> float:
     period = setup.rig.period.value
-    law, plant = controller.build(period), setup.engine.plant
-    points = (setup.null_smooth, setup.moving)
-    sizes = [np.abs(closed_poles(plant, point, law, period, setup.smooth)).max() for point in points]
+    law = controller.build(period)
+    sizes = [np.abs(closed_poles(plant, law)).max() for plant in (setup.null_plant, setup.moving_plant)]
     return float(sum(max(0.0, size - STABLE) / period for size in sizes))
 
 
