@@ -52,12 +52,16 @@ def overshoots(plant: Linear, law: Linear, gains: Sequence[float], seconds: floa
 
 
 def _step(loop: StateSpace, count: int) -> np.ndarray:
-    """The output [count] of a discrete system whose one input steps to 1 at the start."""
-    x, y = np.zeros(len(loop.A)), np.empty(count)
-    for k in range(count):
-        y[k] = loop.C[0] @ x + loop.D[0, 0]
-        x = loop.A @ x + loop.B[:, 0]
-    return y
+    """The output [count] of a discrete system whose one input steps to 1 at the start.
+
+    By doubling: the states of the next m samples are A^m times those of the last m, the input being a state too.
+    """
+    n = len(loop.A)
+    a = np.block([[loop.A, loop.B[:, :1]], [np.zeros((1, n)), np.ones((1, 1))]])
+    x = np.eye(n + 1)[:, -1:]
+    while x.shape[1] < count:
+        x, a = np.hstack((x, a @ x)), a @ a
+    return (np.append(loop.C[0], loop.D[0, 0]) @ x)[:count]
 
 
 def peak(plant: Linear, law: Linear) -> float:
