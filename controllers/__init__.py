@@ -9,6 +9,7 @@ compensators, to be added to a law
     PressureFeedback, AccelerationFeedback    damp the jack on its oil
     VelocityCompensation                gives a force loop the flow that the jack's motion takes
     FeedForward, Shaping                of the reference
+    LapInverse                          takes the lap's gain at null out of the command path
 Switched                                changes over between controllers while they run
 
 `from controllers import P, PressureFeedback` gives what makes a controller of design numbers, in SI or with a unit:
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     Crone2: ControllerType
     Crone3: ControllerType
     FeedForward: ControllerType
+    LapInverse: ControllerType
     Lqg: ControllerType
     Mpc: ControllerType
     P: ControllerType
@@ -43,6 +45,7 @@ _FILES = {
     "Crone2": "crone2",
     "Crone3": "crone3",
     "FeedForward": "feedforward",
+    "LapInverse": "lap_inverse",
     "Lqg": "lqg",
     "Mpc": "mpc",
     "P": "p",
@@ -59,6 +62,7 @@ __all__ = [
     "Crone2",
     "Crone3",
     "FeedForward",
+    "LapInverse",
     "Lqg",
     "Mpc",
     "P",

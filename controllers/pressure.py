@@ -5,7 +5,10 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from workbench.control.discrete_filter import weighted
+from workbench.control.piecewise_linear import PiecewiseLinear
 from workbench.control.protocol import design_numbers, number
+
+_POINTS = 41  # of the schedule, over both columns: chords within 0.3 % of it
 
 
 class PressureFeedback:
@@ -15,6 +18,11 @@ class PressureFeedback:
     K Kv wn M/(2 A), as leakage past the piston would, but for the lag of the valve (Merritt, Hydraulic Control Systems,
     1967; Jelali and Kroll, Hydraulic Servo-Systems, 2003, ch. 6). Static feedback gives way to a steady load,
     again as leakage does; dynamic feedback leaves out what is slower than w.
+
+    The oil of a jack with equal sides is softest at mid stroke, where a pressure tells least of a motion: its stiffness
+    over the position x goes with 1/(1 - (x/h)^2), h half the length of both oil columns, dead volumes included
+    (Merritt, ch. 6). With a `column` h the gain K is that at mid stroke, and goes with 1 - (x/h)^2: the loop then has
+    the same gain all over the stroke.
     """
 
     into: ClassVar[Literal["command", "reference"]] = "command"
@@ -25,8 +33,17 @@ class PressureFeedback:
 
         gain: float = number("1/Pa", 0.0, 1e-6, "command per pressure difference K")
         corner: float = number("Hz", 0.0, 100.0, "corner of the high pass; 0: static feedback", 0.0)
+        column: float = number("m", 0.0, 100.0, "half the oil columns' length h; 0: the same gain all over", 0.0)
+        middle: float = number("m", -100.0, 100.0, "position signal at mid stroke", 0.0)
 
     def __init__(self, design: Design, period: float) -> None:
         weights = {"pa": -design.gain, "pb": design.gain}
         corner = 2 * np.pi * design.corner
         self.law = weighted([1, 0], [1, corner], period, weights) if corner else weighted([1], [1], period, weights)
+        self.schedule = _over_stroke(design.column, design.middle) if design.column else None
+
+
+def _over_stroke(column: float, middle: float) -> PiecewiseLinear:
+    """1 - (x/h)^2 by its chords, within the columns."""
+    share = np.linspace(-1.0, 1.0, _POINTS)[1:-1]
+    return PiecewiseLinear(middle + column * share, 1 - share**2)

@@ -1,0 +1,79 @@
+"""What the schedule over the stroke and the inverse of the lap are for: a loop gain that stays."""
+
+import numpy as np
+import pytest
+
+from controllers import FeedForward, LapInverse, P, PressureFeedback
+from controllers.lap_inverse import LapInverse as Law
+from controllers.pressure import PressureFeedback as Feedback
+from workbench.base.errors import InputError
+from workbench.linear import equilibrium
+from workbench.linear.linearisation import linear_plant
+from workbench.loop.margins import linear_loop
+from workbench.plant import build
+from workbench.rigs.rig import load_rig
+
+COLUMN = 0.25 + 0.3e-3 / 0.00467  # m: half the stroke and the dead volume over the area of jack-10t
+LAP = LapInverse(excess=0.0016, width=0.0021)
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return build(load_rig("jack-10t"))
+
+
+def stiffness(plant, position):
+    """Of the oil [N/m], by the natural frequency of the jack's mode: k = M w^2."""
+    about = equilibrium(plant, position=position, p=plant.without_dry_friction())
+    modes = linear_plant(plant, about, ("command",), ("position",), plant.without_dry_friction()).poles()
+    jack = modes[(np.abs(modes.imag) > 2 * np.pi * 20) & (np.abs(modes) < 2 * np.pi * 80)]
+    weakest = jack[np.argmin(-jack.real / np.abs(jack))]  # the valve's modes are well damped
+    return 1000.0 * abs(weakest) ** 2
+
+
+@pytest.mark.parametrize("position", [-0.2, 0.1, 0.23])
+def test_the_schedule_is_the_stiffness_at_mid_stroke_over_that_here(plant, position):
+    schedule = Feedback(Feedback.Design(gain=1.6e-9, corner=0.25, column=COLUMN), 1e-3).schedule
+    assert schedule(position) == pytest.approx(stiffness(plant, 0.0) / stiffness(plant, position), rel=0.03)
+
+
+def test_it_keeps_the_loop_away_from_instability_all_over_the_stroke(plant):
+    """Ms of a scheduled loop moves by a fifth over the stroke; that of the fixed one goes beyond 4."""
+    fixed, scheduled = (
+        (P(gain="3 1/m") + PressureFeedback(gain="1.6e-4 1/bar", corner="0.25 Hz", column=column)).build(1e-3)
+        for column in (0.0, COLUMN)
+    )
+    ms = [
+        [linear_loop(plant, equilibrium(plant, position=x), law, 1e-3).ms for x in (0.0, 0.22)]
+        for law in (fixed, scheduled)
+    ]
+    assert ms[0][1] > 2 * ms[0][0]
+    assert ms[1][1] < 1.3 * ms[1][0]
+
+
+def test_through_the_inverse_the_speed_is_proportional_to_the_command(plant):
+    """Speed over command differs by a factor of two between null and 0.5 m/s; through the inverse by a tenth."""
+    law = (P(gain="3 1/m") + LAP).build(1e-3)
+    law.reset(0.0, {"position": 0.0}, 0.0)
+    speeds = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5])
+    needed = np.array([float(equilibrium(plant, speed=v).u[0]) for v in speeds])
+    asked = np.geomspace(1e-5, 0.3, 400)
+    given = np.array([law.compute(u / 3.0, {"position": 0.0}) for u in asked])
+    gains = speeds / np.interp(needed, given, asked)
+    assert max(speeds / needed) > 1.8 * min(speeds / needed)
+    assert max(gains) < 1.12 * min(gains)
+
+
+def test_the_inverse_is_odd_and_leaves_full_command_as_it_is():
+    command_map = Law(Law.Design(excess=0.0016, width=0.0021), 1e-3).command_map
+    assert command_map.at == pytest.approx(-command_map.at[::-1])
+    assert command_map.to == pytest.approx(-command_map.to[::-1])
+    assert command_map.to[-1] == command_map.at[-1] == 1.0
+    u = 0.0013  # between two points of the table
+    flow = (u + 0.0016 * np.tanh(u / 0.0021)) / (1 + 0.0016)
+    assert flow + command_map.shift(flow) == pytest.approx(u, rel=5e-3)
+
+
+def test_a_lap_without_a_width_is_refused():
+    with pytest.raises(InputError, match="width"):
+        P(gain="3 1/m") + FeedForward(velocity=0.1) + LapInverse(excess=0.001, width=0.0)
