@@ -1,14 +1,15 @@
 """A sampled controller on the continuous plant: the closed loop as a simulation."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
+from time import perf_counter_ns
 from typing import Any, cast
 
 import numpy as np
 
 from ..base.errors import InputError
-from ..control.protocol import Controller, preview, sampled_law
+from ..control.protocol import Controller, fallbacks, preview, sampled_law
 from ..engine import DelayLine, Engine
 from ..linear import Equilibrium
 from ..records import Record
@@ -24,12 +25,16 @@ SIMULATION_FAILED = "the simulation failed"
 class LoopRun:
     """What a loop did: `record` holds reference, realised command and every output; `demanded` is before the guard.
 
-    `tripped` says why the guard stopped the loop, or that the simulation failed (the record then ends there).
+    `tripped` says why the guard stopped the loop, or that the simulation failed (the record then ends there). Of a loop
+    in Python, `compute_us` is the time [us] of each sample that the controller was asked for, and `fallbacks` in how
+    many its solver did not arrive; None of a compiled loop, and of a controller without a solver.
     """
 
     record: Record
     demanded: np.ndarray
     tripped: str | None
+    compute_us: np.ndarray | None = None
+    fallbacks: int | None = None
 
 
 class SampledLoop:
@@ -85,23 +90,24 @@ class SampledLoop:
         added = np.zeros(steps) if added is None else added
         if self.compiled:
             return self._run_compiled(self.compiled, reference, added, u)
-        x, sent, demanded = np.empty((steps, plant.n)), np.zeros(steps), np.zeros(steps)
+        x = np.empty((steps, plant.n))
+        sent, demanded, spent = np.zeros((3, steps))
         ahead = preview(self._controller)
         known = np.append(reference, np.full(ahead, reference[-1])) if ahead else reference
         samples = zip(reference.tolist(), added.tolist(), strict=True)  # Python's own numbers: numpy's are slow
         for k, (setpoint, more) in enumerate(samples):
-            if ahead:
-                cast(Any, self._controller).set_preview(known[k : k + ahead + 1])
             x[k] = self._x
             self._held[1:] = u[k, 1:]
-            command, demanded[k] = self._sample(setpoint, more)
+            command, demanded[k], spent[k] = self._sample(setpoint, more, known[k : k + ahead + 1] if ahead else None)
             arriving = self._line.send(command)
             sent[k], u[k, 0] = command, arriving[0][0]
             if not self._hold(arriving):
                 self._guard.tripped = SIMULATION_FAILED
                 steps = k + 1
                 break
-        return self._result(x[:steps], u[:steps], reference[:steps], sent[:steps], demanded[:steps])
+        run = self._result(x[:steps], u[:steps], reference[:steps], sent[:steps], demanded[:steps])
+        spent = spent[:steps]
+        return replace(run, compute_us=spent[spent > 0], fallbacks=fallbacks(self._controller))
 
     def _run_compiled(self, loop: CompiledLoop, reference: np.ndarray, added: np.ndarray, u: np.ndarray) -> LoopRun:
         done = loop.run(self._x, reference, added, u[:, 1:])
@@ -114,15 +120,23 @@ class SampledLoop:
     def _measure(self) -> dict[str, float]:
         return self._sensors.read(self._engine.observe(self._x, self._held))
 
-    def _sample(self, reference: float, added: float) -> tuple[float, float]:
-        """One sampling instant: the command that is sent to the drive now, and what was demanded with `added`."""
+    def _sample(self, reference: float, added: float, future: np.ndarray | None) -> tuple[float, float, float]:
+        """One sampling instant: the command that is sent to the drive now, what was demanded with `added`, and how long
+        the controller took [us], 0 after a trip. `future` is the reference from now on, where it is known ahead."""
         measured = self._measure()
         self._guard.watch(measured)
-        demanded = Guard.safe if self._guard.tripped else self._demanded(reference, measured) + added
+        if self._guard.tripped is not None:
+            return self._guard.limit(Guard.safe), Guard.safe, 0.0
+        began = perf_counter_ns()
+        if future is not None:
+            cast(Any, self._controller).set_preview(future)
+        demanded = self._demanded(reference, measured) + added
+        computed = perf_counter_ns()
         sent = self._guard.limit(demanded)
+        limited = perf_counter_ns()
         if self._guard.tripped is None:
             self._controller.update(sent - added)
-        return sent, demanded
+        return sent, demanded, (perf_counter_ns() - began - limited + computed) / 1e3
 
     def _demanded(self, reference: float, measured: Mapping[str, float]) -> float:
         """What the controller computes. Raises InputError for one that fails, or returns what is no number."""

@@ -1,13 +1,12 @@
 """One controller on one rig of a bench: rows, time responses, linear loop, stiffness, noise, energy, compute times."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...control.protocol import sampled_law
 from ...loop.compute_time import computing
 from ...loop.computing_delay import delayed_rows
 from ...loop.energy import supply_energy
@@ -17,6 +16,7 @@ from ...loop.rows import LoopSetup, linear_loops, play, row
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...loop.stiffness_and_noise import command_noise, dynamic_stiffness
+from ...rigs.rig import Rig
 from ..common.bench_experiment import BenchLoop
 from ..common.sines import sines
 
@@ -34,8 +34,6 @@ def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetu
     runs = {scenario.name: (scenario, play(controller, scenario, setup)) for scenario in loop.scenarios}
     pair = {"controller": controller.name, "rig": setup.rig.name}
     first = setup.rig.name == loop.rigs[0]
-    timed = runs if first or sampled_law(controller.build(setup.rig.period.value)) is None else {}
-    computed = {name: computing(controller, setup.rig, run) for name, (_, run) in timed.items()}
     stiffness = np.abs(dynamic_stiffness(controller, setup, STIFFNESS_HZ)) if loops.null.stable else None
     return {
         "rows": [row(controller, scenario, setup, run, loops) for scenario, run in runs.values()],
@@ -45,9 +43,9 @@ def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetu
         "sines": sines(controller, loop.signal, loop.bode, setup) if first else {},
         "delayed": delayed_rows(controller, loop.scenarios, setup) if first and controller.computing_delay else [],
         "fallbacks": [
-            {**pair, "scenario": name, "samples": len(spent), "fallbacks": count}
-            for name, (spent, count) in computed.items()
-            if count is not None
+            {**pair, "scenario": name, "samples": len(run.record.t), "fallbacks": run.fallbacks}
+            for name, (_, run) in runs.items()
+            if run.fallbacks is not None
         ],
         "noise": {**pair, "command_rms": command_noise(controller, setup, loops.null)},
         "energy": [
@@ -58,8 +56,14 @@ def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetu
             for name, (scenario, run) in runs.items()
             if scenario.travel
         ],
-        "solve_us": np.concatenate([np.zeros(0), *(spent for spent, _ in computed.values())]),
+        "solve_us": _compute_us(controller, setup.rig, [run for _, run in runs.values()], first),
     }
+
+
+def _compute_us(controller: ControllerSpec, rig: Rig, runs: Sequence[LoopRun], first: bool) -> np.ndarray:
+    """Compute times [k]: a law that runs compiled takes no longer on one rig than on another."""
+    timed = [run for run in runs if first or run.compute_us is not None]
+    return np.concatenate([np.zeros(0), *(computing(controller, rig, run) for run in timed)])
 
 
 def _time_response(scenario: Scenario, run: LoopRun) -> dict[str, np.ndarray]:

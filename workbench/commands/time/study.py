@@ -52,7 +52,7 @@ def _measured(loop: tuple[Rig, Sequence[ControllerSpec], Sequence[Scenario]], st
 
         def played(controller: ControllerSpec = controller) -> np.ndarray:
             return np.concatenate(
-                [computing(controller, rig, play(controller, scenario, setup))[0] for scenario in scenarios]
+                [computing(controller, rig, play(controller, scenario, setup)) for scenario in scenarios]
             )
 
         times[controller.name] = stage(controller.name, played)
