@@ -7,10 +7,13 @@ import control
 import numpy as np
 import pytest
 from scipy.signal import sosfilt
-from test_controllers import CONTROLLERS, PERIOD, make
+from test_controllers import CONTROLLERS, EXPERIMENTS, PERIOD, PRESSURE, make, spelled
+from test_graph_law import Network
 
 from workbench.base.errors import InputError
+from workbench.base.table import Table
 from workbench.cli import main
+from workbench.control.controller_spec import controller_spec
 from workbench.control.export import as_json, as_text, coefficients, replay
 
 
@@ -18,8 +21,18 @@ def answer(printed):
     """The command that the printed sections make of the printed inputs."""
     vector = {name: np.array(values) for name, values in printed["vector"].items()}
     vector["error"] = vector["reference"] - vector[list(vector)[1]]
-    parts = [sosfilt(channel["sections"], vector[channel["signal"]]) for channel in printed["channels"]]
-    return np.sum(parts, axis=0)
+    command = np.zeros(len(vector["reference"]))
+    for channel in printed["channels"]:
+        part = sosfilt(channel["sections"], vector[channel["signal"]])
+        if "scale" in channel:
+            scale = channel["scale"]
+            part = part * np.interp(vector[scale["signal"]], scale["at"], scale["factor"])
+        command += part
+    if "command_map" not in printed:
+        return command
+    at, to = (np.array(printed["command_map"][key]) for key in ("at", "to"))
+    inside = (at[0] <= command) & (command <= at[-1])
+    return np.where(inside, np.interp(command, at, to), command)
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
@@ -35,6 +48,85 @@ def test_printed_sections_are_the_controller(name):
     assert inputs["command"] == pytest.approx(wanted, rel=1e-12)
     assert answer(printed) == pytest.approx(np.array(wanted), abs=1e-9 * np.abs(wanted).max())
     assert printed["period_s"] == PERIOD
+
+
+SCHEDULED = {
+    "use": "controllers.pressure:PressureFeedback",
+    "gain": (2e-9, "1/Pa"),
+    "corner": (1, "Hz"),
+    "column": (0.3, "m"),
+    "middle": (0.02, "m"),
+}
+LAP = {"use": "controllers.lap_inverse:LapInverse", "excess": (0.004, "1"), "width": (0.004, "1")}
+SHAPING = {"use": "controllers.shaping:Shaping", "corner": (20, "Hz")}
+
+
+def around(name, *compensators):
+    """A controller with these compensators instead of its own."""
+    numbers = spelled({**CONTROLLERS[name], "compensators": list(compensators)})
+    return controller_spec(name, Table(numbers, name)).build(PERIOD)
+
+
+@pytest.mark.parametrize("after", [(), (SHAPING,)], ids=["", "shaped"])
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_schedules_and_maps_are_exported(name, after):
+    """Laws that learn the realised command (anti-windup, observer) too: theirs is the demand less what was added."""
+    printed = json.loads(json.dumps(as_json(coefficients(around(name, PRESSURE, SCHEDULED, LAP, *after), PERIOD))))
+    scheduled = [channel["signal"] for channel in printed["channels"] if "scale" in channel]
+    assert scheduled == ["pa", "pb"]
+    controller, inputs, expected = around(name, PRESSURE, SCHEDULED, LAP, *after), printed["vector"], []
+    controller.reset(0.0, dict.fromkeys(controller.measures, 0.0), 0.0)
+    for k in range(len(inputs["reference"])):
+        expected.append(controller.compute(inputs["reference"][k], {s: inputs[s][k] for s in controller.measures}))
+        controller.update(expected[-1])
+    assert inputs["command"] == pytest.approx(expected, rel=1e-12)
+    assert answer(printed) == pytest.approx(np.array(expected), abs=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["pid-lead", "tvc", "lqg"])
+def test_the_vector_covers_schedule_and_map(name):
+    """An export without either, or with a factor for the whole schedule, does not give the vector."""
+    printed = as_json(coefficients(around(name, SCHEDULED, LAP), PERIOD))
+    command = np.array(printed["vector"]["command"])
+    assert np.ptp(printed["vector"]["position"]) > 0.5
+    flat = {**printed, "channels": [{k: v for k, v in c.items() if k != "scale"} for c in printed["channels"]]}
+    bare = {key: value for key, value in printed.items() if key != "command_map"}
+    for less in (flat, bare):
+        assert np.abs(answer(less) - command).max() > 1e-6
+
+
+def test_the_text_has_schedule_and_map():
+    exported = coefficients(around("p", SCHEDULED, LAP), PERIOD)
+    text = as_text("p", exported)
+    assert "command = sum of the channels, mapped" in text
+    for line in ("its output times a factor over the measured position", "the sum goes through a map"):
+        assert line in text
+    scale, command_map = exported.channels[-1].scale, exported.command_map
+    for value in (*scale.at, *scale.values, *command_map.at, *command_map.to):
+        assert f"{value:.17g}" in text.split()
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: Network(0), "Network is no linear law with scheduled compensators; it cannot be exported"),
+        (lambda: around("p", LAP, PRESSURE), "compensators behind a map of the command cannot be exported"),
+        (lambda: around("p", LAP, LAP), "compensators behind a map of the command cannot be exported"),
+    ],
+)
+def test_a_law_of_another_form_is_refused(build, message):
+    with pytest.raises(InputError, match=message):
+        coefficients(build(), PERIOD)
+
+
+def test_a_law_that_cannot_be_exported_leaves_the_others_theirs(capsys):
+    assert main(["coefficients", str(EXPERIMENTS / "force_tuned.toml"), "--json"]) == 0
+    printed, notes = capsys.readouterr()
+    assert list(json.loads(printed)) == ["pi-dp", "pi-acceleration"]
+    assert [line.split(": ")[:2] for line in notes.splitlines()] == [["jackbench", "mpc-force"]]
+    assert "cannot be exported" in notes
+    assert main(["coefficients", str(EXPERIMENTS / "force_tuned.toml"), "--controller", "mpc-force"]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 class Linear:

@@ -10,7 +10,7 @@ graph_law, piecewise_linear    laws that are not linear as graphs, for compiled 
 jack_model, inner_loop    the jack as an outer controller sees it
 kalman_observer, mpc_qp    what model-based controllers share
 crone                  fractional design
-export                 coefficients for a rig's own digital controller
+scheduled_law, export  laws with schedules and maps as data; coefficients for a rig's own digital controller
 """
 
 from typing import TYPE_CHECKING

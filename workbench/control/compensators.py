@@ -11,7 +11,17 @@ from ..linear.state_space import StateSpace
 from .discrete_filter import Filter, weighted
 from .linear_law import LinearLaw, on_load_cell, with_command_filter, with_reference_filter
 from .piecewise_linear import CommandMap, PiecewiseLinear
-from .protocol import Controller, fallbacks, linear_law, linear_view, operating, preview, sampled_law
+from .protocol import (
+    Controller,
+    fallbacks,
+    linear_law,
+    linear_view,
+    operating,
+    preview,
+    sampled_law,
+    scheduled_law,
+)
+from .scheduled_law import ScheduledLaw
 
 if TYPE_CHECKING:
     import control
@@ -129,6 +139,12 @@ class Compensated(_Around):
 
         return with_filter(as_graph(inner), self._filter.law, self._shapes, self._schedule)
 
+    def scheduled_law(self) -> ScheduledLaw:
+        """Both together in the form that is exported; raises InputError where they have none."""
+        inner = scheduled_law(self._inner)
+        around = inner.with_reference_filter if self._shapes else inner.with_command_filter
+        return around(self._filter.law, self._schedule)
+
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
         if self._schedule:
             self._factor = self._schedule(measurement["position"])
@@ -178,6 +194,10 @@ class Mapped(_Around):
         from .graph_law import as_graph, with_command_map
 
         return with_command_map(as_graph(inner), self._map)
+
+    def scheduled_law(self) -> ScheduledLaw:
+        """The inner controller's with the map behind; raises InputError where there is none."""
+        return scheduled_law(self._inner).with_command_map(self._map)
 
     def linear(self, at: Mapping[str, float] | None = None) -> StateSpace:
         """The inner law times the slope of the map at the command of the operating point."""

@@ -1,6 +1,6 @@
-"""What a rig's own digital controller needs of a linear law: second-order sections by input, and a test vector."""
+"""What a rig's own digital controller needs of a law: second-order sections by input, schedules, and a test vector."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,7 +8,11 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.signals import SIGNALS
-from .protocol import Controller, linear_view
+from ..linear.interconnect import select
+from ..linear.state_space import StateSpace
+from .piecewise_linear import CommandMap, PiecewiseLinear
+from .protocol import Controller, NeedsOperatingPoint, scheduled_law
+from .scheduled_law import ScheduledLaw
 
 SAMPLES = 200
 AGREE = 1e-9  # of the largest command: how near the sections come to the controller
@@ -27,59 +31,100 @@ _NONE = 1e-14  # of the largest of a law's first answers: less is rounding
 
 @dataclass(frozen=True)
 class SectionChannel:
-    """Sections [k, 6], as scipy.signal has them, from a signal (SI) or from "error" to a part of the command [1]."""
+    """Sections [k, 6], as scipy.signal has them, from a signal (SI) or from "error" to a part of the command [1].
+
+    `scale`: a factor of the output over the measured position [m], that of the same sample; None for 1.
+    """
 
     signal: str
     sections: np.ndarray
+    scale: PiecewiseLinear | None = None
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """command = sum over the channels, from rest, every `period` [s]; `vector`: inputs [n] and the command to expect.
+    """command = map(sum over the channels), from rest, every `period` [s]; `vector`: inputs [n] and the command.
 
-    "error" is the reference less the controlled signal, which is the first after the reference in `vector`.
+    "error" is the reference less the controlled signal, which is the first after the reference in `vector`. Without
+    a `command_map` the command is the sum.
     """
 
     period: float
     channels: tuple[SectionChannel, ...]
+    command_map: CommandMap | None
     vector: Mapping[str, np.ndarray]
 
 
 def coefficients(controller: Controller, period: float) -> Coefficients:
-    """The sections of a controller's linear view, and its own answer to `SAMPLES` random samples, unlimited.
+    """Sections, schedules and map of a controller, and its own answer to `SAMPLES` random samples, unlimited.
 
-    Raises InputError where the sections do not give the same within AGREE.
+    Raises InputError for a law that is not of this form, and where the sections do not give the same within AGREE.
     """
-    law = linear_view(controller)
-    names, (a, b, c, d) = law.input_labels, law.matrices
-    difference = np.allclose(b[:, 0], -b[:, 1], _SAME, 0) and np.allclose(d[:, 0], -d[:, 1], _SAME, 0)
-    taken = {"error": 0} if difference else {"reference": 0, names[1]: 1}
-    taken |= {name: i for i, name in enumerate(names) if i > 1}
-    channels = tuple(SectionChannel(name, _sections(a, b[:, i], c[0], d[0, i])) for name, i in taken.items())
-    coefficients = Coefficients(period, channels, _vector(controller, names))
-    worst, most = (
-        np.abs(part).max()
-        for part in (replay(coefficients) - coefficients.vector["command"], coefficients.vector["command"])
-    )
+    try:
+        law = scheduled_law(controller)
+    except NeedsOperatingPoint:
+        raise InputError(
+            f"{type(controller).__name__} is no linear law with scheduled compensators; it cannot be exported"
+        ) from None
+    channels = _linear_channels(law.linear, controller.measures)
+    channels += [
+        SectionChannel(name, _sections(part.filter, i), part.factor)
+        for part in law.filters
+        for i, name in enumerate(part.filter.input_labels)
+    ]
+    vector = _vector(controller, law)
+    coefficients = Coefficients(period, tuple(channels), law.command_map, vector)
+    worst, most = (np.abs(part).max() for part in (replay(coefficients) - vector["command"], vector["command"]))
     if not worst <= AGREE * most:
-        raise InputError(f"second-order sections of this law are {worst / most:.1e} off: its poles are too close")
+        raise InputError(
+            f"second-order sections of this law are {worst / most:.1e} off: its poles are too close, or it has limits "
+            "that its linear view has not; it cannot be exported"
+        )
     return coefficients
 
 
 def replay(coefficients: Coefficients) -> np.ndarray:
-    """The command [n] that the sections make of the vector's inputs."""
+    """The command [n] that sections, schedules and map make of the vector's inputs."""
     from scipy.signal import sosfilt  # here, as it takes a second
 
     inputs = dict(coefficients.vector)
     inputs["error"] = inputs["reference"] - inputs[list(inputs)[1]]
-    return np.sum([sosfilt(channel.sections, inputs[channel.signal]) for channel in coefficients.channels], axis=0)
+
+    def part(channel: SectionChannel) -> np.ndarray:
+        output = np.asarray(sosfilt(channel.sections, inputs[channel.signal]))
+        return output if channel.scale is None else output * _interpolated(channel.scale, inputs["position"])
+
+    command = np.sum([part(channel) for channel in coefficients.channels], axis=0)
+    command_map = coefficients.command_map
+    return command if command_map is None else command + _interpolated(command_map.shift, command)
 
 
-def _vector(controller: Controller, names: list[str]) -> dict[str, np.ndarray]:
-    random = np.random.default_rng(0)
+def _interpolated(table: PiecewiseLinear, x: np.ndarray) -> np.ndarray:
+    return np.interp(x, table.at, table.values)
+
+
+def _linear_channels(law: StateSpace, measures: tuple[str, ...]) -> list[SectionChannel]:
+    """Of the linear part: from "error" where reference and controlled signal are one difference."""
+    names = ["reference", *(name for name in measures if name in law.input_labels)]
+    law = select(law, names, ["command"])
+    b, d = law.B, law.D
+    difference = np.allclose(b[:, 0], -b[:, 1], _SAME, 0) and np.allclose(d[:, 0], -d[:, 1], _SAME, 0)
+    inputs = {"error": 0} if difference else {"reference": 0, names[1]: 1}
+    inputs |= {name: i for i, name in enumerate(names) if i > 1}
+    return [SectionChannel(name, _sections(law, i)) for name, i in inputs.items()]
+
+
+def _vector(controller: Controller, law: ScheduledLaw) -> dict[str, np.ndarray]:
+    """Random inputs, from a standstill over all of the schedules where there are any, and the controller's commands."""
+    random, names = np.random.default_rng(0), ["reference", *controller.measures]
     units = [SIGNALS[name].si for name in [names[1], *names[1:]]]
     vector = {name: SIZE[unit] * random.uniform(-1, 1, SAMPLES) for name, unit in zip(names, units, strict=True)}
-    controller.reset(0.0, dict.fromkeys(names[1:], 0.0), 0.0)
+    if law.filters:
+        path = _path([part.factor for part in law.filters])
+        for name in ["position", "reference"] if names[1] == "position" else ["position"]:
+            vector[name] = vector[name] + path
+    command_map = law.command_map
+    controller.reset(0.0, dict.fromkeys(names[1:], 0.0), 0.0 if command_map is None else command_map.shift(0.0))
     command = np.empty(SAMPLES)
     for k in range(SAMPLES):
         measured = {name: float(vector[name][k]) for name in names[1:]}
@@ -88,9 +133,19 @@ def _vector(controller: Controller, names: list[str]) -> dict[str, np.ndarray]:
     return {**vector, "command": command}
 
 
-def _sections(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: float) -> np.ndarray:
-    """Sections [k, 6] of c (z - a)^-1 b + d by its zeros and poles; a delay is a section of its own."""
+def _path(schedules: list[PiecewiseLinear]) -> np.ndarray:
+    """Positions [SAMPLES]: a standstill, then all that the schedules cover, but for what the random inputs add."""
+    low = min(schedule.at[0] for schedule in schedules) + SIZE["m"]
+    high = max(schedule.at[-1] for schedule in schedules) - SIZE["m"]
+    corners = np.array([0, 0.25, 0.5, 1]) * SAMPLES
+    return np.interp(np.arange(SAMPLES), corners, [0.0, 0.0, low, high])
+
+
+def _sections(law: StateSpace, i: int) -> np.ndarray:
+    """Sections [k, 6] from input i, c (z - a)^-1 b + d by its zeros and poles; a delay is a section of its own."""
     from scipy.signal import zpk2sos
+
+    a, b, c, d = law.A, law.B[:, i], law.C[0], float(law.D[0, i])
 
     minimal = _reached(a, b) & _reached(a.T, c)
     a, b, c = a[minimal][:, minimal], b[minimal], c[minimal]
@@ -125,22 +180,49 @@ def _reached(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def as_json(coefficients: Coefficients) -> dict[str, Any]:
-    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]."""
+    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale and map are there where a law has them."""
+    command_map = coefficients.command_map
+    mapped = {"command_map": {"at": command_map.at.tolist(), "to": command_map.to.tolist()}} if command_map else {}
     return {
         "period_s": coefficients.period,
-        "channels": [{"signal": part.signal, "sections": part.sections.tolist()} for part in coefficients.channels],
+        "channels": [_channel_json(channel) for channel in coefficients.channels],
+        **mapped,
         "vector": {name: values.tolist() for name, values in coefficients.vector.items()},
     }
 
 
+def _channel_json(channel: SectionChannel) -> dict[str, Any]:
+    numbers = {"signal": channel.signal, "sections": channel.sections.tolist()}
+    if channel.scale is None:
+        return numbers
+    at, factor = channel.scale.at.tolist(), channel.scale.values.tolist()
+    return {**numbers, "scale": {"signal": "position", "at": at, "factor": factor}}
+
+
 def as_text(name: str, coefficients: Coefficients) -> str:
-    """The sections for people, every digit of them, and the first samples of the vector."""
-    lines = [f"{name}: command = sum of the channels, every {coefficients.period * 1e3:g} ms; SI"]
+    """The sections for people, every digit of them, schedules, map, and the first samples of the vector."""
+    command_map = coefficients.command_map
+    total = "sum of the channels" if command_map is None else "sum of the channels, mapped"
+    lines = [f"{name}: command = {total}, every {coefficients.period * 1e3:g} ms; SI"]
     for channel in coefficients.channels:
         lines.append(f"  {channel.signal}: {len(channel.sections)} sections in series: b0 b1 b2, a1 a2 (a0 = 1)")
-        lines += ["    " + " ".join(f"{value: .17g}" for value in (*row[:3], *row[4:])) for row in channel.sections]
+        lines += ["    " + _digits([*row[:3], *row[4:]]) for row in channel.sections]
+        if channel.scale is not None:
+            lines.append("    its output times a factor over the measured position [m], linear between the points:")
+            lines += _table(channel.scale.at, channel.scale.values)
+    if command_map is not None:
+        lines.append("  the sum goes through a map, linear between the points, unchanged beyond:")
+        lines += _table(command_map.at, command_map.to)
     lines.append(f"  test vector, the first of {SAMPLES} samples (--json has all)")
     lines += [
         f"    {key}: " + " ".join(f"{value:.9g}" for value in values[:4]) for key, values in coefficients.vector.items()
     ]
     return "\n".join(lines)
+
+
+def _table(at: np.ndarray, to: np.ndarray) -> list[str]:
+    return ["      " + _digits(pair) for pair in zip(at, to, strict=True)]
+
+
+def _digits(values: Iterable[float]) -> str:
+    return " ".join(f"{value: .17g}" for value in values)

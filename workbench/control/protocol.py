@@ -9,6 +9,7 @@ from ..base.errors import InputError
 from ..base.units import quantity
 from ..linear.state_space import StateSpace, as_state_space
 from .linear_law import LinearLaw, realised_as_demanded
+from .scheduled_law import ScheduledLaw
 
 if TYPE_CHECKING:
     import control
@@ -103,6 +104,15 @@ def sampled_law(controller: Controller) -> "SampledLaw | None":
     A class that overrides how its base class computes has the law of that class no more.
     """
     return linear_law(controller) or _own(controller, "graph_law")
+
+
+def scheduled_law(controller: Controller) -> ScheduledLaw:
+    """A controller's law in the form that is exported: its method `scheduled_law`, else its linear view.
+
+    Raises InputError where it has neither, and NeedsOperatingPoint where that view differs between operating points.
+    """
+    law = _own(controller, "scheduled_law")
+    return ScheduledLaw(linear_view(controller)) if law is None else law
 
 
 def _own(controller: Controller, method: str) -> Any:

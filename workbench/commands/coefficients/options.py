@@ -1,7 +1,9 @@
 """`jackbench coefficients EXPERIMENT`: discrete coefficients of its controllers at the rig's period."""
 
 import argparse
+import sys
 
+from ...base.errors import InputError
 from ..common.designs import of_controllers, print_each, read
 
 
@@ -12,12 +14,26 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     config = read(options)
-    from ...control.export import as_json, as_text, coefficients
+    from ...control.export import Coefficients, as_json, as_text, coefficients
+    from ...control.protocol import fallbacks
 
     period = config.rig.period.value
-    exported = {spec.name: coefficients(spec.build(period), period) for spec in config.controllers}
+    exported: dict[str, Coefficients] = {}
+    notes: list[str] = []
+    for spec in config.controllers:
+        try:
+            controller = spec.build(period)
+            exported[spec.name] = coefficients(controller, period)
+            if fallbacks(controller) is not None:
+                notes.append(f"{spec.name}: the law far from its limits; its plan cannot be exported")
+        except InputError as error:
+            notes.append(f"{spec.name}: {error}")
+    if not exported:
+        raise InputError("; ".join(notes))
     print_each(
         options,
         {name: as_json(law) for name, law in exported.items()},
         lambda name: as_text(name, exported[name]),
     )
+    for line in notes:
+        print(f"jackbench: {line}", file=sys.stderr)

@@ -1,0 +1,62 @@
+"""Linear laws with scheduled filters beside them and a static map behind: the form in which a law is exported.
+
+command = map(linear law + sum over the filters of factor(position) x output)
+"""
+
+from dataclasses import dataclass, replace
+
+from ..base.errors import InputError
+from ..linear.interconnect import parallel, series
+from ..linear.state_space import StateSpace
+from .piecewise_linear import CommandMap, PiecewiseLinear
+
+
+@dataclass(frozen=True, eq=False)
+class ScheduledFilter:
+    """A filter whose output, times a factor over the measured position [m], is added to the command."""
+
+    filter: StateSpace
+    factor: PiecewiseLinear
+
+
+@dataclass(frozen=True, eq=False)
+class ScheduledLaw:
+    """A law where the drive does what is demanded; all systems from signals by name (SI) to "command" [1].
+
+    A law that learns the realised command (anti-windup, an observer) learns it less what was added, and mapped back:
+    where the drive does what is demanded, that is its own demand. So its channels here are those of the law alone, and
+    those of the filters stand beside them, each times its factor of the moment, with the map behind the sum.
+    """
+
+    linear: StateSpace
+    filters: tuple[ScheduledFilter, ...] = ()
+    command_map: CommandMap | None = None
+
+    def with_command_filter(self, beside: StateSpace, schedule: PiecewiseLinear | None) -> "ScheduledLaw":
+        """With the output of a filter added to the command. Raises InputError behind a map."""
+        self._before_its_map()
+        beside = beside.relabelled(beside.input_labels, ["command"])
+        if schedule is None:
+            return replace(self, linear=parallel(self.linear, beside))
+        return replace(self, filters=(*self.filters, ScheduledFilter(beside, schedule)))
+
+    def with_reference_filter(self, leading: StateSpace, schedule: PiecewiseLinear | None) -> "ScheduledLaw":
+        """With the output of a filter as its reference. Raises InputError for a scheduled one."""
+        if schedule is not None:
+            raise InputError("a reference filter with a schedule cannot be exported; take it out")
+        leading = leading.relabelled(leading.input_labels, ["reference"])
+        filters = tuple(replace(part, filter=_led(leading, part.filter)) for part in self.filters)
+        return replace(self, linear=_led(leading, self.linear), filters=filters)
+
+    def with_command_map(self, command_map: CommandMap) -> "ScheduledLaw":
+        """With a map behind. Raises InputError behind another one."""
+        self._before_its_map()
+        return replace(self, command_map=command_map)
+
+    def _before_its_map(self) -> None:
+        if self.command_map is not None:
+            raise InputError("compensators behind a map of the command cannot be exported; name the map last")
+
+
+def _led(leading: StateSpace, law: StateSpace) -> StateSpace:
+    return series(leading, law) if "reference" in law.input_labels else law
