@@ -1,6 +1,7 @@
 """Linear model predictive control: LQG where no limit is near, and a plan that keeps every limit where one is."""
 
 from collections.abc import Mapping
+from math import isfinite
 
 import numpy as np
 
@@ -8,9 +9,13 @@ from workbench.control.kalman_observer import JackObserver, ObservedJack
 from workbench.control.linear_law import realised_as_demanded
 from workbench.control.mpc_qp import Limits, Planner, build_horizon
 from workbench.control.protocol import design_numbers, number
+from workbench.control.reference_governor import Braking, ReferenceGovernor
 from workbench.linear.state_space import StateSpace
 
 from .lqg import lq_gain, preview_gains
+
+_BRAKES = 0.3  # share of the pressure limit's deceleration that is counted on; 0.35 fails at 1.5 times the mass
+_NOISE = 6.0  # standard deviations of the position sensor that the reference stays off the stroke limit
 
 
 class Mpc:
@@ -21,7 +26,9 @@ class Mpc:
     as far as can be, stroke, speed and pressure difference within theirs. The LQ cost grows by that sum times a number,
     so this is the constrained LQ optimum (Rossiter, Model-Based Predictive Control, 2003, ch. 7); with no limit near
     c = 0. The filter's d and load leave no offset. Where the solver does not arrive, the last plan goes on, and without
-    one the command stays; `fallbacks` counts these periods.
+    one the command stays; `fallbacks` counts these periods. A reference governor keeps the reference where the jack can
+    still brake within its stroke. A measurement that is not finite is left out, the filter predicting on; a reference
+    that is not finite leaves the last one.
     """
 
     @design_numbers
@@ -49,6 +56,10 @@ class Mpc:
         limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, d.pressure)
         samples, self.preview = round(d.horizon / period), round(d.preview / period)
         self._feedforward = _feedforward(self._observer, d.error, self._follow, samples, self.preview)
+        room, brakes = _NOISE * d.position_noise, _BRAKES * d.pressure / d.inertia
+        braking = Braking(max(d.stroke - room, 0.0), d.speed, brakes)
+        self._governor = ReferenceGovernor(self._observer, self._feedback, self._feedforward, braking)
+        self._asked = 0.0
         self._future: np.ndarray | None = None
         horizon = build_horizon(self._observer, self._feedback, limits, samples, round(d.moves))
         self._planner = Planner(horizon, round(d.iterations))
@@ -57,9 +68,12 @@ class Mpc:
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
-        self._observer.rest(measurement, self._follow * (reference - measurement["position"]) - command)
+        self._asked, self._future = reference, None
+        self._observer.rest(measurement, 0.0)
+        governed = self._governed(reference, self._observer.state)[0]
+        self._observer.rest(measurement, self._follow * (governed - measurement["position"]) - command)
         self._planner.reset()
-        self._future, self._sent, self.fallbacks = None, command, 0
+        self._sent, self.fallbacks = command, 0
 
     def set_preview(self, future: np.ndarray) -> None:
         """The reference now and over the next `preview` samples [preview + 1], before each `compute`."""
@@ -68,8 +82,7 @@ class Mpc:
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The LQG law on what the filter makes of these signals, and the first change of the plan."""
         state = self._observer.estimate(measurement)
-        future = np.full(self.preview + 1, reference) if self._future is None else self._future
-        feedforward = self._feedforward @ future
+        feedforward = self._feedforward @ self._governed(reference, state)
         change = self._planner.plan(state, feedforward, self._sent)
         asked = self._sent if change is None else float(feedforward[0] - self._feedback @ state + change)
         near = min(max(asked, self._sent - self._step), self._sent + self._step)  # a solver is right to 0.1 %
@@ -84,6 +97,14 @@ class Mpc:
     def linear(self) -> StateSpace:
         """Filter and feedback together, far from every limit."""
         return realised_as_demanded(self._observer.law(self._feedback, self._follow), self._period)
+
+    def _governed(self, reference: float, state: np.ndarray) -> np.ndarray:
+        """The references [preview + 1] from now on as the governor has them; what is not finite is the last one."""
+        if isfinite(reference):
+            self._asked = reference
+        if self._future is None:
+            return self._governor.governed(state, np.full(self.preview + 1, self._asked))
+        return self._governor.governed(state, np.where(np.isfinite(self._future), self._future, self._asked))
 
 
 def _feedforward(observer: JackObserver, error: float, follow: float, samples: int, preview: int) -> np.ndarray:

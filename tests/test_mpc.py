@@ -1,17 +1,27 @@
 """Linear MPC: LQG far from limits, the optimum of its programme near them, limits kept, and what goes wrong counted."""
 
+from functools import cache
+from pathlib import Path
+
 import casadi as ca
 import numpy as np
 import pytest
 
+from controllers.lap_inverse import LapInverse
 from controllers.lqg import Lqg, lq_gain
 from controllers.mpc import Mpc
 from controllers.pressure import PressureFeedback
 from controllers.shaping import Shaping
-from workbench.control.compensators import Compensated
+from workbench.commands.run.config import load_config
+from workbench.control.compensators import Compensated, Mapped
 from workbench.control.kalman_observer import JackObserver
 from workbench.control.mpc_qp import Limits, Planner, build_horizon
-from workbench.loop.sampled_loop import SampledLoop
+from workbench.control.reference_governor import Braking, ReferenceGovernor
+from workbench.engine import Engine
+from workbench.linear import equilibrium
+from workbench.loop.rig_variations import with_delay
+from workbench.loop.sampled_loop import SampledLoop, run_loop
+from workbench.plant import build
 
 PERIOD = 1e-3
 JACK = {
@@ -23,6 +33,17 @@ FREE = {"command_rate": 1e4, "stroke": 10.0, "speed": 100.0, "pressure": 1e8}
 
 def made(**numbers):
     return Mpc(Mpc.Design(**{**JACK, **numbers}), PERIOD)
+
+
+@cache
+def shipped_spec(name):
+    """The design of `position_mpc.toml` of that name."""
+    config = load_config(Path(__file__).parents[1] / "experiments" / "position_mpc.toml")
+    return next(spec for spec in config.controllers if spec.name == name)
+
+
+def shipped(name):
+    return shipped_spec(name).build(PERIOD)
 
 
 def courses(controllers, count, seed=0):
@@ -115,6 +136,133 @@ def test_a_solver_that_does_not_arrive_is_counted_and_the_last_plan_goes_on(engi
     assert tight.fallbacks > 0
     assert run.tripped is None
     assert run.record.signals["position"][-1] == pytest.approx(0.1, rel=0.02)
+
+
+@pytest.mark.parametrize("varied", [{}, {"M": 1.5}, {"beta": 0.5}], ids=["nominal", "mass+50", "beta-50"])
+@pytest.mark.parametrize("name", ["mpc", "mpc-bare"])
+@pytest.mark.parametrize("reference", [0.3, 0.239])
+def test_the_stroke_limit_is_kept_on_every_rig_late_and_with_noise(rig, name, varied, reference):
+    """A reference beyond it is followed up to it, one just inside arrives; nothing comes near a stop."""
+    late = with_delay(rig.with_values(**{key: factor * rig[key] for key, factor in varied.items()}), 3e-4)
+    late_plant = build(late)
+    run = run_loop(Engine(late_plant), late, shipped(name), equilibrium(late_plant), np.full(600, reference), seed=1)
+    position = run.record.signals["position"]
+    assert run.tripped is None
+    assert position.max() < 0.24
+    assert position[-100:] == pytest.approx(min(reference, 0.24), abs=6e-4)
+    assert max(run.record.signals[name].max() for name in ("pa", "pb")) < 225e5
+
+
+@pytest.mark.parametrize("course", ["other end", "sine", "square"])
+def test_a_reference_that_goes_on_beyond_the_stroke_is_kept_inside(engine, rig, rest, course):
+    t = np.arange(1500) * PERIOD
+    references = {
+        "other end": np.where(t < 0.6, -0.23, 0.3),
+        "sine": 0.3 * np.sin(2 * np.pi * t),
+        "square": 0.5 * np.sign(np.sin(8 * np.pi * t)),
+    }
+    run = run_loop(engine, rig, shipped("mpc"), rest, references[course])
+    assert run.tripped is None
+    assert np.abs(run.record.signals["position"]).max() < 0.24
+
+
+@pytest.mark.parametrize("course", [1e-3, 1e-2, 1e-1])
+def test_the_governor_leaves_alone_what_keeps_the_stroke(engine, rig, rest, course):
+    """To the last bit, against the same controller without it."""
+    commands = []
+    for governs in (True, False):
+        mpc = Mpc(shipped_spec("mpc").design, PERIOD)
+        if not governs:
+            mpc._governor.governed = lambda state, references: references
+        commands.append(looped(engine, rig, rest, mpc, np.full(300, course)).record.signals["command"])
+    assert np.array_equal(*commands)
+
+
+def test_the_governor_shifts_no_further_than_the_braking_parabola_asks():
+    """The least shift, by a search over shifts of the prediction itself."""
+    d = Mpc.Design(**JACK)
+    observer = JackObserver(d, PERIOD)
+    gain = lq_gain(observer, d.error)
+    feedback, follow = np.append(gain, [1.0, 0.0]), float(gain @ observer.signals["position"][:-2])
+    governor = ReferenceGovernor(observer, feedback, np.full((80, 1), follow), Braking(0.24, 5.0, 30.0))
+    state = np.zeros(observer.n + 2)
+    state[:3] = 0.1, 2.5 / (2 * np.pi * JACK["jack_frequency"]), 0.0
+
+    def worst(reference):
+        """How far [m] beyond the stroke the jack would stop, from any looked-at sample that the reference moves."""
+        x, beyond = state, []
+        for i in range(1, 81):
+            x = observer.ahead @ x + observer.entering * (follow * reference - feedback @ x)
+            if i % 5 == 0 and i >= 15:
+                speed = observer.signals["speed"] @ x
+                beyond.append(observer.signals["position"] @ x + speed * abs(speed) / 60.0 - 0.24)
+        return max(beyond)
+
+    governed = governor.governed(state, np.array([0.22]))[0]
+    assert 0.0 < governed < 0.22
+    assert worst(0.22) > 1e-3
+    assert worst(governed) < 2.2e-3  # between two tangents the parabola is passed by a (dt)^2/8
+    assert worst(governed + 3e-3) > 0
+
+
+def bare_loop(controller, bad, broken):
+    """Positions and commands on the jack's own model, without a guard, with broken samples of a signal."""
+    model = JackObserver(Mpc.Design(**JACK), PERIOD)
+    state, commands, positions = np.zeros(model.n), [], []
+    controller.reset(0.0, {"position": 0.0, "pa": 1e7, "pb": 1e7}, 0.0)
+    for k in range(400):
+        seen = {"position": float(model.signals["position"][:-2] @ state), "pa": 1e7, "pb": 1e7}
+        seen["pa"] += JACK["inertia"] * float(state[2]) * (2 * np.pi * JACK["jack_frequency"]) ** 2
+        positions.append(seen["position"])
+        reference = 0.02
+        if k in bad:
+            seen |= {} if broken == "reference" else {broken: np.nan}
+            reference = np.nan if broken == "reference" else reference
+        commands.append(controller.compute(reference, seen))
+        state = model.a @ state + model.b[:, 0] * commands[-1]
+        controller.update(commands[-1])
+    return np.array(positions), np.array(commands)
+
+
+@pytest.mark.parametrize("broken", ["position", "pa", "reference"])
+@pytest.mark.parametrize("count", [1, 10])
+def test_bad_samples_are_left_out_and_forgotten(broken, count):
+    whole, _ = bare_loop(made(), (), "")
+    positions, commands = bare_loop(made(), range(20, 20 + count), broken)
+    assert np.all(np.isfinite(commands))
+    assert positions == pytest.approx(whole, abs=1e-9)
+
+
+def test_bad_samples_leave_nothing_behind_in_compensators(engine, rig, rest):
+    """Around the shipped loop: pressure feedback goes with the last good pressures."""
+    controller, command = shipped("mpc"), 0.0
+    seen = dict(zip(engine.plant.outputs, engine.observe(rest.x, rest.u).tolist(), strict=True))
+    controller.reset(0.0, seen, 0.0)
+    for k in range(60):
+        bad = dict.fromkeys(("position", "pa", "pb"), np.inf if k % 2 else np.nan) if 20 <= k < 30 else {}
+        command = controller.compute(np.nan if k == 25 else 0.01, {**seen, **bad})
+        assert np.isfinite(command)
+        controller.update(command)
+
+
+def test_a_preview_with_gaps_goes_on_with_the_last_reference():
+    mpc = made(preview=0.01)
+    seen = {"position": 0.0, "pa": 1e7, "pb": 1e7}
+    mpc.reset(0.0, seen, 0.0)
+    mpc.set_preview(np.full(11, 1e-3))
+    whole = mpc.compute(1e-3, seen)
+    mpc.set_preview(np.where(np.arange(11) == 4, np.nan, 1e-3))
+    assert mpc.compute(1e-3, seen) == whole
+
+
+def test_it_runs_inside_an_inverse_of_the_lap(engine, rig, rest):
+    """The realised command comes back through the map."""
+    spec = shipped_spec("mpc")
+    mapped = Mapped(spec.build(PERIOD), LapInverse(LapInverse.Design(excess=0.004, width=0.004), PERIOD).command_map)
+    run = run_loop(engine, rig, mapped, rest, np.full(500, 0.01))
+    assert run.tripped is None
+    assert run.record.signals["position"][-1] == pytest.approx(0.01, abs=2e-5)
+    assert mapped.fallbacks == 0
 
 
 def test_computing_again_changes_nothing():

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, cast
 
 import numpy as np
@@ -146,9 +147,12 @@ class Compensated(_Around):
         return around(self._filter.law, self._schedule)
 
     def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
-        if self._schedule:
-            self._factor = self._schedule(measurement["position"])
-        self._signals = [reference if name == "reference" else measurement[name] for name in self._inputs]
+        """The filter's inputs, and its factor; what is not finite leaves the last ones."""
+        signals = [reference if name == "reference" else measurement[name] for name in self._inputs]
+        if isfinite(sum(signals)):
+            self._signals = signals
+        if self._schedule and isfinite(position := measurement["position"]):
+            self._factor = self._schedule(position)
         return self._signals
 
     def _split(self, reference: float, output: float) -> tuple[float, float]:

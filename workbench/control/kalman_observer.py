@@ -1,6 +1,7 @@
 """What a model-based controller knows of a jack: its model and a Kalman filter of its state, load and drive offset."""
 
 from collections.abc import Mapping
+from math import isfinite
 
 import numpy as np
 
@@ -51,12 +52,12 @@ class JackObserver:
         drives = np.column_stack((self.entering, np.eye(n + 2)[:, n:]))
         drives *= j.command_noise, j.command_walk * np.sqrt(period), j.pressure_walk * np.sqrt(period)
         self.gain = _kalman(self.ahead, drives @ drives.T, self.output_matrix, np.array(trust))
-        self.state, self._signals = np.zeros(n + 2), np.zeros(len(rows))
+        self.state = self._corrected = np.zeros(n + 2)
 
     def rest(self, measurement: Mapping[str, float], offset: float) -> None:
         """Take the state of a jack at rest at these signals, to whose command the drive adds `offset` [1]."""
-        self.estimate(measurement)
         self.state = self.resting(measurement, offset)
+        self.estimate(measurement)
 
     def resting(self, measurement: Mapping[str, float], offset: float) -> np.ndarray:
         """That state [n + 2]."""
@@ -64,13 +65,19 @@ class JackObserver:
         return np.concatenate((self.signals["position"][: self.n] * position, [offset, pressure]))
 
     def estimate(self, measurement: Mapping[str, float]) -> np.ndarray:
-        """The state [n + 2] as these signals correct it; it counts for the next `step`."""
-        self._signals = self.pick @ [measurement[name] for name in self.measures]
-        return self._corrected()
+        """The state [n + 2] as these signals correct it; it counts for the next `step`.
+
+        A sample with a signal that is not finite corrects nothing.
+        """
+        signals = [measurement[name] for name in self.measures]
+        self._corrected = self.state
+        if isfinite(sum(signals)):
+            self._corrected = self.state + self.gain @ (self.pick @ signals - self.output_matrix @ self.state)
+        return self._corrected
 
     def step(self, realised: float) -> None:
         """Predict the next period with the command [1] that the drive really got."""
-        self.state = self.ahead @ self._corrected() + self.entering * realised
+        self.state = self.ahead @ self._corrected + self.entering * realised
 
     def law(self, feedback: np.ndarray, follow: float) -> LinearLaw:
         """u = follow r - feedback x of filter and feedback [n + 2] as data; the filter runs on the realised command."""
@@ -84,9 +91,6 @@ class JackObserver:
             return self.resting(by_name, follow * float(measured[0] - measured[1]) - command), 0.0
 
         return LinearLaw(a, b, c, d, self.entering, self.measures, start)
-
-    def _corrected(self) -> np.ndarray:
-        return self.state + self.gain @ (self._signals - self.output_matrix @ self.state)
 
 
 def _kalman(a: np.ndarray, noise: np.ndarray, c: np.ndarray, trust: np.ndarray) -> np.ndarray:

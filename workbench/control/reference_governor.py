@@ -1,0 +1,62 @@
+"""A reference governor: moves the reference of a law no further than the stroke of its jack demands."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .kalman_observer import JackObserver
+
+_EVERY = 5  # samples between those at which the prediction is looked at
+_ANSWER = 0.1  # of a shift, that position and lead times speed must show for a predicted sample to count
+_TANGENTS = 8  # of the braking parabola
+
+
+@dataclass(frozen=True)
+class Braking:
+    """What a jack stops within: its stroke, either way [m], its top speed [m/s] and the deceleration [m/s^2] that is
+    counted on, on the worst rig."""
+
+    stroke: float
+    speed: float
+    deceleration: float
+
+
+class ReferenceGovernor:
+    """The least shift of the reference for which the predicted motion stays where the jack can still stop.
+
+    A jack that brakes with a stops within its stroke where x + v^2/(2 a) <= stroke. That set is convex: its tangents
+    x + t v <= stroke + a t^2/2 keep it, and each at each predicted sample leaves an interval of shifts, so that the
+    least shift in all of them needs no solver. It is a command governor of one number (Garone, Di Cairano, Kolmanovsky,
+    Reference and command governors for systems with constraints, Automatica 75, 2017), without a memory, so that a
+    prediction that was wrong is made good a sample later.
+    """
+
+    def __init__(self, observer: JackObserver, feedback: np.ndarray, feedforward: np.ndarray, braking: Braking) -> None:
+        """Of the law u = feedforward r - feedback x^ over a horizon: feedback [n + 2], feedforward [samples, k]."""
+        self.stroke = braking.stroke
+        order, references = len(feedback), feedforward.shape[1]
+        closed = observer.ahead - np.outer(observer.entering, feedback)
+        position, speed = observer.signals["position"], observer.signals["speed"]
+        leads = np.linspace(0.0, braking.speed / braking.deceleration, _TANGENTS)
+        state, rows = np.hstack((np.eye(order), np.zeros((order, references)))), []
+        for i, share in enumerate(feedforward, start=1):
+            state = closed @ state
+            state[:, order:] += np.outer(observer.entering, share)
+            if i % _EVERY == 0:
+                rows += [(position + lead * speed) @ state for lead in leads]
+        rows = np.array(rows).reshape(-1, order + references)
+        room = np.resize(braking.stroke + braking.deceleration * leads**2 / 2, len(rows))
+        answers = rows[:, order:].sum(axis=1)
+        kept = answers > _ANSWER
+        self._rows, self._room, self._answers = rows[kept], room[kept], answers[kept]
+
+    def governed(self, state: np.ndarray, references: np.ndarray) -> np.ndarray:
+        """References [k] from now on as they may be followed from an observed state [n + 2], all shifted alike."""
+        allowed = np.minimum(np.maximum(references, -self.stroke), self.stroke)
+        free = self._rows @ np.concatenate((state, allowed))
+        if (np.abs(free) <= self._room).all():
+            return allowed
+        least = ((-self._room - free) / self._answers).max()
+        most = ((self._room - free) / self._answers).min()
+        shifted = allowed + min(max(0.0, least), most)
+        return np.minimum(np.maximum(shifted, -self.stroke), self.stroke)
