@@ -7,7 +7,7 @@ from controllers import P, PressureFeedback
 
 rig = wb.load_rig("jack-10t")
 plain = wb.ClosedLoop(rig, P(gain=0.24))
-damped = wb.ClosedLoop(rig, P(gain=3.7) + PressureFeedback(gain="2.15e-4 1/bar", corner="0.25 Hz"))
+damped = wb.ClosedLoop(rig, P(gain=3.7) + PressureFeedback(gain="1.6e-4 1/bar", corner="0.25 Hz"))
 
 bench = wb.benchmark([plain, damped], rigs=["nominal", "mass+50"], scenarios=["position-10mm"])
 

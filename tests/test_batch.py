@@ -117,8 +117,8 @@ def test_metrics_in_lanes_are_those_one_by_one():
     for row, settling, overshoot, oscillation in zip(
         y, lanes.settling, lanes.overshoot, lanes.oscillation, strict=True
     ):
-        alone = step_metrics.settling_time(t, row, 0.02, 0.02 + STEP)
+        alone = step_metrics.settling_time(t, row, 0.02 + STEP, 0.02 * STEP)
         assert np.isnan(settling) if alone is None else settling == pytest.approx(alone)
         assert overshoot == pytest.approx(step_metrics.overshoot(row, 0.02, 0.02 + STEP), abs=1e-9)
-        expected = step_metrics.residual_oscillation(t, row, 0.02, 0.02 + STEP)
+        expected = step_metrics.residual_oscillation(t, row, STEP)
         assert oscillation == pytest.approx(expected, rel=1e-6, abs=1e-12)

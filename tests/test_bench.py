@@ -14,7 +14,8 @@ from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
 from workbench.linear.frequency_response import first_harmonic
-from workbench.loop.rows import linear_loops, loop_setup, play, row
+from workbench.loop.rig_variations import with_delay
+from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.scenarios import SCENARIOS
 from workbench.loop.stiffness_and_noise import command_noise, dynamic_stiffness
@@ -81,13 +82,14 @@ def controller(config, name):
     return next(chosen for chosen in config.loops[0].controllers if chosen.name == name)
 
 
-def test_a_row_on_the_nominal_rig_is_the_one_of_run(outcome, on):
+def test_a_row_on_the_nominal_rig_is_the_one_of_run(outcome):
     steps = load_config(EXPERIMENTS / "position_step.toml")
     assert isinstance(steps, StepConfig)
     wanted = SCENARIOS["position-10mm"]
     for found in (one for one in outcome.metrics["rows"] if one["rig"] == "nominal"):
         chosen = next(c for c in steps.controllers if c.name == found["controller"])
-        alone = row(chosen, wanted, on, play(chosen, wanted, on), linear_loops(chosen, on))
+        setup = loop_setup(with_delay(steps.rig, 0.3e-3))
+        _, alone = judge(chosen, wanted, setup, linear_loops(chosen, setup), seed=0)
         assert found == {**alone, "rig": "nominal"}
 
 
@@ -109,7 +111,9 @@ def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monk
     kept = dict(list(stages.items())[:3])
     played = []
     monkeypatch.setattr(
-        study, "benchmark_entry", lambda c, _loop, rig: played.append((c.name, rig)) or stages[f"{c.name} on {rig}"]
+        study,
+        "benchmark_entry",
+        lambda c, _loop, rig, _seed: played.append((c.name, rig)) or stages[f"{c.name} on {rig}"],
     )
     monkeypatch.setattr(study, "loop_setup", lambda rig: rig.name)
     again = study.run_bench(config, lambda name, compute: kept[name] if name in kept else compute(), lambda _: None)

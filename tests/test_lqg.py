@@ -83,5 +83,5 @@ def test_it_is_stable_at_null_and_moving(plant, rest, moving, design):
 def test_it_settles_10_mm_in_80_ms(engine, rig, rest, design):
     run = run_loop(engine, rig, Lqg(design, PERIOD), rest, np.full(1001, 0.01))
     t, y = run.record.t, run.record.signals["position"]
-    assert settling_time(t, y, 0.0, 0.01) < 0.08
+    assert settling_time(t, y, 0.01, 2e-4) < 0.08
     assert overshoot(y, 0.0, 0.01) < 5

@@ -16,6 +16,7 @@ from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
 from workbench.loop.compute_time import summary
 from workbench.loop.rig_variations import with_delay
+from workbench.loop.rows import linear_loops, loop_setup
 from workbench.plant import build
 from workbench.rigs.rig import EffectUse
 
@@ -61,14 +62,6 @@ def test_the_experiment_that_is_left_has_the_delay_of_each_controller(timed):
     assert timing["lqg"]["solve_p50_us"] > timing["p"]["solve_p50_us"]
 
 
-def test_only_a_design_with_a_model_expects_its_delay(timed):
-    config = load_config(timed / "timed.toml")
-    assert isinstance(config, StepConfig)
-    p, lqg = config.controllers
-    assert p.expecting_its_delay() is p
-    assert lqg.expecting_its_delay().design.delay == pytest.approx(0.00092978 + lqg.computing_delay)
-
-
 def test_late_samples_are_counted():
     assert summary(np.array([10.0, 20.0, 1500.0]), 1e-3)["late"] == 1
 
@@ -83,21 +76,18 @@ def test_a_computing_delay_comes_on_top_of_the_drive_s(rig):
     assert build(typical).lateness() > 0
 
 
-def test_a_bench_plays_again_with_declared_delays(tmp_path):
-    """A delay of 5 ms costs phase; a model that has it in it gets most of that back."""
-    delay = 'computing_delay = {value = 5, unit = "ms"}\n'
-    controllers = STEP[STEP.index("[controllers.p]") : STEP.index("[bode]")].replace("use =", f"{delay}use =")
+def test_a_bench_plays_with_the_delay_of_the_controller_or_the_rig_s(tmp_path):
+    controllers = STEP[STEP.index("[controllers.p]") : STEP.index("[controllers.lqg]")]
+    late = controllers.replace("controllers.p]", "controllers.late]") + 'computing_delay = {value = 5, unit = "ms"}\n'
     head = 'experiment = "bench"\nrig = "jack-10t"\nrigs = ["nominal"]\nscenarios = ["position-10mm"]\n'
     (tmp_path / "late.toml").write_text(
-        head + controllers + "[bode]\nlow_hz = 5\nhigh_hz = 10\npoints = 3\namplitudes_percent = [1]\n"
+        head + controllers + late + "[bode]\nlow_hz = 5\nhigh_hz = 10\npoints = 3\namplitudes_percent = [1]\n"
     )
-    metrics = study.run_bench(load_bench(tmp_path / "late.toml"), no_checkpoint, lambda _: None).metrics
-    rows = {(row["controller"], row["expected"]): row for row in metrics["delayed"]}
-    assert set(rows) == {("p", False), ("lqg", False), ("lqg", True)}
-    assert rows["p", False]["f90_hz"] < next(row["f90_hz"] for row in metrics["rows"] if row["controller"] == "p")
-    assert rows["p", False]["computing_delay_s"] == 5e-3
-    assert rows["lqg", True]["stable"]
-    assert not rows["lqg", False]["stable"] or rows["lqg", True]["ms"] < rows["lqg", False]["ms"]
+    config = load_bench(tmp_path / "late.toml")
+    metrics = study.run_bench(config, no_checkpoint, lambda _: None).metrics
+    for row, spec, delay in zip(metrics["rows"], config.loops[0].controllers, (0.3e-3, 5e-3), strict=True):
+        setup = loop_setup(with_delay(config.rig, delay))
+        assert row["ms"] == linear_loops(spec, setup).worst(max, "ms")
     assert metrics["fallbacks"] == []
 
 

@@ -4,7 +4,7 @@
     from controllers import P, PressureFeedback
 
     rig = wb.load_rig("jack-10t")
-    loop = wb.ClosedLoop(rig, P(gain=3.7) + PressureFeedback(gain="2.15e-4 1/bar", corner="0.25 Hz"))
+    loop = wb.ClosedLoop(rig, P(gain=3.7) + PressureFeedback(gain="1.6e-4 1/bar", corner="0.25 Hz"))
     loop.step("10 mm").plot()
 
 loops        ClosedLoop, tune, benchmark; SCENARIOS, RIG_SET

@@ -31,8 +31,9 @@ class ControllerSpec:
     """A named controller: where its class is, its design numbers in SI, and the compensators around it.
 
     With a `stiffness` [N/m] the loop is on the load cell, of force over stiffness: the controller and every compensator
-    see the reference as a deflection [m]. `computing_delay` [s] is how long after a sample its command comes: what the
-    rig's computer needs, which `build` knows nothing of. `spec + compensator` is the same with a compensator around it.
+    see the reference as a deflection [m]. `computing_delay` [s] is how long after a sample its command comes, where
+    that is known; else the rig says it. `build` knows nothing of it. `spec + compensator` is the same with a
+    compensator around it.
     """
 
     name: str
@@ -40,7 +41,7 @@ class ControllerSpec:
     design: Any
     compensators: tuple["ControllerSpec", ...] = ()
     stiffness: float | None = None
-    computing_delay: float = 0.0
+    computing_delay: float | None = None
 
     def named(self, name: str) -> "ControllerSpec":
         """The same under another name."""
@@ -62,12 +63,6 @@ class ControllerSpec:
     def is_compensator(self) -> bool:
         """Whether it is a filter that stands beside a controller."""
         return hasattr(load_class(self.use, self.name), "into")
-
-    def expecting_its_delay(self) -> "ControllerSpec":
-        """The same for a loop that has the computing delay: a design with the number `delay` has it added."""
-        if not hasattr(self.design, "delay"):
-            return self
-        return replace(self, design=replace(self.design, delay=self.design.delay + self.computing_delay))
 
     def build(self, period: float) -> Controller:
         """The controller for a control period [s], its compensators around it from first to last.

@@ -2,7 +2,7 @@
 
 sampled_loop, guard       a sampled controller on the plant, behind the rig's limits
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
-scenarios, rig_variations    what a loop is asked for, and on which rigs
+scenarios, rig_variations, conditions    what a loop is asked for, on which rigs, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row
 plant_response, margins   a sampled plant's response; poles, sensitivity and margins of loops on it
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
@@ -10,7 +10,7 @@ overshoots                overshoot of a position loop by what the design did no
 describing_function, sine_points    closed-loop frequency response by stepped sine
 stiffness_and_noise       dynamic stiffness; RMS of the command from sensor noise
 energy, moving_end        energy from the supply; force error of a specimen's moving far end
-compute_time, computing_delay    how long a controller computes, and what that costs the loop
+compute_time              how long a controller computes
 batch, lane_metrics, lane_laws, lane_margins    loops of laws on many plants at once
 """
 
@@ -20,7 +20,7 @@ from ..base.lazy import lazy_names
 
 if TYPE_CHECKING:
     from .compute_time import computing
-    from .computing_delay import delayed_rows
+    from .conditions import Conditions
     from .describing_function import closed_loop_sine
     from .energy import SupplyEnergy, supply_energy
     from .margins import LinearLoop, closed_poles, linear_loop
@@ -28,13 +28,14 @@ if TYPE_CHECKING:
     from .overshoots import overshoot_spread
     from .rig_spread import spread_over_rigs
     from .rig_variations import RIG_SET, variation, with_delay
-    from .rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play, row
+    from .rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup, play, row
     from .sampled_loop import LoopRun, SampledLoop
     from .scenarios import SCENARIOS, Scenario
     from .step_metrics import (
         cavitation_time,
         iae,
         overshoot,
+        peak_deviation,
         residual_oscillation,
         rise_time,
         saturated_time,
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 __all__ = [
     "RIG_SET",
     "SCENARIOS",
+    "Conditions",
     "LinearLoop",
     "LinearLoops",
     "LoopRun",
@@ -58,15 +60,16 @@ __all__ = [
     "closed_poles",
     "command_noise",
     "computing",
-    "delayed_rows",
     "dynamic_stiffness",
     "error_per_speed",
     "iae",
+    "judge",
     "linear_loop",
     "linear_loops",
     "loop_setup",
     "overshoot",
     "overshoot_spread",
+    "peak_deviation",
     "play",
     "residual_oscillation",
     "rise_time",
@@ -85,7 +88,7 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "compute_time": ("computing",),
-        "computing_delay": ("delayed_rows",),
+        "conditions": ("Conditions",),
         "describing_function": ("closed_loop_sine",),
         "energy": (
             "SupplyEnergy",
@@ -107,6 +110,7 @@ __getattr__, __dir__ = lazy_names(
         "rows": (
             "LinearLoops",
             "LoopSetup",
+            "judge",
             "linear_loops",
             "loop_setup",
             "play",
@@ -124,6 +128,7 @@ __getattr__, __dir__ = lazy_names(
             "cavitation_time",
             "iae",
             "overshoot",
+            "peak_deviation",
             "residual_oscillation",
             "rise_time",
             "saturated_time",

@@ -31,6 +31,8 @@ def variation(rig: Rig, name: str) -> Rig:
 
 def with_delay(rig: Rig, delay: float) -> Rig:
     """The rig whose commands come `delay` [s] later, on top of what its drive takes, such as a controller computes."""
+    if not delay:
+        return rig
     from ..plant import build
 
     there = {use.name: use for use in rig.effects}

@@ -19,6 +19,7 @@ from .margins import LinearLoop, linear_loop_on
 from .plant_response import PlantResponse, plant_response
 from .sampled_loop import LoopRun, SampledLoop
 from .scenarios import Scenario
+from .sensors import settling_band
 
 MOVING = 0.1  # m/s: the second operating point, outside the lap's doubled gain; a specimen's far end moves along
 
@@ -33,6 +34,19 @@ class LoopSetup:
     null_smooth: Equilibrium
     moving: Equilibrium
     smooth: np.ndarray
+
+    def where(self, scenario: Scenario) -> "LoopSetup":
+        """The same at the position at which a scenario starts. Raises InputError where there is no operating point."""
+        position = scenario.position(self.rig.limit("stroke"))
+        if not position:
+            return self
+        if position not in self._elsewhere:
+            self._elsewhere[position] = _at(self.rig, self.engine, self.smooth, position)
+        return self._elsewhere[position]
+
+    @cached_property
+    def _elsewhere(self) -> dict[float, "LoopSetup"]:
+        return {}
 
     @cached_property
     def null_plant(self) -> PlantResponse:
@@ -66,15 +80,16 @@ class LinearLoops:
 def loop_setup(rig: Rig) -> LoopSetup:
     """Build a rig and find its operating points. Raises InputError where there are none."""
     plant = build(rig)
-    smooth = plant.without_dry_friction()
-    return LoopSetup(
-        rig,
-        Engine(plant),
-        equilibrium(plant),
-        equilibrium(plant, p=smooth),
-        equilibrium(plant, speed=MOVING, specimen_velocity=MOVING, p=smooth),
-        smooth,
-    )
+    return _at(rig, Engine(plant), plant.without_dry_friction(), 0.0)
+
+
+def _at(rig: Rig, engine: Engine, smooth: np.ndarray, position: float) -> LoopSetup:
+    """With the operating points at a position [m] from mid stroke, where a specimen is relaxed."""
+
+    def point(p: np.ndarray | None = None, **inputs: float) -> Equilibrium:
+        return equilibrium(engine.plant, position=position, specimen_position=position, p=p, **inputs)
+
+    return LoopSetup(rig, engine, point(), point(smooth), point(smooth, speed=MOVING, specimen_velocity=MOVING), smooth)
 
 
 def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
@@ -83,37 +98,50 @@ def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
     return LinearLoops(*(linear_loop_on(plant, controller) for plant in (setup.null_plant, setup.moving_plant)))
 
 
-def play(
-    spec: ControllerSpec,
-    scenario: Scenario,
-    setup: LoopSetup,
-    start: Equilibrium | None = None,
-    seed: int | None = None,
-) -> LoopRun:
-    """A controller in a scenario from an operating point, at null where none is given; `seed` is that of the noise."""
-    period, start = setup.rig.period.value, setup.null if start is None else start
+def play(spec: ControllerSpec, scenario: Scenario, setup: LoopSetup, seed: int | None = None) -> LoopRun:
+    """A controller in a scenario, from rest where that starts; `seed` is that of the sensors' noise, None without."""
+    period, start = setup.rig.period.value, setup.where(scenario).null
     level = float(setup.engine.observe(start.x, start.u)[setup.engine.plant.output(scenario.signal)])
     t = np.arange(round(scenario.duration / period) + 1) * period
+    inputs = {name: start.u[setup.engine.plant.input(name)] + moved for name, moved in scenario.inputs(t).items()}
     loop = SampledLoop(setup.engine, setup.rig, spec.build(period), start, seed)
-    return loop.run(level + scenario.reference(t), scenario.inputs(t))
+    return loop.run(level + scenario.reference(t), inputs)
 
 
-def row(spec: ControllerSpec, scenario: Scenario, setup: LoopSetup, run: LoopRun, loops: LinearLoops) -> dict[str, Any]:
-    """One row of metrics.json: SI but for what its key says. Margins are the worse of the two operating points.
+def judge(
+    spec: ControllerSpec, scenario: Scenario, setup: LoopSetup, loops: LinearLoops, seed: int | None = None
+) -> tuple[LoopRun, dict[str, Any]]:
+    """What a controller does in a scenario, and its row: with the sensors' noise of a seed, or without.
 
-    Settling counts from where reference and far end stand. A sine has no numbers of a step, a ramp no rise.
+    `loops` are its `linear_loops` at mid stroke; a scenario that starts elsewhere has its own.
+    """
+    run = play(spec, scenario, setup, seed)
+    calm = run if seed is None else play(spec, scenario, setup)
+    there = setup.where(scenario)
+    return run, row(spec, scenario, setup, run, loops if there is setup else linear_loops(spec, there), calm)
+
+
+def row(
+    spec: ControllerSpec, scenario: Scenario, setup: LoopSetup, run: LoopRun, loops: LinearLoops, calm: LoopRun
+) -> dict[str, Any]:
+    """One row of metrics.json: SI but for what its key says. Margins are the worse of null and moving.
+
+    Settling counts from where reference, far end and load stand, into +-`band`: 2 % of the step, but no less than three
+    standard deviations of the sensor. A sine has no numbers of a step, a ramp no rise, and only a load a peak
+    deviation. The residual oscillation is that of `calm`, the same run without noise, which would pass for hunting.
     """
     signals, t = run.record.signals, run.record.t
     command, closed, f = signals["command"], loops.null.closed, loops.null.f
+    band = settling_band(setup.rig, scenario.signal, scenario.size)
     return {
         "controller": spec.name,
         "rig": setup.rig.name,
         "scenario": scenario.name,
-        **_step_numbers(scenario, run),
+        **_step_numbers(scenario, run, band),
         "peak_command": float(np.abs(command).max()),
         "saturated_s": metrics.saturated_time(t, run.demanded, command),
         "cavitation_s": metrics.cavitation_time(t, signals["lowest_pressure"]),
-        "residual_oscillation": _residual(scenario, run),
+        "residual_oscillation": _residual(scenario, calm),
         "stable": loops.stable,
         "tripped": run.tripped,
         "f3db_hz": None if closed is None else corner_frequency(f, gain_db(closed), -3.0),
@@ -122,26 +150,38 @@ def row(spec: ControllerSpec, scenario: Scenario, setup: LoopSetup, run: LoopRun
         "gain_margin_db": loops.worst(min, "gain_margin_db"),
         "phase_margin_deg": loops.worst(min, "phase_margin_deg"),
         "ms": loops.worst(max, "ms"),
+        "band": band,
+        "peak_deviation": _peak(scenario, run),
     }
 
 
-def _step_numbers(scenario: Scenario, run: LoopRun) -> dict[str, float | None]:
+def _step_numbers(scenario: Scenario, run: LoopRun, band: float) -> dict[str, float | None]:
     """Step metrics of the controlled signal."""
     t, y, asked = run.record.t, run.record.signals[scenario.signal], run.record.signals["reference"]
     before, target = float(y[0]), float(y[0] + scenario.size)
     there, stands = run.tripped is None, scenario.arrives
     late = np.flatnonzero(t >= (stands or 0.0) - 1e-9)
+    steps = stands is not None and scenario.size != 0
     return {
-        "settling_s": metrics.settling_time(t[late], y[late], before, target) if there and stands is not None else None,
-        "overshoot_percent": None if stands is None else metrics.overshoot(y, before, target),
+        "settling_s": metrics.settling_time(t[late], y[late], target, band) if there and stands is not None else None,
+        "overshoot_percent": metrics.overshoot(y, before, target) if steps else None,
         "rise_s": metrics.rise_time(t, y, before, target) if scenario.is_step else None,
         "steady_state_error": metrics.steady_state_error(t, y, target) if there and stands is not None else None,
         "iae": metrics.iae(t, y, asked) if there else None,
     }
 
 
-def _residual(scenario: Scenario, run: LoopRun) -> float | None:
-    if run.tripped is not None or scenario.arrives is None:
+def _peak(scenario: Scenario, run: LoopRun) -> float | None:
+    """How far a load pushes the controlled signal off its target (SI)."""
+    if not scenario.load or run.tripped is not None or scenario.arrives is None:
         return None
-    y = run.record.signals[scenario.signal]
-    return metrics.residual_oscillation(run.record.t, y, float(y[0]), float(y[0] + scenario.size))
+    t, y = run.record.t, run.record.signals[scenario.signal]
+    return metrics.peak_deviation(y[t >= scenario.load_at - 1e-9], float(y[0] + scenario.size))
+
+
+def _residual(scenario: Scenario, run: LoopRun) -> float | None:
+    """As a part of the step, or of what a load alone pushes."""
+    size = scenario.size or _peak(scenario, run)
+    if run.tripped is not None or scenario.arrives is None or not size:
+        return None
+    return metrics.residual_oscillation(run.record.t, run.record.signals[scenario.signal], size)

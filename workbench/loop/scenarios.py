@@ -8,15 +8,19 @@ from ..base.errors import InputError, nearest
 
 _LEAVES = 0.5  # s: when a far end starts
 _ACCELERATION = 5.0  # m/s^2: how it starts and stops
+_LOADED = 0.5  # s: when a load comes
+_SHORT = 1e-9  # s: an instant that is computed as k periods may be a rounding error early
 
 
 @dataclass(frozen=True)
 class Scenario:
     """A course of the controlled signal, from where it stands, watched for `duration` [s].
 
-    `size` (SI) is a step's; with a `rate` (SI per s) a ramp's, with a `frequency` [Hz] a sine's amplitude. With a
-    `travel` [m] the specimen's far end leaves at 0.5 s, moves so far at `speed` [m/s], and stands again.
-    `samples` [k] (SI, deviations from the start) are any other reference, one for each control period.
+    `size` (SI) is a step's; with a `rate` (SI per s) a ramp's, with a `frequency` [Hz] a sine's amplitude, with a
+    `waveform` what it spans: times [s] and values (SI, deviations from the start), linear between them, held beyond.
+    With a `travel` [m] the specimen's far end leaves at 0.5 s, moves so far at `speed` [m/s], and stands again. A
+    `load` [N] pushes at the jack from `load_at` [s] on. The jack starts at `start` [m] from mid stroke, or a
+    `start_share` of the stroke limit.
     """
 
     name: str
@@ -27,14 +31,19 @@ class Scenario:
     frequency: float | None = None
     travel: float = 0.0
     speed: float = 0.0
-    samples: tuple[float, ...] | None = None
+    waveform: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    start: float = 0.0
+    start_share: float = 0.0
+    load: float = 0.0
+    load_at: float = _LOADED
 
     @property
     def arrives(self) -> float | None:
-        """Time [s] from which reference and far end stand; None where they never do."""
-        if self.frequency is not None or self.samples is not None:
+        """Time [s] from which reference, far end and load stand; None where they never do."""
+        if self.frequency is not None or self.waveform is not None:
             return None
-        return _LEAVES + self._moving if self.travel else self.size / self.rate
+        far_end = _LEAVES + self._moving if self.travel else 0.0
+        return max(abs(self.size) / self.rate, far_end, self.load_at if self.load else 0.0)
 
     @property
     def is_step(self) -> bool:
@@ -45,23 +54,30 @@ class Scenario:
     def _moving(self) -> float:
         return self.travel / self.speed + self.speed / _ACCELERATION
 
+    def position(self, stroke: float) -> float:
+        """Where the jack starts [m from mid stroke], with a stroke limit [m]."""
+        return self.start + self.start_share * stroke
+
     def reference(self, t: np.ndarray) -> np.ndarray:
         """What is asked for at t [k] s: deviations [k] from the start."""
-        if self.samples is not None:
-            return np.array(self.samples)
+        if self.waveform is not None:
+            return np.interp(t, *self.waveform)
         if self.frequency is not None:
             return self.size * np.sin(2 * np.pi * self.frequency * t)
-        return np.full(len(t), self.size) if np.isinf(self.rate) else np.minimum(self.rate * t, self.size)
+        if np.isinf(self.rate):
+            return np.full(len(t), self.size)
+        return np.sign(self.size) * np.minimum(self.rate * t, abs(self.size))
 
     def inputs(self, t: np.ndarray) -> dict[str, np.ndarray]:
-        """Other inputs of the plant at t [k] s, by name: the far end's position [m] and velocity [m/s]."""
+        """Other inputs of the plant at t [k] s, by name: far end [m], its velocity [m/s], load [N], from the start."""
+        load = {"disturbance": np.where(t < self.load_at - _SHORT, 0.0, self.load)} if self.load else {}
         if not self.travel:
-            return {}
+            return load
         ramp = self.speed / _ACCELERATION
         starts, stops = (np.clip(t - at, 0, ramp) for at in (_LEAVES, _LEAVES + self._moving - ramp))
         gone = [np.clip(t - at - ramp, 0, None) for at in (_LEAVES, _LEAVES + self._moving - ramp)]
         way = _ACCELERATION / 2 * (starts**2 - stops**2) + self.speed * (gone[0] - gone[1])
-        return {"specimen_position": way, "specimen_velocity": _ACCELERATION * (starts - stops)}
+        return {"specimen_position": way, "specimen_velocity": _ACCELERATION * (starts - stops), **load}
 
 
 SCENARIOS = {
@@ -71,6 +87,12 @@ SCENARIOS = {
         Scenario("position-10mm", "position", 10e-3, 3.0),
         Scenario("position-100mm", "position", 100e-3, 4.0),
         Scenario("position-200mm", "position", 200e-3, 4.0),
+        # at both ends of the stroke, towards the middle and away from it
+        Scenario("position-10mm-at+90", "position", -10e-3, 3.0, start_share=0.9),
+        Scenario("position-10mm-at-90", "position", 10e-3, 3.0, start_share=-0.9),
+        Scenario("position-10mm-at+90-out", "position", 10e-3, 3.0, start_share=0.9),
+        Scenario("position-10mm-at-90-out", "position", -10e-3, 3.0, start_share=-0.9),
+        Scenario("position-load-20kn", "position", 0.0, 3.0, load=20e3),
         Scenario("position-ramp", "position", 100e-3, 3.0, rate=0.1),
         # all of the same speed
         *(Scenario(f"position-sine-{f}hz", "position", 10e-3 / f, 2.0, frequency=f) for f in (1, 2, 5, 10, 20, 30)),

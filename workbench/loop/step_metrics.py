@@ -1,6 +1,7 @@
 """Step metrics: one number, one function. A number that does not exist is None.
 
-Each takes times t [k] s, the controlled signal y [k] and what it was and should become, all SI.
+Each takes times t [k] s, the controlled signal y [k] and what it was and should become, all SI. They are of the true
+signal, not of what a sensor says.
 """
 
 import numpy as np
@@ -8,9 +9,9 @@ import numpy as np
 LAST = 0.3  # s: the end of a record, over which a loop should be at rest
 
 
-def settling_time(t: np.ndarray, y: np.ndarray, before: float, target: float, band: float = 0.02) -> float | None:
-    """Time [s] after which y stays within `band` of the step from the target; None if it leaves in the last 0.3 s."""
-    outside = np.flatnonzero(np.abs(y - target) > band * abs(target - before))
+def settling_time(t: np.ndarray, y: np.ndarray, target: float, band: float) -> float | None:
+    """Time [s] after which y stays within +-`band` of the target; None if it leaves that in the last 0.3 s."""
+    outside = np.flatnonzero(np.abs(y - target) > band)
     if not len(outside):
         return 0.0
     last = outside[-1]
@@ -23,6 +24,11 @@ def overshoot(y: np.ndarray, before: float, target: float) -> float:
     """Largest excursion beyond the target, percent of the step."""
     step = target - before
     return float(max(0.0, np.max((y - target) / step)) * 100)
+
+
+def peak_deviation(y: np.ndarray, target: float) -> float:
+    """Largest distance of y from the target, in the unit of y."""
+    return float(np.max(np.abs(y - target)))
 
 
 def rise_time(t: np.ndarray, y: np.ndarray, before: float, target: float) -> float | None:
@@ -44,11 +50,11 @@ def iae(t: np.ndarray, y: np.ndarray, target: float | np.ndarray) -> float:
     return float(np.trapezoid(np.abs(target - y), t))
 
 
-def residual_oscillation(t: np.ndarray, y: np.ndarray, before: float, target: float) -> float:
-    """Peak to peak of y over the last 0.3 s about its straight line, as a part of the step."""
+def residual_oscillation(t: np.ndarray, y: np.ndarray, size: float) -> float:
+    """Peak to peak of y over the last 0.3 s about its straight line, as a part of `size` (the unit of y)."""
     late = t >= t[-1] - LAST
     line = np.polynomial.Polynomial.fit(t[late], y[late], 1)
-    return float(np.ptp(y[late] - line(t[late])) / abs(target - before))
+    return float(np.ptp(y[late] - line(t[late])) / abs(size))
 
 
 def saturated_time(t: np.ndarray, demanded: np.ndarray, realised: np.ndarray) -> float:

@@ -55,27 +55,29 @@ def benchmark(
     loops: Sequence[ClosedLoop],
     rigs: Sequence[str] = ("nominal",),
     scenarios: Sequence[str | Scenario] | None = None,
+    seed: int = 0,
     jobs: int = 1,
 ) -> Benchmark:
     """Loops of one signal on one rig, beside each other.
 
     rigs: names of the set that is made of the rig, nominal first (see RIG_SET). scenarios: names or Scenarios; a step
-    of 10 mm or 20 kN where none are given. jobs: worker processes. Raises InputError for loops of two rigs or signals.
+    of 10 mm or 20 kN where none are given. seed: of the sensors' noise. jobs: worker processes. Raises InputError for
+    loops of two rigs or signals.
     """
     loops = [loops] if isinstance(loops, ClosedLoop) else list(loops)
     if not loops or not all(isinstance(loop, ClosedLoop) for loop in loops):
         raise InputError("benchmark: give a list of ClosedLoops")
     first = loops[0]
     for loop in loops[1:]:
-        if loop.signal != first.signal or loop.rig != first.rig:
+        if (loop.signal, loop.rig, loop.ideal) != (first.signal, first.rig, first.ideal):
             raise InputError(
-                f"benchmark: {loop.controller.name} is on another rig or signal than {first.controller.name}; "
-                "compare loops of one signal on one rig"
+                f"benchmark: {loop.controller.name} is on another rig or signal than {first.controller.name}, or only "
+                "one of them is ideal; compare loops of one signal on one rig"
             )
     asked = scenarios_of(first, scenarios, "benchmark")
     names = checked_rigs(first, rigs, "benchmark")
     bench = BenchLoop(first.signal, first.rig, names, _named(loops), asked, _NO_SINES)
-    config = BenchConfig(first.rig, (bench,), {})
+    config = BenchConfig(first.rig, (bench,), first.conditions(seed), {})
     return Benchmark(config, run_bench(config, no_checkpoint, lambda _: None, jobs))
 
 

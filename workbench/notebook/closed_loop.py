@@ -1,7 +1,7 @@
 """A rig with a controller: what it does over time, how stable it is, how fast."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,9 +12,10 @@ from ..base.errors import InputError
 from ..base.signals import SIGNALS, Signal
 from ..base.units import from_si, quantity
 from ..control.controller_spec import ControllerSpec
-from ..linear import equilibrium
+from ..loop.conditions import Conditions
 from ..loop.describing_function import closed_loop_sweep, sweep_frequencies
 from ..loop.margins import closed_poles
+from ..loop.rig_variations import with_delay
 from ..loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play
 from ..loop.scenarios import Scenario, scenario
 from ..rigs.rig import Rig, load_rig
@@ -33,16 +34,18 @@ _DURATION = {"position": 3.0, "force": 1.0}  # s
 class ClosedLoop:
     """A controller on a rig, behind the rig's guard, sampled at the rig's control period.
 
-        loop = ClosedLoop(load_rig("jack-10t"), P(gain=3.7) + PressureFeedback(gain="2.15e-4 1/bar", corner="0.25 Hz"))
+        loop = ClosedLoop(load_rig("jack-10t"), P(gain=3.7) + PressureFeedback(gain="1.6e-4 1/bar", corner="0.25 Hz"))
 
     `rig` may be a name. The controller says which signal is controlled, the position or the force. Numbers are SI, or
-    text with a unit. `search` is how `tune` came to the controller. Raises InputError for a controller that cannot be
-    built, and for one that needs a sensor or a specimen that the rig does not have.
+    text with a unit. The loop has its computing delay, and its sensors noise and resolution; an `ideal` one has none of
+    them. `search` is how `tune` came to the controller. Raises InputError for a controller that cannot be built, and
+    for one that needs a sensor or a specimen that the rig does not have.
     """
 
     rig: Rig
     controller: ControllerSpec
     search: "Search | None" = None
+    ideal: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.rig, Rig):
@@ -74,8 +77,17 @@ class ClosedLoop:
 
     @cached_property
     def setup(self) -> LoopSetup:
-        """The rig's engine and operating points."""
-        return loop_setup(self.rig)
+        """Engine and operating points of the rig with the loop's computing delay."""
+        return loop_setup(with_delay(self.rig, self.delay))
+
+    @property
+    def delay(self) -> float:
+        """Computing delay [s]: the controller's own, or the rig's; none where the loop is ideal."""
+        return self.conditions().delay(self.controller, self.rig)
+
+    def conditions(self, seed: int = 0) -> Conditions:
+        """What the loop is judged under, its sensors' noise drawn from a seed."""
+        return Conditions(self.ideal, seed)
 
     @cached_property
     def linear_loops(self) -> LinearLoops:
@@ -84,8 +96,8 @@ class ClosedLoop:
 
     def with_controller(self, controller: ControllerSpec) -> "ClosedLoop":
         """The same rig under another controller."""
-        loop = ClosedLoop(self.rig, controller)
-        if "setup" in self.__dict__:
+        loop = ClosedLoop(self.rig, controller, ideal=self.ideal)
+        if "setup" in self.__dict__ and loop.delay == self.delay:
             loop.__dict__["setup"] = self.setup
         return loop
 
@@ -93,32 +105,31 @@ class ClosedLoop:
         self,
         size: Quantity,
         duration: Quantity | None = None,
-        start: Quantity = 0.0,
-        noise: int | None = None,
+        start: Quantity | None = None,
+        seed: int = 0,
     ) -> TimeResponse:
         """A step of the reference by `size` [m or N], watched for `duration` [s], from rest.
 
-        `start` is the position [m] from mid stroke. `noise` is the seed of the sensors' noise and resolution; without
-        one they are ideal.
+        `start` is the position [m] from mid stroke, `seed` that of the sensors' noise.
         """
         signal, height = self.signal, quantity(size, self.signal.si)
         if height == 0:
             raise InputError("step: the size is 0; give one that is not")
         shown = f"{float(from_si(height, signal.unit, signal.si)):g} {signal.unit}"
         asked = Scenario(f"{signal.name} step of {shown}", signal.name, height, self._duration(duration))
-        return self._play(asked, start, noise)
+        return self._play(asked, start, seed)
 
     def follow(
         self,
         reference: str | Scenario | ArrayLike | Callable[[np.ndarray], ArrayLike],
         duration: Quantity | None = None,
-        start: Quantity = 0.0,
-        noise: int | None = None,
+        start: Quantity | None = None,
+        seed: int = 0,
     ) -> TimeResponse:
         """Follow a reference, in deviations [m or N] from the start.
 
         It is samples [k], one for each control period; or a function of times [k] s, over `duration` [s]; or a scenario
-        or the name of one, such as "position-ramp". `start` and `noise` are those of `step`.
+        or the name of one, such as "position-ramp". `start` and `seed` are those of `step`.
         """
         if isinstance(reference, str):
             reference = scenario(reference, "follow")
@@ -128,7 +139,7 @@ class ClosedLoop:
             raise InputError(
                 f"follow: {reference.name} asks for a {reference.signal}, the loop controls the {self.signal.name}"
             )
-        return self._play(reference, start, noise)
+        return self._play(reference, start, seed)
 
     def margins(self) -> Margins:
         """Stability and margins at null and moving."""
@@ -186,13 +197,15 @@ class ClosedLoop:
             raise InputError(
                 f"follow: a reference is finite samples [k], two or more; this has the shape {values.shape}"
             )
-        span = float(np.ptp(values))
-        return Scenario("reference", self.signal.name, span, (len(values) - 1) * period, samples=tuple(values.tolist()))
+        span, t = float(np.ptp(values)), np.arange(len(values)) * period
+        waveform = tuple(t.tolist()), tuple(values.tolist())
+        return Scenario("reference", self.signal.name, span, float(t[-1]), waveform=waveform)
 
-    def _play(self, asked: Scenario, start: Quantity, noise: int | None) -> TimeResponse:
-        position, setup = quantity(start, "m"), self.setup
-        point = setup.null if position == 0 else equilibrium(setup.engine.plant, position=position)
-        return TimeResponse(self, asked, play(self.controller, asked, setup, point, noise))
+    def _play(self, asked: Scenario, start: Quantity | None, seed: int) -> TimeResponse:
+        if start is not None:
+            asked = replace(asked, start=quantity(start, "m"), start_share=0.0)
+        noise = self.conditions(seed).noise
+        return TimeResponse(self, asked, play(self.controller, asked, self.setup, noise), seed)
 
     def __repr__(self) -> str:
         period = self.rig.period.value * 1e3

@@ -11,7 +11,7 @@ from ..base.columns import data_frame, lookup
 from ..base.signals import SIGNALS, Signal
 from ..base.units import from_si
 from ..commands.common.time_figure import time_figure
-from ..loop.rows import row
+from ..loop.rows import judge
 from ..loop.sampled_loop import LoopRun
 from ..loop.scenarios import Scenario
 from ..records import Record
@@ -23,16 +23,20 @@ if TYPE_CHECKING:
     from .closed_loop import ClosedLoop
 
 
+_OF_THE_SIGNAL = ("band", "iae", "peak_deviation")
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class TimeResponse:
     """A run of a loop: `response["position"]` is a signal [k] at times `t` [k] s, all SI; `record` holds them all.
 
-    `tripped` says why the guard stopped the loop, or None.
+    `tripped` says why the guard stopped the loop, or None. `seed` is that of the sensors' noise; the signals are true.
     """
 
     loop: "ClosedLoop"
     scenario: Scenario
     run: LoopRun
+    seed: int = 0
 
     @property
     def record(self) -> Record:
@@ -57,7 +61,8 @@ class TimeResponse:
     def metrics(self) -> "Metrics":
         """Step metrics and margins as one row, by the keys of metrics.json."""
         loop = self.loop
-        return Metrics(row(loop.controller, self.scenario, loop.setup, self.run, loop.linear_loops), loop.signal)
+        noise = loop.conditions(self.seed).noise
+        return Metrics(judge(loop.controller, self.scenario, loop.setup, loop.linear_loops, noise)[1], loop.signal)
 
     def plot(self, *signals: str) -> Figure:
         """The controlled signal, then `signals`, or command and pressure. Raises KeyError with the nearest name."""
@@ -121,6 +126,7 @@ def metrics_table(rows: list[dict[str, Any]], signal: Signal, *names: str) -> Ta
     """Rows of metrics with the columns `names`, then the numbers that a loop is judged by, in the signal's unit."""
     heads = {
         "settling_s": "settling [s]",
+        "band": f"band [{signal.unit}]",
         "overshoot_percent": "overshoot [%]",
         "rise_s": "rise [s]",
         "iae": f"IAE [{signal.unit} s]",
@@ -133,7 +139,7 @@ def metrics_table(rows: list[dict[str, Any]], signal: Signal, *names: str) -> Ta
 
     def cell(line: Mapping[str, Any], key: str) -> Any:
         value = line[key]
-        return float(from_si(value, signal.unit, signal.si)) if key == "iae" and value is not None else value
+        return float(from_si(value, signal.unit, signal.si)) if key in _OF_THE_SIGNAL and value is not None else value
 
     lines = [[*(line[name] for name in names), *(cell(line, key) for key in heads)] for line in rows]
     return Table("", [*names, *heads.values()], lines)

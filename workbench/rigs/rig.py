@@ -48,6 +48,9 @@ class Number:
         return float(from_si(self.value, self.unit, self.si))
 
 
+COMPUTING_DELAY = Number("computing_delay", 3e-4, "ms", "s", "taken where a rig declares none")
+
+
 @dataclass(frozen=True)
 class Sensor:
     """White noise (standard deviation) and resolution (quantum) of a sensor, in the signal's SI unit."""
@@ -67,7 +70,8 @@ class EffectUse:
 
 @dataclass(frozen=True)
 class Rig:
-    """All that is known of a rig. `numbers` are those of the plant; `limits` and `period` those of its controller.
+    """All that is known of a rig. `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a
+    sample to its command, those of its controller.
 
     `effect_files` are Python files with effects that the library lacks, by absolute path; see plant/effects.
     """
@@ -85,6 +89,7 @@ class Rig:
     effects: tuple[EffectUse, ...] = ()
     recordings: str = ""
     effect_files: tuple[str, ...] = ()
+    computing_delay: Number = COMPUTING_DELAY
 
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number. Raises KeyError that names the nearest there is."""
@@ -190,6 +195,7 @@ def _read(path: Path, shown: str) -> Rig:
         **_numbers(jack, jack_kind.numbers, "kind"),
         **_numbers(top.table("load"), schema.LOAD),
     }
+    control = top.table("control", *schema.CONTROL)
     return Rig(
         name=top.text("name", path.stem),
         title=top.text("title", ""),
@@ -199,12 +205,18 @@ def _read(path: Path, shown: str) -> Rig:
         jack=jack_kind.name,
         numbers=numbers,
         limits=_numbers(top.table("limits"), schema.LIMITS),
-        period=_numbers(top.table("control"), schema.CONTROL)["period"],
+        period=read_number(control, "period", schema.CONTROL["period"]),
         sensors=_sensors(top.optional_table("sensors")),
         effects=tuple(_effect(use) for use in top.tables("effects")),
         recordings=top.text("recordings", ""),
         effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
+        computing_delay=_computing_delay(control),
     )
+
+
+def _computing_delay(control: Table) -> Number:
+    name = COMPUTING_DELAY.name
+    return read_number(control, name, schema.CONTROL[name]) if name in control else COMPUTING_DELAY
 
 
 def read_number(table: Table, name: str, spec: Spec, source: str = "") -> Number:
@@ -279,7 +291,7 @@ def rig_table(rig: Rig) -> dict[str, Any]:
         **({"effect_files": list(rig.effect_files)} if rig.effect_files else {}),
         **filled,
         "limits": {name: _entry(number) for name, number in rig.limits.items()},
-        "control": {"period": _entry(rig.period)},
+        "control": {number.name: _entry(number) for number in (rig.period, rig.computing_delay)},
         "sensors": sensors,
         **({"effects": effects} if effects else {}),
     }

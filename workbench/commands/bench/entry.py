@@ -8,11 +8,10 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...loop.compute_time import computing
-from ...loop.computing_delay import delayed_rows
 from ...loop.energy import supply_energy
 from ...loop.margins import LinearLoop
 from ...loop.moving_end import error_per_speed
-from ...loop.rows import LoopSetup, linear_loops, play, row
+from ...loop.rows import LoopSetup, judge, linear_loops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...loop.stiffness_and_noise import command_noise, dynamic_stiffness
@@ -25,23 +24,23 @@ Entries = Mapping[tuple[str, str], BenchmarkEntry]  # by controller and rig
 STIFFNESS_HZ = np.geomspace(0.1, 100.0, 961)  # fine enough for a mode of damping 0.02
 
 
-def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetup) -> BenchmarkEntry:
-    """Every number and curve of a controller on a rig, to be stored as a stage.
+def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetup, seed: int | None) -> BenchmarkEntry:
+    """Every number and curve of a controller on a rig, to be stored as a stage; `seed` of the sensors' noise, or None.
 
     A law that runs compiled is timed on the first rig only: it computes the same on every other one.
     """
     loops = linear_loops(controller, setup)
-    runs = {scenario.name: (scenario, play(controller, scenario, setup)) for scenario in loop.scenarios}
+    judged = [judge(controller, scenario, setup, loops, seed) for scenario in loop.scenarios]
+    runs = {scenario.name: (scenario, run) for scenario, (run, _) in zip(loop.scenarios, judged, strict=True)}
     pair = {"controller": controller.name, "rig": setup.rig.name}
     first = setup.rig.name == loop.rigs[0]
     stiffness = np.abs(dynamic_stiffness(controller, setup, STIFFNESS_HZ)) if loops.null.stable else None
     return {
-        "rows": [row(controller, scenario, setup, run, loops) for scenario, run in runs.values()],
+        "rows": [row for _, row in judged],
         "courses": {name: _time_response(scenario, run) for name, (scenario, run) in runs.items()},
         "linear": _linear(loops.null),
         "stiffness": stiffness,
         "sines": sines(controller, loop.signal, loop.bode, setup) if first else {},
-        "delayed": delayed_rows(controller, loop.scenarios, setup) if first and controller.computing_delay else [],
         "fallbacks": [
             {**pair, "scenario": name, "samples": len(run.record.t), "fallbacks": run.fallbacks}
             for name, (_, run) in runs.items()

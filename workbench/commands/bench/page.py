@@ -7,6 +7,7 @@ from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from ..common.bench_experiment import BenchConfig, BenchLoop
+from ..common.judged import judged_words
 from .entry import Entries
 from .figures import linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
 
@@ -21,7 +22,7 @@ def bench_page(config: BenchConfig, entries: Entries, metrics: Metrics) -> Page:
         title = f"{loop.signal.name.capitalize()} loops"
         first = loop.rigs[0]
         sections += [
-            Section(title, [_summary(loop, entries, metrics)]),
+            Section(title, [_summary(config, loop, entries, metrics)]),
             Section(
                 f"{title}: time responses on {first}",
                 [time_responses(loop, scenario, first, entries) for scenario in loop.scenarios],
@@ -33,7 +34,7 @@ def bench_page(config: BenchConfig, entries: Entries, metrics: Metrics) -> Page:
             Section(f"{title}: closed loop by stepped sine, on {first}", sine_figures(loop, entries)),
             Section(f"{title}: Nichols chart", [nichols(loop, first, entries)]),
             Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, entries) for name in loop.rigs]),
-            Section(f"{title}: with computing delays", _delayed(loop, metrics)),
+            Section(f"{title}: fallbacks", _fallbacks(loop, metrics)),
             Section(f"{title}: every row", [_every(loop, metrics)]),
         ]
     sections = [section for section in sections if section.items]
@@ -76,7 +77,7 @@ def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
     )
 
 
-def _summary(loop: BenchLoop, entries: Entries, metrics: Metrics) -> Table:
+def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Metrics) -> Table:
     """One line a controller."""
     lines = [_line(loop, controller.name, entries, metrics) for controller in loop.controllers]
     best: dict[str, Best] = {
@@ -87,8 +88,9 @@ def _summary(loop: BenchLoop, entries: Entries, metrics: Metrics) -> Table:
         list(lines[0]),
         [list(line.values()) for line in lines],
         note=f"On {loop.rigs[0]}, or where it says so the worst of {', '.join(loop.rigs)}; a dash where a loop "
-        "never settles or is unstable. Settling to 2 %. Margins: the worse of null and moving. Noise: RMS of the "
-        "command at rest from the declared sensors. Energy: what the main lands take beyond their leakage at rest.",
+        "never settles or is unstable. Settling into the band of every row. Margins: the worse of null and moving. "
+        f"{judged_words(config.conditions, loop.rig)} Command noise: RMS at rest from the declared sensors. "
+        "Energy: what the main lands take beyond their leakage at rest.",
         best=best,
     )
 
@@ -121,26 +123,13 @@ def _line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -> dic
     }
 
 
-def _delayed(loop: BenchLoop, metrics: Metrics) -> list[Table]:
-    """What declared computing delays cost, and what it is worth to expect them; how often a solver did not arrive."""
+def _fallbacks(loop: BenchLoop, metrics: Metrics) -> list[Table]:
+    """How often a solver did not arrive."""
     names = {controller.name for controller in loop.controllers}
-    keys = ("settling_s", "overshoot_percent", "iae", "gain_margin_db", "ms")
-    tables = []
-    if late := [row for row in metrics["delayed"] if row["controller"] in names]:
-        rows = []
-        for row in late:
-            shown = [_shown(row[key], loop) if key == "iae" else row[key] for key in keys]
-            expected = "expected" if row["expected"] else "not expected"
-            rows.append([row["controller"], row["scenario"], row["computing_delay_s"] * 1e6, expected, *shown])
-        heads = ["settling [s]", "overshoot [%]", f"IAE [{loop.signal.unit} s]", "gain margin [dB]", "Ms [1]"]
-        note = f"On {loop.rigs[0]}. Expected: the controller's model has the delay in it."
-        heads = ["controller", "scenario", "delay [us]", "by the controller", *heads]
-        tables.append(Table("With the computing delay", heads, rows, note=note))
-    if solved := [row for row in metrics["fallbacks"] if row["controller"] in names]:
-        rows = [[row[key] for key in ("controller", "rig", "scenario", "samples", "fallbacks")] for row in solved]
-        note = "Samples in which the solver did not arrive within its iterations, and the plan before went on."
-        tables.append(Table("Fallbacks", ["controller", "rig", "scenario", "samples", "fallbacks"], rows, note=note))
-    return tables
+    keys = ["controller", "rig", "scenario", "samples", "fallbacks"]
+    rows = [[row[key] for key in keys] for row in metrics["fallbacks"] if row["controller"] in names]
+    note = "Samples in which the solver did not arrive within its iterations, and the plan before went on."
+    return [Table("Fallbacks", keys, rows, note=note)] if rows else []
 
 
 def _every(loop: BenchLoop, metrics: Metrics) -> Table:
@@ -149,9 +138,11 @@ def _every(loop: BenchLoop, metrics: Metrics) -> Table:
     rows = [row for row in metrics["rows"] if row["controller"] in names]
     keys = ("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "iae", "peak_command")
     keys += ("saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz", "peak_db")
-    keys += ("gain_margin_db", "phase_margin_deg", "ms")
-    shown = [[_shown(row[key], loop) if key == "iae" else row[key] for key in keys] for row in rows]
-    heads = [f"iae [{loop.signal.unit} s]" if key == "iae" else key for key in keys]
+    keys += ("gain_margin_db", "phase_margin_deg", "ms", "band", "peak_deviation")
+    unit = loop.signal.unit
+    units = {"iae": f"iae [{unit} s]", "band": f"band [{unit}]", "peak_deviation": f"peak deviation [{unit}]"}
+    shown = [[_shown(row[key], loop) if key in units else row[key] for key in keys] for row in rows]
+    heads = [units.get(key, key) for key in keys]
     return Table("Every controller on every rig", heads, shown, note="The rows of metrics.json.")
 
 

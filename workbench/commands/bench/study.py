@@ -9,7 +9,7 @@ import numpy as np
 from ...base.process_pool import process_pool
 from ...loop.compute_time import summary
 from ...loop.rig_spread import spread_over_rigs
-from ...loop.rig_variations import variation
+from ...loop.rig_variations import variation, with_delay
 from ...loop.rows import LoopSetup, loop_setup
 from ..common.bench_experiment import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
@@ -37,7 +37,6 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int =
         "energy": [row for entry in entries.values() for row in entry["energy"]],
         "moving_end": [row for entry in entries.values() for row in entry["moving"]],
         "spread": spread_over_rigs(rows),
-        "delayed": [row for entry in entries.values() for row in entry["delayed"]],
         "fallbacks": [row for entry in entries.values() for row in entry["fallbacks"]],
         "timing": _timing(config, entries),
     }
@@ -46,17 +45,18 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int =
 
 
 def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:
-    """The work of one process: a loop's number, a controller and a rig, which it builds once."""
+    """The work of one process: a loop's number, a controller and a rig, which it builds once for a computing delay."""
 
     @cache
-    def setup(i: int, rig: str) -> LoopSetup:
-        return loop_setup(variation(config.loops[i].rig, rig))
+    def setup(i: int, rig: str, delay: float) -> LoopSetup:
+        return loop_setup(with_delay(variation(config.loops[i].rig, rig), delay))
 
     def work(item: tuple[int, str, str]) -> BenchmarkEntry:
         i, name, rig = item
         loop = config.loops[i]
         controller = next(spec for spec in loop.controllers if spec.name == name)
-        return benchmark_entry(controller, loop, setup(i, rig))
+        delay = config.conditions.delay(controller, loop.rig)
+        return benchmark_entry(controller, loop, setup(i, rig, delay), config.conditions.noise)
 
     return work
 

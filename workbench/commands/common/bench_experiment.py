@@ -9,12 +9,21 @@ from ...base.errors import InputError, echo
 from ...base.signals import SIGNALS, Signal
 from ...base.table import Table
 from ...control.controller_spec import ControllerSpec, controller_spec
+from ...loop.conditions import Conditions
 from ...loop.rig_variations import variation
 from ...loop.scenarios import Scenario, scenario
 from ...rigs.rig import Rig
-from .experiment import BodeConfig, borrowed_controllers, read_bode, read_experiment, rig_of, with_specimen
+from .experiment import (
+    BodeConfig,
+    borrowed_controllers,
+    read_bode,
+    read_conditions,
+    read_experiment,
+    rig_of,
+    with_specimen,
+)
 
-KEYS = ("experiment", "rig", "rigs", "scenarios", "specimen", "from", "controllers", "bode")
+KEYS = ("experiment", "rig", "rigs", "scenarios", "specimen", "from", "controllers", "bode", "ideal", "seed")
 
 
 @dataclass(frozen=True)
@@ -42,6 +51,7 @@ class BenchConfig:
 
     rig: Rig
     loops: tuple[BenchLoop, ...]
+    conditions: Conditions
     source: Mapping[str, Any]
 
 
@@ -61,7 +71,8 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     rigs = _sets(top, asked)
     loops = tuple(_loop(top, nominal, signal, rigs[signal], asked[signal], scenarios) for signal in asked)
     source = {key: value for key, value in top.values.items() if key != "from"}
-    return BenchConfig(nominal, loops, {**source, "controllers": {name: part.values for name, part in tables.items()}})
+    source["controllers"] = {name: part.values for name, part in tables.items()}
+    return BenchConfig(nominal, loops, read_conditions(top), source)
 
 
 def _loop(

@@ -11,6 +11,7 @@ from ...base.toml import read_toml
 from ...control.controller_spec import read_numbers
 from ...control.load_class import absolute
 from ...control.protocol import design_numbers, number
+from ...loop.conditions import Conditions
 from ...rigs.rig import Rig, load_rig
 
 
@@ -55,6 +56,11 @@ def _absolute(value: Any, folder: Path) -> Any:
 def rig_of(top: Table, path: Path, rig: str | None) -> Rig:
     """The rig that an experiment names, or the one that is to replace it."""
     return load_rig(rig) if rig else load_rig(top.text("rig"), path.parent)
+
+
+def read_conditions(top: Table) -> Conditions:
+    """Under which the loops are judged: `ideal = true`, or the `seed` of the sensors' noise."""
+    return Conditions(top.flag("ideal", False), top.count("seed", 0) if "seed" in top else 0)
 
 
 def borrowed_controllers(table: Table, folder: Path) -> dict[str, Table]:

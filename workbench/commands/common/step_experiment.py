@@ -10,9 +10,10 @@ from ...base.signals import SIGNALS, Signal
 from ...base.table import Table
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec, controller_spec
+from ...loop.conditions import Conditions
 from ...loop.scenarios import Scenario, scenario
 from ...rigs.rig import Rig
-from .experiment import BodeConfig, read_bode, read_experiment, rig_of, with_specimen
+from .experiment import BodeConfig, read_bode, read_conditions, read_experiment, rig_of, with_specimen
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class StepConfig:
     controllers: tuple[ControllerSpec, ...]
     scenarios: tuple[Scenario, ...]
     bode: BodeConfig
+    conditions: Conditions
     source: Mapping[str, Any]
 
 
@@ -41,7 +43,7 @@ def load_steps(path: str | Path, rig: str | None = None) -> StepConfig:
 
 def step_config(top: Table, rig: Rig) -> StepConfig:
     """The tables of a step experiment on a rig. Raises InputError."""
-    top.allow("experiment", "rig", "specimen", "scenarios", "controllers", "bode")
+    top.allow("experiment", "rig", "specimen", "scenarios", "controllers", "bode", "ideal", "seed")
     rig = with_specimen(rig, top.table("specimen")) if "specimen" in top else rig
     scenarios = _scenarios(top)
     signal = SIGNALS[scenarios[0].signal]
@@ -56,6 +58,7 @@ def step_config(top: Table, rig: Rig) -> StepConfig:
         tuple(_controller(tables, name, signal, rig) for name in tables),
         scenarios,
         read_bode(top.table("bode"), f"amplitudes_{signal.unit.lower()}", float(to_si(1.0, signal.unit, signal.si))),
+        read_conditions(top),
         top.values,
     )
 

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...base.gain_phase import gain_db, phase_deg
-from ...base.signals import Signal
 from ...base.units import from_si
 from ...linear.crossings import corner_frequency
 from ...loop.rows import MOVING, LinearLoops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
+from ..common.judged import judged_words
 from ..common.sines import Sines, closed_loop_figure
 from ..common.step_experiment import StepConfig
 from ..common.time_figure import time_figure
@@ -28,7 +28,7 @@ def step_page(
         f"{config.signal.name.capitalize()} loops on {config.rig.name}",
         _verdict(config.scenarios, rows),
         [
-            Section("Metrics", [_metrics_table(config.signal, rows), _margins_table(loops)]),
+            Section("Metrics", [_metrics_table(config, rows), _margins_table(loops)]),
             Section("Time responses", [step_figure(config, scenario, runs) for scenario in config.scenarios]),
             Section("Closed-loop Bode", [_bode(name, loops[name], sines[name]) for name in loops]),
             Section("Sensitivity", [_sensitivity(loops)]),
@@ -52,14 +52,17 @@ def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
     )
 
 
-def _metrics_table(signal: Signal, rows: list[dict[str, Any]]) -> Table:
+def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
+    signal = config.signal
     shown = float(from_si(1.0, signal.unit, signal.si))
     columns = {
         "controller": ("controller", None), "scenario": ("scenario", None), "settling_s": ("settling [s]", 1.0),
+        "band": (f"band [{signal.unit}]", shown),
         "overshoot_percent": ("overshoot [%]", 1.0), "rise_s": ("rise [s]", 1.0),
         "steady_state_error": (f"final error [{signal.unit}]", shown), "iae": (f"IAE [{signal.unit} s]", shown),
         "peak_command": ("peak command [1]", 1.0), "saturated_s": ("limited [s]", 1.0),
         "cavitation_s": ("cavitation [s]", 1.0), "residual_oscillation": ("oscillation [% of step]", 100.0),
+        "peak_deviation": (f"peak deviation [{signal.unit}]", shown),
         "stable": ("stable", None), "tripped": ("tripped", None),
     }  # fmt: skip
 
@@ -72,8 +75,9 @@ def _metrics_table(signal: Signal, rows: list[dict[str, Any]]) -> Table:
         "Metrics",
         [head for head, _ in columns.values()],
         [[cell(row, key, factor) for key, (_, factor) in columns.items()] for row in rows],
-        note="Settling to 2 %, from where reference and far end stand. Limited: the guard changed the command. "
-        "Cavitation: a chamber below 0 bar.",
+        note="Settling into +-band, 2 % of the step or three standard deviations of the sensor, from where reference, "
+        f"far end and load stand. {judged_words(config.conditions, config.rig)} Limited: the guard changed the "
+        "command. Cavitation: a chamber below 0 bar.",
         best={"settling [s]": "min", columns["iae"][0]: "min"},
     )
 

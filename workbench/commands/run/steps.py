@@ -1,8 +1,13 @@
 """Steps of a closed loop: metrics, margins at two operating points, closed-loop Bode linear and by stepped sine."""
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 
-from ...loop.rows import LinearLoops, linear_loops, loop_setup, play, row
+from ...control.controller_spec import ControllerSpec
+from ...loop.rig_variations import with_delay
+from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import Sines, sines
@@ -11,24 +16,32 @@ from .step_page import step_figure, step_page
 
 
 def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
-    """Every controller in every scenario on the configured rig."""
-    setup = loop_setup(config.rig)
+    """Every controller in every scenario on the configured rig, with its own computing delay."""
+    setup_of = _setups(config)
     rows, runs, loops = [], {}, {}
     for controller in config.controllers:
         progress(f"{controller.name}: margins and steps")
+        setup = setup_of(controller)
         loops[controller.name] = linear_loops(controller, setup)
         for scenario in config.scenarios:
-            runs[controller.name, scenario.name] = run = play(controller, scenario, setup)
-            rows.append(row(controller, scenario, setup, run, loops[controller.name]))
+            run, row = judge(controller, scenario, setup, loops[controller.name], config.conditions.noise)
+            runs[controller.name, scenario.name] = run
+            rows.append(row)
     swept = {}
     for controller in config.controllers:
         progress(f"{controller.name}: closed loop by stepped sine")
         swept[controller.name] = stage(
-            f"bode-{controller.name}", lambda c=controller: sines(c, config.signal, config.bode, setup)
+            f"bode-{controller.name}", lambda c=controller: sines(c, config.signal, config.bode, setup_of(c))
         )
     page = step_page(config, rows, runs, loops, swept)
     telling = [scenario for scenario in config.scenarios if scenario.is_step] or config.scenarios
     return Outcome({"rows": rows}, page, step_figure(config, telling[-1], runs), _tables(runs, swept, loops))
+
+
+def _setups(config: StepConfig) -> Callable[[ControllerSpec], LoopSetup]:
+    """The rig with a controller's computing delay: one for all that have the same."""
+    late = cache(lambda delay: loop_setup(with_delay(config.rig, delay)))
+    return lambda controller: late(config.conditions.delay(controller, config.rig))
 
 
 def _tables(

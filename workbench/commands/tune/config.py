@@ -23,7 +23,7 @@ class TuneConfig:
     """What is searched, and what for: `start` is the step experiment whose one controller has the start's numbers.
 
     `rig_name` is the rig as it was named, `rigs` are names of the plant set, nominal first; `weights` are those of
-    WEIGHTS, in the units there.
+    WEIGHTS, in the units there. `seed` is that of the search and of the sensors' noise.
     """
 
     start: StepConfig
@@ -49,7 +49,7 @@ class TuneConfig:
     def problem(self) -> TuneProblem:
         """The search without its file."""
         start, choice = self.start, (self.rigs, self.weights, self.trials, self.seed)
-        return TuneProblem(start.rig, start.controllers[0], self.searched, start.scenarios, *choice)
+        return TuneProblem(start.rig, start.controllers[0], self.searched, start.scenarios, *choice, start.conditions)
 
     @property
     def _controller(self) -> Mapping[str, Any]:
@@ -94,7 +94,7 @@ def _tune(top: Table, named: str, rig: Rig) -> TuneConfig:
 
 def _step_table(table: Mapping[str, Any], name: str, controller: Mapping[str, Any]) -> dict[str, Any]:
     """The step experiment in a tune experiment's table."""
-    rest = {key: entry for key, entry in table.items() if key not in ("rigs", "weights", "trials", "seed")}
+    rest = {key: entry for key, entry in table.items() if key not in ("rigs", "weights", "trials")}
     return {**rest, "experiment": "step", "controllers": {name: dict(controller)}}
 
 
@@ -117,6 +117,8 @@ def _searched(table: Table, path: tuple[str | int, ...]) -> list[Searched]:
             for i, part in enumerate(table.tables(key)):
                 searched += _searched(part, (*path, key, i))
         elif isinstance(entry, Mapping) and {"low", "high", "log"} & entry.keys():
+            if key == "computing_delay":
+                raise table.complaint(key, 'is measured, not searched; write {value = ..., unit = "ms"}')
             searched.append(_range(table.table(key, "value", "low", "high", "unit", "log"), (*path, key)))
     return searched
 

@@ -9,8 +9,8 @@ import numpy as np
 from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
 from ...loop.margins import STABLE, closed_poles
-from ...loop.rig_variations import variation
-from ...loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play, row
+from ...loop.rig_variations import variation, with_delay
+from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup
 from ...loop.scenarios import Scenario
 from .problem import TuneProblem
 
@@ -53,7 +53,8 @@ class Goals:
 
     def __init__(self, problem: TuneProblem) -> None:
         self.problem = problem
-        self.setups = {name: loop_setup(variation(problem.rig, name)) for name in problem.rigs}
+        delay = problem.conditions.delay(problem.controller, problem.rig)
+        self.setups = {name: loop_setup(with_delay(variation(problem.rig, name), delay)) for name in problem.rigs}
         self.runs = [(name, scenario) for name in problem.rigs for scenario in problem.scenarios]
 
     def judge(self, values: Mapping[str, float]) -> Verdict:
@@ -78,7 +79,7 @@ class Goals:
             setup = self.setups[name]
             if name not in loops:
                 loops[name] = linear_loops(controller, setup)
-            rows.append(row(controller, scenario, setup, play(controller, scenario, setup), loops[name]))
+            rows.append(judge(controller, scenario, setup, loops[name], self.problem.conditions.noise)[1])
             goal = f"{scenario.name} on {name} without a trip, oscillating in the end by less than {RESIDUAL:.1%}"
             yield goal, _unrest(rows[-1])
 
@@ -129,13 +130,13 @@ def _unrest(line: dict[str, Any]) -> float:
 
 
 def _weighed(line: dict[str, Any], scenario: Scenario) -> dict[str, float]:
-    """What the weights weigh: settling [s] (all of the run where it never settles), IAE over the step [s], overshoot
-    [%], Ms. A sine has no settling and no overshoot."""
+    """What the weights weigh: settling [s] (all of the run where it never settles), IAE over the step [s], or over the
+    peak that a load alone pushes, overshoot [%], Ms. A sine has no settling and no overshoot."""
     never = scenario.duration if scenario.arrives is not None else 0.0
     settling = line["settling_s"] if line["settling_s"] is not None else never
     return {
         "settling": settling,
-        "iae": line["iae"] / abs(scenario.size),
+        "iae": line["iae"] / abs(scenario.size or line["peak_deviation"]),
         "overshoot": line["overshoot_percent"] or 0.0,
         "robustness": line["ms"],
     }

@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.units import from_si
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.judged import judged_words
 from ..common.time_figure import time_figure
 from .config import WEIGHTS, TuneConfig
 from .goals import Trial
@@ -18,7 +20,10 @@ Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scen
 
 def tune_page(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, runs: Runs) -> Page:
     """The report. `nearest` is the best design, or where none meets the hard goals the one that comes nearest."""
-    tables = [numbers_table(config.problem, trials[0], nearest), *([_rows(nearest)] if nearest.verdict.rows else [])]
+    tables = [
+        numbers_table(config.problem, trials[0], nearest),
+        *([_rows(config, nearest)] if nearest.verdict.rows else []),
+    ]
     return Page(
         f"{config.name} tuned on {config.rig_name}",
         _verdict(config, trials, nearest),
@@ -67,11 +72,13 @@ def numbers_table(problem: TuneProblem, start: Trial, best: Trial) -> Table:
     return Table("Numbers", ["number", "start", "best", "unit", "searched"], rows, note)
 
 
-def _rows(best: Trial) -> Table:
+def _rows(config: TuneConfig, best: Trial) -> Table:
+    signal = config.start.signal
     heads = {
         "rig": "rig",
         "scenario": "scenario",
         "settling_s": "settling [s]",
+        "band": f"band [{signal.unit}]",
         "overshoot_percent": "overshoot [%]",
         "residual_oscillation": "oscillation [% of step]",
         "ms": "Ms [1]",
@@ -79,10 +86,13 @@ def _rows(best: Trial) -> Table:
     }
 
     def cell(row: Mapping[str, Any], key: str) -> Any:
+        if key == "band":
+            return float(from_si(row[key], signal.unit, signal.si))
         return row[key] * 100 if key == "residual_oscillation" and row[key] is not None else row[key]
 
     lines = [[cell(row, key) for key in heads] for row in best.verdict.rows]
-    note = "Margins are the worse of null and moving; only the nominal rig's are a hard goal."
+    note = "Margins are the worse of null and moving; only the nominal rig's are a hard goal. "
+    note += judged_words(config.start.conditions, config.start.rig)
     return Table("On every rig of the set", list(heads.values()), lines, note)
 
 

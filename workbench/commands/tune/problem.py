@@ -6,11 +6,12 @@ from typing import Any
 
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec
+from ...loop.conditions import Conditions
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 
 _DIGITS = 4  # of a searched number: the file that a study leaves has the very numbers that were tried
-OF_THE_LOOP = {"stiffness": "N/m", "computing_delay": "s"}
+OF_THE_LOOP = {"stiffness": "N/m"}
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,8 @@ class Searched:
 
 @dataclass(frozen=True)
 class TuneProblem:
-    """A search: `rigs` are names of the set that is made of `rig`, nominal first; `weights` those of WEIGHTS."""
+    """A search: `rigs` are names of the set that is made of `rig`, nominal first; `weights` those of WEIGHTS. `seed` is
+    the sampler's, that of the sensors' noise is in `conditions`."""
 
     rig: Rig
     controller: ControllerSpec
@@ -46,6 +48,7 @@ class TuneProblem:
     weights: Mapping[str, float]
     trials: int
     seed: int
+    conditions: Conditions
 
     def design(self, values: Mapping[str, float]) -> ControllerSpec:
         """The controller with these numbers by name, each in its unit. Raises InputError where they make none."""

@@ -8,7 +8,7 @@ from typing import Any
 import tomli_w
 
 from ...base.process_pool import process_pool
-from ...loop.rig_variations import variation
+from ...loop.rig_variations import variation, with_delay
 from ...loop.rows import LoopSetup, loop_setup, play
 from ...loop.sampled_loop import LoopRun
 from ...rigs.rig import bundled as bundled_rigs
@@ -33,7 +33,8 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
     nearest = nearest_trial(trials)
     best = nearest if nearest.verdict.cost is not None else None
     progress("the start and the best, on the nominal rig")
-    setup = loop_setup(variation(config.start.rig, config.rigs[0]))
+    nominal = variation(config.start.rig, config.rigs[0])
+    setup = loop_setup(with_delay(nominal, config.start.conditions.delay(config.start.controllers[0], nominal)))
     runs = {what: _runs(config, trial, setup) for what, trial in (("start", trials[0]), ("best", nearest))}
     metrics = {
         "best": None if best is None else _best(config, best),
@@ -101,7 +102,8 @@ def _best_word(trials: list[Trial]) -> str:
 def _runs(config: TuneConfig, trial: Trial, setup: LoopSetup) -> dict[str, LoopRun]:
     """A design on the nominal rig, by scenario."""
     controller = config.problem.design(trial.values)
-    return {scenario.name: play(controller, scenario, setup) for scenario in config.start.scenarios}
+    seed = config.start.conditions.noise
+    return {scenario.name: play(controller, scenario, setup, seed) for scenario in config.start.scenarios}
 
 
 def _numbers(config: TuneConfig, values: Mapping[str, float]) -> dict[str, dict[str, Any]]:
