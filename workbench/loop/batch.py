@@ -48,9 +48,9 @@ def run_lanes(
 ) -> Iterator[tuple[slice, Lanes]]:
     """Loops that start at rest at `points` on plants with parameters p [lanes, j], along deviations `reference` [k].
 
-    One law for all, or one for each lane, such as designs of one controller: see `compiled_law`. A seed switches noise
-    and resolution on, a lane's own by its number; `inputs` gives other inputs of the plants [k]. Yields chunks of
-    lanes, each as a SampledLoop would have run it; the rig gives limits, sensors and period to all of them.
+    Or [lanes, k]. One law for all, or one for each lane, such as designs of one controller: see `compiled_law`. A seed
+    switches noise and resolution on, a lane's own by its number; `inputs` gives other inputs of the plants [k]. Yields
+    chunks of lanes, each as a SampledLoop would have run it; the rig gives limits, sensors and period to all of them.
     """
     sensors = Sensors(rig, engine.plant.outputs, seed)
     laws = law if isinstance(law, Sequence) else [law]
@@ -58,9 +58,10 @@ def run_lanes(
     for first in range(0, len(p), CHUNK):
         lanes = slice(first, min(first + CHUNK, len(p)))
         chunk = Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
-        normal = _normal(sensors, seed, lanes, len(reference) + 1)
+        normal = _normal(sensors, seed, lanes, reference.shape[-1] + 1)
         own = laws[lanes] if isinstance(law, Sequence) else laws
-        yield lanes, _run_chunk(engine, ready, own, sensors, chunk, p[lanes], reference, normal, inputs or {})
+        asked = reference if reference.ndim == 1 else reference[lanes]
+        yield lanes, _run_chunk(engine, ready, own, sensors, chunk, p[lanes], asked, normal, inputs or {})
 
 
 def _normal(sensors: Sensors, seed: int | None, lanes: slice, instants: int) -> np.ndarray:
@@ -82,7 +83,7 @@ def _run_chunk(
     normal: np.ndarray,
     inputs: Mapping[str, np.ndarray],
 ) -> Lanes:
-    plant, k, measures = engine.plant, len(reference), laws[0].measures
+    plant, k, measures = engine.plant, reference.shape[-1], laws[0].measures
     outputs = engine.outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
     readings = outputs[:, [plant.output(name) for name in sensors.names]]
     if sensors.noisy:

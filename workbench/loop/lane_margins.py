@@ -34,6 +34,11 @@ class LaneMargins:
         """Bool [lanes]."""
         return self.radius < STABLE
 
+    def some(self, lanes: np.ndarray) -> "LaneMargins":
+        """Those of some lanes."""
+        columns = (self.radius, self.ms, self.gain_margin_db, self.phase_margin_deg)
+        return LaneMargins(*(column[lanes] for column in columns))
+
 
 @dataclass(frozen=True)
 class ModalResponse:

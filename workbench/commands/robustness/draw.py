@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...loop.plant_lanes import uncertain
 from ...plant import Plant
 from .config import RobustnessConfig
 
@@ -21,17 +22,9 @@ def draw_plants(config: RobustnessConfig, plant: Plant) -> PlantDraw:
     """The plants of an experiment: the same for the same seed. The first is the nominal one at mid stroke."""
     random = np.random.default_rng(config.seed)
     numbers = {}
-    for name, number in config.rig.numbers.items():
-        low, high = config.factors.get(name, (None, None))
-        if low is not None and high is not None:
-            low, high = low * number.value, high * number.value
-        elif number.low is not None and number.high is not None:
-            low, high = number.low, number.high
-        if low is None or high is None or name not in plant.parameters:
-            continue
-        drawn = random.uniform(low, high, config.plants)
-        drawn[0] = number.value
-        numbers[name] = drawn
+    for name, (low, high) in uncertain(config.rig, plant, config.factors).items():
+        numbers[name] = random.uniform(low, high, config.plants)
+        numbers[name][0] = config.rig[name]
     p = np.tile(plant.p, (config.plants, 1))
     for name, drawn in numbers.items():
         p[:, plant.parameters.index(name)] = drawn

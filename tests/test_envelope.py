@@ -1,0 +1,131 @@
+"""The envelope of a position loop: its plants, its linear loops and its steps are those one by one."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.commands.run.config import load_config
+from workbench.control.piecewise_linear import PiecewiseLinear
+from workbench.engine import Engine
+from workbench.linear import Equilibrium
+from workbench.loop import step_metrics
+from workbench.loop.envelope import LinearWorst, command_noise, envelope, steps
+from workbench.loop.hard_goals import Limits, linear_goals, motion_goals
+from workbench.loop.margins import linear_loop
+from workbench.loop.rig_variations import variation, with_delay
+from workbench.loop.sampled_loop import SampledLoop
+from workbench.loop.scenarios import SCENARIOS
+from workbench.rigs.rig import load_rig
+
+TUNED = {c.name: c for c in load_config(Path(__file__).parents[1] / "experiments" / "position_tuned.toml").controllers}
+RIGS = ("nominal", "mass-50", "beta-50", "stiffness-1e6")
+TEN = SCENARIOS["position-10mm"]
+
+
+@pytest.fixture(scope="module")
+def space():
+    rig = load_rig("jack-10t")
+    rigs = {name: with_delay(variation(rig, name), 0.3e-3) for name in RIGS}
+    return envelope(rigs, factors={"M": (0.5, 1.5)}, seed=3)
+
+
+def test_it_has_every_rig_at_every_position_and_a_specimen_where_it_is_relaxed(space):
+    assert len(space.varied.names) == 3 * 5 + 1
+    assert space.nominal.sum() == 5
+    assert space.varied.names[0] == "nominal at -216 mm"
+    assert space.varied.names[-1] == "stiffness-1e6 at +0 mm"
+    assert space.varied.null.ok.all()
+    assert space.varied.moving.ok.all()
+    assert np.abs(space.drawn.position).max() <= 0.216
+
+
+def test_margins_and_steps_are_those_of_each_plant_by_itself(space):
+    controller, lane = TUNED["p-dp"].build(1e-3), space.varied.names.index("mass-50 at +120 mm")
+    lanes = space.varied
+    null, moving = lanes.margins(controller)
+    about = Equilibrium(lanes.null.x[lane], lanes.null.u[lane], 0.0)
+    loop = linear_loop(space.engine.plant, about, controller, 1e-3, lanes.p[lane])
+    assert null.ms[lane] == pytest.approx(loop.ms, rel=5e-3)
+    assert moving.ms[lane] < null.ms[lane]
+    result = steps(lanes, controller, TEN, None, 1.0)
+    plant = replace(space.engine.plant, p=lanes.p[lane])
+    run = SampledLoop(Engine(plant), space.rig, TUNED["p-dp"].build(1e-3), about, compiled=False).run(
+        np.full(1001, 0.11)
+    )
+    t, y = run.record.t, run.record.signals["position"]
+    assert result.settling[lane] == pytest.approx(step_metrics.settling_time(t, y, 0.12, 0.11), abs=1e-9)
+    assert result.overshoot[lane] == pytest.approx(step_metrics.overshoot(y, 0.12, 0.11), abs=1e-3)
+    assert result.iae[lane] == pytest.approx(np.abs(0.11 - y).sum() * 1e-3, rel=1e-6)
+
+
+def test_a_controller_in_python_gives_the_same_as_the_compiled_one(space):
+    class Python(type(TUNED["p-dp"].build(1e-3))):
+        """The same, but of a class of its own."""
+
+        def compute(self, reference, measurement):
+            return super().compute(reference, measurement)
+
+    spec = TUNED["p-dp"]
+    shaped = spec.build(1e-3)
+    own = Python(shaped._inner, type("Filter", (), {"into": "reference", "law": shaped._filter.law}))
+    lanes = space.varied.some([0, 7])
+    for scenario in (TEN, SCENARIOS["position-1mm"]):
+        compiled, python = (steps(lanes, law, scenario, None, 0.4) for law in (shaped, own))
+        assert python.settling == pytest.approx(compiled.settling, nan_ok=True)
+        assert python.iae == pytest.approx(compiled.iae, rel=1e-3)
+
+
+def test_the_bad_corner_is_no_better_than_any_end_of_a_number(space):
+    controller = TUNED["p"].build(1e-3)
+    corner = space.corner(controller)
+    at_corner = LinearWorst.of(corner, corner.margins(controller))
+    at_nominal = LinearWorst.of(space.varied, space.varied.some(range(5)).margins(controller))
+    assert corner.names[0] == "bad corner at -216 mm"
+    assert at_corner.ms > at_nominal.ms
+    beta = space.engine.plant.parameters.index("beta")
+    assert corner.p[0, beta] in (0.85e9, 1.15e9)
+
+
+def test_the_plants_that_are_kept_of_the_drawn_ones_are_the_worst(space):
+    controller = TUNED["p"].build(1e-3)
+    hard = space.hardened(controller, 20)
+    every, some = (LinearWorst.of(part.drawn, part.drawn.margins(controller)) for part in (space, hard))
+    assert len(hard.drawn.names) == 20
+    assert some.plant == every.plant
+
+
+def test_noise_of_the_command_grows_with_the_gain(space):
+    lanes, design = space.varied.some([2]), TUNED["p"].design
+    laws = (replace(TUNED["p"], design=replace(design, gain=gain)).build(1e-3) for gain in (0.1, 1.0))
+    low, high = (command_noise(lanes, law, "position") for law in laws)
+    sensor = space.rig.sensors["position"]
+    rms = np.hypot(sensor.noise, sensor.resolution / np.sqrt(12))
+    assert low[0] == pytest.approx(0.1 * rms, rel=0.15)
+    assert high[0] == pytest.approx(1.0 * rms, rel=0.25)
+
+
+def test_goals_say_by_how_much_and_where(space):
+    controller = TUNED["p-dp"].build(1e-3)  # fixed pressure feedback: unstable or nearly so at the ends of the stroke
+    goals = {goal.name: goal for goal in linear_goals(space, controller, Limits())}
+    assert goals["stable on every plant"].miss > 0
+    assert "216 mm" in goals["stable on every plant"].where
+    moved = list(motion_goals(space, TUNED["p"].build(1e-3), [TEN], Limits()))
+    assert [goal.name for goal in moved] == [
+        "noise of the command",
+        "position-10mm: nowhere trips",
+        "position-10mm: nowhere hunts",
+    ]
+    assert not any(goal.miss for goal in moved)
+    tight = {
+        goal.name: goal for goal in motion_goals(space, TUNED["p-dp"].build(1e-3), [TEN], Limits(overshoot_percent=0.2))
+    }
+    over = tight["position-10mm: overshoot [%]"]
+    assert over.miss > 0
+    assert over.value == pytest.approx(0.2 * (1 + over.miss))
+
+
+def test_points_of_a_schedule_hold_beyond_its_ends():
+    table = PiecewiseLinear(np.array([-0.2, 0.2]), np.array([0.5, 1.0]))
+    assert [table(x) for x in (-1.0, 0.0, 1.0)] == pytest.approx([0.5, 0.75, 1.0])

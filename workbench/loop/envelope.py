@@ -1,0 +1,229 @@
+"""The envelope that a position loop has to hold on: over the stroke, on rigs unlike the nominal one, at the worst of
+what is uncertain; its linear loops, and its steps on the nonlinear plant."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..control.protocol import Controller, sampled_law
+from ..engine import Engine
+from ..linear import Equilibrium
+from ..plant import build
+from ..rigs.rig import Rig
+from .batch import run_lanes
+from .lane_margins import LaneMargins
+from .lane_metrics import hunting_lanes, step_lanes
+from .plant_lanes import PlantLanes, plant_lanes, uncertain
+from .sampled_loop import SampledLoop
+from .scenarios import Scenario
+from .sensors import settling_band
+
+POSITIONS = (-0.9, -0.5, 0.0, 0.5, 0.9)  # shares of the stroke limit
+HUNTING = 0.002  # of the step, peak to peak over the last 0.3 s: a loop that swings by more hunts
+_REST = 0.3  # s: at rest
+_MANY = 500  # plants that are drawn, of which the worst are kept
+
+
+@dataclass(frozen=True)
+class LinearWorst:
+    """Of linear loops at null and moving: growth of the unstable ones [1/period], summed; the largest Ms and the least
+    gain margin [dB], NaN where one is unstable; and the plant that is worst."""
+
+    growth: float
+    ms: float
+    gain_margin_db: float
+    plant: str
+
+    @classmethod
+    def of(cls, lanes: PlantLanes, margins: Sequence[LaneMargins]) -> "LinearWorst":
+        """Over lanes of plants, at all their points."""
+        radius = np.max([each.radius for each in margins], axis=0)
+        growth = np.maximum(radius - (1 - 1e-9), 0.0)
+        with np.errstate(invalid="ignore"):
+            ms = np.max([each.ms for each in margins], axis=0)
+            gain_margin = np.fmin.reduce([each.gain_margin_db for each in margins])
+        worst = int(np.argmax(np.where(np.isnan(ms), 1e3 * (1 + growth), ms)))
+        if growth.any():
+            return cls(float(growth.sum()), np.nan, np.nan, lanes.names[worst])
+        return cls(0.0, float(ms[worst]), float(np.fmin.reduce(gain_margin)), lanes.names[worst])
+
+
+@dataclass(frozen=True)
+class EnvelopeSteps:
+    """A scenario in lanes: settling [s] (NaN: never), overshoot [%], IAE [SI s], peak deviation [SI]; what tripped or
+    could not be simulated; what hunts, of a run without noise (else all False)."""
+
+    names: tuple[str, ...]
+    settling: np.ndarray
+    overshoot: np.ndarray
+    iae: np.ndarray
+    peak: np.ndarray
+    tripped: np.ndarray
+    hunting: np.ndarray
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Variations of a rig at positions over its stroke, `nominal` first; `drawn`: plants drawn over what is uncertain.
+
+    Every plant has the rig's delay, limits, sensors and period.
+    """
+
+    rig: Rig
+    engine: Engine
+    varied: PlantLanes
+    nominal: np.ndarray
+    drawn: PlantLanes
+
+    def corner(self, controller: Controller) -> PlantLanes:
+        """The bad corner of all declared bounds, at every position: each number at the end at which Ms is larger."""
+        lanes, numbers = self._ends
+        ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in lanes.margins(controller)], axis=0)
+        p = self.engine.plant.p.copy()
+        for i, (name, ends) in enumerate(numbers.items()):
+            p[self.engine.plant.parameters.index(name)] = ends[int(ms[2 * i + 1] > ms[2 * i])]
+        places = self._positions
+        names = [_named("bad corner", position) for position in places]
+        return plant_lanes(self.rig, self.engine, names, np.tile(p, (len(places), 1)), np.array(places))
+
+    @cached_property
+    def few(self) -> PlantLanes:
+        """The nominal rig all over the stroke, and every variation at mid stroke: for laws that run in Python."""
+        middle = self.varied.position == self.rig["xmid"]
+        return self.varied.some(np.flatnonzero(self.nominal | middle).tolist())
+
+    def hardened(self, controller: Controller, count: int) -> "Envelope":
+        """With only so many drawn plants: those on which this controller's Ms is largest."""
+        margins = self.drawn.margins(controller)
+        ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in margins], axis=0)
+        return replace(self, drawn=self.drawn.some(np.argsort(-ms, kind="stable")[:count].tolist()))
+
+    @cached_property
+    def _positions(self) -> list[float]:
+        return sorted(set(self.varied.position.tolist()))
+
+    @cached_property
+    def _ends(self) -> tuple[PlantLanes, dict[str, tuple[float, float]]]:
+        """The nominal rig with each number that has bounds at its low and its high end, far out in the stroke."""
+        plant, numbers = self.engine.plant, uncertain(self.rig, self.engine.plant, {})
+        ends = [(name, end) for name, pair in numbers.items() for end in pair]
+        p = np.array([plant.parameter_values(None, **{name: end}) for name, end in ends])
+        names = [f"{name} {end:g}" for name, end in ends]
+        return plant_lanes(self.rig, self.engine, names, p, np.full(len(ends), self._positions[-1])), numbers
+
+
+def envelope(
+    rigs: Mapping[str, Rig],
+    positions: Sequence[float] = POSITIONS,
+    factors: Mapping[str, tuple[float, float]] | None = None,
+    seed: int = 0,
+) -> Envelope:
+    """Of rigs by name, the nominal one first, at shares of its stroke limit; plants drawn over `factors` and bounds.
+
+    Raises InputError where there is no operating point, ValueError for rigs whose plants differ in more than numbers.
+    """
+    nominal, *_ = rigs.values()
+    engine, plants = Engine(build(nominal)), {name: build(rig) for name, rig in rigs.items()}
+    if any(plant.parameters != engine.plant.parameters for plant in plants.values()):
+        raise ValueError("rigs of an envelope must differ in numbers only")
+    places = [nominal["xmid"] + share * nominal.limit("stroke") for share in positions]
+    lanes = [(name, x) for name, rig in rigs.items() for x in places if not rig["ks"] or x == nominal["xmid"]]
+    varied = plant_lanes(
+        nominal,
+        engine,
+        [_named(name, x) for name, x in lanes],
+        np.array([plants[name].p for name, _ in lanes]),
+        np.array([x for _, x in lanes]),
+    )
+    first = next(iter(rigs))
+    return Envelope(nominal, engine, varied, np.array([name == first for name, _ in lanes]),
+                    _drawn(nominal, engine, max(map(abs, positions)), factors or {}, seed))  # fmt: skip
+
+
+def _drawn(rig: Rig, engine: Engine, reach: float, factors: Mapping[str, tuple[float, float]], seed: int) -> PlantLanes:
+    random, plant = np.random.default_rng(seed), engine.plant
+    p = np.tile(plant.p, (_MANY, 1))
+    for name, (low, high) in uncertain(rig, plant, factors).items():
+        p[:, plant.parameters.index(name)] = random.uniform(low, high, _MANY)
+    position = rig["xmid"] + reach * rig.limit("stroke") * random.uniform(-1, 1, _MANY)
+    return plant_lanes(rig, engine, [_named(f"drawn {i}", x) for i, x in enumerate(position)], p, position)
+
+
+def _named(name: str, position: float) -> str:
+    return f"{name} at {1e3 * position:+.0f} mm"
+
+
+def steps(
+    lanes: PlantLanes, controller: Controller, scenario: Scenario, seed: int | None, seconds: float
+) -> EnvelopeSteps:
+    """A scenario of at most so many seconds on every plant, towards the middle of the stroke; without a seed no noise.
+
+    A controller that is neither data nor a graph runs in Python, one plant after another.
+    """
+    rig, period = lanes.rig, lanes.rig.period.value
+    t = np.arange(round(min(seconds, scenario.duration) / period) + 1) * period
+    inwards = np.where(lanes.position > rig["xmid"], -1.0, 1.0)
+    asked = inwards[:, None] * scenario.reference(t)
+    runs = _runs(lanes, controller, asked, scenario, t, seed)
+    y, tripped, _ = (np.concatenate(part) for part in zip(*runs, strict=True))
+    moved = inwards[:, None] * (y - y[:, :1])
+    arrives = scenario.arrives or 0.0
+    late = t >= arrives - 1e-9
+    band = settling_band(rig, scenario.signal, scenario.size)
+    size = scenario.size or band
+    metrics = step_lanes(period, moved[:, late], np.full(len(y), scenario.size - size), size, band)
+    error = np.abs(moved - scenario.reference(t))
+    calm = hunting_lanes(period, y, size, HUNTING if scenario.size else 1.0)
+    return EnvelopeSteps(
+        lanes.names,
+        np.where(tripped, np.nan, metrics.settling),
+        np.maximum(np.max(moved / size - 1, axis=1), 0.0) * 100 if scenario.size else np.zeros(len(y)),
+        error[:, late].sum(axis=1) * period,
+        error[:, late].max(axis=1),
+        tripped,
+        calm & ~tripped if seed is None else np.zeros(len(y), bool),
+    )
+
+
+def command_noise(lanes: PlantLanes, controller: Controller, signal: str) -> np.ndarray:
+    """RMS [lanes] of the command [1] at rest that the sensors' noise puts on it."""
+    rest = Scenario("rest", signal, 0.0, _REST)
+    t = np.arange(round(_REST / lanes.rig.period.value) + 1) * lanes.rig.period.value
+    sent = [part for *_, part in _runs(lanes, controller, np.zeros((len(lanes.p), len(t))), rest, t, 0)]
+    return np.std(np.concatenate(sent)[:, len(t) // 3 :], axis=1)
+
+
+Played = Iterator[tuple[np.ndarray, ...]]  # controlled signal [lanes, k], what tripped [lanes], command [lanes, k]
+
+
+def _runs(
+    lanes: PlantLanes, controller: Controller, asked: np.ndarray, scenario: Scenario, t: np.ndarray, seed: int | None
+) -> Played:
+    """Compiled where the controller is data or a graph, else one plant after another."""
+    inputs, signal, law = scenario.inputs(t), scenario.signal, sampled_law(controller)
+    if law is None:
+        yield from _one_by_one(lanes, controller, asked, signal, inputs, seed)
+        return
+    for _, done in run_lanes(lanes.engine, lanes.rig, law, lanes.null, lanes.p, asked, (signal,), seed, inputs):
+        yield done.signals[signal], (done.trip > 0) | done.failed, done.sent
+
+
+def _one_by_one(
+    lanes: PlantLanes,
+    controller: Controller,
+    asked: np.ndarray,
+    signal: str,
+    inputs: Mapping[str, np.ndarray],
+    seed: int | None,
+) -> Played:
+    for lane, reference in enumerate(asked):
+        plant = replace(lanes.engine.plant, p=lanes.p[lane])
+        start = Equilibrium(lanes.null.x[lane], lanes.null.u[lane], 0.0)
+        level = float(lanes.engine.observe(start.x, start.u, plant.p)[plant.output(signal)])
+        run = SampledLoop(Engine(plant), lanes.rig, controller, start, seed).run(level + reference, inputs)
+        missing = np.full(asked.shape[1] - len(run.record.t), np.nan)
+        columns = (np.append(run.record.signals[name], missing)[None] for name in (signal, "command"))
+        y, command = columns
+        yield y, np.array([run.tripped is not None]), command

@@ -1,0 +1,100 @@
+"""Hard goals of a loop over its envelope: by how much each is met, and where the worst lies."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from ..control.protocol import Controller, sampled_law
+from .envelope import Envelope, EnvelopeSteps, LinearWorst, command_noise, steps
+from .scenarios import Scenario
+
+SECONDS = 1.0  # of a scenario that a goal watches
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Ms [1] on the nominal rig and on every plant, gain margin [dB] on the nominal one, RMS of the command [1] at rest
+    with noise, overshoot [%] on every plant."""
+
+    ms_nominal: float = 2.0
+    ms: float = 2.5
+    gain_margin_db: float = 6.0
+    command_noise: float = 0.01
+    overshoot_percent: float = np.inf
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A goal: its `value` and the `limit`, None for one that is met or not; the plant on which it is worst.
+
+    miss: how far it is missed, 0 where it is met.
+    """
+
+    name: str
+    value: float | None
+    limit: float | None
+    where: str
+    miss: float
+
+
+def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> Iterator[Goal]:
+    """Of the linear loops at null and moving. Raises InputError for a controller without a linear view."""
+    varied = envelope.varied
+    nominal = varied.some(np.flatnonzero(envelope.nominal).tolist())
+    margins = varied.margins(controller)
+    lanes = (varied, margins), (envelope.drawn, envelope.drawn.margins(controller))
+    every = [LinearWorst.of(*each) for each in lanes]
+    corner = envelope.corner(controller)
+    every.append(LinearWorst.of(corner, corner.margins(controller)))
+    growth = sum(each.growth for each in every)
+    unstable = [each.plant for each in every if each.growth]
+    yield Goal("stable on every plant", None, None, unstable[0] if unstable else "", growth * 1e3)
+    at_nominal = LinearWorst.of(nominal, [each.some(envelope.nominal) for each in margins])
+    ms, db = limits.ms_nominal, limits.gain_margin_db
+    yield _at_most("Ms on the nominal rig", at_nominal.ms, ms, at_nominal.plant)
+    yield _at_least("gain margin on the nominal rig [dB]", at_nominal.gain_margin_db, db, at_nominal.plant)
+    worst = max(every, key=lambda each: each.ms)
+    yield _at_most("Ms on every plant", worst.ms, limits.ms, worst.plant)
+
+
+def motion_goals(
+    envelope: Envelope, controller: Controller, scenarios: Sequence[Scenario], limits: Limits
+) -> Iterator[Goal]:
+    """On the nonlinear plant: the command's noise at rest, and no trip and no hunting in the scenarios."""
+    lanes = envelope.varied if sampled_law(controller) is not None else envelope.few
+    noise = command_noise(lanes, controller, scenarios[0].signal)
+    worst = int(np.argmax(noise))
+    yield _at_most("noise of the command", float(noise[worst]), limits.command_noise, lanes.names[worst])
+    for scenario in scenarios:
+        calm = steps(lanes, controller, scenario, None, SECONDS)
+        for what, lost in (("trips", calm.tripped), ("hunts", calm.hunting)):
+            where = lanes.names[int(np.argmax(lost))] if lost.any() else ""
+            yield Goal(f"{scenario.name}: nowhere {what}", None, None, where, float(lost.sum()))
+        if scenario.size and np.isfinite(limits.overshoot_percent):
+            over = calm.overshoot
+            worst = int(np.argmax(over))
+            name = f"{scenario.name}: overshoot [%]"
+            yield _at_most(name, float(over[worst]), limits.overshoot_percent, lanes.names[worst])
+
+
+def noisy_steps(
+    envelope: Envelope, controller: Controller, scenario: Scenario, seed: int | None
+) -> list[EnvelopeSteps]:
+    """A scenario with noise on the varied plants and, of a law that runs compiled, on the drawn ones."""
+    if sampled_law(controller) is None:
+        return [steps(envelope.few, controller, scenario, seed, SECONDS)]
+    return [steps(lanes, controller, scenario, seed, SECONDS) for lanes in (envelope.varied, envelope.drawn)]
+
+
+def limit_names() -> list[str]:
+    """The limits that a file may give."""
+    return [entry.name for entry in fields(Limits)]
+
+
+def _at_most(name: str, value: float, limit: float, where: str) -> Goal:
+    return Goal(name, value, limit, where, max(0.0, value / limit - 1))
+
+
+def _at_least(name: str, value: float, limit: float, where: str) -> Goal:
+    return Goal(name, value, limit, where, max(0.0, 1 - value / limit))

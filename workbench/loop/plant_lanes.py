@@ -1,0 +1,79 @@
+"""Plants in lanes with their operating points: what loops of all designs on many plants share."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..control.protocol import Controller
+from ..engine import Engine
+from ..linear.equilibria import Equilibria, equilibria
+from ..plant import Plant
+from ..rigs.rig import Rig
+from .lane_laws import lane_laws
+from .lane_margins import LaneMargins, SampledLanes, lane_margins, sampled_lanes
+from .rows import MOVING
+
+
+@dataclass(frozen=True)
+class PlantLanes:
+    """Plants of one structure: their `names` [lanes], parameters p [lanes, k] and `position` [lanes] m.
+
+    `null` and `moving`: where they stand there, and where they pass at 0.1 m/s. The rig gives limits, sensors and the
+    period to all of them.
+    """
+
+    rig: Rig
+    engine: Engine
+    names: tuple[str, ...]
+    p: np.ndarray
+    position: np.ndarray
+    null: Equilibria
+    moving: Equilibria
+
+    def margins(self, controller: Controller) -> tuple[LaneMargins, LaneMargins]:
+        """The linear loops of a controller at null and moving. Raises InputError where it has no linear view."""
+        null, moving = (
+            lane_margins(sampled, lane_laws(controller, self._outputs(points), points.u[:, 0]))
+            for sampled, points in zip(self._sampled, (self.null, self.moving), strict=True)
+        )
+        return null, moving
+
+    def some(self, lanes: Sequence[int]) -> "PlantLanes":
+        """Some of them."""
+        index = np.asarray(lanes, int)
+        null, moving = (Equilibria(at.x[index], at.u[index], at.ok[index]) for at in (self.null, self.moving))
+        names = tuple(self.names[lane] for lane in lanes)
+        return PlantLanes(self.rig, self.engine, names, self.p[index], self.position[index], null, moving)
+
+    @cached_property
+    def _sampled(self) -> tuple[SampledLanes, SampledLanes]:
+        """Linearised at both points, from the command to every sensor."""
+        plant, period = self.engine.plant, self.rig.period.value
+        measures = tuple(name for name in plant.outputs if name in self.rig.sensors)
+        null, moving = (sampled_lanes(plant, at, self.p, measures, period) for at in (self.null, self.moving))
+        return null, moving
+
+    def _outputs(self, points: Equilibria) -> dict[str, np.ndarray]:
+        outputs = self.engine.outputs(points.x[:, None], points.u[:, None], self.p[:, None])[:, 0]
+        return dict(zip(self.engine.plant.outputs, outputs.T, strict=True))
+
+
+def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, position: np.ndarray) -> PlantLanes:
+    """Plants with their operating points. Raises InputError where the nominal plant has none."""
+    null = equilibria(engine.plant, p, position)
+    moving = equilibria(engine.plant, p, position, MOVING, specimen_velocity=MOVING)
+    return PlantLanes(rig, engine, tuple(names), p, position, null, moving)
+
+
+def uncertain(rig: Rig, plant: Plant, factors: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """What is uncertain of a rig, [low, high] by name, SI: factors on numbers, and every other that has bounds."""
+    ranges = {}
+    for name, number in rig.numbers.items():
+        low, high = number.low, number.high
+        if name in factors:
+            low, high = (factor * number.value for factor in factors[name])
+        if low is not None and high is not None and name in plant.parameters:
+            ranges[name] = (low, high)
+    return ranges
