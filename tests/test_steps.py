@@ -31,7 +31,7 @@ use = "controllers.p:P"
 gain = {value = 0.24, unit = "1/m"}
 [controllers.hot]
 use = "controllers.p:P"
-gain = {value = 0.8, unit = "1/m"}
+gain = {value = 3, unit = "1/m"}
 [bode]
 low_hz = 5
 high_hz = 20
@@ -67,7 +67,7 @@ amplitudes_kn = [1]
 def outcome(tmp_path_factory):
     folder = tmp_path_factory.mktemp("steps")
     rig = load_rig("jack-10t")
-    stroke = replace(rig.limits["stroke"], value=0.05)
+    stroke = replace(rig.limits["stroke"], value=0.1012)
     save_rig(replace(rig, name="tight", limits={**rig.limits, "stroke": stroke}), folder / "tight.toml")
     path = folder / "thin.toml"
     path.write_text(CONFIG)
@@ -103,8 +103,8 @@ def test_an_unstable_loop_is_refused_every_margin(rows):
 
 
 def test_a_loop_beyond_the_rig_s_limits_trips_and_says_why(rows):
-    row = rows["p", "position-100mm"]
-    assert row["tripped"] == "position beyond +-50 mm of mid stroke"
+    row = rows["hot", "position-100mm"]
+    assert row["tripped"] == "position beyond +-101.2 mm of mid stroke"
     assert row["settling_s"] is None
     assert row["steady_state_error"] is None
 

@@ -2,7 +2,8 @@
 
 sampled_loop, guard       a sampled controller on the plant, behind the rig's limits
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
-scenarios, rig_variations, conditions    what a loop is asked for, on which rigs, with which delay and noise
+scenarios, reach          what a loop is asked for, and whether a rig can do it
+rig_variations, conditions    on which rigs, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row
 plant_response, margins   a sampled plant's response; poles, sensitivity and margins of loops on it
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails

@@ -104,7 +104,7 @@ SCENARIOS = {
 
 
 def scenario(name: str, where: str) -> Scenario:
-    """A scenario by name; raises InputError, opened by `where`, for an unknown one."""
+    """A standard scenario by name; raises InputError, opened by `where`, for an unknown one."""
     if name not in SCENARIOS:
         raise InputError(f'{where}: no scenario "{name}"; {nearest(name, SCENARIOS)}')
     return SCENARIOS[name]

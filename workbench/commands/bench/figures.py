@@ -1,6 +1,7 @@
 """The figures of a bench: time responses, clouds over the rigs, closed loop, sensitivity, Nichols chart, stiffness."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +18,34 @@ _SHOWN_HZ = (0.05, 100.0)
 _SHORTEST = 0.2  # s
 _DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 _CLOSED_DB = (-3.0, -6.0)
+
+
+@dataclass(frozen=True)
+class Excursion:
+    """The number of a row that tells how far a loop goes astray, and how it is shown: `factor` from SI to `unit`."""
+
+    key: str
+    name: str
+    unit: str
+    factor: float
+    digits: str
+
+    @property
+    def label(self) -> str:
+        """Name and unit."""
+        return f"{self.name} [{self.unit}]"
+
+    def shown(self, value: float | None) -> float | None:
+        """A value in the unit."""
+        return None if value is None else value * self.factor
+
+
+def excursion(loop: BenchLoop, scenario: Scenario) -> Excursion:
+    """Overshoot; a load alone has no step to overshoot, but pushes the jack off its place."""
+    if scenario.size:
+        return Excursion("overshoot_percent", "overshoot", "%", 1.0, "1f")
+    factor = float(from_si(1.0, loop.signal.unit, loop.signal.si))
+    return Excursion("peak_deviation", "deviation", loop.signal.unit, factor, "3g")
 
 
 def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, entries: Entries) -> Figure:
@@ -54,16 +83,16 @@ def _until(end: float, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
 
 
 def spread_scatter(loop: BenchLoop, scenario: Scenario, entries: Entries) -> Figure:
-    """Overshoot against settling, a mark a rig: a robust controller's marks are close together."""
-    i = loop.scenarios.index(scenario)
+    """Overshoot, or what a load pushes, against settling, a mark a rig: those of a robust controller are close."""
+    i, far = loop.scenarios.index(scenario), excursion(loop, scenario)
     curves = []
     for controller in loop.controllers:
         rows = [entries[controller.name, rig]["rows"][i] for rig in loop.rigs]
         settled = [row for row in rows if row["settling_s"] is not None]
-        at = np.array([[row["settling_s"], row["overshoot_percent"]] for row in settled]).reshape(-1, 2)
+        at = np.array([[row["settling_s"], far.shown(row[far.key])] for row in settled]).reshape(-1, 2)
         curves.append(Curve(controller.name, at[:, 0], at[:, 1], "markers"))
     note = f"A mark for each of {', '.join(loop.rigs)}; none where a loop does not settle."
-    panel = Panel("overshoot [%]", curves)
+    panel = Panel(far.label, curves)
     return Figure(f"{scenario.name}: spread", "settling [s]", [panel], log_x=True, note=note, height=420)
 
 

@@ -9,7 +9,7 @@ from ...report import Figure, Page, Section, Table
 from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.judged import judged_words
 from .entry import Entries
-from .figures import linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
+from .figures import excursion, linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
 
 Metrics = Mapping[str, Any]
 Best = Literal["min", "max"]
@@ -69,11 +69,12 @@ def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
         return f"{scenario.name}: {nobody or 'no controller settles on every rig; '}".rstrip("; ") + "."
     worst = {name: max(settled[name, rig]["settling_s"] for rig in rigs) for name in able}
     best = min(worst, key=lambda name: worst[name])
-    most = max(settled[best, rig]["overshoot_percent"] for rig in rigs)
     where = "on every other rig" if never else "on every rig"
+    far = excursion(loop, scenario)
+    most = max(settled[best, rig][far.key] for rig in rigs) * far.factor
     return (
-        f"{scenario.name}: {nobody}{best} is settled {where} first, by {worst[best]:.3g} s, with {most:.1f} % "
-        "overshoot at most."
+        f"{scenario.name}: {nobody}{best} is settled {where} first, by {worst[best]:.3g} s, with {most:.{far.digits}} "
+        f"{far.unit} {far.name} at most."
     )
 
 
@@ -101,11 +102,12 @@ def _line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -> dic
     for scenario, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
         over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, scenario.name))
         if scenario.arrives is not None:
+            far = excursion(loop, scenario)
             line |= {
                 f"{scenario.name}: settling [s]": row["settling_s"],
                 f"{scenario.name}: worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
-                f"{scenario.name}: overshoot [%]": row["overshoot_percent"],
-                f"{scenario.name}: worst overshoot [%]": over["overshoot_percent_most"],
+                f"{scenario.name}: {far.label}": far.shown(row[far.key]),
+                f"{scenario.name}: worst {far.label}": far.shown(over[f"{far.key}_most"]),
             }
         line[f"{scenario.name}: IAE [{loop.signal.unit} s]"] = _shown(row["iae"], loop)
         line[f"{scenario.name}: energy [J]"] = energy["beyond_rest_j"]

@@ -11,7 +11,7 @@ from ...base.table import Table
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.conditions import Conditions
 from ...loop.rig_variations import variation
-from ...loop.scenarios import Scenario, scenario
+from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 from .experiment import (
     BodeConfig,
@@ -22,8 +22,21 @@ from .experiment import (
     rig_of,
     with_specimen,
 )
+from .scenario_tables import check_scenarios, read_scenarios
 
-KEYS = ("experiment", "rig", "rigs", "scenarios", "specimen", "from", "controllers", "bode", "ideal", "seed")
+KEYS = (
+    "experiment",
+    "rig",
+    "rigs",
+    "scenarios",
+    "scenario",
+    "specimen",
+    "from",
+    "controllers",
+    "bode",
+    "ideal",
+    "seed",
+)
 
 
 @dataclass(frozen=True)
@@ -64,8 +77,7 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     top.allow(*KEYS)
     nominal = rig_of(top, path, rig)
     tables = {**borrowed_controllers(top.optional_table("from"), path.parent), **_own(top)}
-    names = top.words("scenarios", "position-10mm")
-    scenarios = [scenario(name, str(top.place.inside("scenarios"))) for name in names]
+    scenarios = read_scenarios(top)
     controllers = [controller_spec(name, table) for name, table in tables.items()]
     asked = _asked(controllers, scenarios, nominal, str(path))
     rigs = _sets(top, asked)
@@ -86,11 +98,11 @@ def _loop(
     if signal == "force" and "specimen" not in top:
         raise top.complaint("specimen", "a force needs something to act on; add a table [specimen]")
     rig = with_specimen(nominal, top.table("specimen")) if signal == "force" else nominal
-    for name in rigs:
-        top.about("rigs", lambda name=name: variation(rig, name))
+    variations = [top.about("rigs", lambda name=name: variation(rig, name)) for name in rigs]
     full = rig.limit("force" if signal == "force" else "stroke")
     bode = read_bode(top.table("bode"), "amplitudes_percent", full / 100)
     own = tuple(scenario for scenario in scenarios if scenario.signal == signal)
+    check_scenarios(top, own, variations)
     return BenchLoop(SIGNALS[signal], rig, rigs, tuple(controllers), own, bode)
 
 

@@ -34,7 +34,8 @@ class Specimen:
 
 
 def read_experiment(path: Path) -> Table:
-    """The document of an experiment file; a path in a controller's `use` counts from its folder, and is made absolute.
+    """The document of an experiment file; a path in a controller's `use`, or in a scenario's `file`, counts from its
+    folder, and is made absolute.
 
     Raises InputError with file and line.
     """
@@ -47,10 +48,15 @@ def _absolute(value: Any, folder: Path) -> Any:
         return [_absolute(item, folder) for item in value]
     if not isinstance(value, Mapping):
         return value
-    return {
-        key: absolute(item, folder) if key == "use" and isinstance(item, str) else _absolute(item, folder)
-        for key, item in value.items()
-    }
+    return {key: _absolute_entry(key, item, folder) for key, item in value.items()}
+
+
+def _absolute_entry(key: str, item: Any, folder: Path) -> Any:
+    if key == "use" and isinstance(item, str):
+        return absolute(item, folder)
+    if key == "file" and isinstance(item, str):
+        return str((folder / item).resolve())
+    return _absolute(item, folder)
 
 
 def rig_of(top: Table, path: Path, rig: str | None) -> Rig:

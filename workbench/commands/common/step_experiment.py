@@ -11,9 +11,12 @@ from ...base.table import Table
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.conditions import Conditions
-from ...loop.scenarios import Scenario, scenario
+from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 from .experiment import BodeConfig, read_bode, read_conditions, read_experiment, rig_of, with_specimen
+from .scenario_tables import check_scenarios, read_scenarios
+
+KEYS = ("experiment", "rig", "specimen", "scenarios", "scenario", "controllers", "bode", "ideal", "seed")
 
 
 @dataclass(frozen=True)
@@ -43,9 +46,9 @@ def load_steps(path: str | Path, rig: str | None = None) -> StepConfig:
 
 def step_config(top: Table, rig: Rig) -> StepConfig:
     """The tables of a step experiment on a rig. Raises InputError."""
-    top.allow("experiment", "rig", "specimen", "scenarios", "controllers", "bode", "ideal", "seed")
+    top.allow(*KEYS)
     rig = with_specimen(rig, top.table("specimen")) if "specimen" in top else rig
-    scenarios = _scenarios(top)
+    scenarios = _scenarios(top, rig)
     signal = SIGNALS[scenarios[0].signal]
     if signal.name == "force" and not rig["ks"]:
         raise top.complaint("specimen", "a force needs something to act on; add a table [specimen]")
@@ -63,13 +66,13 @@ def step_config(top: Table, rig: Rig) -> StepConfig:
     )
 
 
-def _scenarios(top: Table) -> tuple[Scenario, ...]:
-    names = top.words("scenarios", "position-10mm")
-    scenarios = tuple(scenario(name, str(top.place.inside("scenarios"))) for name in names)
+def _scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
+    scenarios = read_scenarios(top)
     for other in scenarios[1:]:
         if other.signal != scenarios[0].signal:
             what = f"{scenarios[0].name} and {other.name} are different loops; make two experiments"
             raise top.complaint("scenarios", what)
+    check_scenarios(top, scenarios, [rig])
     return scenarios
 
 

@@ -1,0 +1,113 @@
+"""Scenarios of an experiment's own: what its tables say, and what is refused in one line."""
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.commands.common.step_experiment import load_steps
+from workbench.loop.rows import linear_loops, loop_setup, play
+
+HEAD = """
+experiment = "step"
+rig = "jack-10t"
+scenarios = ["position-10mm", "own"]
+[controllers.p]
+use = "controllers.p:P"
+gain = "0.24 1/m"
+[bode]
+low_hz = 5
+high_hz = 20
+points = 3
+amplitudes_mm = [1]
+[scenario.own]
+"""
+WAVE = "t [ms],position [cm]\n0,10\n100,10.1\n300,9.9\n"
+
+
+def own(folder, text):
+    """The scenario of a table."""
+    (folder / "wave.csv").write_text(WAVE)
+    (folder / "steps.toml").write_text(HEAD + text)
+    return load_steps(folder / "steps.toml").scenarios[1]
+
+
+def test_a_step_from_a_share_of_the_stroke(tmp_path):
+    step = own(tmp_path, 'size = "-5 mm"\nstart = 0.5\nduration = "1 s"')
+    assert (step.size, step.duration, step.arrives) == (-5e-3, 1.0, 0.0)
+    assert step.position(0.24) == pytest.approx(0.12)
+
+
+def test_a_ramp_from_a_position(tmp_path):
+    ramp = own(tmp_path, 'size = "-10 mm"\nrate = "20 mm/s"\nstart = "-30 mm"\nduration = {value = 2, unit = "s"}')
+    assert ramp.reference(np.array([0.0, 0.25, 1.0])) == pytest.approx([0, -5e-3, -10e-3])
+    assert ramp.arrives == 0.5
+    assert ramp.position(0.24) == pytest.approx(-0.03)
+
+
+def test_a_sine(tmp_path):
+    sine = own(tmp_path, 'size = "2 mm"\nfrequency = "5 Hz"\nduration = "1 s"')
+    assert sine.reference(np.array([0.05])) == pytest.approx([2e-3])
+    assert sine.arrives is None
+
+
+def test_a_waveform_of_a_file_beside_the_experiment_in_its_own_units_from_its_first_row(tmp_path):
+    wave = own(tmp_path, 'file = "wave.csv"')
+    assert wave.duration == pytest.approx(0.3)
+    assert wave.reference(np.array([0.0, 0.05, 0.2, 0.3])) == pytest.approx([0, 5e-4, 0, -1e-3])
+
+
+def test_a_load_pushes_a_jack_that_stands_anywhere(tmp_path):
+    load = own(tmp_path, 'load = "-10 kN"\nload_at = "0.2 s"\nstart = -0.5\nduration = "0.8 s"')
+    assert load.arrives == 0.2
+    config = load_steps(tmp_path / "steps.toml")
+    setup = loop_setup(config.rig)
+    run = play(config.controllers[0], load, setup)
+    position, t = run.record.signals["position"], run.record.t
+    assert position[t < 0.2] == pytest.approx(-0.12, abs=1e-6)
+    assert run.record.signals["force"][-1] == pytest.approx(-10e3)
+    assert position[-1] > -0.12 + 1e-4  # away from where the force on the load cell points
+    assert linear_loops(config.controllers[0], setup.where(load)).null.ms is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ('sise = "5 mm"', 'scenario.own.sise: unknown key; did you mean "size"?'),
+        ('duration = "1 s"', "scenario.own: asks for nothing; give a size, a file or a load"),
+        ('size = "5 mm"', "scenario.own.duration: missing (how long it is watched, in s)"),
+        ('size = "5 kN"\nduration = "1 s"', 'cannot be converted to "m"'),
+        ('size = "0 mm"\nduration = "1 s"', "scenario.own.size: must be there, and not 0"),
+        ('load = "1 kN"\nfrequency = "1 Hz"\nduration = "1 s"', "scenario.own.size: must be there, and not 0"),
+        ('size = "5 mm"\nload_at = "1 s"\nduration = "1 s"', "scenario.own.load_at: there is no load"),
+        ('size = "5 mm"\nrate = "1 mm/s"\nfrequency = "1 Hz"\nduration = "1 s"', "not together with rate; remove one"),
+        ('size = "5 mm"\nfile = "wave.csv"', "the file has the size; remove one"),
+        ('file = "waves.csv"', "waves.csv: no such file"),
+        ('size = "5 mm"\nstart = 1.5\nduration = "1 s"', "a share of the stroke limit, -1 to 1"),
+        ('size = "5 mm"\nstart = "300 mm"\nduration = "1 s"', "a position of 305 mm, the limit of jack-10t is 240 mm"),
+        ('size = "30 mm"\nstart = 0.9\nduration = "1 s"', "a position of 246 mm, the limit of jack-10t is 240 mm"),
+        ('size = "200 mm"\nfrequency = "10 Hz"\nduration = "1 s"', "a speed of 12.5664 m/s, the limit of jack-10t"),
+        ('size = "1 mm"\nfrequency = "500 Hz"\nduration = "1 s"', "500 Hz: must be below half the control rate"),
+        ('load = "100 kN"\nduration = "1 s"', "asks for a load of 100 kN, the limit of jack-10t is 90 kN"),
+        ('size = "10 mm"\nrate = "10 mm/s"\nduration = "1 s"', "too short; give at least 1.3 s"),
+        ('signal = "force"\nsize = "5 kN"\nduration = "1 s"', "are different loops; make two experiments"),
+        ('size = "5 mm"\nduration = "1 s"\n[scenario.position-10mm]\nsize = "5 mm"\nduration = "1 s"',
+         "scenario.position-10mm: is a standard scenario; choose another name"),
+        ('size = "5 mm"\nduration = "1 s"\n[scenario.more]\nsize = "5 mm"\nduration = "1 s"',
+         "scenario.more: is not in the list `scenarios`"),
+    ],
+)  # fmt: skip
+def test_a_scenario_that_makes_no_sense_is_refused(tmp_path, text, complaint):
+    with pytest.raises(InputError) as refused:
+        own(tmp_path, text)
+    assert complaint in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_standard_scenario_beyond_the_rig_is_refused_too(tmp_path, capsys):
+    (tmp_path / "steps.toml").write_text(HEAD.replace('"own"]', '"position-200mm"]').replace("[scenario.own]", ""))
+    assert main(["run", str(tmp_path / "steps.toml"), "--rig", "festo-tp511", "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert "a position of 200 mm, the limit of festo-tp511 is 97 mm; ask for less" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()

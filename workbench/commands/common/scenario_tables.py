@@ -1,0 +1,97 @@
+"""The scenarios of an experiment: standard ones by name, and its own as tables [scenario.NAME]."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...base.signals import SIGNALS
+from ...base.table import Table
+from ...base.units import Spec
+from ...loop.reach import check_reach
+from ...loop.scenarios import SCENARIOS, Scenario, scenario
+from ...rigs.rig import Rig
+
+_KEYS = ("signal", "size", "rate", "frequency", "file", "start", "load", "load_at", "duration")
+_COURSES = ("rate", "frequency", "file")
+_LARGE = 1e12
+
+
+def read_scenarios(top: Table) -> tuple[Scenario, ...]:
+    """What `scenarios` lists: names of SCENARIOS, and of the experiment's own tables. Raises InputError."""
+    tables = top.optional_table("scenario")
+    own = {name: _own(name, tables) for name in tables}
+    names = top.words("scenarios", "position-10mm")
+    if unused := [name for name in own if name not in names]:
+        raise tables.complaint(unused[0], "is not in the list `scenarios`; add it there or remove the table")
+    where = str(top.place.inside("scenarios"))
+    return tuple(own[name] if name in own else scenario(name, where) for name in names)
+
+
+def check_scenarios(top: Table, scenarios: Iterable[Scenario], rigs: Iterable[Rig]) -> None:
+    """Raises InputError for a scenario that is out of the reach of one of the rigs."""
+    for rig in rigs:
+        for each in scenarios:
+            top.about("scenarios", lambda each=each, rig=rig: check_reach(each, rig))
+
+
+def _own(name: str, tables: Table) -> Scenario:
+    table = tables.table(name, *_KEYS)
+    if name in SCENARIOS:
+        raise table.error("is a standard scenario; choose another name")
+    signal = table.word("signal", ("position", "force"), "position")
+    si = SIGNALS[signal].si
+    if len(courses := [key for key in _COURSES if key in table]) > 1:
+        raise table.complaint(courses[1], f"not together with {courses[0]}; remove one")
+    if not {"size", "file", "load"} & set(table):
+        raise table.error("asks for nothing; give a size, a file or a load")
+    load = _quantity(table, "load", "N", "force on the jack", -_LARGE)
+    load_at = _quantity(table, "load_at", "s", "when the load comes") if "load_at" in table else 0.5
+    if "load_at" in table and not load:
+        raise table.complaint("load_at", "there is no load; give one")
+    further: dict[str, Any] = {"load": load, "load_at": load_at, **_start(table)}
+    if "file" in table:
+        return _waveform(name, table, signal, further)
+    size = _quantity(table, "size", si, "size", -_LARGE)
+    if not size and (courses or not load):
+        raise table.complaint("size", "must be there, and not 0")
+    duration = Spec("s", 1e-3, 1e6, "how long it is watched")
+    if "rate" in table:
+        further["rate"] = table.quantity("rate", Spec(f"{si}/s", 1e-12, _LARGE, "rate of a ramp"))
+    if "frequency" in table:
+        further["frequency"] = table.quantity("frequency", Spec("Hz", 1e-6, 1e6, "frequency of a sine"))
+    return Scenario(name, signal, size, table.quantity("duration", duration), **further)
+
+
+def _quantity(table: Table, key: str, si: str, meaning: str, low: float = 0.0) -> float:
+    """A number of the table, 0 where it has none."""
+    return table.quantity(key, Spec(si, low, _LARGE, meaning)) if key in table else 0.0
+
+
+def _start(table: Table) -> dict[str, float]:
+    """Where the jack starts: a share of the stroke limit as a plain number, or a position from mid stroke."""
+    value = table.values.get("start", 0.0)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return {"start": table.quantity("start", Spec("m", -100.0, 100.0, "position at the start, from mid stroke"))}
+    if not -1 <= value <= 1:
+        raise table.complaint("start", 'a plain number is a share of the stroke limit, -1 to 1; or write "50 mm"')
+    return {"start_share": float(value)}
+
+
+def _waveform(name: str, table: Table, signal: str, further: dict[str, Any]) -> Scenario:
+    """The course of a file, from its first row on."""
+    from ...records.frequency_sheet import Columns
+
+    if "size" in table:
+        raise table.complaint("size", "the file has the size; remove one")
+    columns = table.about("file", lambda: Columns(Path(table.text("file"))))
+    t, values = columns.values("t", "s"), columns.values(signal, SIGNALS[signal].si)
+    t, values = t - t[0], values - values[0]
+    if len(t) < 2 or not np.all(np.diff(t) > 0):
+        raise InputError(f"{columns.path}: t must rise from row to row, over two rows or more; mend it")
+    span, duration = float(np.ptp(values)), float(t[-1])
+    if "duration" in table:
+        duration = table.quantity("duration", Spec("s", 1e-3, 1e6, "how long it is watched"))
+    return Scenario(name, signal, span, duration, waveform=(tuple(t.tolist()), tuple(values.tolist())), **further)

@@ -1,0 +1,50 @@
+"""Whether a rig can do what a scenario asks for: its limits of position, speed and force."""
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.units import from_si
+from ..rigs.rig import Rig
+from .scenarios import Scenario
+from .step_metrics import LAST
+
+_UNITS = {"position": ("mm", "m"), "speed": ("m/s", "m/s"), "force": ("kN", "N"), "load": ("kN", "N")}
+_ROUNDING = 1 + 1e-9
+
+
+def check_reach(scenario: Scenario, rig: Rig) -> None:
+    """Raises InputError for a scenario that leads beyond a rig's limits, or is over before it can settle."""
+    period, stroke, force = rig.period.value, rig.limit("stroke"), rig.limit("force")
+    if scenario.frequency and scenario.frequency * period >= 0.5:
+        raise _error(scenario, f"{scenario.frequency:g} Hz: must be below half the control rate of {rig.name}")
+    if scenario.arrives is not None and scenario.duration < scenario.arrives + LAST:
+        least = f"{scenario.arrives + LAST:g} s, {LAST:g} s more than it takes to arrive"
+        raise _error(scenario, f"a duration of {scenario.duration:g} s is too short; give at least {least}")
+    t = np.arange(round(scenario.duration / period) + 1) * period
+    course = scenario.reference(t)
+    if scenario.frequency:
+        course = scenario.size * np.array([-1.0, 1.0])  # the samples may miss its peaks
+    asked = {"position": np.abs(scenario.position(stroke) + (course if scenario.signal == "position" else 0.0)).max()}
+    asked["force"] = np.abs(course).max() if scenario.signal == "force" else 0.0
+    asked["load"] = abs(scenario.load)
+    asked["speed"] = _speed(scenario, t)
+    for name, limit in {"position": stroke, "force": force, "load": force, "speed": rig.limit("speed")}.items():
+        if asked[name] > limit * _ROUNDING:
+            unit, si = _UNITS[name]
+            value, most = (f"{float(from_si(number, unit, si)):.6g} {unit}" for number in (asked[name], limit))
+            raise _error(scenario, f"asks for a {name} of {value}, the limit of {rig.name} is {most}; ask for less")
+
+
+def _speed(scenario: Scenario, t: np.ndarray) -> float:
+    """The highest speed [m/s] of the reference or the far end; a step has none."""
+    if scenario.signal != "position":
+        return scenario.speed
+    if scenario.frequency:
+        return 2 * np.pi * scenario.frequency * abs(scenario.size)
+    if scenario.waveform is not None:
+        return float(np.abs(np.diff(scenario.reference(t))).max() / t[1])
+    return 0.0 if np.isinf(scenario.rate) else scenario.rate
+
+
+def _error(scenario: Scenario, what: str) -> InputError:
+    return InputError(f'scenario "{scenario.name}": {what}')
