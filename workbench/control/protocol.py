@@ -58,8 +58,8 @@ def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -
     """A controller's linear view, its signals named as the protocol has them.
 
     `at` has the plant's outputs and the command [1] of the operating point, SI, by name: a law that differs between
-    operating points, whose method is `linear(at)`, needs it, and so does a graph. Raises InputError for a controller
-    without a linear view.
+    operating points, whose method is `linear(at)`, needs it, and so does a graph. Raises NoLinearView for a controller
+    without one, NeedsOperatingPoint for one that needs `at`, and InputError for one that is no system of its signals.
     """
     if hasattr(controller, "linear"):
         linear = cast(Any, controller.linear)
@@ -70,8 +70,19 @@ def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -
         linear = law.linearised(law.picked(reference, signals), signals["command"])
         view = realised_as_demanded(linear, 1.0)
     else:
-        raise InputError(f"{type(controller).__name__} has no linear view; give it a method `linear`")
-    return as_state_space(view).relabelled(("reference", *controller.measures), ("command",))
+        raise NoLinearView(f"{type(controller).__name__} has no linear view; give it a method `linear`")
+    names = ("reference", *controller.measures)
+    view = as_state_space(view)
+    if view.D.shape != (1, len(names)):
+        raise InputError(
+            f"{type(controller).__name__}.linear: has {view.D.shape[1]} inputs and {view.D.shape[0]} outputs; make it "
+            f"a system from {', '.join(names)} to the command"
+        )
+    return view.relabelled(names, ("command",))
+
+
+class NoLinearView(InputError):
+    """A linear view was asked for of a controller that has none."""
 
 
 class NeedsOperatingPoint(InputError):

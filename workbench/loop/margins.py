@@ -1,7 +1,8 @@
 """The sampled loop, linearised: closed loop, sensitivity and margins, or the plain word that it is unstable."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -16,16 +17,19 @@ from .plant_response import PlantResponse, near, plant_response
 STABLE = 1 - 1e-9  # |z| of every pole of a stable loop is below this
 _ROUNDS, _INSIDE = 3, 7  # each splits the intervals of crossings and peaks by so many points
 
+Source = Literal["linear", "sine", "none"]  # of margins: the linear loop, sines on the simulated one, or there are none
+
 
 @dataclass(frozen=True)
 class LinearLoop:
     """A linearised sampled loop over f [k] in Hz up to the Nyquist frequency, closest where it crosses or resonates.
 
     `closed` is reference -> controlled signal, `sensitivity` 1/(1 + L) at the command. An unstable loop has no margins:
-    its gain and phase margin, Ms, closed loop and sensitivity are None.
+    its gain and phase margin, Ms, closed loop and sensitivity are None. `margins` says where they come from: sines
+    give no closed loop, and where they give no margins, whether the loop is stable may be None too.
     """
 
-    stable: bool
+    stable: bool | None
     f: np.ndarray
     open: np.ndarray
     closed: np.ndarray | None
@@ -33,6 +37,7 @@ class LinearLoop:
     gain_margin_db: float | None
     phase_margin_deg: float | None
     ms: float | None
+    margins: Source = "linear"
 
 
 def linear_loop(
@@ -62,12 +67,18 @@ def linear_loop_on(sampled: PlantResponse, controller: Controller) -> LinearLoop
     further = near(poles, sampled.period)
     f, first = np.unique(np.append(sampled.f, further), return_index=True)
     values = np.hstack((with_law(sampled.z, sampled.on_grid[rows]), responses(further)))[:, first]
-    f, (loop, forward) = _refined(responses, f, values)
+    f, (loop, forward) = refined(responses, f, values, _ROUNDS, _INSIDE)
     if not np.abs(poles).max() < STABLE:
         return LinearLoop(False, f, loop, None, None, None, None, None)
+    closed = with_margins(f, loop, "linear")
+    return replace(closed, closed=forward * closed.sensitivity)
+
+
+def with_margins(f: np.ndarray, loop: np.ndarray, margins: Source) -> LinearLoop:
+    """A stable loop by its open loop [k], complex, at f [k] in Hz up to Nyquist's, without a closed one."""
     sensitivity = 1 / (1 + loop)
     gain, phase = _gain_margin(loop), _phase_margin(loop)
-    return LinearLoop(True, f, loop, forward * sensitivity, sensitivity, gain, phase, float(np.abs(sensitivity).max()))
+    return LinearLoop(True, f, loop, None, sensitivity, gain, phase, float(np.abs(sensitivity).max()), margins)
 
 
 def closed_poles(sampled: PlantResponse, controller: Controller) -> np.ndarray:
@@ -83,12 +94,15 @@ def _poles(sampled: PlantResponse, law: StateSpace) -> np.ndarray:
     return np.linalg.eigvals(closed).astype(complex)
 
 
-def _refined(
-    responses: Callable[[np.ndarray], np.ndarray], f: np.ndarray, values: np.ndarray
+def refined(
+    responses: Callable[[np.ndarray], np.ndarray], f: np.ndarray, values: np.ndarray, rounds: int, inside: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The grid with more points where the loop crosses unit gain or the real axis, and about peaks; responses there."""
-    part = np.arange(1, _INSIDE + 1) / (_INSIDE + 1)
-    for _ in range(_ROUNDS):
+    """The grid f [k] with more points where the loop, values[0], crosses unit gain or the real axis, and about peaks.
+
+    Each round splits such intervals by `inside` points; `responses` gives values [.., n] at n further frequencies.
+    """
+    part = np.arange(1, inside + 1) / (inside + 1)
+    for _ in range(rounds):
         split = _eventful(values[0])
         more = (f[split, None] * (f[split + 1] / f[split])[:, None] ** part).ravel()
         f, values = np.append(f, more), np.hstack((values, responses(more)))

@@ -18,6 +18,6 @@ def spread_over_rigs(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             values = [row[key] for row in played if row[key] is not None]
             line |= {f"{key}_least": min(values, default=None), f"{key}_most": max(values, default=None)}
         line["unsettled"] = [row["rig"] for row in played if row["settling_s"] is None]
-        line["unstable"] = [row["rig"] for row in played if not row["stable"]]
+        line["unstable"] = [row["rig"] for row in played if row["stable"] is False]
         lines.append(line)
     return lines

@@ -1,7 +1,7 @@
 """A controller in a scenario on a rig: the run, the linear loop at two operating points, and the row of numbers."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -9,17 +9,19 @@ import numpy as np
 
 from ..base.gain_phase import gain_db, phase_deg
 from ..control.controller_spec import ControllerSpec
+from ..control.protocol import Controller, NoLinearView
 from ..engine import Engine
 from ..linear import Equilibrium, equilibrium
 from ..linear.crossings import corner_frequency
 from ..plant import build
 from ..rigs.rig import Rig
 from . import step_metrics as metrics
-from .margins import LinearLoop, linear_loop_on
+from .margins import LinearLoop, Source, linear_loop_on
 from .plant_response import PlantResponse, plant_response
 from .sampled_loop import LoopRun, SampledLoop
 from .scenarios import Scenario
-from .sensors import settling_band
+from .sensors import check_sensors, settling_band
+from .sine_margins import SINE_TOLERANCE, SineTest
 
 MOVING = 0.1  # m/s: the second operating point, outside the lap's doubled gain; a specimen's far end moves along
 
@@ -54,6 +56,11 @@ class LoopSetup:
         return plant_response(self.engine.plant, self.null_smooth, self.rig.period.value, self.smooth)
 
     @cached_property
+    def smooth_engine(self) -> Engine:
+        """The engine without dry friction, exact enough for small sines."""
+        return Engine(replace(self.engine.plant, p=self.smooth), SINE_TOLERANCE)
+
+    @cached_property
     def moving_plant(self) -> PlantResponse:
         """The same moving."""
         return plant_response(self.engine.plant, self.moving, self.rig.period.value, self.smooth)
@@ -67,9 +74,15 @@ class LinearLoops:
     moving: LinearLoop
 
     @property
-    def stable(self) -> bool:
-        """At both points."""
-        return self.null.stable and self.moving.stable
+    def stable(self) -> bool | None:
+        """At both points; None where that is not known."""
+        points = (self.null.stable, self.moving.stable)
+        return False if False in points else None if None in points else True
+
+    @property
+    def margins(self) -> Source:
+        """Where the margins come from; none where one of the points has none."""
+        return "none" if "none" in (self.null.margins, self.moving.margins) else self.null.margins
 
     def worst(self, pick: Callable[[Sequence[float]], float], name: str) -> float | None:
         """The worse of the two values of a margin; None for an unstable loop, and where neither has it."""
@@ -93,9 +106,29 @@ def _at(rig: Rig, engine: Engine, smooth: np.ndarray, position: float) -> LoopSe
 
 
 def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
-    """A controller's loop, linearised at both operating points."""
+    """A controller's loop, linearised at both operating points; tried by sines where it has no linear view.
+
+    Raises InputError where the rig lacks a sensor that the controller needs.
+    """
     controller = spec.build(setup.rig.period.value)
-    return LinearLoops(*(linear_loop_on(plant, controller) for plant in (setup.null_plant, setup.moving_plant)))
+    check_sensors(setup.rig, controller.measures)
+    try:
+        return LinearLoops(*(linear_loop_on(plant, controller) for plant in (setup.null_plant, setup.moving_plant)))
+    except NoLinearView:
+        return LinearLoops(*(test.loop() for test in _sine_tests(spec, setup)))
+
+
+def _sine_tests(spec: ControllerSpec, setup: LoopSetup) -> tuple[SineTest, SineTest]:
+    """At null and moving; there a position changes on the way, and the plant with it."""
+
+    def controller() -> Controller:
+        return spec.build(setup.rig.period.value)
+
+    engine, rig = setup.smooth_engine, setup.rig
+    return (
+        SineTest(engine, rig, controller, setup.null_smooth, speed=0.0, longest=8.0, agree=0.001),
+        SineTest(engine, rig, controller, setup.moving, speed=MOVING, longest=2.0, agree=0.05),
+    )
 
 
 def play(spec: ControllerSpec, scenario: Scenario, setup: LoopSetup, seed: int | None = None) -> LoopRun:
@@ -150,6 +183,7 @@ def row(
         "gain_margin_db": loops.worst(min, "gain_margin_db"),
         "phase_margin_deg": loops.worst(min, "phase_margin_deg"),
         "ms": loops.worst(max, "ms"),
+        "margins": loops.margins,
         "band": band,
         "peak_deviation": _peak(scenario, run),
     }

@@ -16,7 +16,7 @@ from ..records import Record
 from ..rigs.rig import Rig
 from .compiled_loop import CompiledLoop
 from .guard import Guard
-from .sensors import Sensors
+from .sensors import Sensors, check_sensors
 
 SIMULATION_FAILED = "the simulation failed"
 
@@ -59,9 +59,7 @@ class SampledLoop:
         self._x, self._held = start.x.copy(), start.u.copy()
         self._line = DelayLine(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.interpolated)
         self._samples = 0
-        for name in controller.measures:
-            if name not in self._sensors.names:
-                raise InputError(f"rig {rig.name} has no {name} sensor, which the controller needs; declare one")
+        check_sensors(rig, controller.measures)
         measured = self._measure()
         self._guard.reset(float(self._held[0]))
         reference = measured[controller.measures[0]]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..base.errors import InputError
 from ..rigs.rig import Rig
 
 
@@ -14,6 +15,13 @@ def settling_band(rig: Rig, signal: str, size: float, share: float = 0.02) -> fl
     """The band of a step, SI: a share of its size, but never below three standard deviations of the sensor's noise."""
     sensor = rig.sensors.get(signal)
     return max(share * abs(size), 3 * sensor.noise if sensor else 0.0)
+
+
+def check_sensors(rig: Rig, measures: tuple[str, ...]) -> None:
+    """Raises InputError for a signal that a controller measures and the rig does not."""
+    for name in measures:
+        if name not in rig.sensors:
+            raise InputError(f"rig {rig.name} has no {name} sensor, which the controller needs; declare one")
 
 
 class Sensors:

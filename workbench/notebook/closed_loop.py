@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..base.errors import InputError
 from ..base.signals import SIGNALS, Signal
 from ..base.units import from_si, quantity
+from ..commands.common.sines import loop_poles
 from ..control.controller_spec import ControllerSpec
 from ..loop.conditions import Conditions
 from ..loop.describing_function import closed_loop_sweep, sweep_frequencies
@@ -65,7 +66,7 @@ class ClosedLoop:
     @cached_property
     def _measures(self) -> tuple[str, ...]:
         law = self.controller.build(self.rig.period.value)
-        for name in ("measures", "reset", "compute", "update", "linear"):
+        for name in ("measures", "reset", "compute", "update"):
             if not hasattr(law, name):
                 raise InputError(f"ClosedLoop: {self.controller.name} has no {name}; see wb.Controller")
         return law.measures
@@ -91,7 +92,7 @@ class ClosedLoop:
 
     @cached_property
     def linear_loops(self) -> LinearLoops:
-        """The loop linearised at null and moving."""
+        """The loop linearised at null and moving, or tried by sines there."""
         return linear_loops(self.controller, self.setup)
 
     def with_controller(self, controller: ControllerSpec) -> "ClosedLoop":
@@ -146,7 +147,7 @@ class ClosedLoop:
         return Margins(self.linear_loops.null, self.linear_loops.moving)
 
     def poles(self) -> Poles:
-        """Poles of the sampled closed loop at null and moving."""
+        """Poles of the sampled closed loop at null and moving. Raises NoLinearView where the controller has no such."""
         period, setup = self.rig.period.value, self.setup
         controller = self.controller.build(period)
         null, moving = (closed_poles(plant, controller) for plant in (setup.null_plant, setup.moving_plant))
@@ -161,13 +162,17 @@ class ClosedLoop:
         """
         name, linear = self.controller.name, self.linear_loops
         if amplitude is None:
+            if linear.null.margins != "linear":
+                raise InputError(f"bode: {name} has no linear view; give an amplitude for a stepped sine")
             if linear.null.closed is None:
                 raise InputError(
                     f"bode: {name} is unstable at null, where its linear loop has no response; see margins()"
                 )
             return ClosedLoopBode(name, self.signal, linear, linear.null.f, linear.null.closed, None, "")
         size, setup, period = self._amplitude(amplitude), self.setup, self.rig.period.value
-        f = sweep_frequencies(quantity(low, "Hz"), quantity(high, "Hz"), points, period, self.poles().null)
+        f = sweep_frequencies(
+            quantity(low, "Hz"), quantity(high, "Hz"), points, period, loop_poles(self.controller, setup)
+        )
         sine = closed_loop_sweep(setup.engine, self.rig, lambda: self.controller.build(period), setup.null, f, size)
         shown = f"{float(from_si(size, self.signal.unit, self.signal.si)):g} {self.signal.unit}"
         response = np.asarray(sine.response[self.signal.name], complex)

@@ -18,14 +18,15 @@ class Margins:
     """Margins of the sampled linear loop at null and moving; the properties are the worse of the two.
 
     `null` and `moving` are the linear loops with their responses over frequency. An unstable loop has no margins: None.
+    Those of a controller without a linear view come from sines on the simulated loop, where these give any.
     """
 
     null: LinearLoop
     moving: LinearLoop
 
     @property
-    def stable(self) -> bool:
-        """At both operating points."""
+    def stable(self) -> bool | None:
+        """At both operating points; None where that is not known."""
         return self._both.stable
 
     @property

@@ -34,7 +34,8 @@ def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetu
     runs = {scenario.name: (scenario, run) for scenario, (run, _) in zip(loop.scenarios, judged, strict=True)}
     pair = {"controller": controller.name, "rig": setup.rig.name}
     first = setup.rig.name == loop.rigs[0]
-    stiffness = np.abs(dynamic_stiffness(controller, setup, STIFFNESS_HZ)) if loops.null.stable else None
+    linear = loops.null.stable and loops.null.margins == "linear"
+    stiffness = np.abs(dynamic_stiffness(controller, setup, STIFFNESS_HZ)) if linear else None
     return {
         "rows": [row for _, row in judged],
         "courses": {name: _time_response(scenario, run) for name, (scenario, run) in runs.items()},

@@ -59,7 +59,7 @@ def _verdict(config: BenchConfig, metrics: Metrics) -> str:
 
 
 def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
-    rows = [row for row in metrics["rows"] if row["scenario"] == scenario.name and row["stable"]]
+    rows = [row for row in metrics["rows"] if row["scenario"] == scenario.name and row["stable"] is not False]
     settled = {(row["controller"], row["rig"]): row for row in rows if row["settling_s"] is not None}
     never = [rig for rig in loop.rigs if not any((c.name, rig) in settled for c in loop.controllers)]
     rigs = [rig for rig in loop.rigs if rig not in never]
@@ -118,6 +118,7 @@ def _line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -> dic
         "Ms [1]": first["rows"][0]["ms"],
         "worst Ms [1]": None if None in worst else max(worst),
         "gain margin [dB]": first["rows"][0]["gain_margin_db"],
+        "margins by": first["rows"][0]["margins"],
         "stiffness, least [kN/mm]": None if size is None else float(min(size)) / 1e6,
         "command noise [0.1 %]": None if rms is None else rms * 1e3,
         "compute, median [us]": timing["solve_p50_us"],
@@ -140,7 +141,7 @@ def _every(loop: BenchLoop, metrics: Metrics) -> Table:
     rows = [row for row in metrics["rows"] if row["controller"] in names]
     keys = ("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "iae", "peak_command")
     keys += ("saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz", "peak_db")
-    keys += ("gain_margin_db", "phase_margin_deg", "ms", "band", "peak_deviation")
+    keys += ("gain_margin_db", "phase_margin_deg", "ms", "margins", "band", "peak_deviation")
     unit = loop.signal.unit
     units = {"iae": f"iae [{unit} s]", "band": f"band [{unit}]", "peak_deviation": f"peak deviation [{unit}]"}
     shown = [[_shown(row[key], loop) if key in units else row[key] for key in keys] for row in rows]

@@ -7,6 +7,7 @@ import numpy as np
 from ...base.signals import Signal
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
+from ...control.protocol import NoLinearView
 from ...linear.frequency_response import FLAGS, SteppedSine
 from ...loop.describing_function import closed_loop_sweep, sweep_frequencies
 from ...loop.margins import closed_poles
@@ -20,13 +21,21 @@ Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
 def sines(controller: ControllerSpec, signal: Signal, sweep: BodeConfig, setup: LoopSetup) -> Sines:
     """Reference -> controlled signal about null, with what the guard and the chambers did at each point."""
     period = setup.rig.period.value
-    poles = closed_poles(setup.null_plant, controller.build(period))
+    poles = loop_poles(controller, setup)
     f = sweep_frequencies(sweep.low, sweep.high, sweep.points, period, poles)
     responses: Sines = {}
     for amplitude in sweep.amplitudes:
         sine = closed_loop_sweep(setup.engine, setup.rig, lambda: controller.build(period), setup.null, f, amplitude)
         responses[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = packed(sine, signal.name)
     return responses
+
+
+def loop_poles(controller: ControllerSpec, setup: LoopSetup) -> np.ndarray:
+    """Poles z [k] of the linear loop at null, near which a sweep has more points; none without a linear view."""
+    try:
+        return closed_poles(setup.null_plant, controller.build(setup.rig.period.value))
+    except NoLinearView:
+        return np.zeros(0, complex)
 
 
 def packed(sine: SteppedSine, output: str) -> dict[str, np.ndarray]:

@@ -39,17 +39,15 @@ def step_page(
 def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
     """Who settles first in the middle one of the steps, and who is unstable."""
     steps = [scenario.name for scenario in scenarios if scenario.is_step] or [scenarios[0].name]
-    settled = [row for row in rows if row["settling_s"] is not None and row["stable"]]
-    bad = sorted({row["controller"] for row in rows if not row["stable"]})
+    settled = [row for row in rows if row["settling_s"] is not None and row["stable"] is not False]
+    bad = sorted({row["controller"] for row in rows if row["stable"] is False})
     unstable = f" Unstable: {', '.join(bad)}." if bad else ""
     middle = [row for row in settled if row["scenario"] == steps[(len(steps) - 1) // 2]]
     if not middle:
         return f"{steps[(len(steps) - 1) // 2]}: no stable controller settles.{unstable}"
     best = min(middle, key=lambda row: row["settling_s"])
-    return (
-        f"{best['scenario']}: {best['controller']} settles first, in {best['settling_s']:.3g} s at Ms {best['ms']:.2f}."
-        f"{unstable}"
-    )
+    margins = "without margins" if best["ms"] is None else f"at Ms {best['ms']:.2f}"
+    return f"{best['scenario']}: {best['controller']} settles first, in {best['settling_s']:.3g} s {margins}.{unstable}"
 
 
 def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
@@ -95,12 +93,13 @@ def _margins_table(loops: dict[str, LinearLoops]) -> Table:
                     loop.ms,
                     loop.gain_margin_db,
                     loop.phase_margin_deg,
+                    loop.margins,
                     None if closed is None else corner_frequency(loop.f, gain_db(closed), -3.0),
                     None if closed is None else corner_frequency(loop.f, phase_deg(closed), -90.0),
                 ]
             )
     return Table(
-        "Margins of the sampled linear loop",
+        "Margins of the sampled loop",
         [
             "controller",
             "operating point",
@@ -108,11 +107,13 @@ def _margins_table(loops: dict[str, LinearLoops]) -> Table:
             "Ms [1]",
             "gain margin [dB]",
             "phase margin [deg]",
+            "margins by",
             "-3 dB [Hz]",
             "-90 deg [Hz]",
         ],
         lines,
-        note="At null the lap doubles the flow gain. An unstable loop has no margins.",
+        note="At null the lap doubles the flow gain. An unstable loop has no margins. A controller without a linear "
+        "view has them by sines on the simulated loop, or none.",
     )
 
 
