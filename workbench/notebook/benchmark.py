@@ -12,6 +12,7 @@ from ..commands.common.bench_experiment import BenchConfig, BenchLoop
 from ..commands.common.experiment import BodeConfig
 from ..commands.common.outcome import Answer, Outcome
 from ..control.controller_spec import ControllerSpec
+from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario
 from ..report import Table
 from .closed_loop import ClosedLoop
@@ -75,8 +76,8 @@ def benchmark(
                 "one of them is ideal; compare loops of one signal on one rig"
             )
     asked = scenarios_of(first, scenarios, "benchmark")
-    names = checked_rigs(first, rigs, "benchmark")
-    bench = BenchLoop(first.signal, first.rig, names, _named(loops), asked, _NO_SINES)
+    members = {name: variation(first.rig, name) for name in checked_rigs(first, rigs, "benchmark")}
+    bench = BenchLoop(first.signal, first.rig, members, _named(loops), asked, _NO_SINES)
     config = BenchConfig(first.rig, (bench,), first.conditions(seed), {})
     return Benchmark(config, run_bench(config, no_checkpoint, lambda _: None, jobs))
 

@@ -33,7 +33,7 @@ def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetu
     judged = [judge(controller, scenario, setup, loops, seed) for scenario in loop.scenarios]
     runs = {scenario.name: (scenario, run) for scenario, (run, _) in zip(loop.scenarios, judged, strict=True)}
     pair = {"controller": controller.name, "rig": setup.rig.name}
-    first = setup.rig.name == loop.rigs[0]
+    first = setup.rig.name == loop.first
     linear = loops.null.stable and loops.null.margins == "linear"
     stiffness = np.abs(dynamic_stiffness(controller, setup, STIFFNESS_HZ)) if linear else None
     return {

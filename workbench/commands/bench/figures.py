@@ -111,7 +111,7 @@ def linear_figures(loop: BenchLoop, rig: str, entries: Entries) -> list[Figure]:
 
 def sine_figures(loop: BenchLoop, entries: Entries) -> list[Figure]:
     """For each controller on the first rig: the linear closed loop, and what sines of several sizes find."""
-    linear, rig = _linear(loop, loop.rigs[0], entries), loop.rigs[0]
+    linear, rig = _linear(loop, loop.first, entries), loop.first
     figures = []
     for controller in loop.controllers:
         dashed = []

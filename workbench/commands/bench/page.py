@@ -20,7 +20,7 @@ def bench_page(config: BenchConfig, entries: Entries, metrics: Metrics) -> Page:
     sections = []
     for loop in config.loops:
         title = f"{loop.signal.name.capitalize()} loops"
-        first = loop.rigs[0]
+        first = loop.first
         sections += [
             Section(title, [_summary(config, loop, entries, metrics)]),
             Section(
@@ -45,7 +45,7 @@ def bench_picture(config: BenchConfig, entries: Entries) -> Figure:
     """The telling figure: the last step of the first loop on the first rig."""
     loop = config.loops[0]
     steps = [scenario for scenario in loop.scenarios if scenario.is_step] or list(loop.scenarios)
-    return time_responses(loop, steps[-1], loop.rigs[0], entries)
+    return time_responses(loop, steps[-1], loop.first, entries)
 
 
 def _arriving(loop: BenchLoop) -> list[Scenario]:
@@ -88,7 +88,7 @@ def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Me
         "Controllers",
         list(lines[0]),
         [list(line.values()) for line in lines],
-        note=f"On {loop.rigs[0]}, or where it says so the worst of {', '.join(loop.rigs)}; a dash where a loop "
+        note=f"On {loop.first}, or where it says so the worst of {', '.join(loop.rigs)}; a dash where a loop "
         "never settles or is unstable. Settling into the band of every row. Margins: the worse of null and moving. "
         f"{judged_words(config.conditions, loop.rig)} Command noise: RMS at rest from the declared sensors. "
         "Energy: what the main lands take beyond their leakage at rest.",
@@ -97,7 +97,7 @@ def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Me
 
 
 def _line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -> dict[str, Any]:
-    first = entries[name, loop.rigs[0]]
+    first = entries[name, loop.first]
     line: dict[str, Any] = {"controller": name}
     for scenario, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
         over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, scenario.name))

@@ -9,7 +9,7 @@ import numpy as np
 from ...base.process_pool import process_pool
 from ...loop.compute_time import summary
 from ...loop.rig_spread import spread_over_rigs
-from ...loop.rig_variations import variation, with_delay
+from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, loop_setup
 from ..common.bench_experiment import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
@@ -49,13 +49,13 @@ def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], Benchmar
 
     @cache
     def setup(i: int, rig: str, delay: float) -> LoopSetup:
-        return loop_setup(with_delay(variation(config.loops[i].rig, rig), delay))
+        return loop_setup(with_delay(config.loops[i].rigs[rig], delay))
 
     def work(item: tuple[int, str, str]) -> BenchmarkEntry:
         i, name, rig = item
         loop = config.loops[i]
         controller = next(spec for spec in loop.controllers if spec.name == name)
-        delay = config.conditions.delay(controller, loop.rig)
+        delay = config.conditions.delay(controller, loop.rigs[rig])
         return benchmark_entry(controller, loop, setup(i, rig, delay), config.conditions.noise)
 
     return work

@@ -6,7 +6,7 @@ outcome     what a study leaves behind
 experiment, step_experiment, bench_experiment    experiment files that several commands read
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them
-scenario_tables     scenarios of an experiment, standard ones and its own
+scenario_tables, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 judged              in words: the delay and the noise that loops were judged with
 shipped            experiments and campaigns that come with jackbench, by name
 """

@@ -10,7 +10,6 @@ from ...base.signals import SIGNALS, Signal
 from ...base.table import Table
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.conditions import Conditions
-from ...loop.rig_variations import variation
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 from .experiment import (
@@ -22,20 +21,12 @@ from .experiment import (
     rig_of,
     with_specimen,
 )
+from .rig_sets import check_variations, read_rig_set
 from .scenario_tables import check_scenarios, read_scenarios
 
 KEYS = (
-    "experiment",
-    "rig",
-    "rigs",
-    "scenarios",
-    "scenario",
-    "specimen",
-    "from",
-    "controllers",
-    "bode",
-    "ideal",
-    "seed",
+    *("experiment", "rig", "rigs", "variation", "scenarios", "scenario", "specimen", "from", "controllers", "bode"),
+    *("ideal", "seed"),
 )
 
 
@@ -49,10 +40,15 @@ class BenchLoop:
 
     signal: Signal
     rig: Rig
-    rigs: tuple[str, ...]
+    rigs: Mapping[str, Rig]
     controllers: tuple[ControllerSpec, ...]
     scenarios: tuple[Scenario, ...]
     bode: BodeConfig
+
+    @property
+    def first(self) -> str:
+        """The name of the first rig of the set."""
+        return next(iter(self.rigs))
 
 
 @dataclass(frozen=True)
@@ -80,8 +76,9 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     scenarios = read_scenarios(top)
     controllers = [controller_spec(name, table) for name, table in tables.items()]
     asked = _asked(controllers, scenarios, nominal, str(path))
-    rigs = _sets(top, asked)
-    loops = tuple(_loop(top, nominal, signal, rigs[signal], asked[signal], scenarios) for signal in asked)
+    lists = _sets(top, asked)
+    loops = tuple(_loop(top, nominal, signal, lists[signal], asked[signal], scenarios) for signal in asked)
+    check_variations(top, [name for loop in loops for name in loop.rigs])
     source = {key: value for key, value in top.values.items() if key != "from"}
     source["controllers"] = {name: part.values for name, part in tables.items()}
     return BenchConfig(nominal, loops, read_conditions(top), source)
@@ -91,19 +88,28 @@ def _loop(
     top: Table,
     nominal: Rig,
     signal: str,
-    rigs: tuple[str, ...],
+    rigs: tuple[Table, str],
     controllers: Sequence[ControllerSpec],
     scenarios: Sequence[Scenario],
 ) -> BenchLoop:
     if signal == "force" and "specimen" not in top:
         raise top.complaint("specimen", "a force needs something to act on; add a table [specimen]")
     rig = with_specimen(nominal, top.table("specimen")) if signal == "force" else nominal
-    variations = [top.about("rigs", lambda name=name: variation(rig, name)) for name in rigs]
+    members = read_rig_set(*rigs, top, rig)
+    _check_sensors(top, controllers, members)
     full = rig.limit("force" if signal == "force" else "stroke")
     bode = read_bode(top.table("bode"), "amplitudes_percent", full / 100)
     own = tuple(scenario for scenario in scenarios if scenario.signal == signal)
-    check_scenarios(top, own, variations)
-    return BenchLoop(SIGNALS[signal], rig, rigs, tuple(controllers), own, bode)
+    check_scenarios(top, own, members.values())
+    return BenchLoop(SIGNALS[signal], rig, members, tuple(controllers), own, bode)
+
+
+def _check_sensors(top: Table, controllers: Sequence[ControllerSpec], rigs: Mapping[str, Rig]) -> None:
+    for controller in controllers:
+        period = next(iter(rigs.values())).period.value
+        for sensor in controller.build(period).measures:
+            if lacking := [name for name, rig in rigs.items() if sensor not in rig.sensors]:
+                raise top.complaint("rigs", f"{lacking[0]} has no {sensor} sensor, which {controller.name} needs")
 
 
 def _asked(
@@ -124,12 +130,12 @@ def _asked(
     }
 
 
-def _sets(top: Table, signals: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    """The names of rigs for each signal's loops: one list for all, or a table of lists."""
+def _sets(top: Table, signals: Iterable[str]) -> dict[str, tuple[Table, str]]:
+    """Where the list of rigs for each signal's loops is: one for all, or a table of lists."""
     if not isinstance(top.values.get("rigs"), Mapping):
-        return dict.fromkeys(signals, top.words("rigs", "nominal"))
+        return dict.fromkeys(signals, (top, "rigs"))
     table = top.table("rigs", *signals)
-    return {signal: table.words(signal, "nominal") for signal in signals}
+    return {signal: (table, signal) for signal in signals}
 
 
 def _own(top: Table) -> dict[str, Table]:

@@ -34,8 +34,8 @@ class Specimen:
 
 
 def read_experiment(path: Path) -> Table:
-    """The document of an experiment file; a path in a controller's `use`, or in a scenario's `file`, counts from its
-    folder, and is made absolute.
+    """The document of an experiment file; a path in a controller's `use`, in a scenario's `file` or of a rig among
+    `rigs`, counts from its folder, and is made absolute.
 
     Raises InputError with file and line.
     """
@@ -56,7 +56,18 @@ def _absolute_entry(key: str, item: Any, folder: Path) -> Any:
         return absolute(item, folder)
     if key == "file" and isinstance(item, str):
         return str((folder / item).resolve())
+    if key == "rigs":
+        return _absolute_rigs(item, folder)
     return _absolute(item, folder)
+
+
+def _absolute_rigs(item: Any, folder: Path) -> Any:
+    """The list of rigs, or the table of lists, with the paths of rig files."""
+    if isinstance(item, Mapping):
+        return {key: _absolute_rigs(entry, folder) for key, entry in item.items()}
+    if not isinstance(item, list):
+        return item
+    return [str((folder / name).resolve()) if str(name).endswith(".toml") else name for name in item]
 
 
 def rig_of(top: Table, path: Path, rig: str | None) -> Rig:
