@@ -14,8 +14,10 @@ from workbench.linear.state_space import StateSpace
 
 from .lqg import lq_gain, preview_gains
 
-_BRAKES = 0.3  # share of the pressure limit's deceleration that is counted on; 0.35 fails at 1.5 times the mass
-_NOISE = 6.0  # standard deviations of the position sensor that the reference stays off the stroke limit
+_BRAKES = 0.3  # share of the pressure limit's deceleration that is counted on; 0.32 is too much at 1.5 times the mass
+_INSIDE = (
+    0.9975  # of the stroke limit: how far out a reference may be, with room for noise and for an offset's transient
+)
 
 
 class Mpc:
@@ -56,8 +58,7 @@ class Mpc:
         limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, d.pressure)
         samples, self.preview = round(d.horizon / period), round(d.preview / period)
         self._feedforward = _feedforward(self._observer, d.error, self._follow, samples, self.preview)
-        room, brakes = _NOISE * d.position_noise, _BRAKES * d.pressure / d.inertia
-        braking = Braking(max(d.stroke - room, 0.0), d.speed, brakes)
+        braking = Braking(_INSIDE * d.stroke, d.speed, _BRAKES * d.pressure / d.inertia)
         self._governor = ReferenceGovernor(self._observer, self._feedback, self._feedforward, braking)
         self._asked = 0.0
         self._future: np.ndarray | None = None
