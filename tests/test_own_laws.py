@@ -112,3 +112,53 @@ def test_where_sines_give_no_margins_there_are_none(folder, text, gain, stable, 
     assert repr(bench)
     with pytest.raises(wb.InputError, match=r"Law has no linear view"):
         loop.poles()
+
+
+BROKEN = {
+    "no measures": ('measures = ("position",)', "pass", "Law.measures: None; write a tuple of the signals"),
+    "measures a word": ('("position",)', '"position"', "Law.measures: 'position'; write a tuple of the signals"),
+    "measures nothing": ('("position",)', "()", "Law.measures: (); write a tuple of the signals"),
+    "measures a misspelt signal": ('("position",)', '("postion",)', 'no signal "postion"; did you mean "position"?'),
+    "measures what the rig has not": (
+        '("position",)', '("position", "velocity")', "has no velocity sensor, which the controller needs",
+    ),
+    "no reset": ("def reset(", "def rest(", "Law has no method reset; give it reset(reference, measurement, command)"),
+    "no compute": ("def compute(", "def calculate(", "Law has no method compute; give it compute("),
+    "no update": ("def update(", "def upd(", "Law has no method update; give it update(realised)"),
+    "compute with one argument": (
+        "def compute(self, reference, measurement)", "def compute(self, reference)", "Law.compute: too many",
+    ),
+    "update with two": ("def update(self, realised)", "def update(self, u, v)", "Law.update: missing a required"),
+    "__init__ with one": ("def __init__(self, design, period)", "def __init__(self, design)", "Law(design, period): T"),
+    "__init__ raises": ("self.gain, self.offset =", "1 / 0; self.gain, self.offset =", "Law(design, period): ZeroDiv"),
+    "reset raises": ("self.offset = command -", "self.offset = {}[1] -", "Law.reset: KeyError: 1; mend the controller"),
+    "compute raises": ("+ self.offset", "+ self.ofset", "Law.compute: AttributeError: 'Law' object has no"),
+    "update raises": ("        pass", "        raise ValueError('no')", "Law.update: ValueError: no; mend"),
+    "returns None": ("return self.wanted(reference, measurement) +", "self.wanted(reference, measurement) +", "Law."),
+    "returns an array": ("+ self.offset", "+ self.offset * __import__('numpy').ones(2)", "Law.compute: returns nda"),
+    "returns a complex number": ("+ self.offset", "+ self.offset * 1j", "Law.compute: returns complex, no number"),
+    "returns NaN": ("+ self.offset", "+ float('nan')", "Law.compute: returns nan at the start; return the command"),
+    "a linear view of two inputs too few": (
+        "    def update", "    def linear(self):\n        import control\n"
+        "        return control.StateSpace([], [], [], [[1.0]], 1e-3)\n\n    def update",
+        "Law.linear: has 1 inputs and 1 outputs; make it a system from reference, position to the command",
+    ),
+    "a linear view that is none": (
+        "    def update", "    def linear(self):\n        return 3\n\n    def update", "Law.linear: AttributeError:",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_class_that_breaks_the_protocol_gets_a_sentence(folder, name, capsys):
+    right, wrong, message = BROKEN[name]
+    assert right in LAW
+    (folder / "mine.py").write_text(LAW.replace(right, wrong))
+    for command, file in (("run", "step"), ("bench", "bench")):
+        out = folder / f"out-{command}"
+        assert main([command, str(folder / f"{file}.toml"), "--out", str(out)]) == 2
+        lines = capsys.readouterr().err.splitlines()
+        complaint = [line for line in lines if line.startswith("jackbench: ")]
+        assert len(complaint) == 1
+        assert message in complaint[0]
+        assert not out.exists()

@@ -1,6 +1,6 @@
 """Control laws: what a controller is, and what designs are made of.
 
-protocol               what a controller is
+protocol, protocol_check    what a controller is, and whether a class is one
 controller_spec, load_class    a controller of a config: its class, numbers and compensators
 controller_type        the same for Python: a law called with its numbers
 compensators           filters and static maps that stack on any controller

@@ -87,6 +87,11 @@ class _Around:
         return future
 
 
+def innermost(controller: Controller) -> Controller:
+    """The controller within all that is around it."""
+    return innermost(controller._inner) if isinstance(controller, _Around) else controller
+
+
 class Compensated(_Around):
     """A controller with a compensator around it, itself a controller. The inner one sees the reference as filtered.
 

@@ -11,6 +11,7 @@ from ..base.units import Spec
 from .compensators import Compensated, Compensator, Deflection, OnLoadCell, compensated
 from .load_class import absolute, load_class
 from .protocol import Controller, design_number, number
+from .protocol_check import check_controller
 
 T = TypeVar("T")
 
@@ -69,14 +70,13 @@ class ControllerSpec:
 
         Raises InputError, with its name, for a design that is out of reach.
         """
-        try:
-            controller = cast(Controller, load_class(self.use, self.name)(self.design, period))
-        except InputError as error:
-            raise InputError(f"[controllers.{self.name}]: {error}") from None
+        where = f"[controllers.{self.name}]"
+        controller = cast(Controller, _made(self, period, where))
+        check_controller(controller, where)
         if self.stiffness is not None:
             controller = OnLoadCell(controller, self.stiffness)
         for part in self.compensators:
-            controller = compensated(controller, load_class(part.use, part.name)(part.design, period))
+            controller = compensated(controller, _made(part, period, where))
         return controller if self.stiffness is None else Compensated(controller, Deflection(self.stiffness, period))
 
     def __repr__(self) -> str:
@@ -90,6 +90,18 @@ class ControllerSpec:
         """By the numbers of the design: another process may not have run the file of its class yet."""
         rest = self.compensators, self.stiffness, self.computing_delay
         return _restored, (self.name, self.use, asdict(self.design), *rest)
+
+
+def _made(spec: ControllerSpec, period: float, where: str) -> Any:
+    """The object of a class and its design; raises InputError, opened by `where`, where that cannot be made."""
+    law = load_class(spec.use, spec.name)
+    try:
+        return law(spec.design, period)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    except Exception as error:
+        what = f"{law.__name__}(design, period): {type(error).__name__}: {error}"
+        raise InputError(f"{where}: {what}; correct its __init__") from error
 
 
 def _restored(name: str, use: str, numbers: Mapping[str, float], *rest: Any) -> ControllerSpec:

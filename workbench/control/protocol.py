@@ -63,7 +63,7 @@ def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -
     """
     if hasattr(controller, "linear"):
         linear = cast(Any, controller.linear)
-        view = linear(at) if signature(linear).parameters else linear()
+        view = _seen(controller, linear, () if not signature(linear).parameters else (at,))
     elif law := _own(controller, "graph_law"):
         signals = operating(at)
         reference = signals[controller.measures[0]]
@@ -79,6 +79,21 @@ def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -
             f"a system from {', '.join(names)} to the command"
         )
     return view.relabelled(names, ("command",))
+
+
+def _seen(controller: Controller, linear: Any, arguments: tuple[Any, ...]) -> Any:
+    """What a method `linear` returns; raises NoLinearView for one that is not written, InputError where it fails."""
+    name = type(controller).__name__
+    try:
+        return as_state_space(linear(*arguments))
+    except InputError:
+        raise
+    except NotImplementedError:
+        raise NoLinearView(f"{name} has no linear view; give it a method `linear`") from None
+    except Exception as error:
+        raise InputError(
+            f"{name}.linear: {type(error).__name__}: {error}; return a state space, or leave the method out"
+        ) from error
 
 
 class NoLinearView(InputError):

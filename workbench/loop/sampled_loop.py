@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import isfinite
 from numbers import Real
 from time import perf_counter_ns
 from typing import Any, cast
@@ -9,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..base.errors import InputError
+from ..control.compensators import innermost
 from ..control.protocol import Controller, fallbacks, preview, sampled_law
 from ..engine import DelayLine, Engine
 from ..linear import Equilibrium
@@ -58,12 +60,13 @@ class SampledLoop:
         self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
         self._x, self._held = start.x.copy(), start.u.copy()
         self._line = DelayLine(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.interpolated)
-        self._samples = 0
+        self._samples, self._started = 0, False
+        self._name = type(innermost(controller)).__name__
         check_sensors(rig, controller.measures)
         measured = self._measure()
         self._guard.reset(float(self._held[0]))
         reference = measured[controller.measures[0]]
-        controller.reset(reference, measured, float(self._held[0]))
+        self._call("reset", reference, measured, float(self._held[0]))
         law = sampled_law(controller) if compiled and engine.back_end == "compiled" else None
         self.compiled = law and CompiledLoop(
             engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
@@ -133,21 +136,28 @@ class SampledLoop:
         sent = self._guard.limit(demanded)
         limited = perf_counter_ns()
         if self._guard.tripped is None:
-            self._controller.update(sent - added)
+            self._call("update", sent - added)
         return sent, demanded, (perf_counter_ns() - began - limited + computed) / 1e3
 
     def _demanded(self, reference: float, measured: Mapping[str, float]) -> float:
-        """What the controller computes. Raises InputError for one that fails, or returns what is no number."""
-        name = type(self._controller).__name__
-        try:
-            demanded = self._controller.compute(reference, measured)
-        except Exception as error:
-            raise InputError(f"{name}.compute: {type(error).__name__}: {error}; mend the controller") from error
+        """What the controller computes. Raises InputError for one that fails, returns what is no number, or starts with
+        one that is not finite; later such a command trips the guard."""
+        demanded = self._call("compute", reference, measured)
         if not isinstance(demanded, Real):
-            raise InputError(
-                f"{name}.compute: returns {type(demanded).__name__}, no number; return the command, -1 to 1"
-            )
-        return cast(float, demanded)
+            what = f"returns {type(demanded).__name__}, no number"
+        elif not self._started and not isfinite(demanded):
+            what = f"returns {demanded} at the start"
+        else:
+            self._started = True
+            return cast(float, demanded)
+        raise InputError(f"{self._name}.compute: {what}; return the command, -1 to 1")
+
+    def _call(self, method: str, *arguments: Any) -> Any:
+        """A method of the controller. Raises InputError where it fails."""
+        try:
+            return getattr(self._controller, method)(*arguments)
+        except Exception as error:
+            raise InputError(f"{self._name}.{method}: {type(error).__name__}: {error}; mend the controller") from error
 
     def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
         """Go on by one period with the commands that arrive in it; False, unmoved, where that cannot be simulated."""
