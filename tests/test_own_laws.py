@@ -120,7 +120,7 @@ BROKEN = {
     "measures nothing": ('("position",)', "()", "Law.measures: (); write a tuple of the signals"),
     "measures a misspelt signal": ('("position",)', '("postion",)', 'no signal "postion"; did you mean "position"?'),
     "measures what the rig has not": (
-        '("position",)', '("position", "velocity")', "has no velocity sensor, which the controller needs",
+        '("position",)', '("position", "velocity")', "has no velocity sensor, which ",
     ),
     "no reset": ("def reset(", "def rest(", "Law has no method reset; give it reset(reference, measurement, command)"),
     "no compute": ("def compute(", "def calculate(", "Law has no method compute; give it compute("),
