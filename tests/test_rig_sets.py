@@ -6,6 +6,7 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.experiment import data_files
 from workbench.loop.rig_variations import variation
 from workbench.rigs.rig import load_rig, save_rig
 
@@ -120,3 +121,12 @@ def test_a_file_s_path_counts_from_the_experiment(folder, monkeypatch):
     monkeypatch.chdir("/")
     assert load_rig("jack-10t").name == "jack-10t"
     assert loaded(folder, BENCH)["other"]["M"] == pytest.approx(700.0)
+
+
+def test_a_bench_does_not_resume_on_another_file_s_numbers(folder):
+    (folder / "bench.toml").write_text(BENCH)
+    source = load_bench(folder / "bench.toml").source
+    before = data_files(source)
+    assert list(before) == [str(folder / "other.toml")]
+    save_rig(load_rig("jack-10t"), folder / "other.toml")
+    assert data_files(source) != before

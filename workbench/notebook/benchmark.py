@@ -12,6 +12,7 @@ from ..commands.common.bench_experiment import BenchConfig, BenchLoop
 from ..commands.common.experiment import BodeConfig
 from ..commands.common.outcome import Answer, Outcome
 from ..control.controller_spec import ControllerSpec
+from ..loop.reach import check_reach
 from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario
 from ..report import Table
@@ -77,6 +78,9 @@ def benchmark(
             )
     asked = scenarios_of(first, scenarios, "benchmark")
     members = {name: variation(first.rig, name) for name in checked_rigs(first, rigs, "benchmark")}
+    for member in members.values():
+        for each in asked:
+            check_reach(each, member)
     bench = BenchLoop(first.signal, first.rig, members, _named(loops), asked, _NO_SINES)
     config = BenchConfig(first.rig, (bench,), first.conditions(seed), {})
     return Benchmark(config, run_bench(config, no_checkpoint, lambda _: None, jobs))

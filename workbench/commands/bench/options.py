@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ...rigs.rig import rig_table
 from ..common.bench_experiment import load_bench
+from ..common.experiment import data_files
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
 
@@ -22,4 +23,6 @@ def _bench(options: argparse.Namespace, words: list[str]) -> None:
     from .study import run_bench
 
     identity = {"command": "bench", "experiment": config.source, "rig": rig_table(config.rig)}
+    if files := data_files(config.source):
+        identity["files"] = files
     finish(options, words, Path(options.experiment).stem, identity, partial(run_bench, config, jobs=jobs(options)))

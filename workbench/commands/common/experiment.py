@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,15 @@ def _absolute_rigs(item: Any, folder: Path) -> Any:
     if not isinstance(item, list):
         return item
     return [str((folder / name).resolve()) if str(name).endswith(".toml") else name for name in item]
+
+
+def data_files(source: Mapping[str, Any]) -> dict[str, str]:
+    """Digests of the files that the scenarios and the set of rigs of an experiment name, by path."""
+    rigs = source.get("rigs", [])
+    lists = rigs.values() if isinstance(rigs, Mapping) else [rigs]
+    paths = [name for names in lists for name in names if name.endswith(".toml")]
+    paths += [table["file"] for table in source.get("scenario", {}).values() if "file" in table]
+    return {path: sha256(Path(path).read_bytes()).hexdigest() for path in paths}
 
 
 def rig_of(top: Table, path: Path, rig: str | None) -> Rig:

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from ...rigs.rig import rig_table
+from ..common.experiment import data_files
 from ..common.options import computes, finish
 from ..common.shipped import experiment
 from .config import load_config
@@ -20,4 +21,6 @@ def _run(options: argparse.Namespace, words: list[str]) -> None:
     from .study import study_of
 
     identity = {"command": "run", "experiment": config.source, "rig": rig_table(config.rig)}
+    if files := data_files(config.source):
+        identity["files"] = files
     finish(options, words, Path(options.experiment).stem, identity, study_of(config))

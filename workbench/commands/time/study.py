@@ -84,7 +84,7 @@ def _page(
             for name, t in timing.items()
         ],
         note="Of this machine, one process, Python. timed.toml beside this report has the 99th percentiles as "
-        "computing delays; `jackbench bench` then plays each scenario again with them.",
+        "computing delays, with which `run`, `bench` and `tune` judge instead of the rig's.",
         best={"median [us]": "min", "99 % [us]": "min"},
     )
     verdict = (

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from ...rigs.rig import rig_table
+from ..common.experiment import data_files
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
 from .config import load_tune
@@ -22,4 +23,6 @@ def _tune(options: argparse.Namespace, words: list[str]) -> None:
     from .study import run_tune
 
     identity = {"command": "tune", "experiment": config.source, "rig": rig_table(config.start.rig)}
+    if files := data_files(config.source):
+        identity["files"] = files
     finish(options, words, Path(options.experiment).stem, identity, partial(run_tune, config, jobs=jobs(options)))
