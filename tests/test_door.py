@@ -220,7 +220,7 @@ class Mine:
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("def linear", "def linera", "has no linear"),
+        ("def update", "def updaet", "Mine has no method update"),
         ("return self.gain * (", "(", "Mine.compute: returns NoneType, no number"),
         ("return self.gain *", "return 1j *", "Mine.compute: returns complex, no number"),
         ("return self.gain *", "return np.ones(2) *", "Mine.compute: returns ndarray, no number"),

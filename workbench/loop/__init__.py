@@ -8,7 +8,7 @@ step_metrics, rows        step metrics; these and the margins as one row
 plant_response, margins   a sampled plant's response; poles, sensitivity and margins of loops on it
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
 overshoots                overshoot of a position loop by what the design did not know
-describing_function, sine_points    closed-loop frequency response by stepped sine
+describing_function, sine_points, sine_margins    closed-loop frequency response by stepped sine; margins by it
 stiffness_and_noise       dynamic stiffness; RMS of the command from sensor noise
 energy, moving_end        energy from the supply; force error of a specimen's moving far end
 compute_time              how long a controller computes
