@@ -3,10 +3,13 @@
 from pathlib import Path
 
 import workbench as wb
-from controllers import P, PressureFeedback
+from controllers import LapInverse, P, PressureFeedback
 
 rig = wb.load_rig("jack-10t")
-start = wb.ClosedLoop(rig, P(gain=2) + PressureFeedback(gain="2.15e-4 1/bar", corner="1 Hz"))
+damping = PressureFeedback(
+    gain="2e-4 1/bar", corner="1 Hz", column="314 mm"
+)  # half the oil columns: all over the stroke
+start = wb.ClosedLoop(rig, P(gain=2) + damping + LapInverse(excess=0.0016, width=0.0021))
 
 best = wb.tune(
     start,

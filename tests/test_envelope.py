@@ -55,7 +55,7 @@ def test_margins_and_steps_are_those_of_each_plant_by_itself(space):
         np.full(1001, 0.11)
     )
     t, y = run.record.t, run.record.signals["position"]
-    assert result.settling[lane] == pytest.approx(step_metrics.settling_time(t, y, 0.12, 0.11), abs=1e-9)
+    assert result.settling[lane] == pytest.approx(step_metrics.settling_time(t, y, 0.11, 0.2e-3), abs=1e-9)
     assert result.overshoot[lane] == pytest.approx(step_metrics.overshoot(y, 0.12, 0.11), abs=1e-3)
     assert result.iae[lane] == pytest.approx(np.abs(0.11 - y).sum() * 1e-3, rel=1e-6)
 
@@ -90,7 +90,7 @@ def test_the_bad_corner_is_no_better_than_any_end_of_a_number(space):
 
 def test_the_plants_that_are_kept_of_the_drawn_ones_are_the_worst(space):
     controller = TUNED["p"].build(1e-3)
-    hard = space.hardened(controller, 20)
+    hard = space.hardened(controller, TEN, 20)
     every, some = (LinearWorst.of(part.drawn, part.drawn.margins(controller)) for part in (space, hard))
     assert len(hard.drawn.names) == 20
     assert some.plant == every.plant

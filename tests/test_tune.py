@@ -30,6 +30,11 @@ gain = {value = 2, low = 0.5, high = 20, unit = "1/m", log = true}
 use = "controllers.pressure:PressureFeedback"
 gain = {low = 1e-4, high = 2e-4, unit = "1/bar"}
 corner = {value = 1, unit = "Hz"}
+column = {value = 314, unit = "mm"}
+[[controllers.p-dp.compensators]]
+use = "controllers.lap_inverse:LapInverse"
+excess = {value = 1.6e-3, unit = "1"}
+width = {value = 2.1e-3, unit = "1"}
 [bode]
 low_hz = 5
 high_hz = 20
@@ -59,7 +64,7 @@ def test_the_first_trial_is_the_start_and_the_best_is_no_worse(outcome):
     assert len(outcome.metrics["trials"]) == 5
     assert first["numbers"]["gain"] == {"value": 2.0, "unit": "1/m"}
     assert first["numbers"]["compensators.1.gain"]["value"] == pytest.approx(1.5e-4)
-    assert best["cost"] <= first["cost"]
+    assert first["cost"] is None or best["cost"] <= first["cost"]
     assert [(row["rig"], row["scenario"]) for row in best["rows"]] == [
         ("nominal", "position-1mm"),
         ("mass-50", "position-1mm"),
@@ -92,7 +97,11 @@ def test_the_tuned_file_is_a_step_experiment_of_the_very_numbers(outcome, tmp_pa
 
 def test_a_rig_of_a_file_goes_with_the_tuned_file(tmp_path):
     save_rig(load_rig("jack-10t").with_values(M=1100.0), tmp_path / "mine.toml")
-    text = CONFIG.replace('"jack-10t"', '"mine.toml"').replace("trials = 5", "trials = 1")
+    text = (
+        CONFIG.replace('"jack-10t"', '"mine.toml"')
+        .replace("value = 2,", "value = 1,")
+        .replace("trials = 5", "trials = 1")
+    )
     files = run_tune(load_tune(written(tmp_path, text)), no_checkpoint, lambda _: None).files
     there = tmp_path / "elsewhere"
     there.mkdir()
@@ -127,7 +136,7 @@ def test_where_no_design_meets_the_goals_the_verdict_says_which_and_there_is_no_
     assert main(["tune", str(written(tmp_path, text)), "--out", str(tmp_path / "out")]) == 0
     found = json.loads((tmp_path / "out" / "metrics.json").read_text())
     assert found["best"] is None
-    assert found["missed"] == "all poles inside the unit circle on every rig, at null and moving"
+    assert found["missed"] == "stable on every plant"
     assert found["missed"] in capsys.readouterr().out
     assert not (tmp_path / "out" / "tuned.toml").exists()
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, cast
 
@@ -138,6 +139,10 @@ class Compensated(_Around):
 
     def graph_law(self) -> "GraphLaw | None":
         """Both together as a graph, where the inner controller has data or a graph."""
+        return self._graph
+
+    @cached_property
+    def _graph(self) -> "GraphLaw | None":
         inner = sampled_law(self._inner)
         if inner is None:
             return None
@@ -197,6 +202,10 @@ class Mapped(_Around):
 
     def graph_law(self) -> "GraphLaw | None":
         """The inner controller's data or graph with the map."""
+        return self._graph
+
+    @cached_property
+    def _graph(self) -> "GraphLaw | None":
         inner = sampled_law(self._inner)
         if inner is None:
             return None
@@ -246,6 +255,10 @@ class OnLoadCell(_Around):
 
     def graph_law(self) -> "GraphLaw | None":
         """The inner controller's, where it has one."""
+        return self._graph
+
+    @cached_property
+    def _graph(self) -> "GraphLaw | None":
         inner = sampled_law(self._inner)
         if inner is None:
             return None

@@ -23,7 +23,8 @@ from .sensors import settling_band
 POSITIONS = (-0.9, -0.5, 0.0, 0.5, 0.9)  # shares of the stroke limit
 HUNTING = 0.002  # of the step, peak to peak over the last 0.3 s: a loop that swings by more hunts
 _REST = 0.3  # s: at rest
-_MANY = 500  # plants that are drawn, of which the worst are kept
+_MANY = 2000  # plants that are drawn, of which the worst are kept
+_WATCHED = 1.0  # s: of a scenario by which they are chosen
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,8 @@ class EnvelopeSteps:
 
 @dataclass(frozen=True)
 class Envelope:
-    """Variations of a rig at positions over its stroke, `nominal` first; `drawn`: plants drawn over what is uncertain.
+    """Variations of a rig at positions over its stroke, `nominal` first; `drawn`: plants drawn over what is uncertain,
+    none where no factors are given.
 
     Every plant has the rig's delay, limits, sensors and period.
     """
@@ -75,7 +77,7 @@ class Envelope:
     engine: Engine
     varied: PlantLanes
     nominal: np.ndarray
-    drawn: PlantLanes
+    drawn: PlantLanes | None
 
     def corner(self, controller: Controller) -> PlantLanes:
         """The bad corner of all declared bounds, at every position: each number at the end at which Ms is larger."""
@@ -94,11 +96,21 @@ class Envelope:
         middle = self.varied.position == self.rig["xmid"]
         return self.varied.some(np.flatnonzero(self.nominal | middle).tolist())
 
-    def hardened(self, controller: Controller, count: int) -> "Envelope":
-        """With only so many drawn plants: those on which this controller's Ms is largest."""
+    def hardened(self, controller: Controller, scenario: Scenario, count: int) -> "Envelope":
+        """With only so many drawn plants: for this controller half the largest Ms, half the slowest to settle.
+
+        A controller that runs in Python is not played: all are of the largest Ms.
+        """
+        if self.drawn is None:
+            return self
         margins = self.drawn.margins(controller)
         ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in margins], axis=0)
-        return replace(self, drawn=self.drawn.some(np.argsort(-ms, kind="stable")[:count].tolist()))
+        order = np.argsort(-ms, kind="stable")
+        if sampled_law(controller) is not None:
+            done = steps(self.drawn, controller, scenario, None, _WATCHED)
+            slowest = np.argsort(-np.nan_to_num(done.settling, nan=np.inf), kind="stable")
+            order = np.ravel(np.column_stack((order, slowest)))
+        return replace(self, drawn=self.drawn.some(list(dict.fromkeys(order.tolist()))[:count]))
 
     @cached_property
     def _positions(self) -> list[float]:
@@ -138,8 +150,9 @@ def envelope(
         np.array([x for _, x in lanes]),
     )
     first = next(iter(rigs))
-    return Envelope(nominal, engine, varied, np.array([name == first for name, _ in lanes]),
-                    _drawn(nominal, engine, max(map(abs, positions)), factors or {}, seed))  # fmt: skip
+    nominals = np.array([name == first for name, _ in lanes])
+    drawn = _drawn(nominal, engine, max(map(abs, positions)), factors, seed) if factors else None
+    return Envelope(nominal, engine, varied, nominals, drawn)
 
 
 def _drawn(rig: Rig, engine: Engine, reach: float, factors: Mapping[str, tuple[float, float]], seed: int) -> PlantLanes:

@@ -1,7 +1,7 @@
 """Hard goals of a loop over its envelope: by how much each is met, and where the worst lies."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -43,10 +43,10 @@ def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> 
     varied = envelope.varied
     nominal = varied.some(np.flatnonzero(envelope.nominal).tolist())
     margins = varied.margins(controller)
-    lanes = (varied, margins), (envelope.drawn, envelope.drawn.margins(controller))
-    every = [LinearWorst.of(*each) for each in lanes]
-    corner = envelope.corner(controller)
-    every.append(LinearWorst.of(corner, corner.margins(controller)))
+    every = [LinearWorst.of(varied, margins)]
+    for lanes in (envelope.drawn, envelope.corner(controller)):
+        if lanes is not None:
+            every.append(LinearWorst.of(lanes, lanes.margins(controller)))
     growth = sum(each.growth for each in every)
     unstable = [each.plant for each in every if each.growth]
     yield Goal("stable on every plant", None, None, unstable[0] if unstable else "", growth * 1e3)
@@ -84,12 +84,11 @@ def noisy_steps(
     """A scenario with noise on the varied plants and, of a law that runs compiled, on the drawn ones."""
     if sampled_law(controller) is None:
         return [steps(envelope.few, controller, scenario, seed, SECONDS)]
-    return [steps(lanes, controller, scenario, seed, SECONDS) for lanes in (envelope.varied, envelope.drawn)]
-
-
-def limit_names() -> list[str]:
-    """The limits that a file may give."""
-    return [entry.name for entry in fields(Limits)]
+    return [
+        steps(lanes, controller, scenario, seed, SECONDS)
+        for lanes in (envelope.varied, envelope.drawn)
+        if lanes is not None
+    ]
 
 
 def _at_most(name: str, value: float, limit: float, where: str) -> Goal:

@@ -12,8 +12,9 @@ from ..commands.tune.config import read_weights
 from ..commands.tune.goals import Trial
 from ..commands.tune.page import cost_figure, numbers_table
 from ..commands.tune.problem import OF_THE_LOOP, Searched, TuneProblem, with_number
-from ..commands.tune.study import nearest_trial, search
+from ..commands.tune.study import nearest_trial, search, tuned_rows
 from ..control.controller_spec import ControllerSpec
+from ..loop.envelope import POSITIONS
 from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario, scenario
 from ..report import Figure, Table
@@ -40,7 +41,7 @@ class Search:
     @property
     def rows(self) -> list[dict[str, Any]]:
         """The best design's metrics on every rig in every scenario."""
-        return self.best.verdict.rows
+        return tuned_rows(self.problem, self.best)
 
     def plot(self) -> Figure:
         """The cost of every design that meets the hard goals."""
@@ -68,6 +69,7 @@ def tune(
     weights: Mapping[str, float] = WEIGHTS,
     seed: int = 1,
     jobs: int = 1,
+    positions: Sequence[float] = POSITIONS,
 ) -> ClosedLoop:
     """The loop with the best of `designs` tried numbers; its `search` has the others.
 
@@ -94,6 +96,7 @@ def tune(
         designs,
         seed,
         loop.conditions(seed),
+        tuple(positions),
     )
     result = Search(problem, search(problem, no_checkpoint, lambda _: None, jobs))
     if missed := result.best.verdict.missed:

@@ -8,12 +8,12 @@ from typing import Any
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...rigs.rig import Rig
+from ..common.envelope_keys import read_factors, read_positions
 from ..common.experiment import borrowed_controllers, read_experiment, rig_of
 
 KEYS = (
     "experiment", "rig", "plants", "seed", "step", "seconds", "computing_delay", "stroke", "positions", "from", "draw",
 )  # fmt: skip
-POSITIONS = (-0.9, -0.5, 0.0, 0.5, 0.9)  # shares of the stroke limit
 
 
 @dataclass(frozen=True)
@@ -45,21 +45,9 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
     table.word("experiment", ["robustness"])
     nominal = rig_of(table, path, rig)
     tables = borrowed_controllers(table.table("from"), path.parent)
-    draw = table.table("draw")
-    factors = {}
-    for name in draw:
-        if name not in nominal.numbers:
-            raise draw.complaint(name, f"the rig {nominal.name} has no such number; see jackbench show {nominal.name}")
-        low, high = draw.numbers(name, "[0.5, 1.5]")
-        if not 0 < low <= high:
-            raise draw.complaint(name, "write the least and the largest factor, such as [0.5, 1.5]")
-        factors[name] = (low, high)
     stroke = table.positive("stroke")
     if stroke > 1:
         raise table.complaint("stroke", "a share of the stroke limit, at most 1")
-    positions = table.numbers("positions", "[-0.9, 0, 0.9]") if "positions" in table else POSITIONS
-    if max(map(abs, positions)) > 1 or len(set(positions)) < len(positions):
-        raise table.complaint("positions", "different shares of the stroke limit, each from -1 to 1")
     return RobustnessConfig(
         rig=nominal,
         plants=plants or table.count("plants"),
@@ -68,8 +56,8 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
         seconds=table.quantity("seconds", Spec("s", 0.5, 60.0, "how long it is watched")),
         computing_delay=table.quantity("computing_delay", Spec("s", 0.0, 0.1, "from a sample to its command")),
         stroke=stroke,
-        positions=positions,
-        factors=factors,
+        positions=read_positions(table),
+        factors=read_factors(table, nominal),
         controllers=tuple(controller_spec(name, part) for name, part in tables.items()),
         source={**table.values, "controllers": {name: part.values for name, part in tables.items()}},
     )

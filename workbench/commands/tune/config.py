@@ -9,12 +9,15 @@ from typing import Any
 
 from ...base.errors import echo
 from ...base.table import Place, Table
+from ...loop.hard_goals import Limits
 from ...loop.rig_variations import variation
 from ...rigs.rig import Rig
+from ..common.envelope_keys import read_factors, read_limits, read_positions
 from ..common.experiment import read_experiment, rig_of
 from ..common.step_experiment import StepConfig, step_config
 from .problem import Searched, TuneProblem
 
+_OF_THE_SEARCH = ("rigs", "weights", "trials", "positions", "draw", "goals")
 WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}
 
 
@@ -23,7 +26,8 @@ class TuneConfig:
     """What is searched, and what for: `start` is the step experiment whose one controller has the start's numbers.
 
     `rig_name` is the rig as it was named, `rigs` are names of the plant set, nominal first; `weights` are those of
-    WEIGHTS, in the units there. `seed` is that of the search and of the sensors' noise.
+    WEIGHTS, in the units there. `seed` is that of the search and of the sensors' noise. `positions`, `factors` and
+    `limits`: see TuneProblem.
     """
 
     start: StepConfig
@@ -33,6 +37,9 @@ class TuneConfig:
     weights: Mapping[str, float]
     trials: int
     seed: int
+    positions: tuple[float, ...]
+    factors: Mapping[str, tuple[float, float]]
+    limits: Limits
     source: Mapping[str, Any]
 
     @property
@@ -49,7 +56,8 @@ class TuneConfig:
     def problem(self) -> TuneProblem:
         """The search without its file."""
         start, choice = self.start, (self.rigs, self.weights, self.trials, self.seed)
-        return TuneProblem(start.rig, start.controllers[0], self.searched, start.scenarios, *choice, start.conditions)
+        space = start.conditions, self.positions, self.factors, self.limits
+        return TuneProblem(start.rig, start.controllers[0], self.searched, start.scenarios, *choice, *space)
 
     @property
     def _controller(self) -> Mapping[str, Any]:
@@ -88,13 +96,16 @@ def _tune(top: Table, named: str, rig: Rig) -> TuneConfig:
         read_weights(weights.values, weights.place),
         top.count("trials"),
         top.count("seed", 0),
+        read_positions(top),
+        read_factors(top, start.rig),
+        read_limits(top),
         top.values,
     )
 
 
 def _step_table(table: Mapping[str, Any], name: str, controller: Mapping[str, Any]) -> dict[str, Any]:
     """The step experiment in a tune experiment's table."""
-    rest = {key: entry for key, entry in table.items() if key not in ("rigs", "weights", "trials")}
+    rest = {key: entry for key, entry in table.items() if key not in _OF_THE_SEARCH}
     return {**rest, "experiment": "step", "controllers": {name: dict(controller)}}
 
 

@@ -18,30 +18,32 @@ from .problem import TuneProblem
 Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scenario
 
 
-def tune_page(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, runs: Runs) -> Page:
+def tune_page(
+    config: TuneConfig, trials: Sequence[Trial], nearest: Trial, runs: Runs, rows: Sequence[Mapping[str, Any]]
+) -> Page:
     """The report. `nearest` is the best design, or where none meets the hard goals the one that comes nearest."""
     tables = [
         numbers_table(config.problem, trials[0], nearest),
-        *([_rows(config, nearest)] if nearest.verdict.rows else []),
+        goals_table(nearest),
+        *([_rows(config, rows)] if rows else []),
     ]
     return Page(
         f"{config.name} tuned on {config.rig_name}",
-        _verdict(config, trials, nearest),
+        _verdict(config, trials, nearest, rows),
         [
-            Section("The best design" if nearest.verdict.rows else "The nearest design", tables),
+            Section("The best design" if rows else "The nearest design", tables),
             Section("Its steps", [step_figure(config, scenario, runs) for scenario in config.start.scenarios]),
             Section("The search", [cost_figure(trials), _missed(trials)]),
         ],
     )
 
 
-def _verdict(config: TuneConfig, trials: Sequence[Trial], nearest: Trial) -> str:
+def _verdict(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, rows: Sequence[Mapping[str, Any]]) -> str:
     cost = nearest.verdict.cost
     if cost is None:
         return f"No design of {len(trials)} meets every hard goal. None that met those before met: {_goal(nearest)}."
     start = trials[0].verdict
     before = f"{start.cost:.4g}" if start.cost is not None else f"none (it misses: {_goal(trials[0])})"
-    rows = nearest.verdict.rows
     settled = [row["settling_s"] for row in rows if row["settling_s"] is not None]
     slowest = f"settled in {max(settled):.3g} s at the latest, " if settled else ""
     return (
@@ -67,12 +69,26 @@ def numbers_table(problem: TuneProblem, start: Trial, best: Trial) -> Table:
     ]
     weights = ", ".join(f"{key} {value:g} {WEIGHTS[key]}" for key, value in problem.weights.items())
     note = (
-        f"Cost: the worst rig's numbers, averaged over the scenarios, times the weights: {weights}. IAE over the step."
+        "Cost: each number half by the nominal rig's worst, half by that of every plant, averaged over the scenarios, "
+        f"times the weights: {weights}. IAE over the step, or over the band of a load."
     )
     return Table("Numbers", ["number", "start", "best", "unit", "searched"], rows, note)
 
 
-def _rows(config: TuneConfig, best: Trial) -> Table:
+def goals_table(trial: Trial) -> Table:
+    """By how much a design meets each hard goal, and where in the envelope it is worst."""
+    rows = [
+        [goal.name, "missed" if goal.miss else "met", goal.value, goal.limit, goal.where]
+        for goal in trial.verdict.goals
+    ]
+    note = (
+        "Over the rigs of the set at every position, null and moving, the bad corner of all declared bounds, and the "
+    )
+    note += "worst of the drawn plants; linear goals and noise first, then the nonlinear plant without noise."
+    return Table("Hard goals", ["goal", "", "worst", "limit", "where"], rows, note)
+
+
+def _rows(config: TuneConfig, rows: Sequence[Mapping[str, Any]]) -> Table:
     signal = config.start.signal
     heads = {
         "rig": "rig",
@@ -90,8 +106,8 @@ def _rows(config: TuneConfig, best: Trial) -> Table:
             return float(from_si(row[key], signal.unit, signal.si))
         return row[key] * 100 if key == "residual_oscillation" and row[key] is not None else row[key]
 
-    lines = [[cell(row, key) for key in heads] for row in best.verdict.rows]
-    note = "Margins are the worse of null and moving; only the nominal rig's are a hard goal. "
+    lines = [[cell(row, key) for key in heads] for row in rows]
+    note = "At mid stroke; margins are the worse of null and moving. "
     note += judged_words(config.start.conditions, config.start.rig)
     return Table("On every rig of the set", list(heads.values()), lines, note)
 

@@ -1,12 +1,14 @@
 """What is searched, and what for: numbers of a controller in their ranges, on rigs of a set in scenarios."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec
 from ...loop.conditions import Conditions
+from ...loop.envelope import POSITIONS
+from ...loop.hard_goals import Limits
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 
@@ -38,7 +40,9 @@ class Searched:
 @dataclass(frozen=True)
 class TuneProblem:
     """A search: `rigs` are names of the set that is made of `rig`, nominal first; `weights` those of WEIGHTS. `seed` is
-    the sampler's, that of the sensors' noise is in `conditions`."""
+    the sampler's, that of the sensors' noise is in `conditions`. The envelope: those rigs at `positions`, shares of the
+    stroke limit, and plants drawn over `factors` and declared bounds; `limits` are those of the hard goals.
+    """
 
     rig: Rig
     controller: ControllerSpec
@@ -49,6 +53,9 @@ class TuneProblem:
     trials: int
     seed: int
     conditions: Conditions
+    positions: tuple[float, ...] = POSITIONS
+    factors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    limits: Limits = field(default_factory=Limits)
 
     def design(self, values: Mapping[str, float]) -> ControllerSpec:
         """The controller with these numbers by name, each in its unit. Raises InputError where they make none."""

@@ -8,8 +8,9 @@ from typing import Any
 import tomli_w
 
 from ...base.process_pool import process_pool
+from ...loop.hard_goals import Goal
 from ...loop.rig_variations import variation, with_delay
-from ...loop.rows import LoopSetup, loop_setup, play
+from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
 from ...rigs.rig import bundled as bundled_rigs
 from ...rigs.rig import rig_text
@@ -36,12 +37,13 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
     nominal = variation(config.start.rig, config.rigs[0])
     setup = loop_setup(with_delay(nominal, config.start.conditions.delay(config.start.controllers[0], nominal)))
     runs = {what: _runs(config, trial, setup) for what, trial in (("start", trials[0]), ("best", nearest))}
+    rows = tuned_rows(config.problem, nearest) if best else []
     metrics = {
-        "best": None if best is None else _best(config, best),
+        "best": None if best is None else _best(config, best, rows),
         "missed": nearest.verdict.missed,
         "trials": [_line(config, trial) for trial in trials],
     }
-    page = tune_page(config, trials, nearest, runs)
+    page = tune_page(config, trials, nearest, runs, rows)
     files = {} if best is None else _files(config, best)
     tables = {
         f"step-{what}-{name}": {"t [s]": run.record.t, **run.record.signals}
@@ -73,7 +75,8 @@ def search(problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1
             values = [{n.name: n.rounded(each.params[n.name]) for n in problem.searched} for each in asked]
             items = {f"trial-{len(trials) + i:05d}": each for i, each in enumerate(values)}
             for each, tried, verdict in zip(asked, values, judge(items, stage, lambda _: None), strict=True):
-                trials.append(Trial(len(trials), tried, Verdict(**verdict)))
+                goals = [Goal(**goal) for goal in verdict["goals"]]
+                trials.append(Trial(len(trials), tried, Verdict(**{**verdict, "goals": goals})))
                 study.tell(each, trials[-1].verdict.score)
                 progress(f"trial {len(trials)} of {problem.trials}: {_word(trials[-1].verdict)}; {_best_word(trials)}")
     return trials
@@ -82,6 +85,17 @@ def search(problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1
 def nearest_trial(trials: Sequence[Trial]) -> Trial:
     """The best design, or where none meets every hard goal the one that comes nearest."""
     return min(trials, key=lambda trial: trial.verdict.score)
+
+
+def tuned_rows(problem: TuneProblem, trial: Trial) -> list[dict[str, Any]]:
+    """A design on every rig of the set in every scenario: rows as `jackbench run` has them."""
+    spec, rows = problem.design(trial.values), []
+    for name in problem.rigs:
+        rig = variation(problem.rig, name)
+        setup = loop_setup(with_delay(rig, problem.conditions.delay(spec, rig)))
+        loops = linear_loops(spec, setup)
+        rows += [judge(spec, scenario, setup, loops, problem.conditions.noise)[1] for scenario in problem.scenarios]
+    return rows
 
 
 def _judge(problem: TuneProblem) -> Callable[[Mapping[str, float]], dict[str, Any]]:
@@ -110,9 +124,8 @@ def _numbers(config: TuneConfig, values: Mapping[str, float]) -> dict[str, dict[
     return {number.name: {"value": values[number.name], "unit": number.unit} for number in config.searched}
 
 
-def _best(config: TuneConfig, best: Trial) -> dict[str, Any]:
-    """The margins are the nominal rig's."""
-    rows = best.verdict.rows
+def _best(config: TuneConfig, best: Trial, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """The margins are the nominal rig's at mid stroke; `goals` say how far each is met, and where the worst lies."""
     margins = {key: rows[0][key] for key in ("ms", "gain_margin_db", "phase_margin_deg")}
     return {
         "controller": config.name,
@@ -120,6 +133,7 @@ def _best(config: TuneConfig, best: Trial) -> dict[str, Any]:
         "cost": best.verdict.cost,
         "numbers": _numbers(config, best.values),
         **margins,
+        "goals": [asdict(goal) for goal in best.verdict.goals],
         "worst_settling_s": _worst(rows, "settling_s"),
         "worst_overshoot_percent": _worst(rows, "overshoot_percent"),
         "rows": rows,

@@ -1,0 +1,42 @@
+"""The keys of an experiment that say on what its loops have to hold: [draw], positions, [goals]."""
+
+from dataclasses import fields
+
+from ...base.table import Table
+from ...loop.envelope import POSITIONS
+from ...loop.hard_goals import Limits
+from ...rigs.rig import Rig
+
+
+def read_factors(top: Table, rig: Rig) -> dict[str, tuple[float, float]]:
+    """[draw]: the least and the largest factor on numbers of the rig, by name; none without the table.
+
+    Raises InputError with file, line and key.
+    """
+    draw = top.optional_table("draw")
+    factors = {}
+    for name in draw:
+        if name not in rig.numbers:
+            raise draw.complaint(name, f"the rig {rig.name} has no such number; see jackbench show {rig.name}")
+        low, high = draw.numbers(name, "[0.5, 1.5]")
+        if not 0 < low <= high:
+            raise draw.complaint(name, "write the least and the largest factor, such as [0.5, 1.5]")
+        factors[name] = (low, high)
+    return factors
+
+
+def read_positions(top: Table) -> tuple[float, ...]:
+    """positions: shares of the stroke limit at which loops are judged; five over the stroke where none are given."""
+    if "positions" not in top:
+        return POSITIONS
+    positions = top.numbers("positions", "[-0.9, 0, 0.9]")
+    if max(map(abs, positions)) > 1 or len(set(positions)) < len(positions):
+        raise top.complaint("positions", "different shares of the stroke limit, each from -1 to 1")
+    return positions
+
+
+def read_limits(top: Table) -> Limits:
+    """[goals]: the limits of the hard goals that are not as usual."""
+    table = top.optional_table("goals")
+    table.allow(*(entry.name for entry in fields(Limits)))
+    return Limits(**{name: table.positive(name) for name in table})
