@@ -176,3 +176,20 @@ def test_what_is_to_be_searched_must_be_said(tmp_path):
     text = text.replace("low = 1e-4, high = 2e-4", "value = 2e-4")
     with pytest.raises(InputError, match="nothing is searched; give a number low and high"):
         load_tune(written(tmp_path, text))
+
+
+def test_a_search_is_over_rigs_of_the_experiment_s_own_too(tmp_path):
+    save_rig(load_rig("jack-10t").with_values(M=1100.0), tmp_path / "mine.toml")
+    own = "[variation.soft]\nfactors = {beta = 0.7}\n[weights]"
+    text = CONFIG.replace('"mass-50"]', '"soft", "mine.toml"]').replace("[weights]", own)
+    config = load_tune(written(tmp_path, text))
+    assert {name: (rig["M"], rig["beta"]) for name, rig in config.rigs.items()} == {
+        "nominal": (1000.0, 1e9),
+        "soft": (1000.0, pytest.approx(0.7e9)),
+        "mine": (1100.0, 1e9),
+    }
+    save_rig(load_rig("festo-tp511"), tmp_path / "festo.toml")
+    with pytest.raises(InputError, match="festo differs in more than numbers"):
+        load_tune(written(tmp_path, text.replace("mine.toml", "festo.toml")))
+    with pytest.raises(InputError, match=r"variation\.soft: is not in the list"):
+        load_tune(written(tmp_path, text.replace('"soft", ', "")))

@@ -13,7 +13,6 @@ from ..commands.common.experiment import BodeConfig
 from ..commands.common.outcome import Answer, Outcome
 from ..control.controller_spec import ControllerSpec
 from ..loop.reach import check_reach
-from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario
 from ..report import Table
 from .closed_loop import ClosedLoop
@@ -77,7 +76,7 @@ def benchmark(
                 "one of them is ideal; compare loops of one signal on one rig"
             )
     asked = scenarios_of(first, scenarios, "benchmark")
-    members = {name: variation(first.rig, name) for name in checked_rigs(first, rigs, "benchmark")}
+    members = checked_rigs(first, rigs, "benchmark")
     for member in members.values():
         for each in asked:
             check_reach(each, member)

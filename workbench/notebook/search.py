@@ -18,6 +18,7 @@ from ..loop.envelope import POSITIONS
 from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario, scenario
 from ..report import Figure, Table
+from ..rigs.rig import Rig
 from .closed_loop import ClosedLoop, Quantity
 
 SCENARIOS = {"position": ("position-10mm",), "force": ("force-20kn",)}
@@ -116,16 +117,14 @@ def scenarios_of(loop: ClosedLoop, scenarios: Sequence[str | Scenario] | None, w
     return result
 
 
-def checked_rigs(loop: ClosedLoop, rigs: Sequence[str], where: str) -> tuple[str, ...]:
-    """Names of the rig set. Raises InputError, opened by `where`."""
+def checked_rigs(loop: ClosedLoop, rigs: Sequence[str], where: str) -> dict[str, Rig]:
+    """Rigs of the set by name. Raises InputError, opened by `where`."""
     if isinstance(rigs, str) or not rigs or rigs[0] != "nominal" or len(set(rigs)) < len(rigs):
         raise InputError(f'{where}: rigs must be different names, "nominal" first')
-    for name in rigs:
-        try:
-            variation(loop.rig, name)
-        except InputError as error:
-            raise InputError(f"{where}: rigs: {error}") from None
-    return tuple(rigs)
+    try:
+        return {name: variation(loop.rig, name) for name in rigs}
+    except InputError as error:
+        raise InputError(f"{where}: rigs: {error}") from None
 
 
 def _searched(controller: ControllerSpec, name: str, ends: tuple[Quantity, Quantity]) -> Searched:

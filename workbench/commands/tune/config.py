@@ -10,14 +10,15 @@ from typing import Any
 from ...base.errors import echo
 from ...base.table import Place, Table
 from ...loop.hard_goals import Limits
-from ...loop.rig_variations import variation
 from ...rigs.rig import Rig
 from ..common.envelope_keys import read_factors, read_limits, read_positions
 from ..common.experiment import read_experiment, rig_of
+from ..common.rig_sets import check_variations, read_rig_set
+from ..common.scenario_tables import check_scenarios
 from ..common.step_experiment import StepConfig, step_config
 from .problem import Searched, TuneProblem
 
-_OF_THE_SEARCH = ("rigs", "weights", "trials", "positions", "draw", "goals")
+_OF_THE_SEARCH = ("rigs", "variation", "weights", "trials", "positions", "draw", "goals")
 WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}
 
 
@@ -25,7 +26,7 @@ WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1
 class TuneConfig:
     """What is searched, and what for: `start` is the step experiment whose one controller has the start's numbers.
 
-    `rig_name` is the rig as it was named, `rigs` are names of the plant set, nominal first; `weights` are those of
+    `rig_name` is the rig as it was named, `rigs` are those of the set by name, nominal first; `weights` are those of
     WEIGHTS, in the units there. `seed` is that of the search and of the sensors' noise. `positions`, `factors` and
     `limits`: see TuneProblem.
     """
@@ -33,7 +34,7 @@ class TuneConfig:
     start: StepConfig
     rig_name: str
     searched: tuple[Searched, ...]
-    rigs: tuple[str, ...]
+    rigs: Mapping[str, Rig]
     weights: Mapping[str, float]
     trials: int
     seed: int
@@ -92,7 +93,7 @@ def _tune(top: Table, named: str, rig: Rig) -> TuneConfig:
         start,
         named,
         searched,
-        _rigs(top, start.rig),
+        _rigs(top, start),
         read_weights(weights.values, weights.place),
         top.count("trials"),
         top.count("seed", 0),
@@ -144,13 +145,20 @@ def _range(entry: Table, path: tuple[str | int, ...]) -> Searched:
     return Searched(path, unit, low, high, start, log)
 
 
-def _rigs(top: Table, rig: Rig) -> tuple[str, ...]:
-    names = top.words("rigs", "nominal")
-    if names[0] != "nominal":
+def _rigs(top: Table, start: StepConfig) -> dict[str, Rig]:
+    if top.words("rigs", "nominal")[0] != "nominal":
         raise top.complaint("rigs", 'must be a list of different names, "nominal" first')
-    for name in names:
-        top.about("rigs", lambda name=name: variation(rig, name))
-    return names
+    rigs = read_rig_set(top, "rigs", top, start.rig)
+    check_variations(top, rigs)
+    for name, rig in rigs.items():
+        if rig.numbers.keys() != start.rig.numbers.keys() or _effects(rig) != _effects(start.rig):
+            raise top.complaint("rigs", f"{name} differs in more than numbers; a search takes one kind of rig")
+    check_scenarios(top, start.scenarios, rigs.values())
+    return rigs
+
+
+def _effects(rig: Rig) -> list[tuple[str, str]]:
+    return [(use.name, use.formula) for use in rig.effects]
 
 
 def read_weights(weights: Mapping[str, Any], place: Place | str) -> dict[str, float]:

@@ -10,7 +10,7 @@ from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
 from ...loop.envelope import Envelope, envelope
 from ...loop.hard_goals import SECONDS, Goal, linear_goals, motion_goals, noisy_steps
-from ...loop.rig_variations import variation, with_delay
+from ...loop.rig_variations import with_delay
 from ...loop.scenarios import Scenario
 from ...loop.sensors import settling_band
 from .problem import TuneProblem
@@ -103,7 +103,7 @@ class Goals:
         overshoot [%]."""
         lanes = noisy_steps(self.envelope, controller, scenario, self.problem.conditions.noise)
         size = abs(scenario.size) or settling_band(self.problem.rig, scenario.signal, 0.0)
-        nominal = [name.startswith(f"{self.problem.rigs[0]} at") for name in lanes[0].names]
+        nominal = [name.startswith(f"{next(iter(self.problem.rigs))} at") for name in lanes[0].names]
         return {
             "settling": _worst([np.nan_to_num(each.settling, nan=SECONDS) for each in lanes], nominal),
             "iae": _worst([each.iae / size for each in lanes], nominal),
@@ -114,7 +114,7 @@ class Goals:
 def tuning_envelope(problem: TuneProblem) -> Envelope:
     """The rigs of a search over the stroke, with the computing delay; of the drawn plants the worst for the start."""
     delay = problem.conditions.delay(problem.controller, problem.rig)
-    rigs = {name: with_delay(variation(problem.rig, name), delay) for name in problem.rigs}
+    rigs = {name: with_delay(rig, delay) for name, rig in problem.rigs.items()}
     whole = envelope(rigs, problem.positions, problem.factors, problem.seed)
     return whole.hardened(problem.controller.build(problem.rig.period.value), problem.scenarios[0], _KEPT)
 

@@ -39,7 +39,7 @@ class Searched:
 
 @dataclass(frozen=True)
 class TuneProblem:
-    """A search: `rigs` are names of the set that is made of `rig`, nominal first; `weights` those of WEIGHTS. `seed` is
+    """A search: `rigs` are those of the set by name, nominal first; `weights` those of WEIGHTS. `seed` is
     the sampler's, that of the sensors' noise is in `conditions`. The envelope: those rigs at `positions`, shares of the
     stroke limit, and plants drawn over `factors` and declared bounds; `limits` are those of the hard goals.
     """
@@ -48,7 +48,7 @@ class TuneProblem:
     controller: ControllerSpec
     searched: tuple[Searched, ...]
     scenarios: tuple[Scenario, ...]
-    rigs: tuple[str, ...]
+    rigs: Mapping[str, Rig]
     weights: Mapping[str, float]
     trials: int
     seed: int

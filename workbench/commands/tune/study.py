@@ -9,7 +9,7 @@ import tomli_w
 
 from ...base.process_pool import process_pool
 from ...loop.hard_goals import Goal
-from ...loop.rig_variations import variation, with_delay
+from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
 from ...rigs.rig import bundled as bundled_rigs
@@ -34,7 +34,7 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
     nearest = nearest_trial(trials)
     best = nearest if nearest.verdict.cost is not None else None
     progress("the start and the best, on the nominal rig")
-    nominal = variation(config.start.rig, config.rigs[0])
+    nominal, *_ = config.rigs.values()
     setup = loop_setup(with_delay(nominal, config.start.conditions.delay(config.start.controllers[0], nominal)))
     runs = {what: _runs(config, trial, setup) for what, trial in (("start", trials[0]), ("best", nearest))}
     rows = tuned_rows(config.problem, nearest) if best else []
@@ -90,8 +90,7 @@ def nearest_trial(trials: Sequence[Trial]) -> Trial:
 def tuned_rows(problem: TuneProblem, trial: Trial) -> list[dict[str, Any]]:
     """A design on every rig of the set in every scenario: rows as `jackbench run` has them."""
     spec, rows = problem.design(trial.values), []
-    for name in problem.rigs:
-        rig = variation(problem.rig, name)
+    for rig in problem.rigs.values():
         setup = loop_setup(with_delay(rig, problem.conditions.delay(spec, rig)))
         loops = linear_loops(spec, setup)
         rows += [judge(spec, scenario, setup, loops, problem.conditions.noise)[1] for scenario in problem.scenarios]
