@@ -97,7 +97,7 @@ def test_a_differential_jack_differs_by_direction_and_its_formula_holds():
 def test_every_number_is_shown_with_unit_source_and_bounds(shown):
     rig = load_rig("jack-10t")
     rows = {row["name"]: row for row in shown["numbers"]}
-    assert rows.keys() == {*rig.numbers, *rig.limits, "period"}
+    assert rows.keys() == {*rig.numbers, *rig.limits, "period", "computing_delay"}
     for name, number in rig.numbers.items():
         assert rows[name]["value"] == pytest.approx(number.shown)
         assert (rows[name]["unit"], rows[name]["source"]) == (number.unit, number.source)

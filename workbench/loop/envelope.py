@@ -93,7 +93,7 @@ class Envelope:
     @cached_property
     def few(self) -> PlantLanes:
         """The nominal rig all over the stroke, and every variation at mid stroke: for laws that run in Python."""
-        middle = self.varied.position == self.rig["xmid"]
+        middle = self.varied.position == 0
         return self.varied.some(np.flatnonzero(self.nominal | middle).tolist())
 
     def hardened(self, controller: Controller, scenario: Scenario, count: int) -> "Envelope":
@@ -140,8 +140,8 @@ def envelope(
     engine, plants = Engine(build(nominal)), {name: build(rig) for name, rig in rigs.items()}
     if any(plant.parameters != engine.plant.parameters for plant in plants.values()):
         raise ValueError("rigs of an envelope must differ in numbers only")
-    places = [nominal["xmid"] + share * nominal.limit("stroke") for share in positions]
-    lanes = [(name, x) for name, rig in rigs.items() for x in places if not rig["ks"] or x == nominal["xmid"]]
+    places = [share * nominal.limit("stroke") for share in positions]
+    lanes = [(name, x) for name, rig in rigs.items() for x in places if not rig["ks"] or x == 0]
     varied = plant_lanes(
         nominal,
         engine,
@@ -160,7 +160,7 @@ def _drawn(rig: Rig, engine: Engine, reach: float, factors: Mapping[str, tuple[f
     p = np.tile(plant.p, (_MANY, 1))
     for name, (low, high) in uncertain(rig, plant, factors).items():
         p[:, plant.parameters.index(name)] = random.uniform(low, high, _MANY)
-    position = rig["xmid"] + reach * rig.limit("stroke") * random.uniform(-1, 1, _MANY)
+    position = reach * rig.limit("stroke") * random.uniform(-1, 1, _MANY)
     return plant_lanes(rig, engine, [_named(f"drawn {i}", x) for i, x in enumerate(position)], p, position)
 
 
@@ -177,7 +177,7 @@ def steps(
     """
     rig, period = lanes.rig, lanes.rig.period.value
     t = np.arange(round(min(seconds, scenario.duration) / period) + 1) * period
-    inwards = np.where(lanes.position > rig["xmid"], -1.0, 1.0)
+    inwards = np.where(lanes.position > 0, -1.0, 1.0)
     asked = inwards[:, None] * scenario.reference(t)
     runs = _runs(lanes, controller, asked, scenario, t, seed)
     y, tripped, _ = (np.concatenate(part) for part in zip(*runs, strict=True))

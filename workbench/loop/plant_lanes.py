@@ -18,7 +18,8 @@ from .rows import MOVING
 
 @dataclass(frozen=True)
 class PlantLanes:
-    """Plants of one structure: their `names` [lanes], parameters p [lanes, k] and `position` [lanes] m.
+    """Plants of one structure: their `names` [lanes], parameters p [lanes, k] and `position` [lanes], m
+    from mid stroke.
 
     `null` and `moving`: where they stand there, and where they pass at 0.1 m/s. The rig gives limits, sensors and the
     period to all of them.

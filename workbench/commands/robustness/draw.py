@@ -11,7 +11,8 @@ from .config import RobustnessConfig
 
 @dataclass(frozen=True)
 class PlantDraw:
-    """Parameters p [plants, k], positions at the start [plants] m, and the drawn numbers [plants] by name, SI."""
+    """Parameters p [plants, k], positions at the start [plants], m from mid stroke, and the drawn numbers [plants] by
+    name, SI."""
 
     p: np.ndarray
     position: np.ndarray
@@ -29,6 +30,6 @@ def draw_plants(config: RobustnessConfig, plant: Plant) -> PlantDraw:
     for name, drawn in numbers.items():
         p[:, plant.parameters.index(name)] = drawn
     reach = config.stroke * config.rig.limit("stroke")
-    position = config.rig["xmid"] + random.uniform(-reach, reach - config.step, config.plants)
-    position[0] = config.rig["xmid"]
+    position = random.uniform(-reach, reach - config.step, config.plants)
+    position[0] = 0.0
     return PlantDraw(p, position, numbers)

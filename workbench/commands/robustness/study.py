@@ -134,7 +134,7 @@ def _drawn(lane: int, config: RobustnessConfig, plants: DrawnPlants, place: Plac
     """The numbers of a plant, and its position: at `place`, else where it was drawn."""
     position = float(plants.draw.position[lane])
     if place is not None and place.position is not None:
-        position = config.rig["xmid"] + place.position
+        position = place.position
     numbers = {
         f"{number} [{config.rig.numbers[number].si}]": float(values[lane])
         for number, values in plants.draw.numbers.items()
