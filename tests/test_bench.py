@@ -14,6 +14,8 @@ from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
 from workbench.linear.frequency_response import first_harmonic
+from workbench.loop.envelope import envelope
+from workbench.loop.hard_goals import Limits, linear_goals, motion_goals, noisy_steps
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
@@ -106,6 +108,29 @@ def test_every_controller_meets_every_rig_and_the_spread_spans_them(outcome):
     assert "p-dp is settled on every rig first" in outcome.page.verdict
 
 
+def test_a_position_controller_is_judged_over_the_envelope_of_the_free_rigs(config, outcome):
+    """Goals and worst are those of the loop's room, on both rigs at five positions with the delay."""
+    space = envelope({name: with_delay(rig, 0.3e-3) for name, rig in config.loops[0].rigs.items()})
+    ten = SCENARIOS["position-10mm"]
+    rows = {row["controller"]: row for row in outcome.metrics["envelope"]}
+    assert list(rows) == ["p", "p-dp"]
+    for name, row in rows.items():
+        law = controller(config, name).build(1e-3)
+        goals = [*linear_goals(space, law, Limits()), *motion_goals(space, law, [ten], Limits())]
+        assert [goal["name"] for goal in row["goals"]] == [goal.name for goal in goals]
+        assert [goal["where"] for goal in row["goals"]] == [goal.where for goal in goals]
+        assert [goal["miss"] for goal in row["goals"]] == [
+            None if goal.value is not None and np.isnan(goal.value) else goal.miss for goal in goals
+        ]
+        (played,) = noisy_steps(space, law, ten, 0, ten.duration)
+        assert row["settling_worst_s"] == played.settling.max()
+        assert row["settling_nominal_s"] == played.settling[:5].max()
+        assert row["where"] == played.names[int(played.settling.argmax())]
+        assert row["overshoot_worst_percent"] == played.overshoot.max()
+    assert rows["p"]["met"]
+    assert not rows["p-dp"]["met"]
+
+
 def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monkeypatch):
     """What was stored is neither built nor played again, and the result is the same but for its timing."""
     kept = dict(list(stages.items())[:3])
@@ -123,7 +148,7 @@ def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monk
 
 def test_a_stage_and_a_result_can_be_written(outcome, stages):
     assert json.loads(metrics_json(outcome.metrics))["rows"][0]["controller"] == "p"
-    assert all(isinstance(found["solve_us"], np.ndarray) for found in stages.values())
+    assert all(isinstance(entry["solve_us"], np.ndarray) for name, entry in stages.items() if " on " in name)
     assert "linear-p-dp-nominal" in outcome.tables
     assert outcome.tables["stiffness-p-nominal"]["n_per_m"].min() > 0
 

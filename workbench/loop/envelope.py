@@ -96,6 +96,10 @@ class Envelope:
         middle = self.varied.position == 0
         return self.varied.some(np.flatnonzero(self.nominal | middle).tolist())
 
+    def are_nominal(self, names: Sequence[str]) -> np.ndarray:
+        """Which plants [lanes], by name, are those of the nominal rig."""
+        return np.isin(names, np.array(self.varied.names)[self.nominal])
+
     def hardened(self, controller: Controller, scenario: Scenario, count: int) -> "Envelope":
         """With only so many drawn plants: for this controller half the largest Ms, half the slowest to settle.
 

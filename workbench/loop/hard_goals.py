@@ -54,7 +54,7 @@ def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> 
     ms, db = limits.ms_nominal, limits.gain_margin_db
     yield _at_most("Ms on the nominal rig", at_nominal.ms, ms, at_nominal.plant)
     yield _at_least("gain margin on the nominal rig [dB]", at_nominal.gain_margin_db, db, at_nominal.plant)
-    worst = max(every, key=lambda each: each.ms)
+    worst = max(every, key=lambda each: np.nan_to_num(each.ms, nan=np.inf))  # the unstable one, where there is one
     yield _at_most("Ms on every plant", worst.ms, limits.ms, worst.plant)
 
 
@@ -79,13 +79,13 @@ def motion_goals(
 
 
 def noisy_steps(
-    envelope: Envelope, controller: Controller, scenario: Scenario, seed: int | None
+    envelope: Envelope, controller: Controller, scenario: Scenario, seed: int | None, seconds: float = SECONDS
 ) -> list[EnvelopeSteps]:
     """A scenario with noise on the varied plants and, of a law that runs compiled, on the drawn ones."""
     if sampled_law(controller) is None:
-        return [steps(envelope.few, controller, scenario, seed, SECONDS)]
+        return [steps(envelope.few, controller, scenario, seed, seconds)]
     return [
-        steps(lanes, controller, scenario, seed, SECONDS)
+        steps(lanes, controller, scenario, seed, seconds)
         for lanes in (envelope.varied, envelope.drawn)
         if lanes is not None
     ]

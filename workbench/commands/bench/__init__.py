@@ -1,5 +1,6 @@
 """`jackbench bench EXPERIMENT`: every controller on every rig of a set in every scenario.
 
-entry      one controller on one rig in every scenario
-figures    its figures
+entry         one controller on one rig in every scenario
+envelope_row  one position controller over the stroke, on every free rig
+figures       its figures
 """

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.process_pool import process_pool
+from ...control.controller_spec import ControllerSpec
 from ...loop.compute_time import summary
 from ...loop.rig_spread import spread_over_rigs
 from ...loop.rig_variations import with_delay
@@ -14,6 +15,7 @@ from ...loop.rows import LoopSetup, loop_setup
 from ..common.bench_experiment import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
 from .entry import STIFFNESS_HZ, BenchmarkEntry, Entries, benchmark_entry
+from .envelope_row import EnvelopeRow, bench_envelope, envelope_rigs, envelope_row, has_envelope
 from .page import bench_page, bench_picture
 
 _MARKS_HZ = (0.1, 1.0, 10.0, 100.0)
@@ -25,6 +27,7 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int =
     with process_pool(jobs, partial(_benchmark, config)) as played:
         items = {f"{name} on {rig}": (i, name, rig) for i, name, rig in keys}
         results = played(items, stage, lambda entry: progress("{controller} on {rig}".format(**entry["noise"])))
+    envelopes = _over_the_envelope(config, stage, progress, jobs)
     by_rig = {(name, rig): entry for (_, name, rig), entry in zip(keys, results, strict=True)}
     entries: Entries = {
         (c.name, rig): by_rig[c.name, rig] for loop in config.loops for c in loop.controllers for rig in loop.rigs
@@ -39,6 +42,7 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int =
         "spread": spread_over_rigs(rows),
         "fallbacks": [row for entry in entries.values() for row in entry["fallbacks"]],
         "timing": _timing(config, entries),
+        "envelope": envelopes,
     }
     page = bench_page(config, entries, metrics)
     return Outcome(metrics, page, bench_picture(config, entries), _tables(entries))
@@ -57,6 +61,27 @@ def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], Benchmar
         controller = next(spec for spec in loop.controllers if spec.name == name)
         delay = config.conditions.delay(controller, loop.rigs[rig])
         return benchmark_entry(controller, loop, setup(i, rig, delay), config.conditions.noise)
+
+    return work
+
+
+def _over_the_envelope(config: BenchConfig, stage: Stage, progress: Progress, jobs: int) -> list[EnvelopeRow]:
+    """A row for every position controller that has a linear view, by `jobs` processes."""
+    judged = [(i, loop) for i, loop in enumerate(config.loops) if has_envelope(loop)]
+    items = {f"{spec.name} over the envelope": (i, spec) for i, loop in judged for spec in loop.controllers}
+    with process_pool(jobs, partial(_envelope_rows, config)) as judge:
+        rows = judge(items, stage, lambda row: progress(f"{row['controller']} over the envelope") if row else None)
+    return [row for row in rows if row]
+
+
+def _envelope_rows(config: BenchConfig) -> Callable[[tuple[int, ControllerSpec]], EnvelopeRow | None]:
+    """The work of one process: a loop's number and a controller on the envelope, built once for a computing delay."""
+    space = cache(lambda i, delay: bench_envelope(config.loops[i], delay))
+
+    def work(item: tuple[int, ControllerSpec]) -> EnvelopeRow | None:
+        i, spec = item
+        delay = config.conditions.delay(spec, next(iter(envelope_rigs(config.loops[i]).values())))
+        return envelope_row(spec, space(i, delay), config.loops[i], config.conditions.noise)
 
     return work
 

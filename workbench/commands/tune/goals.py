@@ -103,7 +103,7 @@ class Goals:
         overshoot [%]."""
         lanes = noisy_steps(self.envelope, controller, scenario, self.problem.conditions.noise)
         size = abs(scenario.size) or settling_band(self.problem.rig, scenario.signal, 0.0)
-        nominal = [name.startswith(f"{next(iter(self.problem.rigs))} at") for name in lanes[0].names]
+        nominal = self.envelope.are_nominal(lanes[0].names)
         return {
             "settling": _worst([np.nan_to_num(each.settling, nan=SECONDS) for each in lanes], nominal),
             "iae": _worst([each.iae / size for each in lanes], nominal),
@@ -119,6 +119,6 @@ def tuning_envelope(problem: TuneProblem) -> Envelope:
     return whole.hardened(problem.controller.build(problem.rig.period.value), problem.scenarios[0], _KEPT)
 
 
-def _worst(values: Sequence[np.ndarray], nominal: Sequence[bool]) -> float:
+def _worst(values: Sequence[np.ndarray], nominal: np.ndarray) -> float:
     """Half by the nominal rig's worst, half by that of all lanes; the first values are of varied plants."""
-    return float(np.max(values[0][np.array(nominal)]) + max(np.max(each) for each in values)) / 2
+    return float(np.max(values[0][nominal]) + max(np.max(each) for each in values)) / 2

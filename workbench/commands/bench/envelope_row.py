@@ -1,0 +1,121 @@
+"""A position controller over the envelope of a bench: its hard goals, and what steps and loads with noise do at worst.
+
+The envelope: the bench's rigs without a specimen that differ in their plants' numbers only, at five positions.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from ...control.controller_spec import ControllerSpec
+from ...control.protocol import NoLinearView
+from ...loop.envelope import Envelope, EnvelopeSteps, envelope
+from ...loop.hard_goals import Goal, Limits, linear_goals, motion_goals, noisy_steps
+from ...loop.rig_variations import with_delay
+from ...loop.scenarios import Scenario
+from ...rigs.rig import Rig
+from ..common.bench_experiment import BenchLoop
+
+EnvelopeRow = dict[str, Any]  # of metrics.json
+_STEP = 10e-3  # m: the step of a bench that is nearest to it is judged
+
+
+def has_envelope(loop: BenchLoop) -> bool:
+    """Whether the controllers of a loop are judged over an envelope: of a position with a step, on some free rig."""
+    return loop.signal.name == "position" and bool(_steps(loop)) and bool(envelope_rigs(loop))
+
+
+def envelope_rigs(loop: BenchLoop) -> Mapping[str, Rig]:
+    """The rigs of a bench by name that an envelope can have, the nominal one first."""
+    free = {name: rig for name, rig in loop.rigs.items() if not rig["ks"]}
+    return {name: rig for name, rig in free.items() if _alike(rig, next(iter(free.values())))}
+
+
+def bench_envelope(loop: BenchLoop, delay: float) -> Envelope:
+    """The envelope of a bench with a computing delay [s]. Raises InputError where there is no operating point."""
+    return envelope({name: with_delay(rig, delay) for name, rig in envelope_rigs(loop).items()})
+
+
+def judged_step(loop: BenchLoop) -> Scenario:
+    """The step of a bench whose settling over the envelope is judged."""
+    return min(_steps(loop), key=lambda scenario: abs(np.log(abs(scenario.size) / _STEP)))
+
+
+def envelope_row(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, seed: int | None) -> EnvelopeRow | None:
+    """A controller's row of metrics.json, SI but for what its keys say; `seed` of the sensors' noise, or None.
+
+    None for a controller without a linear view.
+    """
+    controller, limits = spec.build(envelope.rig.period.value), Limits()
+    try:
+        goals = list(linear_goals(envelope, controller, limits))
+    except NoLinearView:
+        return None
+    goals += motion_goals(envelope, controller, _steps(loop)[:1], limits)
+    rows = [_goal(goal) for goal in goals]
+    values = {row["name"]: row["value"] for row in rows}
+    scenario = judged_step(loop)
+    (steps,) = noisy_steps(envelope, controller, scenario, seed, scenario.duration)
+    where = _slowest(steps)
+    return {
+        "controller": spec.name,
+        "goals": rows,
+        "met": all(row["miss"] == 0 for row in rows),
+        "settling_nominal_s": _longest(steps.settling[envelope.are_nominal(steps.names)]),
+        "settling_worst_s": _longest(steps.settling),
+        "where": steps.names[where],
+        "overshoot_worst_percent": _longest(steps.overshoot),
+        "ms_nominal": values["Ms on the nominal rig"],
+        "ms_worst": values["Ms on every plant"],
+        "loads": [
+            _load(each, noisy_steps(envelope, controller, each, seed, each.duration)[0], envelope)
+            for each in _loads(loop)
+        ],
+    }
+
+
+def _load(scenario: Scenario, steps: EnvelopeSteps, envelope: Envelope) -> dict[str, Any]:
+    """From a load's coming: until it is made up for, and how far the jack goes."""
+    nominal = envelope.are_nominal(steps.names)
+    return {
+        "scenario": scenario.name,
+        "recovery_nominal_s": _longest(steps.settling[nominal]),
+        "recovery_worst_s": _longest(steps.settling),
+        "peak_nominal": _longest(steps.peak[nominal]),
+        "peak_worst": _longest(steps.peak),
+        "where": steps.names[_slowest(steps)],
+    }
+
+
+def _goal(goal: Goal) -> dict[str, Any]:
+    """A goal of a loop that is unstable has a limit and no value; nor is there a miss then."""
+    row = asdict(goal)
+    if goal.limit is not None and (goal.value is None or np.isnan(goal.value)):
+        return {**row, "value": None, "miss": None}
+    return row
+
+
+def _steps(loop: BenchLoop) -> list[Scenario]:
+    return [scenario for scenario in loop.scenarios if scenario.is_step and scenario.size and not scenario.load]
+
+
+def _loads(loop: BenchLoop) -> Iterator[Scenario]:
+    return (scenario for scenario in loop.scenarios if scenario.load and not scenario.size)
+
+
+def _alike(rig: Rig, nominal: Rig) -> bool:
+    """Whether two rigs differ in numbers of their plants only."""
+    same = {key: getattr(nominal, key) for key in ("name", "title", "source", "recordings", "numbers")}
+    return replace(rig, **same) == nominal
+
+
+def _longest(values: np.ndarray) -> float | None:
+    """The largest; None where one is missing."""
+    largest = float(np.max(values))
+    return largest if np.isfinite(largest) else None
+
+
+def _slowest(steps: EnvelopeSteps) -> int:
+    return int(np.argmax(np.nan_to_num(steps.settling, nan=np.inf)))
