@@ -1,6 +1,7 @@
 """The bench, tiny: rows of `run` over rigs, what else it measures held against simulations, refused files."""
 
 import json
+from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.commands.bench import study as study
+from workbench.commands.bench.verdict import verdict_sentence
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
@@ -129,6 +131,32 @@ def test_a_position_controller_is_judged_over_the_envelope_of_the_free_rigs(conf
         assert row["overshoot_worst_percent"] == played.overshoot.max()
     assert rows["p"]["met"]
     assert not rows["p-dp"]["met"]
+
+
+def test_the_report_opens_with_the_controller_to_take_and_where_it_is_weak(config, outcome):
+    worst = {row["controller"]: row for row in outcome.metrics["envelope"]}
+    verdict = outcome.page.verdict
+    assert verdict.startswith("Take p: it meets every goal over stroke and rigs and settles position-10mm within ")
+    assert "it is weakest in Ms on the nominal rig" in verdict
+    assert f"p-dp settles sooner, within {worst['p-dp']['settling_worst_s']:.3g} s, but misses" in verdict
+    section = outcome.page.sections[0]
+    lines = {row[0]: dict(zip(section.items[0].columns, row, strict=True)) for row in section.items[0].rows}
+    assert lines["p"]["misses"] == ""
+    missed = [f"{goal['name']} ({goal['where']})" for goal in worst["p-dp"]["goals"] if goal["miss"]]
+    assert lines["p-dp"]["misses"] == "; ".join(missed) != ""
+    assert lines["p"]["position-10mm: settling, worst [s]"] == worst["p"]["settling_worst_s"]
+    marks = {curve.name: (float(curve.x[0]), float(curve.y[0])) for curve in section.items[1].panels[0].curves}
+    assert marks == {name: (row["settling_worst_s"], row["ms_worst"]) for name, row in worst.items()}
+
+
+def test_where_none_meets_every_goal_the_report_names_the_nearest(config, outcome):
+    metrics = deepcopy(outcome.metrics)
+    p = metrics["envelope"][0]
+    p["goals"][1] |= {"value": 2.1, "miss": 0.05}
+    p["met"] = False
+    sentence = verdict_sentence(config.loops[0], metrics)
+    assert sentence.startswith("No controller meets every goal over stroke and rigs; nearest comes p: it settles")
+    assert sentence.endswith("and misses Ms on the nominal rig (nominal at +0 mm).")
 
 
 def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monkeypatch):

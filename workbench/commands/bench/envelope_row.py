@@ -54,7 +54,7 @@ def envelope_row(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, seed
     except NoLinearView:
         return None
     goals += motion_goals(envelope, controller, _steps(loop)[:1], limits)
-    rows = [_goal(goal) for goal in goals]
+    rows = [_goal(goal, stable=goals[0].miss == 0) for goal in goals]
     values = {row["name"]: row["value"] for row in rows}
     scenario = judged_step(loop)
     (steps,) = noisy_steps(envelope, controller, scenario, seed, scenario.duration)
@@ -89,12 +89,11 @@ def _load(scenario: Scenario, steps: EnvelopeSteps, envelope: Envelope) -> dict[
     }
 
 
-def _goal(goal: Goal) -> dict[str, Any]:
-    """A goal of a loop that is unstable has a limit and no value; nor is there a miss then."""
-    row = asdict(goal)
-    if goal.limit is not None and (goal.value is None or np.isnan(goal.value)):
-        return {**row, "value": None, "miss": None}
-    return row
+def _goal(goal: Goal, stable: bool) -> dict[str, Any]:
+    """A number that a loop does not have is None: its miss too where some plant is unstable, else it is met."""
+    if goal.value is None or np.isfinite(goal.value):
+        return asdict(goal)
+    return {**asdict(goal), "value": None, "miss": goal.miss if stable else None}
 
 
 def _steps(loop: BenchLoop) -> list[Scenario]:

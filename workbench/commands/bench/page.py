@@ -10,6 +10,7 @@ from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.judged import judged_words
 from .entry import Entries
 from .figures import excursion, linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
+from .verdict import verdict_sections, verdict_sentence
 
 Metrics = Mapping[str, Any]
 Best = Literal["min", "max"]
@@ -22,6 +23,7 @@ def bench_page(config: BenchConfig, entries: Entries, metrics: Metrics) -> Page:
         title = f"{loop.signal.name.capitalize()} loops"
         first = loop.first
         sections += [
+            *verdict_sections(loop, metrics),
             Section(title, [_summary(config, loop, entries, metrics)]),
             Section(
                 f"{title}: time responses on {first}",
@@ -53,9 +55,10 @@ def _arriving(loop: BenchLoop) -> list[Scenario]:
 
 
 def _verdict(config: BenchConfig, metrics: Metrics) -> str:
-    """Who is quickest where it is slowest, in each scenario that ends; rigs on which nobody settles are said first."""
-    said = [_first(loop, scenario, metrics) for loop in config.loops for scenario in _arriving(loop)]
-    return " ".join(said) or "No scenario ends, so nothing settles."
+    """Which position controller to take; who is quickest where it is slowest, in each scenario that ends."""
+    sentences = [verdict_sentence(loop, metrics) for loop in config.loops]
+    sentences += [_first(loop, scenario, metrics) for loop in config.loops for scenario in _arriving(loop)]
+    return " ".join(filter(None, sentences)) or "No scenario ends, so nothing settles."
 
 
 def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:

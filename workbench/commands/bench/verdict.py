@@ -1,0 +1,148 @@
+"""Which position controller to take: a table of all over the envelope, a sentence, and Ms against settling."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...base.units import from_si
+from ...loop.envelope import POSITIONS
+from ...loop.hard_goals import Limits
+from ...report import Curve, Figure, Mark, Panel, Section, Table
+from ..common.bench_experiment import BenchLoop
+from .envelope_row import EnvelopeRow, envelope_rigs, has_envelope, judged_step
+
+Metrics = Mapping[str, Any]
+Goal = Mapping[str, Any]  # of a row
+
+
+def verdict_sections(loop: BenchLoop, metrics: Metrics) -> list[Section]:
+    """Table and picture, where controllers of this loop were judged over the envelope."""
+    rows = _rows(loop, metrics)
+    if not rows:
+        return []
+    title = f"{loop.signal.name.capitalize()} loops: over stroke and rigs"
+    return [Section(title, [_table(loop, rows, metrics), *_without(loop, rows), *_scatter(loop, rows)])]
+
+
+def verdict_sentence(loop: BenchLoop, metrics: Metrics) -> str:
+    """Which controller to take and where it is weakest; where none meets every goal, which comes nearest."""
+    rows = _rows(loop, metrics)
+    if not rows:
+        return ""
+    able = [row for row in rows if row["met"] and row["settling_worst_s"] is not None]
+    if not able:
+        nearest = min(rows, key=_short)
+        return (
+            f"No controller meets every goal over stroke and rigs; nearest comes {nearest['controller']}: "
+            f"it {_settles(loop, nearest)}, and misses {_misses(nearest) or 'nothing else'}."
+        )
+    best = min(able, key=lambda row: row["settling_worst_s"])
+    return (
+        f"Take {best['controller']}: it meets every goal over stroke and rigs and {_settles(loop, best)}; it is "
+        f"weakest in {_weakest(best)}{_sooner(rows, best)}."
+    )
+
+
+def _rows(loop: BenchLoop, metrics: Metrics) -> list[EnvelopeRow]:
+    names = {spec.name for spec in loop.controllers} if has_envelope(loop) else set()
+    return [row for row in metrics["envelope"] if row["controller"] in names]
+
+
+def _short(row: EnvelopeRow) -> tuple[int, float, float]:
+    """How far a row falls short: goals missed, by how much in all, worst settling [s]."""
+    misses = [goal["miss"] for goal in row["goals"] if goal["miss"] != 0]
+    settling = row["settling_worst_s"]
+    return len(misses), sum(miss for miss in misses if miss is not None), np.inf if settling is None else settling
+
+
+def _settles(loop: BenchLoop, row: EnvelopeRow) -> str:
+    name, worst = judged_step(loop).name, row["settling_worst_s"]
+    if worst is None:
+        return f"does not settle {name} on {row['where']}"
+    return f"settles {name} within {worst:.3g} s at worst, on {row['where']}"
+
+
+def _weakest(row: EnvelopeRow) -> str:
+    """The goal with the least left to its limit."""
+
+    def share(goal: Goal) -> float:
+        ratio = goal["value"] / goal["limit"]
+        return 1 / ratio if goal["name"].startswith("gain margin") else ratio
+
+    goal = max((goal for goal in row["goals"] if goal["limit"] and goal["value"]), key=share)
+    return f"{goal['name']}, {goal['value']:.3g} with a limit of {goal['limit']:g}, on {goal['where']}"
+
+
+def _sooner(rows: Sequence[EnvelopeRow], best: EnvelopeRow) -> str:
+    """Of the controllers that settle sooner, the one that falls short least."""
+    sooner = [row for row in rows if (row["settling_worst_s"] or np.inf) < best["settling_worst_s"]]
+    if not sooner:
+        return ""
+    row = min(sooner, key=_short)
+    return f"; {row['controller']} settles sooner, within {row['settling_worst_s']:.3g} s, but misses {_misses(row)}"
+
+
+def _misses(row: EnvelopeRow) -> str:
+    """Missed goals and their worst plants; a number that an unstable loop does not have is not listed."""
+    return "; ".join(f"{goal['name']} ({goal['where']})" for goal in row["goals"] if goal["miss"])
+
+
+def _table(loop: BenchLoop, rows: Sequence[EnvelopeRow], metrics: Metrics) -> Table:
+    lines = [_line(loop, row, metrics["timing"][row["controller"]]) for row in rows]
+    names = list(lines[0])
+    places = ", ".join(f"{100 * share:g}" for share in POSITIONS)
+    return Table(
+        f"Worst of {', '.join(envelope_rigs(loop))} over the stroke",
+        names,
+        [list(line.values()) for line in lines],
+        note=f"At {places} % of the stroke limit, towards the middle; a controller that runs in Python is played on "
+        "the first rig there and on the others at mid stroke. Steps and loads under the bench's conditions; recovery "
+        "from a load's coming into the band of the sensor. Ms at null and moving; the worst counts the bad corner of "
+        "all declared bounds too. Nominal: the first rig. A dash where a loop is unstable, never settles or never "
+        "makes up for a load.",
+        best=dict.fromkeys((name for name in names if name not in ("controller", "slowest on", "misses")), "min"),
+    )
+
+
+def _line(loop: BenchLoop, row: EnvelopeRow, timing: Mapping[str, float]) -> dict[str, Any]:
+    unit, step = loop.signal.unit, judged_step(loop).name
+    noise = next(goal["value"] for goal in row["goals"] if goal["name"] == "noise of the command")
+    line = {
+        "controller": row["controller"],
+        f"{step}: settling, nominal [s]": row["settling_nominal_s"],
+        f"{step}: settling, worst [s]": row["settling_worst_s"],
+        "slowest on": row["where"],
+        f"{step}: overshoot, worst [%]": row["overshoot_worst_percent"],
+        "Ms, nominal [1]": row["ms_nominal"],
+        "Ms, worst [1]": row["ms_worst"],
+    }
+    for load in row["loads"]:
+        name, peak = load["scenario"], load["peak_worst"]
+        line[f"{name}: recovery, worst [s]"] = load["recovery_worst_s"]
+        line[f"{name}: peak, worst [{unit}]"] = None if peak is None else float(from_si(peak, unit, loop.signal.si))
+    return line | {
+        "command noise, worst [0.1 %]": None if noise is None else noise * 1e3,
+        "compute, 99 % [us]": timing["solve_p99_us"],
+        "misses": _misses(row),
+    }
+
+
+def _without(loop: BenchLoop, rows: Sequence[EnvelopeRow]) -> list[str]:
+    judged = {row["controller"] for row in rows}
+    names = [spec.name for spec in loop.controllers if spec.name not in judged]
+    return [f"Not judged over the stroke, for they have no linear view: {', '.join(names)}."] if names else []
+
+
+def _scatter(loop: BenchLoop, rows: Sequence[EnvelopeRow]) -> list[Figure]:
+    """Ms against settling, both at worst."""
+    keys = ("settling_worst_s", "ms_worst")
+    points = {row["controller"]: [row[key] for key in keys] for row in rows}
+    lacking = [name for name, point in points.items() if None in point]
+    marks = [
+        Curve(name, np.array([x]), np.array([y]), "markers") for name, (x, y) in points.items() if name not in lacking
+    ]
+    note = f"Unstable or unsettled on some plant: {', '.join(lacking)}." if lacking else ""
+    panel = Panel("Ms, worst [1]", marks, marks=(Mark(Limits().ms, "limit"),))
+    label = f"settling of {judged_step(loop).name}, worst [s]"
+    return [Figure("Robust and quick", label, [panel], log_x=True, note=note, height=420)] if marks else []
