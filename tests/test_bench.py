@@ -145,8 +145,9 @@ def test_the_report_opens_with_the_controller_to_take_and_where_it_is_weak(confi
     missed = [f"{goal['name']} ({goal['where']})" for goal in worst["p-dp"]["goals"] if goal["miss"]]
     assert lines["p-dp"]["misses"] == "; ".join(missed) != ""
     assert lines["p"]["position-10mm: settling, worst [s]"] == worst["p"]["settling_worst_s"]
-    marks = {curve.name: (float(curve.x[0]), float(curve.y[0])) for curve in section.items[1].panels[0].curves}
-    assert marks == {name: (row["settling_worst_s"], row["ms_worst"]) for name, row in worst.items()}
+    (mark,) = section.items[1].panels[0].curves
+    assert (mark.name, mark.x[0], mark.y[0]) == ("p", worst["p"]["settling_worst_s"], worst["p"]["ms_worst"])
+    assert section.items[1].note == "Unstable or unsettled on some plant: p-dp."
 
 
 def test_where_none_meets_every_goal_the_report_names_the_nearest(config, outcome):
@@ -156,7 +157,7 @@ def test_where_none_meets_every_goal_the_report_names_the_nearest(config, outcom
     p["met"] = False
     sentence = verdict_sentence(config.loops[0], metrics)
     assert sentence.startswith("No controller meets every goal over stroke and rigs; nearest comes p: it settles")
-    assert sentence.endswith("and misses Ms on the nominal rig (nominal at +0 mm).")
+    assert sentence.endswith('and misses "Ms on the nominal rig" (nominal at +0 mm).')
 
 
 def test_an_interrupted_bench_resumes_where_it_was(config, outcome, stages, monkeypatch):

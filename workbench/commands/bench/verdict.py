@@ -35,7 +35,7 @@ def verdict_sentence(loop: BenchLoop, metrics: Metrics) -> str:
         nearest = min(rows, key=_short)
         return (
             f"No controller meets every goal over stroke and rigs; nearest comes {nearest['controller']}: "
-            f"it {_settles(loop, nearest)}, and misses {_misses(nearest) or 'nothing else'}."
+            f"it {_settles(loop, nearest)}, and {_first_miss(nearest)}."
         )
     best = min(able, key=lambda row: row["settling_worst_s"])
     return (
@@ -80,7 +80,16 @@ def _sooner(rows: Sequence[EnvelopeRow], best: EnvelopeRow) -> str:
     if not sooner:
         return ""
     row = min(sooner, key=_short)
-    return f"; {row['controller']} settles sooner, within {row['settling_worst_s']:.3g} s, but misses {_misses(row)}"
+    return f"; {row['controller']} settles sooner, within {row['settling_worst_s']:.3g} s, but {_first_miss(row)}"
+
+
+def _first_miss(row: EnvelopeRow) -> str:
+    """In the sentence: the first goal that is missed and its worst plant, and how many more there are."""
+    missed = [goal for goal in row["goals"] if goal["miss"]]
+    if not missed:
+        return "misses no goal"
+    more = f" and {len(missed) - 1} more" if missed[1:] else ""
+    return f'misses "{missed[0]["name"]}" ({missed[0]["where"]}){more}'
 
 
 def _misses(row: EnvelopeRow) -> str:
