@@ -148,6 +148,10 @@ def test_the_report_opens_with_the_controller_to_take_and_where_it_is_weak(confi
     (mark,) = section.items[1].panels[0].curves
     assert (mark.name, mark.x[0], mark.y[0]) == ("p", worst["p"]["settling_worst_s"], worst["p"]["ms_worst"])
     assert section.items[1].note == "Unstable or unsettled on some plant: p-dp."
+    assert [panel.y_label for panel in section.items[2].panels] == [
+        "p: open-loop gain [dB]",
+        "p-dp: open-loop gain [dB]",
+    ]
 
 
 def test_where_none_meets_every_goal_the_report_names_the_nearest(config, outcome):

@@ -95,7 +95,7 @@ def lane_margins(lanes: SampledLanes, law: LawLanes) -> LaneMargins:
     """
     rows = [lanes.measures.index(name) for name in law.measures]
     radius = np.abs(np.linalg.eigvals(_closed(lanes.a, lanes.b, lanes.c[:, rows], lanes.d[:, rows], law))).max(axis=1)
-    loop = -np.sum(law.gains(_z(lanes.f, lanes.period)) * lanes.responses[:, rows], axis=1)
+    loop = open_loops(lanes, law)
     stable, level = radius < STABLE, 1 / np.abs(1 + loop)
     ms = level.max(axis=1)
     sharp = np.flatnonzero(stable & (ms > _SHARP))
@@ -104,6 +104,12 @@ def lane_margins(lanes: SampledLanes, law: LawLanes) -> LaneMargins:
         ms[sharp] = np.maximum(ms[sharp], peak)
     columns = (np.where(stable, column, np.nan) for column in (ms, _gain_margin(loop), _phase_margin(loop)))
     return LaneMargins(radius, *columns)
+
+
+def open_loops(lanes: SampledLanes, law: LawLanes) -> np.ndarray:
+    """The same loops broken at the command, complex [lanes, k] at the lanes' frequencies; -1 is the critical point."""
+    rows = [lanes.measures.index(name) for name in law.measures]
+    return -np.sum(law.gains(_z(lanes.f, lanes.period)) * lanes.responses[:, rows], axis=1)
 
 
 def _z(f: np.ndarray, period: float) -> np.ndarray:

@@ -12,7 +12,7 @@ from ..linear.equilibria import Equilibria, equilibria
 from ..plant import Plant
 from ..rigs.rig import Rig
 from .lane_laws import lane_laws
-from .lane_margins import LaneMargins, SampledLanes, lane_margins, sampled_lanes
+from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
 from .rows import MOVING
 
 
@@ -40,6 +40,11 @@ class PlantLanes:
             for sampled, points in zip(self._sampled, (self.null, self.moving), strict=True)
         )
         return null, moving
+
+    def open_loops(self, controller: Controller) -> tuple[np.ndarray, np.ndarray]:
+        """At null, broken at the command: frequencies [k], Hz, and loops [lanes, k]. Raises InputError as `margins`."""
+        sampled = self._sampled[0]
+        return sampled.f, open_loops(sampled, lane_laws(controller, self._outputs(self.null), self.null.u[:, 0]))
 
     def some(self, lanes: Sequence[int]) -> "PlantLanes":
         """Some of them."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...control.protocol import NoLinearView
+from ...control.protocol import Controller, NoLinearView
 from ...loop.envelope import Envelope, EnvelopeSteps, envelope
 from ...loop.hard_goals import Goal, Limits, linear_goals, motion_goals, noisy_steps
 from ...loop.rig_variations import with_delay
@@ -19,6 +19,7 @@ from ...rigs.rig import Rig
 from ..common.bench_experiment import BenchLoop
 
 EnvelopeRow = dict[str, Any]  # of metrics.json
+EnvelopeEntry = dict[str, Any]  # what a stage can store
 _STEP = 10e-3  # m: the step of a bench that is nearest to it is judged
 
 
@@ -43,16 +44,26 @@ def judged_step(loop: BenchLoop) -> Scenario:
     return min(_steps(loop), key=lambda scenario: abs(np.log(abs(scenario.size) / _STEP)))
 
 
-def envelope_row(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, seed: int | None) -> EnvelopeRow | None:
-    """A controller's row of metrics.json, SI but for what its keys say; `seed` of the sensors' noise, or None.
+def envelope_entry(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, seed: int | None) -> EnvelopeEntry | None:
+    """A controller's `row` of metrics.json, SI but for what its keys say, and its open loops at null `cloud`, to be
+    stored as a stage; `seed` of the sensors' noise, or None.
 
     None for a controller without a linear view.
     """
-    controller, limits = spec.build(envelope.rig.period.value), Limits()
+    controller = spec.build(envelope.rig.period.value)
     try:
-        goals = list(linear_goals(envelope, controller, limits))
+        f, loops = envelope.varied.open_loops(controller)
     except NoLinearView:
         return None
+    cloud = {"f_hz": f, "real": np.real(loops), "imag": np.imag(loops), "nominal": envelope.nominal}
+    return {"row": _row(spec, controller, envelope, loop, seed), "cloud": cloud}
+
+
+def _row(
+    spec: ControllerSpec, controller: Controller, envelope: Envelope, loop: BenchLoop, seed: int | None
+) -> EnvelopeRow:
+    limits = Limits()
+    goals = list(linear_goals(envelope, controller, limits))
     goals += motion_goals(envelope, controller, _steps(loop)[:1], limits)
     rows = [_goal(goal, stable=goals[0].miss == 0) for goal in goals]
     values = {row["name"]: row["value"] for row in rows}

@@ -15,6 +15,8 @@ from ..common.sines import closed_loop_figure
 from .entry import STIFFNESS_HZ, Entries
 
 _SHOWN_HZ = (0.05, 100.0)
+_CLOUD_HZ = (0.5, 100.0)
+_OTHER = "#8c959f"
 _SHORTEST = 0.2  # s
 _DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 _CLOSED_DB = (-3.0, -6.0)
@@ -126,10 +128,7 @@ def sine_figures(loop: BenchLoop, entries: Entries) -> list[Figure]:
 
 def nichols(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
     """Open loops at the command over contours of constant closed-loop gain, some named by the damping of their peak."""
-    curves = [
-        _contour(f"damping {zeta:g}", -20 * np.log10(2 * zeta * np.sqrt(1 - zeta**2)), "dot") for zeta in _DAMPINGS
-    ]
-    curves += [_contour(f"{level:g} dB", level, "dash") for level in _CLOSED_DB]
+    curves = _contours()
     for name, columns in _linear(loop, rig, entries).items():
         f = columns["f_hz"]
         curves.append(_on_chart(name, _complex(columns, "open")[f > _SHOWN_HZ[0]]))
@@ -141,12 +140,40 @@ def nichols(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
     return Figure(f"Nichols chart on {rig}", "open-loop phase [deg]", [panel], note=note, height=560)
 
 
+def nichols_clouds(clouds: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
+    """Open loops at null of every plant of the envelope, a panel a controller; those of the nominal rig on top."""
+    panels = []
+    for name, columns in clouds.items():
+        shown = (columns["f_hz"] > _CLOUD_HZ[0]) & (columns["f_hz"] < _CLOUD_HZ[1])
+        loops, nominal = (columns["real"] + 1j * columns["imag"])[:, shown][:, ::3], columns["nominal"]
+        curves = [_cloud("other rigs", loops[~nominal], _OTHER), _cloud("nominal rig", loops[nominal])]
+        panels.append(Panel(f"{name}: open-loop gain [dB]", [*_contours(), *curves], y_range=(-30.0, 30.0)))
+    note = f"A line a plant, from {_CLOUD_HZ[0]:g} to {_CLOUD_HZ[1]:g} Hz; the nearest to meeting every goal first."
+    height = 380 * len(panels)
+    return Figure(
+        "Nichols charts over stroke and rigs, at null", "open-loop phase [deg]", panels, note=note, height=height
+    )
+
+
+def _cloud(name: str, loops: np.ndarray, color: str | None = None) -> Curve:
+    """Loops [lanes, k] as one curve with gaps."""
+    parts = [_on_chart(name, np.append(loop, np.nan)) for loop in loops]
+    x, y = (np.concatenate([getattr(part, axis) for part in parts] or [np.zeros(0)]) for axis in ("x", "y"))
+    return Curve(name, x, y, color=color)
+
+
 def stiffness_figure(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
     """Disturbance force over position, linear, at null."""
     stiffness = {c.name: entries[c.name, rig]["stiffness"] for c in loop.controllers}
     curves = [Curve(name, STIFFNESS_HZ, size / 1e6) for name, size in stiffness.items() if size is not None]
     panel = Panel("dynamic stiffness [kN/mm]", curves, log_y=True)
     return Figure(f"Dynamic stiffness on {rig}", "frequency [Hz]", [panel], log_x=True)
+
+
+def _contours() -> list[Curve]:
+    resonances = {zeta: -20 * np.log10(2 * zeta * np.sqrt(1 - zeta**2)) for zeta in _DAMPINGS}
+    curves = [_contour(f"damping {zeta:g}", level, "dot") for zeta, level in resonances.items()]
+    return curves + [_contour(f"{level:g} dB", level, "dash") for level in _CLOSED_DB]
 
 
 def _contour(name: str, level: float, style: str) -> Curve:

@@ -10,20 +10,20 @@ from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.judged import judged_words
 from .entry import Entries
 from .figures import excursion, linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
-from .verdict import verdict_sections, verdict_sentence
+from .verdict import Clouds, verdict_sections, verdict_sentence
 
 Metrics = Mapping[str, Any]
 Best = Literal["min", "max"]
 
 
-def bench_page(config: BenchConfig, entries: Entries, metrics: Metrics) -> Page:
-    """The report, from what a bench stored by controller and rig, and its metrics."""
+def bench_page(config: BenchConfig, entries: Entries, clouds: Clouds, metrics: Metrics) -> Page:
+    """The report, from what a bench stored by controller and rig and over the envelope, and its metrics."""
     sections = []
     for loop in config.loops:
         title = f"{loop.signal.name.capitalize()} loops"
         first = loop.first
         sections += [
-            *verdict_sections(loop, metrics),
+            *verdict_sections(loop, clouds, metrics),
             Section(title, [_summary(config, loop, entries, metrics)]),
             Section(
                 f"{title}: time responses on {first}",

@@ -15,7 +15,7 @@ from ...loop.rows import LoopSetup, loop_setup
 from ..common.bench_experiment import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
 from .entry import STIFFNESS_HZ, BenchmarkEntry, Entries, benchmark_entry
-from .envelope_row import EnvelopeRow, bench_envelope, envelope_rigs, envelope_row, has_envelope
+from .envelope_row import EnvelopeEntry, bench_envelope, envelope_entry, envelope_rigs, has_envelope
 from .page import bench_page, bench_picture
 
 _MARKS_HZ = (0.1, 1.0, 10.0, 100.0)
@@ -42,9 +42,9 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int =
         "spread": spread_over_rigs(rows),
         "fallbacks": [row for entry in entries.values() for row in entry["fallbacks"]],
         "timing": _timing(config, entries),
-        "envelope": envelopes,
+        "envelope": [entry["row"] for entry in envelopes],
     }
-    page = bench_page(config, entries, metrics)
+    page = bench_page(config, entries, {entry["row"]["controller"]: entry["cloud"] for entry in envelopes}, metrics)
     return Outcome(metrics, page, bench_picture(config, entries), _tables(entries))
 
 
@@ -65,23 +65,28 @@ def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], Benchmar
     return work
 
 
-def _over_the_envelope(config: BenchConfig, stage: Stage, progress: Progress, jobs: int) -> list[EnvelopeRow]:
-    """A row for every position controller that has a linear view, by `jobs` processes."""
+def _over_the_envelope(config: BenchConfig, stage: Stage, progress: Progress, jobs: int) -> list[EnvelopeEntry]:
+    """An entry for every position controller that has a linear view, by `jobs` processes."""
     judged = [(i, loop) for i, loop in enumerate(config.loops) if has_envelope(loop)]
     items = {f"{spec.name} over the envelope": (i, spec) for i, loop in judged for spec in loop.controllers}
-    with process_pool(jobs, partial(_envelope_rows, config)) as judge:
-        rows = judge(items, stage, lambda row: progress(f"{row['controller']} over the envelope") if row else None)
-    return [row for row in rows if row]
+
+    def done(entry: EnvelopeEntry | None) -> None:
+        if entry:
+            progress("{controller} over the envelope".format(**entry["row"]))
+
+    with process_pool(jobs, partial(_envelope_entries, config)) as judge:
+        entries = judge(items, stage, done)
+    return [entry for entry in entries if entry]
 
 
-def _envelope_rows(config: BenchConfig) -> Callable[[tuple[int, ControllerSpec]], EnvelopeRow | None]:
+def _envelope_entries(config: BenchConfig) -> Callable[[tuple[int, ControllerSpec]], EnvelopeEntry | None]:
     """The work of one process: a loop's number and a controller on the envelope, built once for a computing delay."""
     space = cache(lambda i, delay: bench_envelope(config.loops[i], delay))
 
-    def work(item: tuple[int, ControllerSpec]) -> EnvelopeRow | None:
+    def work(item: tuple[int, ControllerSpec]) -> EnvelopeEntry | None:
         i, spec = item
         delay = config.conditions.delay(spec, next(iter(envelope_rigs(config.loops[i]).values())))
-        return envelope_row(spec, space(i, delay), config.loops[i], config.conditions.noise)
+        return envelope_entry(spec, space(i, delay), config.loops[i], config.conditions.noise)
 
     return work
 

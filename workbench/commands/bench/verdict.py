@@ -11,18 +11,23 @@ from ...loop.hard_goals import Limits
 from ...report import Curve, Figure, Mark, Panel, Section, Table
 from ..common.bench_experiment import BenchLoop
 from .envelope_row import EnvelopeRow, envelope_rigs, has_envelope, judged_step
+from .figures import nichols_clouds
 
 Metrics = Mapping[str, Any]
 Goal = Mapping[str, Any]  # of a row
+Clouds = Mapping[str, Mapping[str, np.ndarray]]  # of a stage, by controller
+_BEST = 3  # controllers whose open loops are drawn
 
 
-def verdict_sections(loop: BenchLoop, metrics: Metrics) -> list[Section]:
-    """Table and picture, where controllers of this loop were judged over the envelope."""
+def verdict_sections(loop: BenchLoop, clouds: Clouds, metrics: Metrics) -> list[Section]:
+    """Table and pictures, where controllers of this loop were judged over the envelope."""
     rows = _rows(loop, metrics)
     if not rows:
         return []
     title = f"{loop.signal.name.capitalize()} loops: over stroke and rigs"
-    return [Section(title, [_table(loop, rows, metrics), *_without(loop, rows), *_scatter(loop, rows)])]
+    table, nearest = _table(loop, rows, metrics), [row["controller"] for row in sorted(rows, key=_short)[:_BEST]]
+    chart = nichols_clouds({name: clouds[name] for name in nearest})
+    return [Section(title, [table, *_without(loop, rows), *_scatter(loop, rows), chart])]
 
 
 def verdict_sentence(loop: BenchLoop, metrics: Metrics) -> str:
@@ -49,11 +54,11 @@ def _rows(loop: BenchLoop, metrics: Metrics) -> list[EnvelopeRow]:
     return [row for row in metrics["envelope"] if row["controller"] in names]
 
 
-def _short(row: EnvelopeRow) -> tuple[int, float, float]:
-    """How far a row falls short: goals missed, by how much in all, worst settling [s]."""
+def _short(row: EnvelopeRow) -> tuple[bool, int, float, float]:
+    """How far a row falls short: never settles, goals missed, by how much in all, worst settling [s]."""
     misses = [goal["miss"] for goal in row["goals"] if goal["miss"] != 0]
     settling = row["settling_worst_s"]
-    return len(misses), sum(miss for miss in misses if miss is not None), np.inf if settling is None else settling
+    return settling is None, len(misses), sum(miss for miss in misses if miss is not None), settling or np.inf
 
 
 def _settles(loop: BenchLoop, row: EnvelopeRow) -> str:
