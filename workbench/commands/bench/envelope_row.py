@@ -55,7 +55,8 @@ def envelope_entry(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, se
         f, loops = envelope.varied.open_loops(controller)
     except NoLinearView:
         return None
-    cloud = {"f_hz": f, "real": np.real(loops), "imag": np.imag(loops), "nominal": envelope.nominal}
+    rigs = [name.rsplit(" at ", 1)[0] for name in envelope.varied.names]
+    cloud = {"f_hz": f, "real": np.real(loops), "imag": np.imag(loops), "rigs": rigs}
     return {"row": _row(spec, controller, envelope, loop, seed), "cloud": cloud}
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,7 @@ from ..common.sines import closed_loop_figure
 from .entry import STIFFNESS_HZ, Entries
 
 _SHOWN_HZ = (0.05, 100.0)
-_CLOUD_HZ = (0.5, 100.0)
-_OTHER = "#8c959f"
+_CLOUD_HZ = (0.5, 200.0)
 _SHORTEST = 0.2  # s
 _DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 _CLOSED_DB = (-3.0, -6.0)
@@ -140,26 +140,24 @@ def nichols(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
     return Figure(f"Nichols chart on {rig}", "open-loop phase [deg]", [panel], note=note, height=560)
 
 
-def nichols_clouds(clouds: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
-    """Open loops at null of every plant of the envelope, a panel a controller; those of the nominal rig on top."""
+def nichols_clouds(clouds: Mapping[str, Mapping[str, Any]]) -> Figure:
+    """Open loops at null of every plant of the envelope: a panel a controller, a curve a rig over the stroke."""
     panels = []
     for name, columns in clouds.items():
         shown = (columns["f_hz"] > _CLOUD_HZ[0]) & (columns["f_hz"] < _CLOUD_HZ[1])
-        loops, nominal = (columns["real"] + 1j * columns["imag"])[:, shown][:, ::3], columns["nominal"]
-        curves = [_cloud("other rigs", loops[~nominal], _OTHER), _cloud("nominal rig", loops[nominal])]
+        loops = (columns["real"] + 1j * columns["imag"])[:, shown]
+        rigs = {rig: [i for i, other in enumerate(columns["rigs"]) if other == rig] for rig in columns["rigs"]}
+        curves = [_cloud(rig, loops[lanes]) for rig, lanes in rigs.items()]
         panels.append(Panel(f"{name}: open-loop gain [dB]", [*_contours(), *curves], y_range=(-30.0, 30.0)))
-    note = f"A line a plant, from {_CLOUD_HZ[0]:g} to {_CLOUD_HZ[1]:g} Hz; the nearest to meeting every goal first."
-    height = 380 * len(panels)
-    return Figure(
-        "Nichols charts over stroke and rigs, at null", "open-loop phase [deg]", panels, note=note, height=height
-    )
+    note = f"A line a position, from {_CLOUD_HZ[0]:g} to {_CLOUD_HZ[1]:g} Hz; the nearest to meeting every goal first."
+    title = "Nichols charts over stroke and rigs, at null"
+    return Figure(title, "open-loop phase [deg]", panels, note=note, height=380 * len(panels))
 
 
-def _cloud(name: str, loops: np.ndarray, color: str | None = None) -> Curve:
+def _cloud(name: str, loops: np.ndarray) -> Curve:
     """Loops [lanes, k] as one curve with gaps."""
     parts = [_on_chart(name, np.append(loop, np.nan)) for loop in loops]
-    x, y = (np.concatenate([getattr(part, axis) for part in parts] or [np.zeros(0)]) for axis in ("x", "y"))
-    return Curve(name, x, y, color=color)
+    return Curve(name, np.concatenate([part.x for part in parts]), np.concatenate([part.y for part in parts]))
 
 
 def stiffness_figure(loop: BenchLoop, rig: str, entries: Entries) -> Figure:

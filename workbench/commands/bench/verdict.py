@@ -15,7 +15,7 @@ from .figures import nichols_clouds
 
 Metrics = Mapping[str, Any]
 Goal = Mapping[str, Any]  # of a row
-Clouds = Mapping[str, Mapping[str, np.ndarray]]  # of a stage, by controller
+Clouds = Mapping[str, Mapping[str, Any]]  # of a stage, by controller
 _BEST = 3  # controllers whose open loops are drawn
 
 
