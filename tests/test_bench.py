@@ -160,7 +160,9 @@ def test_where_none_meets_every_goal_the_report_names_the_nearest(config, outcom
     p["goals"][1] |= {"value": 2.1, "miss": 0.05}
     p["met"] = False
     sentence = verdict_sentence(config.loops[0], metrics)
-    assert sentence.startswith("No controller meets every goal over stroke and rigs; nearest comes p: it settles")
+    assert sentence.startswith(
+        "No controller meets every goal and settles over stroke and rigs; nearest comes p: it settles"
+    )
     assert sentence.endswith('and misses "Ms on the nominal rig" (nominal at +0 mm).')
 
 

@@ -39,7 +39,7 @@ def verdict_sentence(loop: BenchLoop, metrics: Metrics) -> str:
     if not able:
         nearest = min(rows, key=_short)
         return (
-            f"No controller meets every goal over stroke and rigs; nearest comes {nearest['controller']}: "
+            f"No controller meets every goal and settles over stroke and rigs; nearest comes {nearest['controller']}: "
             f"it {_settles(loop, nearest)}, and {_first_miss(nearest)}."
         )
     best = min(able, key=lambda row: row["settling_worst_s"])
