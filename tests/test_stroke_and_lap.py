@@ -7,8 +7,11 @@ from controllers import FeedForward, LapInverse, P, PressureFeedback
 from controllers.lap_inverse import LapInverse as Law
 from controllers.pressure import PressureFeedback as Feedback
 from workbench.base.errors import InputError
+from workbench.control.inner_loop import inner_loop_closed
+from workbench.control.load_class import load_class
 from workbench.linear import equilibrium
 from workbench.linear.linearisation import linear_plant
+from workbench.linear.state_space import sampled_response
 from workbench.loop.margins import linear_loop
 from workbench.plant import build
 from workbench.rigs.rig import load_rig
@@ -77,3 +80,16 @@ def test_the_inverse_is_odd_and_leaves_full_command_as_it_is():
 def test_a_lap_without_a_width_is_refused():
     with pytest.raises(InputError, match="width"):
         P(gain="3 1/m") + FeedForward(velocity=0.1) + LapInverse(excess=0.001, width=0.0)
+
+
+def test_the_jack_that_an_outer_controller_sees_has_the_schedule_and_the_slope_of_the_map(plant):
+    """Its loop through the whole controller is the loop of the outer law on it."""
+    about = equilibrium(plant, position=0.15, speed=0.1)
+    law = P(gain="3 1/m") + PressureFeedback(gain="2e-4 1/bar", corner="0.5 Hz", column=COLUMN) + LAP
+    parts = [load_class(part.use, part.name)(part.design, 1e-3) for part in law.compensators]
+    inner = inner_loop_closed(plant, about, 1e-3, parts)
+    z = np.exp(2j * np.pi * np.array([1.0, 5.0, 30.0]) * 1e-3)
+    outer = 3.0 * sampled_response(inner, z)[0, 0]
+    loop = linear_loop(plant, about, law.build(1e-3), 1e-3)
+    closed = np.interp([1.0, 5.0, 30.0], loop.f, np.abs(loop.closed))
+    assert np.abs(outer / (1 + outer)) == pytest.approx(closed, rel=2e-3)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ..linear import Equilibrium
 from ..linear.interconnect import feedback, select
 from ..linear.sampling import sampled_plant
 from ..linear.state_space import StateSpace, as_state_space, sampled_response
-from .compensators import Compensator
+from .compensators import Compensator, MapsCommand
 
 if TYPE_CHECKING:
     import control
@@ -24,20 +24,31 @@ def inner_loop_closed(
     plant: "Plant",
     about: Equilibrium,
     period: float,
-    compensators: Sequence[Compensator],
+    compensators: Sequence[Compensator | MapsCommand],
     p: np.ndarray | None = None,
 ) -> StateSpace:
     """Discrete state space from an outer controller's command to the position [m], `compensators` in between.
 
-    The plant is linearised at a point and sampled every `period` [s], as `linear.discretise` does. What compensators do
-    with a reference is left out.
+    The plant is linearised at a point and sampled every `period` [s], as `linear.discretise` does; a schedule has its
+    factor there, a map of the command its slope. What compensators do with a reference is left out.
     """
-    laws = [as_state_space(part.law) for part in compensators if part.into == "command"]
-    measured = dict.fromkeys(name for law in laws for name in law.input_labels if name not in ("reference", "position"))
+    filters = [as_state_space(cast(Compensator, part).law) for part in compensators if part.into == "command"]
+    known = ("reference", "position")
+    measured = dict.fromkeys(name for law in filters for name in law.input_labels if name not in known)
     model = sampled_plant(plant, about, period, ("position", *measured), p)
     model = replace(model, D=np.zeros_like(model.D))  # what is measured has not heard of this command yet
-    for law in laws:
-        model = feedback(model, law.relabelled(law.input_labels, ["command"]))
+    outputs = np.array(plant.h(about.x, about.u, plant.p if p is None else p)).ravel()
+    position, command = float(outputs[plant.output("position")]), float(about.u[0])
+    for part in reversed(compensators):  # the last is next to the plant
+        if part.into == "map":
+            command_map = cast(MapsCommand, part).command_map
+            command += command_map.back(command)
+            model = replace(model, B=model.B * (1 + command_map.shift.slope(command)))
+        elif part.into == "command":
+            law, schedule = as_state_space(cast(Compensator, part).law), getattr(part, "schedule", None)
+            factor = schedule(position) if schedule else 1.0
+            law = replace(law.relabelled(law.input_labels, ["command"]), C=factor * law.C, D=factor * law.D)
+            model = feedback(model, law)
     return select(model, ["command"], ["position"])
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from ..base.errors import InputError
-from ..control.compensators import Compensator
+from ..control.compensators import Compensator, MapsCommand
 from ..control.controller_spec import ControllerSpec
 from ..control.inner_loop import inner_loop_closed, overshoots
 from ..control.protocol import linear_view
@@ -30,7 +30,7 @@ def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, floa
     law = linear_view(replace(spec, compensators=()).build(period))
     if law.input_labels != ["reference", "position"]:
         raise InputError(f"{spec.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
-    parts = [cast(Compensator, part.build(period)) for part in spec.compensators]
+    parts = [cast("Compensator | MapsCommand", part.build(period)) for part in spec.compensators]
 
     def over(name: str = "", value: float = 0.0, speed: float = SPEED, gains: Sequence[float] = (1.0,)) -> list[Any]:
         p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth

@@ -4,7 +4,7 @@ import argparse
 from dataclasses import asdict, fields
 from typing import cast
 
-from ...control.compensators import Compensator
+from ...control.compensators import Compensator, MapsCommand
 from ..common.designs import of_controllers, print_each, read
 
 MOVING = 0.1  # m/s
@@ -27,7 +27,7 @@ def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
     points = {"null": equilibrium(plant, p=smooth), "moving": equilibrium(plant, speed=MOVING, p=smooth)}
     models: dict[str, dict[str, dict[str, float]]] = {}
     for spec in config.controllers:
-        parts = [cast(Compensator, part.build(period)) for part in spec.compensators]
+        parts = [cast("Compensator | MapsCommand", part.build(period)) for part in spec.compensators]
         models[spec.name] = {
             where: asdict(fit_jack_model(inner_loop_closed(plant, about, period, parts, smooth)))
             for where, about in points.items()
