@@ -17,7 +17,8 @@ from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
 from workbench.linear.frequency_response import first_harmonic
 from workbench.loop.envelope import envelope
-from workbench.loop.hard_goals import Limits, linear_goals, motion_goals, noisy_steps
+from workbench.loop.hard_goals import linear_goals, motion_goals, noisy_steps
+from workbench.loop.limits import Limits
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
@@ -272,9 +273,9 @@ def test_the_shipped_bench_has_every_controller_in_loops_of_position_and_force()
         "crone1",
         "crone2",
         "crone3",
+        "lqg",
         "mpc",
         "mpc-bare",
-        "lqg",
     ]
     assert tuple(position.rigs) == ("nominal", "mass-50", "mass+50", "beta-50", "supply-20", "stiffness-1e6")
     assert tuple(force.rigs) == (*position.rigs, "stiffness-1e8")

@@ -15,12 +15,12 @@ from ..rigs.rig import Rig
 from .batch import run_lanes
 from .lane_margins import LaneMargins
 from .lane_metrics import hunting_lanes, step_lanes
+from .limits import POSITIONS
 from .plant_lanes import PlantLanes, plant_lanes, uncertain
 from .sampled_loop import SampledLoop
 from .scenarios import Scenario
 from .sensors import settling_band
 
-POSITIONS = (-0.9, -0.5, 0.0, 0.5, 0.9)  # shares of the stroke limit
 HUNTING = 0.002  # of the step, peak to peak over the last 0.3 s: a loop that swings by more hunts
 _REST = 0.3  # s: at rest
 _MANY = 2000  # plants that are drawn, of which the worst are kept

@@ -7,21 +7,10 @@ import numpy as np
 
 from ..control.protocol import Controller, sampled_law
 from .envelope import Envelope, EnvelopeSteps, LinearWorst, command_noise, steps
+from .limits import Limits
 from .scenarios import Scenario
 
 SECONDS = 1.0  # of a scenario that a goal watches
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Ms [1] on the nominal rig and on every plant, gain margin [dB] on the nominal one, RMS of the command [1] at rest
-    with noise, overshoot [%] on every plant."""
-
-    ms_nominal: float = 2.0
-    ms: float = 2.5
-    gain_margin_db: float = 6.0
-    command_noise: float = 0.01
-    overshoot_percent: float = np.inf
 
 
 @dataclass(frozen=True)

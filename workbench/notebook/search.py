@@ -14,7 +14,7 @@ from ..commands.tune.page import cost_figure, numbers_table
 from ..commands.tune.problem import OF_THE_LOOP, Searched, TuneProblem, with_number
 from ..commands.tune.study import nearest_trial, search, tuned_rows
 from ..control.controller_spec import ControllerSpec
-from ..loop.envelope import POSITIONS
+from ..loop.limits import POSITIONS
 from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario, scenario
 from ..report import Figure, Table

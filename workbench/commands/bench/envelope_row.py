@@ -12,7 +12,8 @@ import numpy as np
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller, NoLinearView
 from ...loop.envelope import Envelope, EnvelopeSteps, envelope
-from ...loop.hard_goals import Goal, Limits, linear_goals, motion_goals, noisy_steps
+from ...loop.hard_goals import Goal, linear_goals, motion_goals, noisy_steps
+from ...loop.limits import Limits
 from ...loop.rig_variations import with_delay
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig

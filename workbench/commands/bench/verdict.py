@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
-from ...loop.envelope import POSITIONS
-from ...loop.hard_goals import Limits
+from ...loop.limits import POSITIONS, Limits
 from ...report import Curve, Figure, Mark, Panel, Section, Table
 from ..common.bench_experiment import BenchLoop
 from .envelope_row import EnvelopeRow, envelope_rigs, has_envelope, judged_step

@@ -3,8 +3,7 @@
 from dataclasses import fields
 
 from ...base.table import Table
-from ...loop.envelope import POSITIONS
-from ...loop.hard_goals import Limits
+from ...loop.limits import POSITIONS, Limits
 from ...rigs.rig import Rig
 
 

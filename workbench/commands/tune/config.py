@@ -9,7 +9,7 @@ from typing import Any
 
 from ...base.errors import echo
 from ...base.table import Place, Table
-from ...loop.hard_goals import Limits
+from ...loop.limits import Limits
 from ...rigs.rig import Rig
 from ..common.envelope_keys import read_factors, read_limits, read_positions
 from ..common.experiment import read_experiment, rig_of

@@ -7,8 +7,7 @@ from typing import Any
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec
 from ...loop.conditions import Conditions
-from ...loop.envelope import POSITIONS
-from ...loop.hard_goals import Limits
+from ...loop.limits import POSITIONS, Limits
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 

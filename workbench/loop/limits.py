@@ -1,0 +1,18 @@
+"""What the hard goals of a loop ask for, and where in the stroke: numbers that files may give."""
+
+from dataclasses import dataclass
+from math import inf
+
+POSITIONS = (-0.9, -0.5, 0.0, 0.5, 0.9)  # shares of the stroke limit at which loops are judged
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Ms [1] on the nominal rig and on every plant, gain margin [dB] on the nominal one, RMS of the command [1] at rest
+    with noise, overshoot [%] on every plant."""
+
+    ms_nominal: float = 2.0
+    ms: float = 2.5
+    gain_margin_db: float = 6.0
+    command_noise: float = 0.01
+    overshoot_percent: float = inf
