@@ -18,6 +18,7 @@ from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.scenarios import SCENARIOS
+from workbench.plant import build
 from workbench.rigs.rig import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -93,6 +94,14 @@ def test_the_bad_corner_is_no_better_than_any_end_of_a_number(space):
     assert at_corner.ms > at_nominal.ms
     beta = space.engine.plant.parameters.index("beta")
     assert corner.p[0, beta] in (0.85e9, 1.15e9)
+
+
+def test_a_rig_without_bounds_has_itself_for_a_bad_corner():
+    rig = load_rig("jack-10t")
+    bare = replace(rig, numbers={name: replace(n, low=None, high=None) for name, n in rig.numbers.items()})
+    corner = envelope({"nominal": bare}, (0.0, 0.5)).corner(TUNED["p"].build(1e-3))
+    assert corner.names == ("bad corner at +0 mm", "bad corner at +120 mm")
+    assert np.array_equal(corner.p[0], build(rig).p)
 
 
 def test_the_plants_that_are_kept_of_the_drawn_ones_are_the_worst(space):

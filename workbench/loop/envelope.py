@@ -81,11 +81,11 @@ class Envelope:
 
     def corner(self, controller: Controller) -> PlantLanes:
         """The bad corner of all declared bounds, at every position: each number at the end at which Ms is larger."""
-        lanes, numbers = self._ends
-        ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in lanes.margins(controller)], axis=0)
-        p = self.engine.plant.p.copy()
-        for i, (name, ends) in enumerate(numbers.items()):
-            p[self.engine.plant.parameters.index(name)] = ends[int(ms[2 * i + 1] > ms[2 * i])]
+        numbers, p = uncertain(self.rig, self.engine.plant, {}), self.engine.plant.p.copy()
+        if numbers:
+            ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in self._ends.margins(controller)], axis=0)
+            for i, (name, ends) in enumerate(numbers.items()):
+                p[self.engine.plant.parameters.index(name)] = ends[int(ms[2 * i + 1] > ms[2 * i])]
         places = self._positions
         names = [_named("bad corner", position) for position in places]
         return plant_lanes(self.rig, self.engine, names, np.tile(p, (len(places), 1)), np.array(places))
@@ -121,13 +121,13 @@ class Envelope:
         return sorted(set(self.varied.position.tolist()))
 
     @cached_property
-    def _ends(self) -> tuple[PlantLanes, dict[str, tuple[float, float]]]:
+    def _ends(self) -> PlantLanes:
         """The nominal rig with each number that has bounds at its low and its high end, far out in the stroke."""
-        plant, numbers = self.engine.plant, uncertain(self.rig, self.engine.plant, {})
-        ends = [(name, end) for name, pair in numbers.items() for end in pair]
+        plant = self.engine.plant
+        ends = [(name, end) for name, pair in uncertain(self.rig, plant, {}).items() for end in pair]
         p = np.array([plant.parameter_values(None, **{name: end}) for name, end in ends])
         names = [f"{name} {end:g}" for name, end in ends]
-        return plant_lanes(self.rig, self.engine, names, p, np.full(len(ends), self._positions[-1])), numbers
+        return plant_lanes(self.rig, self.engine, names, p, np.full(len(ends), self._positions[-1]))
 
 
 def envelope(
