@@ -87,6 +87,19 @@ class _Around:
     def _shaped(self, future: np.ndarray) -> np.ndarray:
         return future
 
+    @cached_property
+    def _graph(self) -> "GraphLaw | None":
+        """The whole as a graph, where the inner controller has data or a graph; made once, for it takes its time."""
+        inner = sampled_law(self._inner)
+        if inner is None:
+            return None
+        from .graph_law import as_graph
+
+        return self._graph_around(as_graph(inner))
+
+    def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
+        raise NotImplementedError
+
 
 def innermost(controller: Controller) -> Controller:
     """The controller within all that is around it."""
@@ -141,14 +154,10 @@ class Compensated(_Around):
         """Both together as a graph, where the inner controller has data or a graph."""
         return self._graph
 
-    @cached_property
-    def _graph(self) -> "GraphLaw | None":
-        inner = sampled_law(self._inner)
-        if inner is None:
-            return None
-        from .graph_law import as_graph, with_filter
+    def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
+        from .graph_law import with_filter
 
-        return with_filter(as_graph(inner), self._filter.law, self._shapes, self._schedule)
+        return with_filter(inner, self._filter.law, self._shapes, self._schedule)
 
     def scheduled_law(self) -> ScheduledLaw:
         """Both together in the form that is exported; raises InputError where they have none."""
@@ -204,14 +213,10 @@ class Mapped(_Around):
         """The inner controller's data or graph with the map."""
         return self._graph
 
-    @cached_property
-    def _graph(self) -> "GraphLaw | None":
-        inner = sampled_law(self._inner)
-        if inner is None:
-            return None
-        from .graph_law import as_graph, with_command_map
+    def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
+        from .graph_law import with_command_map
 
-        return with_command_map(as_graph(inner), self._map)
+        return with_command_map(inner, self._map)
 
     def scheduled_law(self) -> ScheduledLaw:
         """The inner controller's with the map behind; raises InputError where there is none."""
@@ -257,14 +262,10 @@ class OnLoadCell(_Around):
         """The inner controller's, where it has one."""
         return self._graph
 
-    @cached_property
-    def _graph(self) -> "GraphLaw | None":
-        inner = sampled_law(self._inner)
-        if inner is None:
-            return None
-        from .graph_law import as_graph, of_scaled
+    def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
+        from .graph_law import of_scaled
 
-        return of_scaled(as_graph(inner), "force", 1 / self._stiffness)
+        return of_scaled(inner, "force", 1 / self._stiffness)
 
     def _deflected(self, measurement: Mapping[str, float]) -> dict[str, float]:
         return {**measurement, "position": measurement["force"] / self._stiffness}
