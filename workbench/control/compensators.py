@@ -1,5 +1,6 @@
 """Compensators: filters and static maps that stack on any controller, and controllers of position on a load cell."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
@@ -68,7 +69,7 @@ def compensated(inner: Controller, compensator: Compensator | MapsCommand) -> Co
     return Compensated(inner, cast(Compensator, compensator))
 
 
-class _Around:
+class _Around(ABC):
     """What is around a controller passes on what it may have besides the protocol."""
 
     def __init__(self, inner: Controller) -> None:
@@ -97,8 +98,9 @@ class _Around:
 
         return self._graph_around(as_graph(inner))
 
+    @abstractmethod
     def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
-        raise NotImplementedError
+        """The inner controller's graph with what is around it."""
 
 
 def innermost(controller: Controller) -> Controller:

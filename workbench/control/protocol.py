@@ -88,7 +88,7 @@ def _seen(controller: Controller, linear: Any, arguments: tuple[Any, ...]) -> An
         return as_state_space(linear(*arguments))
     except InputError:
         raise
-    except NotImplementedError:
+    except NotImplementedError:  # a class of the user's own says so in the way Python has for it
         raise NoLinearView(f"{name} has no linear view; give it a method `linear`") from None
     except Exception as error:
         raise InputError(
