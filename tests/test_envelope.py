@@ -16,6 +16,7 @@ from workbench.loop.hard_goals import linear_goals, motion_goals
 from workbench.loop.limits import Limits
 from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import variation, with_delay
+from workbench.loop.rows import loop_setup, play
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.scenarios import SCENARIOS
 from workbench.plant import build
@@ -37,14 +38,30 @@ def space():
     return envelope(rigs, factors={"M": (0.5, 1.5)}, seed=3)
 
 
-def test_it_has_every_rig_at_every_position_and_a_specimen_where_it_is_relaxed(space):
-    assert len(space.varied.names) == 3 * 5 + 1
+def test_it_has_every_rig_at_every_position_with_a_specimen_relaxed_there(space):
+    assert len(space.varied.names) == 4 * 5
     assert space.nominal.sum() == 5
     assert space.varied.names[0] == "nominal at -216 mm"
-    assert space.varied.names[-1] == "stiffness-1e6 at +0 mm"
+    assert space.varied.names[-1] == "stiffness-1e6 at +216 mm"
     assert space.varied.null.ok.all()
     assert space.varied.moving.ok.all()
     assert np.abs(space.drawn.position).max() <= 0.216
+    force = space.engine.plant.output("force")
+    for at in (space.varied.null, space.varied.moving):
+        forces = space.engine.outputs(at.x[:, None], at.u[:, None], space.varied.p[:, None])[:, 0, force]
+        assert forces == pytest.approx(np.zeros(20), abs=1e-3)
+
+
+def test_steps_and_loads_on_a_specimen_off_mid_stroke_are_those_of_the_loop_by_itself(space):
+    rig, scenarios = variation(load_rig("jack-10t"), "stiffness-1e6"), (TEN, SCENARIOS["position-load-20kn"])
+    setup, lane = loop_setup(with_delay(rig, 0.3e-3)), space.varied.names.index("stiffness-1e6 at -216 mm")
+    for scenario in scenarios:
+        there = replace(scenario, start=-0.216, duration=1.0)
+        run = play(TUNED["p-dp"], there, setup)
+        result = steps(space.varied.some([lane]), TUNED["p-dp"].build(1e-3), scenario, None, 1.0)
+        expected = np.abs(run.record.signals["position"] + 0.216 - there.reference(run.record.t))
+        late = run.record.t >= there.arrives - 1e-9
+        assert result.iae[0] == pytest.approx(expected[late].sum() * 1e-3, rel=1e-5)
 
 
 def test_margins_and_steps_are_those_of_each_plant_by_itself(space):

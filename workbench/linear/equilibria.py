@@ -1,5 +1,6 @@
 """Operating points of many plants at once: Newton steps in lanes, from the nominal plant's own operating point."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,28 +27,41 @@ def equilibria(
     position: np.ndarray | float = 0.0,
     speed: float | None = None,
     command: float | None = None,
-    **inputs: float,
+    **inputs: np.ndarray | float,
 ) -> Equilibria:
-    """Operating points of plants with parameters p [lanes, k]: what `equilibrium` takes, `position` [m] also [lanes].
+    """Operating points of plants with parameters p [lanes, k]: what `equilibrium` takes, `position` [m] and the inputs
+    also [lanes].
 
-    A lane without such a point is marked in `ok`. Raises InputError where the nominal plant has none at mid stroke.
+    A lane without such a point is marked in `ok`. Raises InputError where the nominal plant has none at mid stroke,
+    with the inputs that all lanes share.
     """
-    nominal = equilibrium(plant, command, speed, p=None, **inputs)
+    shared = {name: float(value) for name, value in inputs.items() if np.ndim(value) == 0}
+    nominal = equilibrium(plant, command, speed, p=None, **shared)
     w = np.tile(np.append(nominal.x, nominal.u), (len(p), 1))
     columns, balanced = unknowns(plant, command)
     if len(balanced) < plant.n:  # a jack
         w[:, plant.state("x")] = position
+    _set_inputs(plant, w, inputs)
     return _solved(plant, p, w, columns, balanced)
 
 
-def moved(plant: Plant, p: np.ndarray, points: Equilibria, position: np.ndarray | float) -> Equilibria:
-    """Operating points of the same plants, speeds and inputs at another `position` [m] ([lanes] or one).
+def moved(
+    plant: Plant, p: np.ndarray, points: Equilibria, position: np.ndarray | float, **inputs: np.ndarray | float
+) -> Equilibria:
+    """Operating points of the same plants and speeds at another `position` [m] ([lanes] or one), with other `inputs`.
 
     Newton steps start at `points`: few, for the position changes little but the chambers' volumes.
     """
     w = np.append(points.x, points.u, axis=1)
     w[:, plant.state("x")] = position
+    _set_inputs(plant, w, inputs)
     return _solved(plant, p, w, *unknowns(plant, None))
+
+
+def _set_inputs(plant: Plant, w: np.ndarray, inputs: Mapping[str, np.ndarray | float]) -> None:
+    """Write inputs into w = [x, u] [lanes, n + m]."""
+    for name, value in inputs.items():
+        w[:, plant.n + plant.input(name)] = value
 
 
 def _solved(plant: Plant, p: np.ndarray, w: np.ndarray, columns: list[int], balanced: list[int]) -> Equilibria:

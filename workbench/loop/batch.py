@@ -49,8 +49,9 @@ def run_lanes(
     """Loops that start at rest at `points` on plants with parameters p [lanes, j], along deviations `reference` [k].
 
     Or [lanes, k]. One law for all, or one for each lane, such as designs of one controller: see `compiled_law`. A seed
-    switches noise and resolution on, a lane's own by its number; `inputs` gives other inputs of the plants [k]. Yields
-    chunks of lanes, each as a SampledLoop would have run it; the rig gives limits, sensors and period to all of them.
+    switches noise and resolution on, a lane's own by its number; `inputs` [k]: how far other inputs of the plants go
+    from where they are at `points`. Yields chunks of lanes, each as a SampledLoop would have run it; the rig gives
+    limits, sensors and period to all of them.
     """
     sensors = Sensors(rig, engine.plant.outputs, seed)
     laws = law if isinstance(law, Sequence) else [law]
@@ -98,7 +99,7 @@ def _run_chunk(
     level = outputs[:, [plant.output(measures[0])]]
     others = np.repeat(points.u[:, None, 1:], k, axis=1)
     for name, values in inputs.items():
-        others[:, :, plant.input(name) - 1] = values
+        others[:, :, plant.input(name) - 1] += values
     given = np.stack(np.broadcast_arrays(level + reference, 0.0), axis=2)  # no command is added to the law's
     rows = np.concatenate((given, others, normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)

@@ -145,7 +145,7 @@ def envelope(
     if any(plant.parameters != engine.plant.parameters for plant in plants.values()):
         raise ValueError("rigs of an envelope must differ in numbers only")
     places = [share * nominal.limit("stroke") for share in positions]
-    lanes = [(name, x) for name, rig in rigs.items() for x in places if not rig["ks"] or x == 0]
+    lanes = [(name, x) for name in rigs for x in places]
     varied = plant_lanes(
         nominal,
         engine,
@@ -239,7 +239,8 @@ def _one_by_one(
         plant = replace(lanes.engine.plant, p=lanes.p[lane])
         start = Equilibrium(lanes.null.x[lane], lanes.null.u[lane], 0.0)
         level = float(lanes.engine.observe(start.x, start.u, plant.p)[plant.output(signal)])
-        run = SampledLoop(Engine(plant), lanes.rig, controller, start, seed).run(level + reference, inputs)
+        there = {name: start.u[plant.input(name)] + values for name, values in inputs.items()}
+        run = SampledLoop(Engine(plant), lanes.rig, controller, start, seed).run(level + reference, there)
         missing = np.full(asked.shape[1] - len(run.record.t), np.nan)
         columns = (np.append(run.record.signals[name], missing)[None] for name in (signal, "command"))
         y, command = columns

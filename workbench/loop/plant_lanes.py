@@ -67,9 +67,9 @@ class PlantLanes:
 
 
 def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, position: np.ndarray) -> PlantLanes:
-    """Plants with their operating points. Raises InputError where the nominal plant has none."""
-    null = equilibria(engine.plant, p, position)
-    moving = equilibria(engine.plant, p, position, MOVING, specimen_velocity=MOVING)
+    """Plants with their operating points, specimens relaxed there. Raises InputError where the nominal one has none."""
+    null = equilibria(engine.plant, p, position, specimen_position=position)
+    moving = equilibria(engine.plant, p, position, MOVING, specimen_position=position, specimen_velocity=MOVING)
     return PlantLanes(rig, engine, tuple(names), p, position, null, moving)
 
 

@@ -31,9 +31,10 @@ def drawn_plants(config: RobustnessConfig) -> DrawnPlants:
     rig = with_delay(config.rig, config.computing_delay) if config.computing_delay else config.rig
     engine = Engine(build(rig))
     plant, draw = engine.plant, draw_plants(config, engine.plant)
+    p, places = draw.p, draw.position  # a specimen is relaxed there
     points = {
-        "null": equilibria(plant, draw.p, draw.position),
-        "moving": equilibria(plant, draw.p, draw.position, MOVING, specimen_velocity=MOVING),
+        "null": equilibria(plant, p, places, specimen_position=places),
+        "moving": equilibria(plant, p, places, MOVING, specimen_position=places, specimen_velocity=MOVING),
     }
     stroke = rig.limit("stroke")
     return DrawnPlants(rig, engine, draw, points, tuple(share * stroke for share in config.positions))

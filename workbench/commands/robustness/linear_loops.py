@@ -111,7 +111,8 @@ def _chunks(
     for first in range(0, len(points.ok), _CHUNK):
         lanes = slice(first, first + _CHUNK)
         p, about = plants.draw.p[lanes], Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
-        about = about if position is None else moved(plant, p, about, position)
+        if position is not None:  # a specimen is relaxed there too
+            about = moved(plant, p, about, position, specimen_position=position)
         sampled = sampled_lanes(plant, about, p, measures, period)
         y = plants.engine.outputs(about.x[:, None], about.u[:, None], p[:, None])[:, 0]
         outputs = dict(zip(plant.outputs, y.T, strict=True))
