@@ -16,7 +16,7 @@ from workbench.report.page import write_page
 from workbench.report.palette import PALETTE, looks
 from workbench.report.still import still_picture
 from workbench.report.table import shown, table_html
-from workbench.report.thin import DRAWN_POINTS, drawn_points
+from workbench.report.thin import DRAWN_POINTS, drawn_points, outline_points
 
 F = np.geomspace(1, 500, 200)
 VALVE = 1 / (1 + 2 * 0.7 * (1j * F / 70) + (1j * F / 70) ** 2)
@@ -59,6 +59,16 @@ def test_thinning_keeps_ends_and_extremes_and_is_short(y, points):
     assert y[keep].min() == y.min()
     assert y[keep].max() == y.max()
     assert len(keep) <= max(points, 1.5 * points + 2)
+
+
+def test_an_outline_keeps_corners_and_gaps_and_passes_every_sample():
+    t = np.linspace(0, 2 * np.pi, 2001)
+    x, y = np.append(10 * np.cos(t), [np.nan, 0, 1, 2, 2]), np.append(np.sin(t), [0, 0, 0, 0, 5])
+    keep = outline_points(x, y, 0.1, 0.01)
+    assert len(keep) < 60
+    assert keep[-4:].tolist() == [2001, 2002, 2004, 2005]
+    bulges = 1 - np.cos(np.diff(t[keep[keep < 2001]]) / 2)  # of the circle over each chord, in radii
+    assert bulges.max() <= 0.01
 
 
 def test_thinning_keeps_every_extreme_of_its_bucket_and_a_gap():

@@ -3,11 +3,12 @@
 figures, table    figures and tables as plain data
 page, chart       one HTML page; its charts
 still, show       pictures; figures and pages in a notebook or a browser
-palette, thin     one look a curve name; long series thinned
+palette, thin     one look a curve name; long series and outlines thinned
 """
 
-from .figures import Curve, Figure, FrequencyCurve, Mark, Panel, bode
+from .figures import Curve, Figure, FrequencyCurve, Mark, Panel, Style, bode
 from .page import Page, Section, Table, page_looks, render, write_page
+from .thin import outline_points
 
 __all__ = [
     "Curve",
@@ -17,8 +18,10 @@ __all__ = [
     "Page",
     "Panel",
     "Section",
+    "Style",
     "Table",
     "bode",
+    "outline_points",
     "page_looks",
     "render",
     "write_page",

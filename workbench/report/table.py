@@ -7,6 +7,7 @@ from html import escape
 from typing import Literal
 
 Cell = str | float | int | bool | None
+_LONG = 32  # letters: a column with longer texts has cells of several lines
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,8 +74,9 @@ def table_html(table: Table) -> str:
         f'<th scope="col"{_class("num" if numeric[i] else "")}><button type="button">{_breakable(name)}</button></th>'
         for i, name in enumerate(table.columns)
     )
+    wraps = [any(len(shown(row[i])) > _LONG for row in table.rows) for i in range(len(numeric))]
     body = "\n".join(
-        "<tr>" + "".join(_cell(cell, numeric[i], best.get(i)) for i, cell in enumerate(row)) + "</tr>"
+        "<tr>" + "".join(_cell(cell, numeric[i], best.get(i), wraps[i]) for i, cell in enumerate(row)) + "</tr>"
         for row in table.rows
     )
     note = " ".join(filter(None, (table.note, "The best of a column is marked." if table.best else "")))
@@ -116,10 +118,10 @@ def _best(table: Table, name: str) -> Cell:
     return pick(values, default=None, key=lambda cell: float(cell or 0))
 
 
-def _cell(cell: Cell, numeric: bool, best: Cell) -> str:
+def _cell(cell: Cell, numeric: bool, best: Cell, wraps: bool) -> str:
     marked = best is not None and _is_number(cell) and cell == best
     value = f' data-v="{float(cell)!r}"' if _is_number(cell) and isinstance(cell, (int, float)) else ""
-    name = " ".join(filter(None, ("num" if numeric else "", "best" if marked else "")))
+    name = " ".join(filter(None, ("num" if numeric else "", "best" if marked else "", "long" if wraps else "")))
     return f"<td{_class(name)}{value}>{escape(shown(cell))}</td>"
 
 

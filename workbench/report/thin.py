@@ -1,4 +1,4 @@
-"""Thinning of long series for display: fewer points, the same extremes."""
+"""Thinning for display: of long series, the same extremes remain; of curves in a plane, the same outline."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,3 +27,31 @@ def drawn_points(y: NDArray[np.float64], points: int = DRAWN_POINTS) -> NDArray[
     gaps = (start + missing.argmax(axis=1))[missing.any(axis=1)]
     every = np.concatenate((least, greatest, gaps, [0, n - 1]))
     return np.unique(every[every < n])
+
+
+def outline_points(x: NDArray[np.float64], y: NDArray[np.float64], x_near: float, y_near: float) -> NDArray[np.intp]:
+    """Ascending indices of the samples of a curve in a plane, (n,) each, to draw; missing samples are kept.
+
+    The straight lines between them pass every other sample within `x_near` and `y_near` (of an ellipse). Douglas and
+    Peucker 1973.
+    """
+    points = np.column_stack((x / x_near, y / y_near))
+    keep: NDArray[np.bool_] = np.any(~np.isfinite(points), axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate(([True], keep, [True])).astype(int)))
+    stretches = [(int(first), int(after) - 1) for first, after in edges.reshape(-1, 2)]
+    while stretches:
+        first, last = stretches.pop()
+        keep[[first, last]] = True
+        away = _away_from_chord(points[first : last + 1])
+        middle = first + int(away.argmax())
+        if away.max() > 1:
+            stretches += [(first, middle), (middle, last)]
+    return np.flatnonzero(keep)
+
+
+def _away_from_chord(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distances of points [k, 2] from the line between the first and the last of them."""
+    beside, chord = points - points[0], points[-1] - points[0]
+    length = float(chord @ chord)
+    share = np.clip(beside @ chord / length, 0, 1) if length else np.zeros(len(points))
+    return np.hypot(*(beside - share[:, None] * chord).T)

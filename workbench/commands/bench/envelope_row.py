@@ -1,9 +1,9 @@
 """A position controller over the envelope of a bench: its hard goals, and what steps and loads with noise do at worst.
 
-The envelope: the bench's rigs without a specimen that differ in their plants' numbers only, at five positions.
+The envelope: the bench's rigs that differ in their plants' numbers only, at five positions; specimens relaxed there.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -25,14 +25,13 @@ _STEP = 10e-3  # m: the step of a bench that is nearest to it is judged
 
 
 def has_envelope(loop: BenchLoop) -> bool:
-    """Whether the controllers of a loop are judged over an envelope: of a position with a step, on some free rig."""
-    return loop.signal.name == "position" and bool(_steps(loop)) and bool(envelope_rigs(loop))
+    """Whether the controllers of a loop are judged over an envelope: of a position with a step."""
+    return loop.signal.name == "position" and bool(_steps(loop))
 
 
 def envelope_rigs(loop: BenchLoop) -> Mapping[str, Rig]:
     """The rigs of a bench by name that an envelope can have, the nominal one first."""
-    free = {name: rig for name, rig in loop.rigs.items() if not rig["ks"]}
-    return {name: rig for name, rig in free.items() if _alike(rig, next(iter(free.values())))}
+    return {name: rig for name, rig in loop.rigs.items() if _alike(rig, loop.rigs[loop.first])}
 
 
 def bench_envelope(loop: BenchLoop, delay: float) -> Envelope:
@@ -47,7 +46,7 @@ def judged_step(loop: BenchLoop) -> Scenario:
 
 def envelope_entry(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, seed: int | None) -> EnvelopeEntry | None:
     """A controller's `row` of metrics.json, SI but for what its keys say, and its open loops at null `cloud`, to be
-    stored as a stage; `seed` of the sensors' noise, or None.
+    stored as a stage; `seed` of the sensors' noise, or None. Steps on a specimen that is not nominal are apart.
 
     None for a controller without a linear view.
     """
@@ -56,8 +55,7 @@ def envelope_entry(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, se
         f, loops = envelope.varied.open_loops(controller)
     except NoLinearView:
         return None
-    rigs = [name.rsplit(" at ", 1)[0] for name in envelope.varied.names]
-    cloud = {"f_hz": f, "real": np.real(loops), "imag": np.imag(loops), "rigs": rigs}
+    cloud = {"f_hz": f, "real": np.real(loops), "imag": np.imag(loops), "rigs": _rig_names(envelope.varied.names)}
     return {"row": _row(spec, controller, envelope, loop, seed), "cloud": cloud}
 
 
@@ -71,14 +69,16 @@ def _row(
     values = {row["name"]: row["value"] for row in rows}
     scenario = judged_step(loop)
     (steps,) = noisy_steps(envelope, controller, scenario, seed, scenario.duration)
-    where = _slowest(steps)
+    free = np.array([loop.rigs[name]["ks"] == envelope.rig["ks"] for name in _rig_names(steps.names)])
+    where = int(np.argmax(np.where(free, np.nan_to_num(steps.settling, nan=np.inf), -np.inf)))
     return {
         "controller": spec.name,
         "goals": rows,
         "met": all(row["miss"] == 0 for row in rows),
         "settling_nominal_s": _longest(steps.settling[envelope.are_nominal(steps.names)]),
-        "settling_worst_s": _longest(steps.settling),
+        "settling_worst_s": _longest(steps.settling[free]),
         "where": steps.names[where],
+        "settling_specimen_s": _longest(steps.settling[~free]),
         "overshoot_worst_percent": _longest(steps.overshoot),
         "ms_nominal": values["Ms on the nominal rig"],
         "ms_worst": values["Ms on every plant"],
@@ -123,9 +123,14 @@ def _alike(rig: Rig, nominal: Rig) -> bool:
     return replace(rig, **same) == nominal
 
 
+def _rig_names(lanes: Sequence[str]) -> list[str]:
+    """Of lanes that are named "rig at position"."""
+    return [name.rsplit(" at ", 1)[0] for name in lanes]
+
+
 def _longest(values: np.ndarray) -> float | None:
-    """The largest; None where one is missing."""
-    largest = float(np.max(values))
+    """The largest; None where one is missing, or all."""
+    largest = float(np.max(values, initial=-np.inf))
     return largest if np.isfinite(largest) else None
 
 

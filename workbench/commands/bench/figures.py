@@ -1,7 +1,7 @@
 """The figures of a bench: time responses, clouds over the rigs, closed loop, sensitivity, Nichols chart, stiffness."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,8 +9,9 @@ import numpy as np
 from ...base.gain_phase import gain_db
 from ...base.signals import SIGNALS
 from ...base.units import from_si
+from ...loop.limits import Limits
 from ...loop.scenarios import Scenario
-from ...report import Curve, Figure, FrequencyCurve, Panel, bode
+from ...report import Curve, Figure, FrequencyCurve, Panel, Style, bode, outline_points
 from ..common.bench_experiment import BenchLoop
 from ..common.sines import closed_loop_figure
 from .entry import STIFFNESS_HZ, Entries
@@ -20,6 +21,7 @@ _CLOUD_HZ = (0.5, 200.0)
 _SHORTEST = 0.2  # s
 _DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 _CLOSED_DB = (-3.0, -6.0)
+_NEAR = (0.4, 0.1)  # deg, dB: less than a pixel of a Nichols chart
 
 
 @dataclass(frozen=True)
@@ -140,18 +142,20 @@ def nichols(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
     return Figure(f"Nichols chart on {rig}", "open-loop phase [deg]", [panel], note=note, height=560)
 
 
-def nichols_clouds(clouds: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Open loops at null of every plant of the envelope: a panel a controller, a curve a rig over the stroke."""
-    panels = []
-    for name, columns in clouds.items():
-        shown = (columns["f_hz"] > _CLOUD_HZ[0]) & (columns["f_hz"] < _CLOUD_HZ[1])
-        loops = (columns["real"] + 1j * columns["imag"])[:, shown]
-        rigs = {rig: [i for i, other in enumerate(columns["rigs"]) if other == rig] for rig in columns["rigs"]}
-        curves = [_cloud(rig, loops[lanes]) for rig, lanes in rigs.items()]
-        panels.append(Panel(f"{name}: open-loop gain [dB]", [*_contours(), *curves], y_range=(-30.0, 30.0)))
-    note = f"A line a position, from {_CLOUD_HZ[0]:g} to {_CLOUD_HZ[1]:g} Hz; the nearest to meeting every goal first."
-    title = "Nichols charts over stroke and rigs, at null"
-    return Figure(title, "open-loop phase [deg]", panels, note=note, height=380 * len(panels))
+def nichols_cloud(name: str, columns: Mapping[str, Any]) -> Figure:
+    """Open loops of a controller at null on every plant of the envelope, a curve a rig with a line a position."""
+    shown = (columns["f_hz"] > _CLOUD_HZ[0]) & (columns["f_hz"] < _CLOUD_HZ[1])
+    loops = (columns["real"] + 1j * columns["imag"])[:, shown]
+    rigs = {rig: [i for i, other in enumerate(columns["rigs"]) if other == rig] for rig in columns["rigs"]}
+    curves = [_cloud(rig, loops[lanes]) for rig, lanes in rigs.items()]
+    limit = Limits().ms
+    around = np.exp(1j * np.linspace(0, 2 * np.pi, 721)) / limit - 1
+    circle = replace(_on_chart(f"Ms {limit:g}", around), style="dash", color="#57606a")
+    panel = Panel("open-loop gain [dB]", [circle, *curves], y_range=(-30.0, 30.0))
+    note = f"At null, from {_CLOUD_HZ[0]:g} to {_CLOUD_HZ[1]:g} Hz; a line a position."
+    return Figure(
+        f"{name}: Nichols chart over stroke and rigs", "open-loop phase [deg]", [panel], note=note, height=380
+    )
 
 
 def _cloud(name: str, loops: np.ndarray) -> Curve:
@@ -174,11 +178,10 @@ def _contours() -> list[Curve]:
     return curves + [_contour(f"{level:g} dB", level, "dash") for level in _CLOSED_DB]
 
 
-def _contour(name: str, level: float, style: str) -> Curve:
+def _contour(name: str, level: float, style: Style) -> Curve:
     """L where |L/(1 + L)| is `level` [dB]."""
     closed = 10 ** (level / 20) * np.exp(1j * np.linspace(0.001, 2 * np.pi - 0.001, 400))
-    curve = _on_chart(name, closed / (1 - closed))
-    return Curve(name, curve.x, curve.y, "dot" if style == "dot" else "dash", color="#afb8c1")
+    return replace(_on_chart(name, closed / (1 - closed)), style=style, color="#afb8c1")
 
 
 def _on_chart(name: str, loop: np.ndarray) -> Curve:
@@ -186,7 +189,8 @@ def _on_chart(name: str, loop: np.ndarray) -> Curve:
     phase = -np.mod(-np.degrees(np.angle(loop)), 360)
     gain = gain_db(loop)
     gain[1:][np.abs(np.diff(phase)) > 180] = np.nan
-    return Curve(name, phase, gain)
+    drawn = outline_points(phase, gain, *_NEAR)
+    return Curve(name, phase[drawn].round(2), gain[drawn].round(3))
 
 
 def _linear(loop: BenchLoop, rig: str, entries: Entries) -> dict[str, dict[str, np.ndarray]]:

@@ -10,6 +10,7 @@ from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.judged import judged_words
 from .entry import Entries
 from .figures import excursion, linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
+from .numbers import numbers_section
 from .verdict import Clouds, verdict_sections, verdict_sentence
 
 Metrics = Mapping[str, Any]
@@ -24,7 +25,7 @@ def bench_page(config: BenchConfig, entries: Entries, clouds: Clouds, metrics: M
         first = loop.first
         sections += [
             *verdict_sections(loop, clouds, metrics),
-            Section(title, [_summary(config, loop, entries, metrics)]),
+            Section(title, [*_firsts_beside_verdict(loop, metrics), _summary(config, loop, entries, metrics)]),
             Section(
                 f"{title}: time responses on {first}",
                 [time_responses(loop, scenario, first, entries) for scenario in loop.scenarios],
@@ -39,7 +40,7 @@ def bench_page(config: BenchConfig, entries: Entries, clouds: Clouds, metrics: M
             Section(f"{title}: fallbacks", _fallbacks(loop, metrics)),
             Section(f"{title}: every row", [_every(loop, metrics)]),
         ]
-    sections = [section for section in sections if section.items]
+    sections = [section for section in (*sections, numbers_section(config)) if section.items]
     return Page(f"Bench on {config.rig.name}", _verdict(config, metrics), sections)
 
 
@@ -55,10 +56,19 @@ def _arriving(loop: BenchLoop) -> list[Scenario]:
 
 
 def _verdict(config: BenchConfig, metrics: Metrics) -> str:
-    """Which position controller to take; who is quickest where it is slowest, in each scenario that ends."""
-    sentences = [verdict_sentence(loop, metrics) for loop in config.loops]
-    sentences += [_first(loop, scenario, metrics) for loop in config.loops for scenario in _arriving(loop)]
+    """Of each loop, which controller to take over stroke and rigs; where that was not judged, who is first."""
+    sentences = [verdict_sentence(loop, metrics) or _firsts(loop, metrics) for loop in config.loops]
     return " ".join(filter(None, sentences)) or "No scenario ends, so nothing settles."
+
+
+def _firsts_beside_verdict(loop: BenchLoop, metrics: Metrics) -> list[str]:
+    """Who is first, where the page's verdict says something else."""
+    return [_firsts(loop, metrics)] if verdict_sentence(loop, metrics) else []
+
+
+def _firsts(loop: BenchLoop, metrics: Metrics) -> str:
+    """Who is quickest where it is slowest, in each scenario that ends."""
+    return " ".join(_first(loop, scenario, metrics) for scenario in _arriving(loop))
 
 
 def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
@@ -66,7 +76,9 @@ def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
     settled = {(row["controller"], row["rig"]): row for row in rows if row["settling_s"] is not None}
     never = [rig for rig in loop.rigs if not any((c.name, rig) in settled for c in loop.controllers)]
     rigs = [rig for rig in loop.rigs if rig not in never]
-    able = [c.name for c in loop.controllers if rigs and all((c.name, rig) in settled for rig in rigs)]
+    able = [c.name for c in loop.controllers if all((c.name, rig) in settled for rig in rigs)]
+    if not rigs:
+        return f"{scenario.name}: no controller settles."
     nobody = f"on {', '.join(never)} no controller settles; " if never else ""
     if not able:
         return f"{scenario.name}: {nobody or 'no controller settles on every rig; '}".rstrip("; ") + "."
