@@ -8,12 +8,13 @@ import numpy as np
 from workbench.control.kalman_observer import JackObserver, ObservedJack
 from workbench.control.linear_law import realised_as_demanded
 from workbench.control.mpc_qp import Limits, Planner, build_horizon
-from workbench.control.protocol import design_numbers, number
+from workbench.control.protocol import LaneController, design_numbers, number
 from workbench.control.reference_governor import Braking, ReferenceGovernor
 from workbench.linear.state_space import StateSpace
 
 from .lqg import lq_gain, preview_gains
 
+_NEAR = 1 - 1e-9  # of a limit: closer to it a planner is asked, which sums in another order
 _BRAKES = 0.3  # share of the pressure limit's deceleration that is counted on; 0.32 is too much at 1.5 times the mass
 _INSIDE = (
     0.9975  # of the stroke limit: how far out a reference may be, with room for noise and for an offset's transient
@@ -99,6 +100,10 @@ class Mpc:
         """Filter and feedback together, far from every limit."""
         return realised_as_demanded(self._observer.law(self._feedback, self._follow), self._period)
 
+    def lanes(self) -> LaneController:
+        """The same law on many plants at once."""
+        return MpcLanes(self)
+
     def _governed(self, reference: float, state: np.ndarray) -> np.ndarray:
         """The references [preview + 1] from now on as the governor has them; what is not finite is the last one."""
         if isfinite(reference):
@@ -106,6 +111,78 @@ class Mpc:
         if self._future is None:
             return self._governor.governed(state, np.full(self.preview + 1, self._asked))
         return self._governor.governed(state, np.where(np.isfinite(self._future), self._future, self._asked))
+
+
+class MpcLanes:
+    """Mpc in lanes: arithmetic over all of them, and a planner only for those where c = 0 does not keep the limits.
+
+    Or did not in the last period, so that its planner has something to forget.
+    """
+
+    def __init__(self, mpc: Mpc) -> None:
+        self._mpc, self.preview = mpc, mpc.preview
+        free, order = mpc._planner.horizon.free, len(mpc._feedback)
+        state, feedforward, before = np.split(free, [order, free.shape[1] - 1], axis=1)
+        self._free = np.hstack((state, feedforward @ mpc._feedforward, before))
+
+    def reset(self, reference: np.ndarray, measurement: Mapping[str, np.ndarray], command: np.ndarray) -> None:
+        """Start without a bump: the filters see jacks at rest, whose drives need the commands that they hold."""
+        mpc, lanes = self._mpc, len(reference)
+        self._asked, self._future = reference, None
+        state = mpc._observer.resting(measurement, np.zeros(lanes))
+        governed = self._governed(reference, state)[0]
+        self._state = self._corrected = mpc._observer.resting(
+            measurement, mpc._follow * (governed - measurement["position"]) - command
+        )
+        self._planners = [mpc._planner.beside() for _ in range(lanes)]
+        self._busy, self._calm, self._running = np.arange(0), np.zeros(lanes, bool), np.ones(lanes, bool)
+        self._sent = command
+
+    def set_preview(self, future: np.ndarray) -> None:
+        """The references now and over the next samples [preview + 1, lanes], before each `compute`."""
+        self._future = future
+
+    def compute(self, reference: np.ndarray, measurement: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The LQG law on what the filters make of these signals, and the first changes of the plans."""
+        mpc, signals = self._mpc, np.array([measurement[name] for name in self._mpc.measures])
+        finite = np.isfinite(signals).all(axis=0)
+        self._corrected = np.where(finite, mpc._observer.corrected(self._state, signals), self._state)
+        references = self._governed(reference, self._corrected)
+        change = self._planned(references)
+        law = mpc._feedforward[0] @ references - mpc._feedback @ self._corrected
+        asked = np.where(np.isnan(change), self._sent, law + change)
+        near = np.minimum(np.maximum(asked, self._sent - mpc._step), self._sent + mpc._step)
+        return np.minimum(np.maximum(near, -mpc._most), mpc._most)
+
+    def update(self, realised: np.ndarray) -> None:
+        """Predict the next period with the commands that the drives really got; the plans move on."""
+        self._state = self._mpc._observer.predicted(self._corrected, realised)
+        for lane in self._busy:
+            self._planners[lane].advance()
+            self._calm[lane] = self._planners[lane].calm
+        self._sent = realised
+
+    def stop(self, lanes: np.ndarray) -> None:
+        """No plans for these lanes any more."""
+        self._running = self._running & ~lanes
+
+    def _planned(self, references: np.ndarray) -> np.ndarray:
+        """The changes [lanes] now, NaN where there is no plan."""
+        free = self._free @ np.concatenate((self._corrected, references, self._sent[None]))
+        limited = ~(np.abs(free).max(axis=0) <= _NEAR)
+        self._busy = np.flatnonzero(self._running & (limited | ~self._calm))
+        changes = np.zeros(len(self._sent))
+        for lane in self._busy:
+            feedforward = self._mpc._feedforward @ references[:, lane]
+            change = self._planners[lane].plan(self._corrected[:, lane], feedforward, float(self._sent[lane]))
+            changes[lane] = np.nan if change is None else change
+        return changes
+
+    def _governed(self, reference: np.ndarray, state: np.ndarray) -> np.ndarray:
+        """The references [preview + 1, lanes] from now on as the governor has them."""
+        self._asked = np.where(np.isfinite(reference), reference, self._asked)
+        future = np.tile(self._asked, (self.preview + 1, 1)) if self._future is None else self._future
+        return self._mpc._governor.governed(state, np.where(np.isfinite(future), future, self._asked))
 
 
 def _feedforward(observer: JackObserver, error: float, follow: float, samples: int, preview: int) -> np.ndarray:

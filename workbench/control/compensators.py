@@ -12,11 +12,14 @@ import numpy as np
 from ..linear.interconnect import parallel, select, series
 from ..linear.state_space import StateSpace
 from .discrete_filter import Filter, weighted
+from .lane_compensators import CompensatedLanes, MappedLanes, OnLoadCellLanes
 from .linear_law import LinearLaw, on_load_cell, with_command_filter, with_reference_filter
 from .piecewise_linear import CommandMap, PiecewiseLinear
 from .protocol import (
     Controller,
+    LaneController,
     fallbacks,
+    lane_controller,
     linear_law,
     linear_view,
     operating,
@@ -156,6 +159,11 @@ class Compensated(_Around):
         """Both together as a graph, where the inner controller has data or a graph."""
         return self._graph
 
+    def lanes(self) -> LaneController | None:
+        """Both together in lanes, where the inner controller has that form."""
+        inner, filtered = lane_controller(self._inner), Filter(self._filter.law)
+        return inner and CompensatedLanes(inner, filtered, self._inputs, self._shapes, self._schedule)
+
     def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
         from .graph_law import with_filter
 
@@ -215,6 +223,11 @@ class Mapped(_Around):
         """The inner controller's data or graph with the map."""
         return self._graph
 
+    def lanes(self) -> LaneController | None:
+        """The inner controller's form in lanes with the map."""
+        inner = lane_controller(self._inner)
+        return inner and MappedLanes(inner, self._map)
+
     def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
         from .graph_law import with_command_map
 
@@ -263,6 +276,11 @@ class OnLoadCell(_Around):
     def graph_law(self) -> "GraphLaw | None":
         """The inner controller's, where it has one."""
         return self._graph
+
+    def lanes(self) -> LaneController | None:
+        """The inner controller's form in lanes, where it has one."""
+        inner = lane_controller(self._inner)
+        return inner and OnLoadCellLanes(inner, self._stiffness)
 
     def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
         from .graph_law import of_scaled

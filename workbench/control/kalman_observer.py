@@ -59,10 +59,13 @@ class JackObserver:
         self.state = self.resting(measurement, offset)
         self.estimate(measurement)
 
-    def resting(self, measurement: Mapping[str, float], offset: float) -> np.ndarray:
-        """That state [n + 2]."""
+    def resting(
+        self, measurement: Mapping[str, float] | Mapping[str, np.ndarray], offset: float | np.ndarray
+    ) -> np.ndarray:
+        """That state [n + 2]; [n + 2, lanes] of signals and offsets [lanes]."""
         position, pressure = (self.pick @ [measurement[name] for name in self.measures])[:2]
-        return np.concatenate((self.signals["position"][: self.n] * position, [offset, pressure]))
+        jack = np.multiply.outer(self.signals["position"][: self.n], position)
+        return np.concatenate((jack, [offset, pressure]))
 
     def estimate(self, measurement: Mapping[str, float]) -> np.ndarray:
         """The state [n + 2] as these signals correct it; it counts for the next `step`.
@@ -72,12 +75,20 @@ class JackObserver:
         signals = [measurement[name] for name in self.measures]
         self._corrected = self.state
         if isfinite(sum(signals)):
-            self._corrected = self.state + self.gain @ (self.pick @ signals - self.output_matrix @ self.state)
+            self._corrected = self.corrected(self.state, np.array(signals))
         return self._corrected
 
     def step(self, realised: float) -> None:
         """Predict the next period with the command [1] that the drive really got."""
-        self.state = self.ahead @ self._corrected + self.entering * realised
+        self.state = self.predicted(self._corrected, realised)
+
+    def corrected(self, state: np.ndarray, signals: np.ndarray) -> np.ndarray:
+        """A state [n + 2] as the finite signals `measures` [m] correct it; in lanes [n + 2, lanes] and [m, lanes]."""
+        return state + self.gain @ (self.pick @ signals - self.output_matrix @ state)
+
+    def predicted(self, state: np.ndarray, realised: float | np.ndarray) -> np.ndarray:
+        """A corrected state [n + 2] one period on, with the command [1] that the drive really got; in lanes as well."""
+        return self.ahead @ state + np.multiply.outer(self.entering, realised)
 
     def law(self, feedback: np.ndarray, follow: float) -> LinearLaw:
         """u = follow r - feedback x of filter and feedback [n + 2] as data; the filter runs on the realised command."""

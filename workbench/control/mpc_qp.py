@@ -1,5 +1,6 @@
 """The quadratic programme of a linear model predictive controller: limits over a horizon, condensed, on OSQP."""
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,6 +97,17 @@ class Planner:
         """No plan, and no solution to start from."""
         self._start = self._solution = np.zeros(len(self.weights)), np.zeros(len(self.matrix))
         self._plan, self._failed = np.zeros(0), False
+
+    def beside(self) -> "Planner":
+        """A planner of another jack, with a memory of its own and the same solver."""
+        planner = copy(self)
+        planner.reset()
+        return planner
+
+    @property
+    def calm(self) -> bool:
+        """Whether the last plan was c = 0 and nothing is remembered: another such plan changes nothing."""
+        return not any(part.any() for part in self._start)
 
     def free(self, state: np.ndarray, feedforward: np.ndarray, before: float) -> np.ndarray:
         """What becomes of the limited signals [m] with c = 0."""

@@ -22,6 +22,10 @@ class PiecewiseLinear:
         """The value at x."""
         return float(np.interp(x, self.at, self.values))
 
+    def over(self, x: np.ndarray) -> np.ndarray:
+        """The values at x [k]."""
+        return np.interp(x, self.at, self.values)
+
     def slope(self, x: float) -> float:
         """The slope at x, to the right of it at a point; 0 beyond the ends."""
         i = int(np.searchsorted(self.at, x, side="right")) - 1

@@ -5,6 +5,8 @@ from dataclasses import Field, dataclass, field, fields
 from inspect import signature
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast, dataclass_transform
 
+import numpy as np
+
 from ..base.errors import InputError
 from ..base.units import quantity
 from ..linear.state_space import StateSpace, as_state_space
@@ -51,6 +53,31 @@ class Controller(Protocol):
         The workbench's own (`workbench.linear.state_space`) or python-control's, which takes two seconds to import. A
         law that differs between operating points has `linear(at)` instead: see `linear_view`.
         """
+        ...
+
+
+class LaneController(Protocol):
+    """A controller of one design on many plants at once: `Controller` with every signal an array [lanes].
+
+    Each lane has states of its own, and gets the command that the controller would demand. It is what `lanes()` of a
+    controller returns whose law is neither data nor a graph; `reset` sets how many lanes there are. That of a
+    controller with a `preview` has `set_preview(future)`, [preview + 1, lanes].
+    """
+
+    def reset(self, reference: np.ndarray, measurement: Mapping[str, np.ndarray], command: np.ndarray) -> None:
+        """Start without a bump."""
+        ...
+
+    def compute(self, reference: np.ndarray, measurement: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The demanded commands [1]."""
+        ...
+
+    def update(self, realised: np.ndarray) -> None:
+        """Advance the states by one period, knowing the commands [1] that the drives really got."""
+        ...
+
+    def stop(self, lanes: np.ndarray) -> None:
+        """These lanes, bool [lanes], have tripped: what is demanded of them no longer counts."""
         ...
 
 
@@ -130,6 +157,11 @@ def sampled_law(controller: Controller) -> "SampledLaw | None":
     A class that overrides how its base class computes has the law of that class no more.
     """
     return linear_law(controller) or _own(controller, "graph_law")
+
+
+def lane_controller(controller: Controller) -> LaneController | None:
+    """A controller's form in lanes: its method `lanes`, where it has one."""
+    return _own(controller, "lanes")
 
 
 def scheduled_law(controller: Controller) -> ScheduledLaw:

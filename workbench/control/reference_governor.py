@@ -51,12 +51,16 @@ class ReferenceGovernor:
         self._rows, self._room, self._answers = rows[kept], room[kept], answers[kept]
 
     def governed(self, state: np.ndarray, references: np.ndarray) -> np.ndarray:
-        """References [k] from now on as they may be followed from an observed state [n + 2], all shifted alike."""
+        """References [k] from now on as they may be followed from an observed state [n + 2], all shifted alike.
+
+        In lanes references [k, lanes] from states [n + 2, lanes], a shift a lane.
+        """
         allowed = np.minimum(np.maximum(references, -self.stroke), self.stroke)
         free = self._rows @ np.concatenate((state, allowed))
-        if (np.abs(free) <= self._room).all():
+        room, answers = (part.reshape(-1, *[1] * (free.ndim - 1)) for part in (self._room, self._answers))
+        inside = np.abs(free) <= room
+        if inside.all():
             return allowed
-        least = ((-self._room - free) / self._answers).max()
-        most = ((self._room - free) / self._answers).min()
-        shifted = allowed + min(max(0.0, least), most)
-        return np.minimum(np.maximum(shifted, -self.stroke), self.stroke)
+        least, most = ((-room - free) / answers).max(axis=0), ((room - free) / answers).min(axis=0)
+        shift = np.where(inside.all(axis=0), 0.0, np.minimum(np.maximum(0.0, least), most))
+        return np.minimum(np.maximum(allowed + shift, -self.stroke), self.stroke)

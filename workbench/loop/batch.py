@@ -56,13 +56,46 @@ def run_lanes(
     sensors = Sensors(rig, engine.plant.outputs, seed)
     laws = law if isinstance(law, Sequence) else [law]
     ready = compiled_law(engine, rig, laws, sensors, recorded)
+    for lanes, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}):
+        yield lanes, _run_chunk(engine, ready, laws[lanes] if isinstance(law, Sequence) else laws, sensors, chunk)
+
+
+@dataclass(frozen=True)
+class LaneChunk:
+    """Lanes at rest at `points`, with what happens to them: others [lanes, k, m - 1], inputs but for the commands;
+    normal [lanes, k + 1, sensors], what the sensors' noise is made of, first at the start: nothing without a seed.
+
+    outputs [lanes, h]: at the start. reference [lanes, k]: deviations from there.
+    """
+
+    points: Equilibria
+    p: np.ndarray
+    outputs: np.ndarray
+    reference: np.ndarray
+    others: np.ndarray
+    normal: np.ndarray
+
+
+def chunks(
+    engine: Engine,
+    sensors: Sensors,
+    points: Equilibria,
+    p: np.ndarray,
+    reference: np.ndarray,
+    seed: int | None,
+    inputs: Mapping[str, np.ndarray],
+) -> Iterator[tuple[slice, LaneChunk]]:
+    """The lanes of a run, `CHUNK` at a time."""
+    k = reference.shape[-1]
     for first in range(0, len(p), CHUNK):
         lanes = slice(first, min(first + CHUNK, len(p)))
-        chunk = Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
-        normal = _normal(sensors, seed, lanes, reference.shape[-1] + 1)
-        own = laws[lanes] if isinstance(law, Sequence) else laws
-        asked = reference if reference.ndim == 1 else reference[lanes]
-        yield lanes, _run_chunk(engine, ready, own, sensors, chunk, p[lanes], asked, normal, inputs or {})
+        at = Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
+        outputs = engine.outputs(at.x[:, None], at.u[:, None], p[lanes, None])[:, 0]
+        others = np.repeat(at.u[:, None, 1:], k, axis=1)
+        for name, values in inputs.items():
+            others[:, :, engine.plant.input(name) - 1] += values
+        asked = np.broadcast_to(reference if reference.ndim == 1 else reference[lanes], (len(at.x), k))
+        yield lanes, LaneChunk(at, p[lanes], outputs, asked, others, _normal(sensors, seed, lanes, k + 1))
 
 
 def _normal(sensors: Sensors, seed: int | None, lanes: slice, instants: int) -> np.ndarray:
@@ -78,17 +111,10 @@ def _run_chunk(
     ready: CompiledLaw,
     laws: Sequence[SampledLaw],
     sensors: Sensors,
-    points: Equilibria,
-    p: np.ndarray,
-    reference: np.ndarray,
-    normal: np.ndarray,
-    inputs: Mapping[str, np.ndarray],
+    chunk: LaneChunk,
 ) -> Lanes:
-    plant, k, measures = engine.plant, reference.shape[-1], laws[0].measures
-    outputs = engine.outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
-    readings = outputs[:, [plant.output(name) for name in sensors.names]]
-    if sensors.noisy:
-        readings = sensors.disturbed(readings, normal[:, 0])
+    plant, points, p, k, measures = engine.plant, chunk.points, chunk.p, chunk.reference.shape[1], laws[0].measures
+    readings = sensors.readings(chunk.outputs, chunk.normal[:, 0])
     measured = readings[:, [sensors.names.index(name) for name in measures]]
     each = laws if len(laws) > 1 else [laws[0]] * len(p)
     starts = [
@@ -96,12 +122,9 @@ def _run_chunk(
     ]
     state = ready.start([x for x, _ in starts], points.u[:, :1])
     numbers = ready.numbers(laws, np.array([offset for _, offset in starts]))
-    level = outputs[:, [plant.output(measures[0])]]
-    others = np.repeat(points.u[:, None, 1:], k, axis=1)
-    for name, values in inputs.items():
-        others[:, :, plant.input(name) - 1] += values
-    given = np.stack(np.broadcast_arrays(level + reference, 0.0), axis=2)  # no command is added to the law's
-    rows = np.concatenate((given, others, normal[:, 1:]), axis=2)
+    level = chunk.outputs[:, [plant.output(measures[0])]]
+    given = np.stack(np.broadcast_arrays(level + chunk.reference, 0.0), axis=2)  # no command is added to the law's
+    rows = np.concatenate((given, chunk.others, chunk.normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)
     columns = dict(zip((*OUT, *ready.shape.recorded), np.moveaxis(out, 2, 0), strict=True))
     trip = columns["trip"][np.arange(len(p)), np.where(batch.ok, k - 1, batch.failed)]

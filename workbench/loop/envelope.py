@@ -7,12 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..control.protocol import Controller, sampled_law
+from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear import Equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
-from .batch import run_lanes
+from .lane_loop import play_lanes, plays_in_lanes
 from .lane_margins import LaneMargins
 from .lane_metrics import hunting_lanes, step_lanes
 from .limits import POSITIONS
@@ -92,7 +92,7 @@ class Envelope:
 
     @cached_property
     def few(self) -> PlantLanes:
-        """The nominal rig all over the stroke, and every variation at mid stroke: for laws that run in Python."""
+        """The nominal rig all over the stroke, and every variation at mid stroke: for laws that do not run in lanes."""
         middle = self.varied.position == 0
         return self.varied.some(np.flatnonzero(self.nominal | middle).tolist())
 
@@ -103,14 +103,14 @@ class Envelope:
     def hardened(self, controller: Controller, scenario: Scenario, count: int) -> "Envelope":
         """With only so many drawn plants: for this controller half the largest Ms, half the slowest to settle.
 
-        A controller that runs in Python is not played: all are of the largest Ms.
+        A controller that does not run in lanes is not played: all are of the largest Ms.
         """
         if self.drawn is None:
             return self
         margins = self.drawn.margins(controller)
         ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in margins], axis=0)
         order = np.argsort(-ms, kind="stable")
-        if sampled_law(controller) is not None:
+        if plays_in_lanes(controller):
             done = steps(self.drawn, controller, scenario, None, _WATCHED)
             slowest = np.argsort(-np.nan_to_num(done.settling, nan=np.inf), kind="stable")
             order = np.ravel(np.column_stack((order, slowest)))
@@ -177,7 +177,7 @@ def steps(
 ) -> EnvelopeSteps:
     """A scenario of at most so many seconds on every plant, towards the middle of the stroke; without a seed no noise.
 
-    A controller that is neither data nor a graph runs in Python, one plant after another.
+    A controller without a form in lanes runs on one plant after another.
     """
     rig, period = lanes.rig, lanes.rig.period.value
     t = np.arange(round(min(seconds, scenario.duration) / period) + 1) * period
@@ -218,12 +218,12 @@ Played = Iterator[tuple[np.ndarray, ...]]  # controlled signal [lanes, k], what 
 def _runs(
     lanes: PlantLanes, controller: Controller, asked: np.ndarray, scenario: Scenario, t: np.ndarray, seed: int | None
 ) -> Played:
-    """Compiled where the controller is data or a graph, else one plant after another."""
-    inputs, signal, law = scenario.inputs(t), scenario.signal, sampled_law(controller)
-    if law is None:
+    """In lanes where the controller has such a form, else one plant after another."""
+    inputs, signal = scenario.inputs(t), scenario.signal
+    if not plays_in_lanes(controller):
         yield from _one_by_one(lanes, controller, asked, signal, inputs, seed)
         return
-    for _, done in run_lanes(lanes.engine, lanes.rig, law, lanes.null, lanes.p, asked, (signal,), seed, inputs):
+    for _, done in play_lanes(lanes.engine, lanes.rig, controller, lanes.null, lanes.p, asked, (signal,), seed, inputs):
         yield done.signals[signal], (done.trip > 0) | done.failed, done.sent
 
 

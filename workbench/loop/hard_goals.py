@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..control.protocol import Controller, sampled_law
+from ..control.protocol import Controller
 from .envelope import Envelope, EnvelopeSteps, LinearWorst, command_noise, steps
+from .lane_loop import plays_in_lanes
 from .limits import Limits
 from .scenarios import Scenario
 
@@ -51,7 +52,7 @@ def motion_goals(
     envelope: Envelope, controller: Controller, scenarios: Sequence[Scenario], limits: Limits
 ) -> Iterator[Goal]:
     """On the nonlinear plant: the command's noise at rest, and no trip and no hunting in the scenarios."""
-    lanes = envelope.varied if sampled_law(controller) is not None else envelope.few
+    lanes = envelope.varied if plays_in_lanes(controller) else envelope.few
     noise = command_noise(lanes, controller, scenarios[0].signal)
     worst = int(np.argmax(noise))
     yield _at_most("noise of the command", float(noise[worst]), limits.command_noise, lanes.names[worst])
@@ -70,8 +71,8 @@ def motion_goals(
 def noisy_steps(
     envelope: Envelope, controller: Controller, scenario: Scenario, seed: int | None, seconds: float = SECONDS
 ) -> list[EnvelopeSteps]:
-    """A scenario with noise on the varied plants and, of a law that runs compiled, on the drawn ones."""
-    if sampled_law(controller) is None:
+    """A scenario with noise on the varied plants and, of a law that runs in lanes, on the drawn ones."""
+    if not plays_in_lanes(controller):
         return [steps(envelope.few, controller, scenario, seed, seconds)]
     return [
         steps(lanes, controller, scenario, seed, seconds)

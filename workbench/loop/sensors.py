@@ -41,10 +41,13 @@ class Sensors:
 
     def read(self, outputs: np.ndarray) -> dict[str, float]:
         """Readings by name, of all outputs [k] of the plant."""
-        readings = outputs.take(self._columns)
-        if self._random is not None:
-            readings = self.disturbed(readings, self._random.standard_normal(len(readings)))
-        return dict(zip(self.names, readings.tolist(), strict=True))
+        normal = np.zeros(0) if self._random is None else self._random.standard_normal(len(self.names))
+        return dict(zip(self.names, self.readings(outputs, normal).tolist(), strict=True))
+
+    def readings(self, outputs: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Readings [.., sensors] of all outputs [.., k] of plants, with standard normal numbers where noise is on."""
+        readings = outputs.take(self._columns, -1)
+        return readings if self._random is None else self.disturbed(readings, normal)
 
     def disturbed(self, readings: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Readings [.., sensors] with standard normal numbers as their noise, in steps of the resolution."""

@@ -43,7 +43,7 @@ def robustness_page(
     )
     items: list[Any] = [table]
     if metrics["left_out"]:
-        items.append(f"Linear loops only, for these laws do not run compiled: {', '.join(metrics['left_out'])}.")
+        items.append(f"Linear loops only, for these laws do not run in lanes: {', '.join(metrics['left_out'])}.")
     sections = [
         Section("Controllers", items),
         Section("Settling over the plants", [robustness_figure(lanes)]),

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...control.protocol import SampledLaw, sampled_law
-from ...loop.batch import run_lanes
+from ...control.protocol import Controller
+from ...loop.lane_loop import play_lanes, plays_in_lanes
 from ...loop.lane_metrics import hunting_lanes, step_lanes
 from ...loop.sensors import settling_band
 from ..common.outcome import Outcome, Progress, Stage
@@ -30,7 +30,7 @@ class _Judged:
 
 
 def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress) -> Outcome:
-    """`linear`: rows of every controller; `rows`: of those that run compiled, `left_out` names the others.
+    """`linear`: rows of every controller; `rows`: of those that run in lanes, `left_out` names the others.
 
     A stage a place of the linear loops, and one a controller's steps.
     """
@@ -40,10 +40,9 @@ def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress) -
     places = linear_loops(plants, controllers, stage, progress)
     judged = {}
     for name, controller in controllers.items():
-        law = sampled_law(controller)
-        if law is not None:
+        if plays_in_lanes(controller):
             progress(f"{name} on {config.plants} plants")
-            steps = stage(name, lambda law=law: _steps(config, plants, law))
+            steps = stage(name, lambda controller=controller: _steps(config, plants, controller))
             judged[name] = _judged(name, steps, config, plants, places[name])
     metrics = {
         "rows": [part.row for part in judged.values()],
@@ -76,12 +75,12 @@ def _judged(
     return _Judged(row, lanes, steps["closed_loop_seconds_per_cpu_second"])
 
 
-def _steps(config: RobustnessConfig, plants: DrawnPlants, law: SampledLaw) -> dict[str, Any]:
+def _steps(config: RobustnessConfig, plants: DrawnPlants, controller: Controller) -> dict[str, Any]:
     """The steps of one controller, plant by plant, and how many closed-loop seconds a CPU second gave."""
     band = settling_band(plants.rig, "position", config.step)
     period, k = config.rig.period.value, round(config.seconds / config.rig.period.value) + 1
     reference, began = np.full(k, config.step), process_time()
-    run = partial(run_lanes, plants.engine, plants.rig, law, plants.points["null"], plants.draw.p, reference)
+    run = partial(play_lanes, plants.engine, plants.rig, controller, plants.points["null"], plants.draw.p, reference)
     parts = []
     for _, lanes in run(("position", "lowest_pressure"), config.seed):
         y = lanes.signals["position"]
