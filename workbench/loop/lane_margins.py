@@ -95,7 +95,7 @@ def lane_margins(lanes: SampledLanes, law: LawLanes) -> LaneMargins:
     """
     rows = [lanes.measures.index(name) for name in law.measures]
     radius = np.abs(np.linalg.eigvals(_closed(lanes.a, lanes.b, lanes.c[:, rows], lanes.d[:, rows], law))).max(axis=1)
-    loop = open_loops(lanes, law)
+    loop = _broken(lanes, law, lanes.f, lanes.responses)
     stable, level = radius < STABLE, 1 / np.abs(1 + loop)
     ms = level.max(axis=1)
     sharp = np.flatnonzero(stable & (ms > _SHARP))
@@ -106,10 +106,14 @@ def lane_margins(lanes: SampledLanes, law: LawLanes) -> LaneMargins:
     return LaneMargins(radius, *columns)
 
 
-def open_loops(lanes: SampledLanes, law: LawLanes) -> np.ndarray:
-    """The same loops broken at the command, complex [lanes, k] at the lanes' frequencies; -1 is the critical point."""
+def open_loops(lanes: SampledLanes, law: LawLanes, f: np.ndarray) -> np.ndarray:
+    """The same loops broken at the command, complex [lanes, k] at frequencies [k] in Hz; -1 is the critical point."""
+    return _broken(lanes, law, f, lanes.modal.at(_z(f, lanes.period)))
+
+
+def _broken(lanes: SampledLanes, law: LawLanes, f: np.ndarray, responses: np.ndarray) -> np.ndarray:
     rows = [lanes.measures.index(name) for name in law.measures]
-    return -np.sum(law.gains(_z(lanes.f, lanes.period)) * lanes.responses[:, rows], axis=1)
+    return -np.sum(law.gains(_z(f, lanes.period)) * responses[:, rows], axis=1)
 
 
 def _z(f: np.ndarray, period: float) -> np.ndarray:

@@ -41,10 +41,9 @@ class PlantLanes:
         )
         return null, moving
 
-    def open_loops(self, controller: Controller) -> tuple[np.ndarray, np.ndarray]:
-        """At null, broken at the command: frequencies [k], Hz, and loops [lanes, k]. Raises InputError as `margins`."""
-        sampled = self._sampled[0]
-        return sampled.f, open_loops(sampled, lane_laws(controller, self._outputs(self.null), self.null.u[:, 0]))
+    def open_loops(self, controller: Controller, f: np.ndarray) -> np.ndarray:
+        """At null, broken at the command: loops [lanes, k] at frequencies [k], Hz. Raises InputError as `margins`."""
+        return open_loops(self._sampled[0], lane_laws(controller, self._outputs(self.null), self.null.u[:, 0]), f)
 
     def some(self, lanes: Sequence[int]) -> "PlantLanes":
         """Some of them."""

@@ -7,6 +7,7 @@ from html import escape
 from typing import Literal
 
 Cell = str | float | int | bool | None
+_MANY = 11  # columns: a table with more of them is set narrower
 _LONG = 32  # letters: a column with longer texts has cells of several lines
 
 
@@ -79,11 +80,12 @@ def table_html(table: Table) -> str:
         "<tr>" + "".join(_cell(cell, numeric[i], best.get(i), wraps[i]) for i, cell in enumerate(row)) + "</tr>"
         for row in table.rows
     )
+    dense = _class("dense" if len(numeric) > _MANY else "")
     note = " ".join(filter(None, (table.note, "The best of a column is marked." if table.best else "")))
     return (
         f'<div class="item table">\n<h3>{escape(table.title)}</h3>\n'
         f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(table.title)}">\n'
-        f"<table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table>\n</div>\n"
+        f"<table{dense}><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table>\n</div>\n"
         + (f'<p class="note">{escape(note)}</p>\n' if note else "")
         + "</div>\n"
     )

@@ -4,5 +4,6 @@ entry         one controller on one rig in every scenario
 envelope_row  one position controller over the stroke, on every free rig
 verdict       which position controller to take
 figures       its figures
+nichols       its Nichols charts
 numbers       the numbers of controllers and rigs
 """

@@ -21,6 +21,7 @@ from ..common.bench_experiment import BenchLoop
 
 EnvelopeRow = dict[str, Any]  # of metrics.json
 EnvelopeEntry = dict[str, Any]  # what a stage can store
+_CLOUD_HZ = np.geomspace(0.5, 200.0, 961)  # fine enough for a mode of damping 0.02
 _STEP = 10e-3  # m: the step of a bench that is nearest to it is judged
 
 
@@ -52,10 +53,11 @@ def envelope_entry(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, se
     """
     controller = spec.build(envelope.rig.period.value)
     try:
-        f, loops = envelope.varied.open_loops(controller)
+        loops = envelope.varied.open_loops(controller, _CLOUD_HZ)
     except NoLinearView:
         return None
-    cloud = {"f_hz": f, "real": np.real(loops), "imag": np.imag(loops), "rigs": _rig_names(envelope.varied.names)}
+    cloud = {"f_hz": _CLOUD_HZ, "open_real": np.real(loops), "open_imag": np.imag(loops)}
+    cloud |= {"rigs": _rig_names(envelope.varied.names)}
     return {"row": _row(spec, controller, envelope, loop, seed), "cloud": cloud}
 
 

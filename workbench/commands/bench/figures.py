@@ -1,27 +1,21 @@
-"""The figures of a bench: time responses, clouds over the rigs, closed loop, sensitivity, Nichols chart, stiffness."""
+"""The figures of a bench: time responses, clouds over the rigs, closed loop, sensitivity, stiffness."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...base.gain_phase import gain_db
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...loop.limits import Limits
 from ...loop.scenarios import Scenario
-from ...report import Curve, Figure, FrequencyCurve, Panel, Style, bode, outline_points
+from ...report import Curve, Figure, FrequencyCurve, Panel, bode
 from ..common.bench_experiment import BenchLoop
 from ..common.sines import closed_loop_figure
 from .entry import STIFFNESS_HZ, Entries
 
-_SHOWN_HZ = (0.05, 100.0)
-_CLOUD_HZ = (0.5, 200.0)
+SHOWN_HZ = (0.05, 100.0)
 _SHORTEST = 0.2  # s
-_DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5)
-_CLOSED_DB = (-3.0, -6.0)
-_NEAR = (0.4, 0.1)  # deg, dB: less than a pixel of a Nichols chart
 
 
 @dataclass(frozen=True)
@@ -102,66 +96,30 @@ def spread_scatter(loop: BenchLoop, scenario: Scenario, entries: Entries) -> Fig
 
 def linear_figures(loop: BenchLoop, rig: str, entries: Entries) -> list[Figure]:
     """Bode plot of the closed loops, and their sensitivity; an unstable loop has neither."""
-    there = _linear(loop, rig, entries)
+    there = linear_columns(loop, rig, entries)
     closed, sensitivity = [], []
     for name, columns in there.items():
         f = columns["f_hz"]
-        shown = (f > _SHOWN_HZ[0]) & (f < _SHOWN_HZ[1])
-        closed.append(FrequencyCurve(name, f[shown], _complex(columns, "closed")[shown]))
-        sensitivity.append(Curve(name, f[shown], gain_db(_complex(columns, "sensitivity")[shown])))
+        shown = (f > SHOWN_HZ[0]) & (f < SHOWN_HZ[1])
+        closed.append(FrequencyCurve(name, f[shown], complex_column(columns, "closed")[shown]))
+        sensitivity.append(Curve(name, f[shown], gain_db(complex_column(columns, "sensitivity")[shown])))
     panel = Panel("|S| [dB]", sensitivity)
     return [bode("Closed loop", closed), Figure("Sensitivity", "frequency [Hz]", [panel], log_x=True)] if there else []
 
 
 def sine_figures(loop: BenchLoop, entries: Entries) -> list[Figure]:
     """For each controller on the first rig: the linear closed loop, and what sines of several sizes find."""
-    linear, rig = _linear(loop, loop.first, entries), loop.first
+    linear, rig = linear_columns(loop, loop.first, entries), loop.first
     figures = []
     for controller in loop.controllers:
         dashed = []
         if columns := linear.get(controller.name):
-            shown = (columns["f_hz"] > _SHOWN_HZ[0]) & (columns["f_hz"] < _SHOWN_HZ[1])
+            shown = (columns["f_hz"] > SHOWN_HZ[0]) & (columns["f_hz"] < SHOWN_HZ[1])
             dashed.append(
-                FrequencyCurve("linear, null", columns["f_hz"][shown], _complex(columns, "closed")[shown], "dash")
+                FrequencyCurve("linear, null", columns["f_hz"][shown], complex_column(columns, "closed")[shown], "dash")
             )
         figures.append(closed_loop_figure(controller.name, dashed, entries[controller.name, rig]["sines"]))
     return figures
-
-
-def nichols(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
-    """Open loops at the command over contours of constant closed-loop gain, some named by the damping of their peak."""
-    curves = _contours()
-    for name, columns in _linear(loop, rig, entries).items():
-        f = columns["f_hz"]
-        curves.append(_on_chart(name, _complex(columns, "open")[f > _SHOWN_HZ[0]]))
-    note = (
-        "The loop is broken at the command. A contour is where L/(1 + L) has one gain: that of the resonance of a "
-        "second-order loop of the damping that it is named by, or in decibels."
-    )
-    panel = Panel("open-loop gain [dB]", curves, y_range=(-40.0, 40.0))
-    return Figure(f"Nichols chart on {rig}", "open-loop phase [deg]", [panel], note=note, height=560)
-
-
-def nichols_cloud(name: str, columns: Mapping[str, Any]) -> Figure:
-    """Open loops of a controller at null on every plant of the envelope, a curve a rig with a line a position."""
-    shown = (columns["f_hz"] > _CLOUD_HZ[0]) & (columns["f_hz"] < _CLOUD_HZ[1])
-    loops = (columns["real"] + 1j * columns["imag"])[:, shown]
-    rigs = {rig: [i for i, other in enumerate(columns["rigs"]) if other == rig] for rig in columns["rigs"]}
-    curves = [_cloud(rig, loops[lanes]) for rig, lanes in rigs.items()]
-    limit = Limits().ms
-    around = np.exp(1j * np.linspace(0, 2 * np.pi, 721)) / limit - 1
-    circle = replace(_on_chart(f"Ms {limit:g}", around), style="dash", color="#57606a")
-    panel = Panel("open-loop gain [dB]", [circle, *curves], y_range=(-30.0, 30.0))
-    note = f"At null, from {_CLOUD_HZ[0]:g} to {_CLOUD_HZ[1]:g} Hz; a line a position."
-    return Figure(
-        f"{name}: Nichols chart over stroke and rigs", "open-loop phase [deg]", [panel], note=note, height=380
-    )
-
-
-def _cloud(name: str, loops: np.ndarray) -> Curve:
-    """Loops [lanes, k] as one curve with gaps."""
-    parts = [_on_chart(name, np.append(loop, np.nan)) for loop in loops]
-    return Curve(name, np.concatenate([part.x for part in parts]), np.concatenate([part.y for part in parts]))
 
 
 def stiffness_figure(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
@@ -172,32 +130,11 @@ def stiffness_figure(loop: BenchLoop, rig: str, entries: Entries) -> Figure:
     return Figure(f"Dynamic stiffness on {rig}", "frequency [Hz]", [panel], log_x=True)
 
 
-def _contours() -> list[Curve]:
-    resonances = {zeta: -20 * np.log10(2 * zeta * np.sqrt(1 - zeta**2)) for zeta in _DAMPINGS}
-    curves = [_contour(f"damping {zeta:g}", level, "dot") for zeta, level in resonances.items()]
-    return curves + [_contour(f"{level:g} dB", level, "dash") for level in _CLOSED_DB]
-
-
-def _contour(name: str, level: float, style: Style) -> Curve:
-    """L where |L/(1 + L)| is `level` [dB]."""
-    closed = 10 ** (level / 20) * np.exp(1j * np.linspace(0.001, 2 * np.pi - 0.001, 400))
-    return replace(_on_chart(name, closed / (1 - closed)), style=style, color="#afb8c1")
-
-
-def _on_chart(name: str, loop: np.ndarray) -> Curve:
-    """Gain [dB] over phase [deg] in (-360, 0], with a gap where the phase leaves the chart and comes back."""
-    phase = -np.mod(-np.degrees(np.angle(loop)), 360)
-    gain = gain_db(loop)
-    gain[1:][np.abs(np.diff(phase)) > 180] = np.nan
-    drawn = outline_points(phase, gain, *_NEAR)
-    return Curve(name, phase[drawn].round(2), gain[drawn].round(3))
-
-
-def _linear(loop: BenchLoop, rig: str, entries: Entries) -> dict[str, dict[str, np.ndarray]]:
+def linear_columns(loop: BenchLoop, rig: str, entries: Entries) -> dict[str, dict[str, np.ndarray]]:
     """Columns of the stable linear loops."""
     responses = {c.name: entries[c.name, rig]["linear"] for c in loop.controllers}
     return {name: columns for name, columns in responses.items() if columns is not None}
 
 
-def _complex(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+def complex_column(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     return columns[f"{name}_real"] + 1j * columns[f"{name}_imag"]

@@ -1,4 +1,4 @@
-"""The report of a bench: one table of controllers with the best of each column marked, and every row."""
+"""The report of a bench: tables of controllers with the best of each column marked, figures, and every row."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -9,7 +9,8 @@ from ...report import Figure, Page, Section, Table
 from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.judged import judged_words
 from .entry import Entries
-from .figures import excursion, linear_figures, nichols, sine_figures, spread_scatter, stiffness_figure, time_responses
+from .figures import excursion, linear_figures, sine_figures, spread_scatter, stiffness_figure, time_responses
+from .nichols import nichols
 from .numbers import numbers_section
 from .verdict import Clouds, verdict_sections, verdict_sentence
 
@@ -25,7 +26,7 @@ def bench_page(config: BenchConfig, entries: Entries, clouds: Clouds, metrics: M
         first = loop.first
         sections += [
             *verdict_sections(loop, clouds, metrics),
-            Section(title, [*_firsts_beside_verdict(loop, metrics), _summary(config, loop, entries, metrics)]),
+            Section(title, [*_firsts_beside_verdict(loop, metrics), *_summary(config, loop, entries, metrics)]),
             Section(
                 f"{title}: time responses on {first}",
                 [time_responses(loop, scenario, first, entries) for scenario in loop.scenarios],
@@ -93,43 +94,57 @@ def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
     )
 
 
-def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Metrics) -> Table:
-    """One line a controller."""
-    lines = [_line(loop, controller.name, entries, metrics) for controller in loop.controllers]
+def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Metrics) -> list[Table]:
+    """A table of the loops and one a scenario, a line a controller."""
+    worst = f"On {loop.first}, or where it says worst on {', '.join(loop.rigs)}; a dash where a loop"
+    tables = [
+        _marked(
+            "Loops",
+            [_loop_line(loop, spec.name, entries, metrics) for spec in loop.controllers],
+            f"{worst} is unstable. Margins: the worse of null and moving. Command noise: RMS at rest from the declared "
+            f"sensors. {judged_words(config.conditions, loop.rig)}",
+        )
+    ]
+    for scenario in loop.scenarios:
+        lines = [_scenario_line(loop, scenario, spec.name, entries, metrics) for spec in loop.controllers]
+        note = f"{worst} never settles. Energy: what the main lands take beyond their leakage at rest."
+        tables.append(_marked(scenario.name, lines, note))
+    return tables
+
+
+def _marked(title: str, lines: list[dict[str, Any]], note: str) -> Table:
     best: dict[str, Best] = {
-        name: "max" if name.startswith(("gain margin", "stiffness")) else "min" for name in list(lines[0])[1:]
+        name: "max" if name.startswith(("gain margin", "stiffness")) else "min"
+        for name in list(lines[0])
+        if name not in ("controller", "margins by")
     }
-    return Table(
-        "Controllers",
-        list(lines[0]),
-        [list(line.values()) for line in lines],
-        note=f"On {loop.first}, or where it says so the worst of {', '.join(loop.rigs)}; a dash where a loop "
-        "never settles or is unstable. Settling into the band of every row. Margins: the worse of null and moving. "
-        f"{judged_words(config.conditions, loop.rig)} Command noise: RMS at rest from the declared sensors. "
-        "Energy: what the main lands take beyond their leakage at rest.",
-        best=best,
-    )
+    return Table(title, list(lines[0]), [list(line.values()) for line in lines], note=note, best=best)
 
 
-def _line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -> dict[str, Any]:
-    first = entries[name, loop.first]
-    line: dict[str, Any] = {"controller": name}
-    for scenario, row, energy in zip(loop.scenarios, first["rows"], first["energy"], strict=True):
-        over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, scenario.name))
-        if scenario.arrives is not None:
-            far = excursion(loop, scenario)
-            line |= {
-                f"{scenario.name}: settling [s]": row["settling_s"],
-                f"{scenario.name}: worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
-                f"{scenario.name}: {far.label}": far.shown(row[far.key]),
-                f"{scenario.name}: worst {far.label}": far.shown(over[f"{far.key}_most"]),
-            }
-        line[f"{scenario.name}: IAE [{loop.signal.unit} s]"] = _shown(row["iae"], loop)
-        line[f"{scenario.name}: energy [J]"] = energy["beyond_rest_j"]
+def _scenario_line(
+    loop: BenchLoop, scenario: Scenario, name: str, entries: Entries, metrics: Metrics
+) -> dict[str, Any]:
+    first, i, line = entries[name, loop.first], loop.scenarios.index(scenario), {"controller": name}
+    row, energy = first["rows"][i], first["energy"][i]
+    over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, scenario.name))
+    if scenario.arrives is not None:
+        far = excursion(loop, scenario)
+        line |= {
+            "settling [s]": row["settling_s"],
+            "worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
+            far.label: far.shown(row[far.key]),
+            f"worst {far.label}": far.shown(over[f"{far.key}_most"]),
+        }
+    iae, joule = _shown(row["iae"], loop), energy["beyond_rest_j"]
+    return line | {f"IAE [{loop.signal.unit} s]": iae, "energy [J]": joule}
+
+
+def _loop_line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -> dict[str, Any]:
+    first, timing = entries[name, loop.first], metrics["timing"][name]
     worst = [entries[name, rig]["rows"][0]["ms"] for rig in loop.rigs]
     rms, size = first["noise"]["command_rms"], first["stiffness"]
-    timing = metrics["timing"][name]
-    return line | {
+    return {
+        "controller": name,
         "Ms [1]": first["rows"][0]["ms"],
         "worst Ms [1]": None if None in worst else max(worst),
         "gain margin [dB]": first["rows"][0]["gain_margin_db"],

@@ -10,7 +10,7 @@ from ...loop.limits import POSITIONS, Limits
 from ...report import Curve, Figure, Mark, Panel, Section, Table
 from ..common.bench_experiment import BenchLoop
 from .envelope_row import EnvelopeRow, envelope_rigs, has_envelope, judged_step
-from .figures import nichols_cloud
+from .nichols import nichols_cloud
 
 Metrics = Mapping[str, Any]
 Goal = Mapping[str, Any]  # of a row
