@@ -146,7 +146,8 @@ class MpcLanes:
         """The LQG law on what the filters make of these signals, and the first changes of the plans."""
         mpc, signals = self._mpc, np.array([measurement[name] for name in self._mpc.measures])
         finite = np.isfinite(signals).all(axis=0)
-        self._corrected = np.where(finite, mpc._observer.corrected(self._state, signals), self._state)
+        corrected = mpc._observer.corrected(self._state, np.where(finite, signals, 0.0))
+        self._corrected = np.where(finite, corrected, self._state)
         references = self._governed(reference, self._corrected)
         change = self._planned(references)
         law = mpc._feedforward[0] @ references - mpc._feedback @ self._corrected

@@ -139,6 +139,52 @@ def test_what_is_around_a_controller_is_in_lanes_as_well(rig, plant, drawn):
     assert lane_controller(OnLoadCell(inner, 1e7)) is not None
 
 
+def courses(spec, measurements, references):
+    """Commands [lanes, k] in lanes and one by one, on the same signals; the drives do what is demanded."""
+    names, lanes = ("position", "pa", "pb"), measurements.shape[0]
+    together, alone = lane_controller(spec.build(PERIOD)), [spec.build(PERIOD) for _ in range(lanes)]
+    first = dict(zip(names, measurements[:, 0].T, strict=True))
+    together.reset(references[:, 0], first, np.zeros(lanes))
+    for lane, controller in enumerate(alone):
+        controller.reset(references[lane, 0], {name: first[name][lane] for name in names}, 0.0)
+    commands = [[], []]
+    for k in range(measurements.shape[1]):
+        signals = dict(zip(names, measurements[:, k].T, strict=True))
+        demanded = together.compute(references[:, k], signals)
+        together.update(demanded)
+        commands[0].append(demanded)
+        each = [
+            controller.compute(references[lane, k], {name: signals[name][lane] for name in names})
+            for lane, controller in enumerate(alone)
+        ]
+        for controller, command in zip(alone, each, strict=True):
+            controller.update(command)
+        commands[1].append(each)
+    return np.array(commands), alone
+
+
+def random_signals(lanes, instants):
+    random, measurements = np.random.default_rng(1), np.full((lanes, instants, 3), 1e7)
+    measurements += random.normal(0, 1e5, measurements.shape)
+    measurements[..., 0] = random.normal(0, 0.02, (lanes, 1)) + random.normal(0, 1e-4, (lanes, instants))
+    return measurements, np.tile(random.normal(0, 0.1, (lanes, 1)), (1, instants))
+
+
+def test_bad_samples_touch_their_own_lane_only():
+    measurements, references = random_signals(4, 60)
+    measurements[1, 20:23, 1], measurements[2, 30, 0], references[3, 10:15] = np.nan, np.inf, np.nan
+    (together, alone), _ = courses(SPECS["mpc"], measurements, references)
+    assert np.isfinite(together).all()
+    assert together == pytest.approx(alone, abs=1e-9)
+
+
+def test_a_solver_that_does_not_arrive_falls_back_in_lanes_as_well():
+    spec = replace(SPECS["mpc-bare"], design=replace(SPECS["mpc-bare"].design, pressure=5e6, iterations=10))
+    (together, alone), controllers = courses(spec, *random_signals(4, 60))
+    assert sum(controller.fallbacks for controller in controllers) > 0
+    assert together == pytest.approx(alone, abs=1e-9)
+
+
 def test_a_controller_that_computes_in_another_way_has_no_lanes():
     class Other(Mpc):
         def compute(self, reference, measurement):

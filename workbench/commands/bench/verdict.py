@@ -117,7 +117,7 @@ def _table(loop: BenchLoop, rows: Sequence[EnvelopeRow], metrics: Metrics) -> Ta
         names,
         [list(line.values()) for line in lines],
         note=f"On {', '.join(envelope_rigs(loop))} at {places} % of the stroke limit, towards the middle; a controller "
-        "that runs in Python is played on the first rig there and on the others at mid stroke. Steps and loads under "
+        "without a form in lanes is on the first rig there and on the others at mid stroke. Steps and loads under "
         "the bench's conditions; all at worst but where it says nominal: the first rig. Settling on a specimen is a "
         "column of its own; recovery is from a load's coming into the band of the sensor. Ms at null and moving; the "
         "worst counts the bad corner of all declared bounds too. A dash where a loop is unstable, never settles or "
