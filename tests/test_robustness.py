@@ -96,7 +96,7 @@ def few(folder, controllers):
 
 def test_linear_loops_at_every_position_are_those_of_the_loop(tmp_path):
     config = load_robustness(few(tmp_path, '["p-dp", "mpc"]'), plants=3)
-    plants = drawn_plants(config)
+    plants = drawn_plants(config, 0.3e-3)
     controllers = {spec.name: spec.build(1e-3) for spec in config.controllers}
     places = linear_loops(plants, controllers, no_checkpoint, lambda _: None)
     plant, limit = plants.engine.plant, config.rig.limit("stroke")
@@ -148,6 +148,7 @@ def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys
         ("stroke = 0.9", "stroke = 0.9\npositions = [0, 1.1]", "from -1 to 1"),
         ("plants = 10000", "plants = 0", "whole number"),
         ('unit = "mm"', 'unit = "kg"', "cannot be converted"),
+        ("plants = ", 'computing_delay = "0.3 ms"\nplants = ', "the rig or a controller says it"),
     ],
 )
 def test_nonsense_is_refused_in_one_line(tmp_path, monkeypatch, capsys, was, now, message):
@@ -173,3 +174,27 @@ def test_the_tuned_loop_holds_on_drawn_plants_over_the_stroke_with_noise_and_del
     assert row["ms_worst"] <= 2.5
     at_nominal = [line["ms_p50"] for line in outcome.metrics["linear"] if line["position"] is not None]
     assert max(at_nominal) <= 2.0
+
+
+def test_a_controller_s_own_delay_counts_and_an_ideal_loop_has_none(tmp_path):
+    plain = few(tmp_path, '["p-dp"]')
+    late = (
+        (EXPERIMENTS / "position_tuned.toml")
+        .read_text()
+        .replace("[controllers.p-dp]", '[controllers.p-dp]\ncomputing_delay = "2 ms"')
+    )
+    (tmp_path / "late.toml").write_text(late)
+    texts = {
+        "rig's": plain.read_text(),
+        "own": plain.read_text().replace(f"{EXPERIMENTS}/position_tuned.toml", "late.toml"),
+        "none": "ideal = true\n" + plain.read_text(),
+    }
+    ms = {}
+    for name, text in texts.items():
+        plain.write_text(text)
+        outcome = run_robustness(load_robustness(plain, plants=2), no_checkpoint, lambda _: None)
+        ms[name] = outcome.metrics["rows"][0]["ms_worst"]
+        delay = {"rig's": 0.3e-3, "own": 2e-3, "none": 0.0}[name]
+        drawn = {row[0]: row[1:] for row in outcome.page.sections[-1].items[0].rows}
+        assert drawn["computing delay"] == [delay, delay, "s"]
+    assert ms["none"] < ms["rig's"] < ms["own"]

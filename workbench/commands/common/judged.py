@@ -11,5 +11,5 @@ def judged_words(conditions: Conditions, rig: Rig) -> str:
     delay = rig.computing_delay.value * 1e3
     return (
         f"With a computing delay of {delay:g} ms, or the controller's own, and the sensors' noise (seed "
-        f"{conditions.seed}) and resolution; the residual oscillation without noise."
+        f"{conditions.seed}) and resolution; lasting oscillations without noise."
     )

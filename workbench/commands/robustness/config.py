@@ -7,30 +7,30 @@ from typing import Any
 
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
+from ...loop.conditions import Conditions
 from ...rigs.rig import Rig
 from ..common.envelope_keys import read_factors, read_positions
-from ..common.experiment import borrowed_controllers, read_experiment, rig_of
+from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of
 
 KEYS = (
-    "experiment", "rig", "plants", "seed", "step", "seconds", "computing_delay", "stroke", "positions", "from", "draw",
+    "experiment", "rig", "plants", "seed", "ideal", "step", "seconds", "stroke", "positions", "from", "draw",
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class RobustnessConfig:
-    """A step [m] watched for so many seconds, on plants whose numbers are drawn: factors [low, high] by name, and all
-    others that the rig gives bounds within them. `stroke`: the share of the stroke limit in which steps lie;
-    `positions`: the shares of it at which every plant's linear loops are judged.
+    """A step [m] watched for so many seconds, on plants whose numbers are drawn by the seed of the `conditions`:
+    factors [low, high] by name, and all others that the rig gives bounds within them. `stroke`: the share of the stroke
+    limit in which steps lie; `positions`: the shares of it at which every plant's linear loops are judged.
 
     `source` is the experiment as it was read, with the tables of its controllers.
     """
 
     rig: Rig
     plants: int
-    seed: int
+    conditions: Conditions
     step: float
     seconds: float
-    computing_delay: float
     stroke: float
     positions: tuple[float, ...]
     factors: Mapping[str, tuple[float, float]]
@@ -41,7 +41,10 @@ class RobustnessConfig:
 def load_robustness(path: str | Path, rig: str | None = None, plants: int | None = None) -> RobustnessConfig:
     """Read the file; `rig` and `plants` replace what it says. Raises InputError with file, line and key."""
     path = Path(path)
-    table = read_experiment(path).allow(*KEYS)
+    table = read_experiment(path)
+    if "computing_delay" in table:
+        raise table.complaint("computing_delay", "the rig or a controller says it, here only ideal = true; remove it")
+    table.allow(*KEYS)
     table.word("experiment", ["robustness"])
     nominal = rig_of(table, path, rig)
     tables = borrowed_controllers(table.table("from"), path.parent)
@@ -51,10 +54,9 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
     return RobustnessConfig(
         rig=nominal,
         plants=plants or table.count("plants"),
-        seed=table.count("seed", 0),
+        conditions=read_conditions(table),
         step=table.quantity("step", Spec("m", 1e-6, 1.0, "size of the step")),
         seconds=table.quantity("seconds", Spec("s", 0.5, 60.0, "how long it is watched")),
-        computing_delay=table.quantity("computing_delay", Spec("s", 0.0, 0.1, "from a sample to its command")),
         stroke=stroke,
         positions=read_positions(table),
         factors=read_factors(table, nominal),

@@ -21,7 +21,7 @@ class PlantDraw:
 
 def draw_plants(config: RobustnessConfig, plant: Plant) -> PlantDraw:
     """The plants of an experiment: the same for the same seed. The first is the nominal one at mid stroke."""
-    random = np.random.default_rng(config.seed)
+    random = np.random.default_rng(config.conditions.seed)
     numbers = {}
     for name, (low, high) in uncertain(config.rig, plant, config.factors).items():
         numbers[name] = random.uniform(low, high, config.plants)

@@ -26,9 +26,9 @@ class DrawnPlants:
     positions: tuple[float, ...]
 
 
-def drawn_plants(config: RobustnessConfig) -> DrawnPlants:
-    """Draw and balance them. Raises InputError where the nominal plant has no operating point."""
-    rig = with_delay(config.rig, config.computing_delay) if config.computing_delay else config.rig
+def drawn_plants(config: RobustnessConfig, delay: float) -> DrawnPlants:
+    """Draw and balance them, for a computing delay [s]. Raises InputError where the nominal one has no such point."""
+    rig = with_delay(config.rig, delay)
     engine = Engine(build(rig))
     plant, draw = engine.plant, draw_plants(config, engine.plant)
     p, places = draw.p, draw.position  # a specimen is relaxed there

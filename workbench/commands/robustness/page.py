@@ -7,6 +7,7 @@ import numpy as np
 
 from ...loop.rows import MOVING
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.judged import judged_words
 from .config import RobustnessConfig
 from .draw import PlantDraw
 from .linear_page import linear_items
@@ -38,7 +39,8 @@ def robustness_page(
         [[row[key] for key in _COLUMNS] for row in rows],
         f"Counts of plants. Settled within {metrics['band'] * 1e3:.3g} mm; a plant that never settles counts as the "
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
-        f"{MOVING:g} m/s, where each plant was drawn and at {len(config.positions)} positions, with the delay.",
+        f"{MOVING:g} m/s, where each plant was drawn and at {len(config.positions)} positions. "
+        f"{judged_words(config.conditions, config.rig)}",
         dict.fromkeys(_BEST, "min"),
     )
     items: list[Any] = [table]
@@ -51,7 +53,7 @@ def robustness_page(
         Section("The worst plant of each controller", [_worst(rows)]),
         Section("What was drawn", [_drawn(config, draw)]),
     ]
-    return Page(f"Robustness on {config.rig.name}", _verdict(rows), sections, {"seed": str(config.seed)})
+    return Page(f"Robustness on {config.rig.name}", _verdict(rows), sections, {"seed": str(config.conditions.seed)})
 
 
 def _verdict(rows: list[dict[str, Any]]) -> str:
@@ -99,5 +101,7 @@ def _drawn(config: RobustnessConfig, draw: PlantDraw) -> Table:
         [name, float(values.min()), float(values.max()), config.rig.numbers[name].si]
         for name, values in draw.numbers.items()
     ]
+    delays = [config.conditions.delay(spec, config.rig) for spec in config.controllers]
+    rows.append(["computing delay", min(delays), max(delays), "s"])
     rows.append(["position", float(draw.position.min()), float(draw.position.max()), "m"])
     return Table("Uniform within these ranges", ["number", "least", "largest", "unit"], rows)

@@ -1,5 +1,6 @@
 """Robustness: one step by every controller on thousands of drawn plants, and the linear loops of all of them."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import process_time
@@ -7,12 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
 from ...loop.lane_loop import play_lanes, plays_in_lanes
 from ...loop.lane_metrics import hunting_lanes, step_lanes
 from ...loop.sensors import settling_band
+from ...plant import build
 from ..common.outcome import Outcome, Progress, Stage
 from .config import RobustnessConfig
+from .draw import PlantDraw, draw_plants
 from .drawn_plants import DrawnPlants, drawn_plants
 from .linear_loops import PlaceMargins, finite, linear_loops, linear_rows, worst_places
 from .page import robustness_figure, robustness_page
@@ -34,34 +38,56 @@ def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress) -
 
     A stage a place of the linear loops, and one a controller's steps.
     """
-    progress(f"{config.plants} plants and their operating points")
-    plants = drawn_plants(config)
-    controllers = {spec.name: spec.build(config.rig.period.value) for spec in config.controllers}
-    places = linear_loops(plants, controllers, stage, progress)
-    judged = {}
+    delays = {spec.name: config.conditions.delay(spec, config.rig) for spec in config.controllers}
+    places, judged = {}, {}
+    for delay in dict.fromkeys(delays.values()):
+        late = [spec for spec in config.controllers if delays[spec.name] == delay]
+        progress(f"{config.plants} plants and their operating points, {1e3 * delay:g} ms of computing delay")
+        _judge(late, config, drawn_plants(config, delay), partial(_stage_of, stage, delay), progress, places, judged)
+    rows = {name: judged[name] for name in delays if name in judged}
+    metrics = {
+        "rows": [part.row for part in rows.values()],
+        "linear": [row for name in delays for row in linear_rows(name, places[name])],
+        "band": settling_band(config.rig, "position", config.step),
+        "left_out": [name for name in delays if name not in judged],
+        "timing": {"closed_loop_seconds_per_cpu_second": {name: part.rate for name, part in rows.items()}},
+    }
+    draw = draw_plants(config, build(config.rig))
+    return _outcome(config, draw, metrics, {name: part.lanes for name, part in rows.items()})
+
+
+def _stage_of(stage: Stage, delay: float, name: str, compute: Callable[[], Any]) -> Any:
+    """A stage whose name says the computing delay."""
+    return stage(f"{name} {1e3 * delay:g} ms", compute)
+
+
+def _judge(
+    specs: Sequence[ControllerSpec],
+    config: RobustnessConfig,
+    plants: DrawnPlants,
+    stage: Stage,
+    progress: Progress,
+    places: dict[str, list[PlaceMargins]],
+    judged: dict[str, _Judged],
+) -> None:
+    """Write what controllers of one computing delay do into `places` and `judged`, by name."""
+    controllers = {spec.name: spec.build(config.rig.period.value) for spec in specs}
+    places |= linear_loops(plants, controllers, stage, progress)
     for name, controller in controllers.items():
         if plays_in_lanes(controller):
             progress(f"{name} on {config.plants} plants")
             steps = stage(name, lambda controller=controller: _steps(config, plants, controller))
             judged[name] = _judged(name, steps, config, plants, places[name])
-    metrics = {
-        "rows": [part.row for part in judged.values()],
-        "linear": [row for name in controllers for row in linear_rows(name, places[name])],
-        "band": settling_band(plants.rig, "position", config.step),
-        "left_out": [name for name in controllers if name not in judged],
-        "timing": {"closed_loop_seconds_per_cpu_second": {name: part.rate for name, part in judged.items()}},
-    }
-    return _outcome(config, plants, metrics, {name: part.lanes for name, part in judged.items()})
 
 
 def _outcome(
-    config: RobustnessConfig, plants: DrawnPlants, metrics: dict[str, Any], lanes: dict[str, dict[str, np.ndarray]]
+    config: RobustnessConfig, draw: PlantDraw, metrics: dict[str, Any], lanes: dict[str, dict[str, np.ndarray]]
 ) -> Outcome:
     tables = {f"plants_{name}".replace("-", "_"): columns for name, columns in lanes.items()}
-    drawn = {"position [m]": plants.draw.position} | {
-        f"{name} [{config.rig.numbers[name].si}]": values for name, values in plants.draw.numbers.items()
+    drawn = {"position [m]": draw.position} | {
+        f"{name} [{config.rig.numbers[name].si}]": values for name, values in draw.numbers.items()
     }
-    page = robustness_page(config, metrics, lanes, plants.draw)
+    page = robustness_page(config, metrics, lanes, draw)
     return Outcome(metrics, page, robustness_figure(lanes), {"drawn": drawn, **tables})
 
 
@@ -82,7 +108,7 @@ def _steps(config: RobustnessConfig, plants: DrawnPlants, controller: Controller
     reference, began = np.full(k, config.step), process_time()
     run = partial(play_lanes, plants.engine, plants.rig, controller, plants.points["null"], plants.draw.p, reference)
     parts = []
-    for _, lanes in run(("position", "lowest_pressure"), config.seed):
+    for _, lanes in run(("position", "lowest_pressure"), config.conditions.noise):
         y = lanes.signals["position"]
         step = step_lanes(period, y, y[:, 0], config.step, band)
         lowest = lanes.signals["lowest_pressure"].min(axis=1)
