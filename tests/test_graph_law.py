@@ -19,6 +19,7 @@ from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.loop.lane_laws import lane_laws
+from workbench.loop.lane_laws import signals_at as lane_signals_at
 from workbench.loop.lane_margins import lane_margins, sampled_lanes
 from workbench.loop.margins import linear_loop
 from workbench.loop.plant_response import signals_at
@@ -176,8 +177,7 @@ def test_margins_in_lanes_are_those_of_each_operating_point(name):
     p[1, plant.parameters.index("M")] *= 0.5
     p[2, plant.parameters.index("beta")] *= 0.6
     points = equilibria(plant, p, np.array([0.0, 0.12, -0.2]), 0.1)
-    y = Engine(plant).outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
-    laws = lane_laws(controller, dict(zip(plant.outputs, y.T, strict=True)), points.u[:, 0])
+    laws = lane_laws(controller, lane_signals_at(Engine(plant), points, p))
     margins = lane_margins(sampled_lanes(plant, points, p, laws.measures, PERIOD), laws)
     for lane in range(3):
         about = Equilibrium(points.x[lane], points.u[lane], 0.1)

@@ -17,7 +17,7 @@ from workbench.commands.run.config import load_config
 from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
-from workbench.loop.lane_laws import lane_laws
+from workbench.loop.lane_laws import lane_laws, signals_at
 from workbench.loop.lane_margins import lane_margins, sampled_lanes
 from workbench.loop.lane_metrics import hunting_lanes
 from workbench.loop.margins import linear_loop
@@ -53,8 +53,7 @@ def test_margins_in_lanes_are_those_of_the_loop(delay, name):
     p[1, plant.parameters.index("M")] *= 0.5
     p[2, plant.parameters.index("beta")] *= 0.5
     points = equilibria(plant, p, np.array([0.0, 0.1, -0.15]))
-    y = Engine(plant).outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
-    law = lane_laws(specs[name].build(1e-3), dict(zip(plant.outputs, y.T, strict=True)), points.u[:, 0])
+    law = lane_laws(specs[name].build(1e-3), signals_at(Engine(plant), points, p))
     margins = lane_margins(sampled_lanes(plant, points, p, law.measures, 1e-3), law)
     for lane in range(3):
         about = Equilibrium(points.x[lane], points.u[lane], 0.0)

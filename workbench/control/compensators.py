@@ -1,16 +1,15 @@
 """Compensators: filters and static maps that stack on any controller, and controllers of position on a load cell."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, cast
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, cast
 
 import numpy as np
 
 from ..linear.interconnect import parallel, select, series
 from ..linear.state_space import StateSpace
+from .around import Around
 from .discrete_filter import Filter, weighted
 from .lane_compensators import CompensatedLanes, MappedLanes, OnLoadCellLanes
 from .linear_law import LinearLaw, on_load_cell, with_command_filter, with_reference_filter
@@ -18,13 +17,10 @@ from .piecewise_linear import CommandMap, PiecewiseLinear
 from .protocol import (
     Controller,
     LaneController,
-    fallbacks,
     lane_controller,
     linear_law,
     linear_view,
     operating,
-    preview,
-    sampled_law,
     scheduled_law,
 )
 from .scheduled_law import ScheduledLaw
@@ -72,46 +68,7 @@ def compensated(inner: Controller, compensator: Compensator | MapsCommand) -> Co
     return Compensated(inner, cast(Compensator, compensator))
 
 
-class _Around(ABC):
-    """What is around a controller passes on what it may have besides the protocol."""
-
-    def __init__(self, inner: Controller) -> None:
-        self._inner, self.preview = inner, preview(inner)
-
-    @property
-    def fallbacks(self) -> int | None:
-        """Of the inner controller."""
-        return fallbacks(self._inner)
-
-    def set_preview(self, future: np.ndarray) -> None:
-        """The references that the inner controller will see."""
-        if self.preview:
-            cast(Any, self._inner).set_preview(self._shaped(future))
-
-    def _shaped(self, future: np.ndarray) -> np.ndarray:
-        return future
-
-    @cached_property
-    def _graph(self) -> "GraphLaw | None":
-        """The whole as a graph, where the inner controller has data or a graph; made once, for it takes its time."""
-        inner = sampled_law(self._inner)
-        if inner is None:
-            return None
-        from .graph_law import as_graph
-
-        return self._graph_around(as_graph(inner))
-
-    @abstractmethod
-    def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
-        """The inner controller's graph with what is around it."""
-
-
-def innermost(controller: Controller) -> Controller:
-    """The controller within all that is around it."""
-    return innermost(controller._inner) if isinstance(controller, _Around) else controller
-
-
-class Compensated(_Around):
+class Compensated(Around):
     """A controller with a compensator around it, itself a controller. The inner one sees the reference as filtered.
 
     What the drive did not do is the inner controller's affair: it learns the realised command less what was added.
@@ -198,7 +155,7 @@ class Compensated(_Around):
         return select(series(beside, inner) if self._shapes else parallel(inner, beside), names, ["command"])
 
 
-class Mapped(_Around):
+class Mapped(Around):
     """A controller whose command goes through a static map; it learns the realised command mapped back."""
 
     def __init__(self, inner: Controller, command_map: CommandMap) -> None:
@@ -245,7 +202,7 @@ class Mapped(_Around):
         return replace(law, C=slope * law.C, D=slope * law.D)
 
 
-class OnLoadCell(_Around):
+class OnLoadCell(Around):
     """A controller of position on a load cell: its position is force over stiffness [N/m], a specimen's deflection.
 
     Its reference is a deflection [m], as of a specimen whose far end stands; `Deflection` makes it of a force.

@@ -10,6 +10,7 @@ from ..base.table import Table
 from ..base.units import Spec
 from .compensators import Compensated, Compensator, Deflection, OnLoadCell, compensated
 from .load_class import absolute, load_class
+from .measured_stiffness import OnMeasuredStiffness, StiffnessMeter
 from .protocol import Controller, design_number, number
 from .protocol_check import check_controller
 
@@ -21,6 +22,8 @@ class _OfTheLoop:
     """What a controller's table has besides `use`, compensators and the numbers of its design."""
 
     stiffness: float = number("N/m", 1e3, 1e10, "stiffness of the specimen that the loop is designed on")
+    softest: float = number("N/m", 1e3, 1e10, "of the specimens whose stiffness the loop measures")
+    stiffest: float = number("N/m", 1e3, 1e10, "of the specimens whose stiffness the loop measures")
     computing_delay: float = number("s", 0.0, 0.1, "time from a sample to its command")
 
 
@@ -32,9 +35,10 @@ class ControllerSpec:
     """A named controller: where its class is, its design numbers in SI, and the compensators around it.
 
     With a `stiffness` [N/m] the loop is on the load cell, of force over stiffness: the controller and every compensator
-    see the reference as a deflection [m]. `computing_delay` [s] is how long after a sample its command comes, where
-    that is known; else the rig says it. `build` knows nothing of it. `spec + compensator` is the same with a
-    compensator around it.
+    see the reference as a deflection [m]. With `softest` and `stiffest` [N/m] besides, the loop measures the specimen's
+    stiffness between them and scales itself: see OnMeasuredStiffness. `computing_delay` [s] is how long after a sample
+    its command comes, where that is known; else the rig says it. `build` knows nothing of it. `spec + compensator` is
+    the same with a compensator around it.
     """
 
     name: str
@@ -43,6 +47,8 @@ class ControllerSpec:
     compensators: tuple["ControllerSpec", ...] = ()
     stiffness: float | None = None
     computing_delay: float | None = None
+    softest: float | None = None
+    stiffest: float | None = None
 
     def named(self, name: str) -> "ControllerSpec":
         """The same under another name."""
@@ -78,7 +84,14 @@ class ControllerSpec:
             controller = OnLoadCell(controller, self.stiffness)
         for part in self.compensators:
             controller = compensated(controller, _made(part, period, where))
-        return controller if self.stiffness is None else Compensated(controller, Deflection(self.stiffness, period))
+        return controller if self.stiffness is None else self._of_force(controller, self.stiffness, period)
+
+    def _of_force(self, controller: Controller, stiffness: float, period: float) -> Controller:
+        """A controller on the load cell with a force for its reference, and scaled by what it measures."""
+        loop = Compensated(controller, Deflection(stiffness, period))
+        if self.softest is None or self.stiffest is None:
+            return loop
+        return OnMeasuredStiffness(loop, stiffness, StiffnessMeter(self.softest, self.stiffest, period))
 
     def __repr__(self) -> str:
         """Class and numbers that are not at their default, part by part."""
@@ -89,7 +102,7 @@ class ControllerSpec:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """By the numbers of the design: another process may not have run the file of its class yet."""
-        rest = self.compensators, self.stiffness, self.computing_delay
+        rest = self.compensators, self.stiffness, self.computing_delay, self.softest, self.stiffest
         return _restored, (self.name, self.use, asdict(self.design), *rest)
 
 
@@ -125,7 +138,18 @@ def controller_spec(name: str, table: Table, beside: Path | None = None) -> Cont
     around = tuple(_part(name, part, Compensator, beside) for part in table.tables("compensators"))
     own = {key: entry for key, entry in table.values.items() if key != "compensators" and key not in _OF_THE_LOOP}
     numbers = {key: _number(table, entry) for key, entry in _OF_THE_LOOP.items() if key in table}
+    _check_range(table, numbers)
     return replace(_part(name, table.replaced(own), Controller, beside), compensators=around, **numbers)
+
+
+def _check_range(table: Table, numbers: Mapping[str, float]) -> None:
+    """Raises InputError for a range of stiffnesses that is none, or that stands alone."""
+    given = [key for key in ("softest", "stiffest") if key in numbers]
+    if len(given) == 1 or (given and "stiffness" not in numbers):
+        what = "a loop that measures its specimen's stiffness needs stiffness, softest and stiffest; give all three"
+        raise table.complaint(given[0], what)
+    if given and not numbers["softest"] < numbers["stiffest"]:
+        raise table.complaint("softest", "must be below stiffest")
 
 
 def _part(name: str, table: Table, kind: type, beside: Path | None) -> ControllerSpec:

@@ -21,6 +21,11 @@ from .piecewise_linear import CommandMap, PiecewiseLinear
 
 Output = Callable[[ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
 Advance = Callable[[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
+Settled = Callable[[np.ndarray, Mapping[str, float]], np.ndarray]
+
+
+def _as_it_is(x: np.ndarray, _: Mapping[str, float]) -> np.ndarray:
+    return x
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +33,14 @@ class GraphLaw:
     """Graphs of a law, its `numbers` q [k] and the signals that it `measures`, the controlled one first.
 
     start: ((r, y) [1 + m], command) -> (x [n], o) with which the next demanded command is `command`.
+    settled: (x [n], operating point) -> x [n] once what the law measures slowly has arrived there: for linear views.
     """
 
     graphs: LawGraphs
     numbers: np.ndarray
     measures: tuple[str, ...]
     start: Start
+    settled: Settled = _as_it_is
 
     @classmethod
     def of(
@@ -62,9 +69,10 @@ class GraphLaw:
         """(r, y) [1 + m] out of signals by name."""
         return np.array([reference, *(measurement[name] for name in self.measures)])
 
-    def linearised(self, signals: np.ndarray, command: float) -> LinearLaw:
-        """The law of small deviations where it rests at (r, y) [1 + m], its command being `command`."""
-        x, offset = self.start(signals, command)
+    def linearised(self, at: Mapping[str, float]) -> LinearLaw:
+        """The law of small deviations where it rests at an operating point: signals and command by name."""
+        signals, command = self.picked(at[self.measures[0]], at), at["command"]
+        x, offset = self._resting(signals, at)
         a, b, c, d, e = (np.array(part) for part in self._slopes(x, signals, command, offset, self.numbers))
 
         def start(_: np.ndarray, command: float) -> tuple[np.ndarray, float]:
@@ -72,18 +80,25 @@ class GraphLaw:
 
         return LinearLaw(a, b, c[0], d[0], e[:, 0], self.measures, start)
 
-    def linearised_lanes(self, signals: np.ndarray, commands: np.ndarray) -> list[np.ndarray]:
+    def linearised_lanes(self, points: Mapping[str, np.ndarray]) -> list[np.ndarray]:
         """A [lanes, n, n], B [lanes, n, 1 + m], C [lanes, n] and D [lanes, 1 + m], the drive doing what is demanded.
 
-        Where the law rests at (r, y) [lanes, 1 + m] with `commands` [lanes].
+        Where the law rests at operating points: signals and command [lanes] by name.
         """
-        rests = [self.start(each, command) for each, command in zip(signals, commands.tolist(), strict=True)]
+        signals = np.stack([points[name] for name in (self.measures[0], *self.measures)], axis=1)
+        commands = points["command"]
+        every = (dict(zip(points, row, strict=True)) for row in np.stack(list(points.values()), axis=1).tolist())
+        rests = [self._resting(own, at) for own, at in zip(signals, every, strict=True)]
         x, offset = np.array([x for x, _ in rests]), np.array([offset for _, offset in rests])
         lanes, n, m = len(commands), self.states, signals.shape[1]
         columns = (x.reshape(lanes, n).T, signals.T, commands[None], offset[None], np.tile(self.numbers, (lanes, 1)).T)
         slopes = [np.array(part) for part in self._slopes(*columns)]
         a, b, c, d, e = (part.reshape(part.shape[0], lanes, -1).transpose(1, 0, 2) for part in slopes)
         return [a + e @ c, b.reshape(lanes, n, m) + e @ d, c[:, 0], d[:, 0]]
+
+    def _resting(self, signals: np.ndarray, at: Mapping[str, float]) -> tuple[np.ndarray, float]:
+        x, offset = self.start(signals, at["command"])
+        return self.settled(x, at), offset
 
     @cached_property
     def _slopes(self) -> ca.Function:

@@ -84,18 +84,16 @@ class LaneController(Protocol):
 def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -> StateSpace:
     """A controller's linear view, its signals named as the protocol has them.
 
-    `at` has the plant's outputs and the command [1] of the operating point, SI, by name: a law that differs between
-    operating points, whose method is `linear(at)`, needs it, and so does a graph. Raises NoLinearView for a controller
-    without one, NeedsOperatingPoint for one that needs `at`, and InputError for one that is no system of its signals.
+    `at` has the plant's outputs, the command [1] and the specimen's "stiffness" of the operating point, SI, by name: a
+    law that differs between operating points, whose method is `linear(at)`, needs it, and so does a graph. Raises
+    NoLinearView for a controller without one, NeedsOperatingPoint for one that needs `at`, and InputError for one that
+    is no system of its signals.
     """
     if hasattr(controller, "linear"):
         linear = cast(Any, controller.linear)
         view = _seen(controller, linear, () if not signature(linear).parameters else (at,))
     elif law := _own(controller, "graph_law"):
-        signals = operating(at)
-        reference = signals[controller.measures[0]]
-        linear = law.linearised(law.picked(reference, signals), signals["command"])
-        view = realised_as_demanded(linear, 1.0)
+        view = realised_as_demanded(law.linearised(operating(at)), 1.0)
     else:
         raise NoLinearView(f"{type(controller).__name__} has no linear view; give it a method `linear`")
     names = ("reference", *controller.measures)

@@ -7,6 +7,8 @@ import numpy as np
 
 from ..control.linear_law import LinearLaw
 from ..control.protocol import Controller, NeedsOperatingPoint, linear_view, sampled_law
+from ..engine import Engine
+from ..linear.equilibria import Equilibria
 from ..linear.state_space import StateSpace, sampled_response
 
 _SAME = 1e-9  # of the largest entry: dynamics that differ by rounding only are the same in all lanes
@@ -49,8 +51,16 @@ class LawLanes:
         return np.einsum("ln,lknm->lmk", self.c, inside) + self.d[:, 1:, None]
 
 
-def lane_laws(controller: Controller, outputs: Mapping[str, np.ndarray], commands: np.ndarray) -> LawLanes:
-    """A controller's linear views at operating points: the plants' outputs [lanes] by name, SI, and commands [lanes].
+def signals_at(engine: Engine, points: Equilibria, p: np.ndarray) -> dict[str, np.ndarray]:
+    """The outputs, the command and the specimen's stiffness [lanes] of plants p [lanes, k], SI, by name."""
+    plant = engine.plant
+    outputs = engine.outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
+    stiffness = p[:, plant.parameters.index("ks")] if "ks" in plant.parameters else np.zeros(len(p))
+    return {**dict(zip(plant.outputs, outputs.T, strict=True)), "command": points.u[:, 0], "stiffness": stiffness}
+
+
+def lane_laws(controller: Controller, points: Mapping[str, np.ndarray]) -> LawLanes:
+    """A controller's linear views at operating points [lanes] by name, SI: what `linear_view` needs of each.
 
     Raises InputError for a controller without a linear view.
     """
@@ -59,20 +69,19 @@ def lane_laws(controller: Controller, outputs: Mapping[str, np.ndarray], command
     except NeedsOperatingPoint:
         law = sampled_law(controller)
     if law is not None and not isinstance(law, LinearLaw):
-        measured = [outputs[name] for name in law.measures]
-        parts = law.linearised_lanes(np.stack((measured[0], *measured), axis=1), commands)
+        parts = law.linearised_lanes(points)
     else:
-        parts = _one_by_one(controller, outputs, commands)
+        parts = _one_by_one(controller, points)
     a, b, c, d = parts
     if _same(a) and _same(b):
         a, b = a[:1], b[:1]
     return LawLanes(a, b, c, d, tuple(controller.measures))
 
 
-def _one_by_one(controller: Controller, outputs: Mapping[str, np.ndarray], commands: np.ndarray) -> list[np.ndarray]:
+def _one_by_one(controller: Controller, points: Mapping[str, np.ndarray]) -> list[np.ndarray]:
     """A [lanes, n, n], B, C [lanes, n] and D [lanes, 1 + m] of a class that has a linear view at a point."""
-    points = ({name: float(values[i]) for name, values in outputs.items()} for i in range(len(commands)))
-    views = [linear_view(controller, {**at, "command": float(u)}) for at, u in zip(points, commands, strict=True)]
+    every = np.stack(list(points.values()), axis=1).tolist()
+    views = [linear_view(controller, dict(zip(points, at, strict=True))) for at in every]
     a, b, c, d = (np.array([view.matrices[i] for view in views]) for i in range(4))
     return [a, b, c[:, 0], d[:, 0]]
 

@@ -11,7 +11,7 @@ from ..engine import Engine
 from ..linear.equilibria import Equilibria, equilibria
 from ..plant import Plant
 from ..rigs.rig import Rig
-from .lane_laws import lane_laws
+from .lane_laws import lane_laws, signals_at
 from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
 from .rows import MOVING
 
@@ -36,14 +36,15 @@ class PlantLanes:
     def margins(self, controller: Controller) -> tuple[LaneMargins, LaneMargins]:
         """The linear loops of a controller at null and moving. Raises InputError where it has no linear view."""
         null, moving = (
-            lane_margins(sampled, lane_laws(controller, self._outputs(points), points.u[:, 0]))
+            lane_margins(sampled, lane_laws(controller, signals_at(self.engine, points, self.p)))
             for sampled, points in zip(self._sampled, (self.null, self.moving), strict=True)
         )
         return null, moving
 
     def open_loops(self, controller: Controller, f: np.ndarray) -> np.ndarray:
         """At null, broken at the command: loops [lanes, k] at frequencies [k], Hz. Raises InputError as `margins`."""
-        return open_loops(self._sampled[0], lane_laws(controller, self._outputs(self.null), self.null.u[:, 0]), f)
+        law = lane_laws(controller, signals_at(self.engine, self.null, self.p))
+        return open_loops(self._sampled[0], law, f)
 
     def some(self, lanes: Sequence[int]) -> "PlantLanes":
         """Some of them."""
@@ -59,10 +60,6 @@ class PlantLanes:
         measures = tuple(name for name in plant.outputs if name in self.rig.sensors)
         null, moving = (sampled_lanes(plant, at, self.p, measures, period) for at in (self.null, self.moving))
         return null, moving
-
-    def _outputs(self, points: Equilibria) -> dict[str, np.ndarray]:
-        outputs = self.engine.outputs(points.x[:, None], points.u[:, None], self.p[:, None])[:, 0]
-        return dict(zip(self.engine.plant.outputs, outputs.T, strict=True))
 
 
 def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, position: np.ndarray) -> PlantLanes:

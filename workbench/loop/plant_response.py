@@ -64,9 +64,14 @@ def plant_response(plant: Plant, about: Equilibrium, period: float, p: np.ndarra
 
 
 def signals_at(plant: Plant, about: Equilibrium, p: np.ndarray | None = None) -> dict[str, float]:
-    """The plant's outputs and the command at an operating point, SI, by name: what a controller's linear view needs."""
-    outputs = np.array(plant.h(about.x, about.u, plant.p if p is None else p)).ravel()
-    return {**dict(zip(plant.outputs, outputs.tolist(), strict=True)), "command": float(about.u[0])}
+    """The plant's outputs, the command and the specimen's stiffness at an operating point, SI, by name.
+
+    What a controller's linear view needs.
+    """
+    p = plant.p if p is None else p
+    outputs = dict(zip(plant.outputs, np.array(plant.h(about.x, about.u, p)).ravel().tolist(), strict=True))
+    stiffness = float(p[plant.parameters.index("ks")]) if "ks" in plant.parameters else 0.0
+    return {**outputs, "command": float(about.u[0]), "stiffness": stiffness}
 
 
 def near(poles: np.ndarray, period: float) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..base.errors import InputError
-from ..control.compensators import innermost
+from ..control.around import innermost
 from ..control.protocol import Controller, fallbacks, preview, sampled_law
 from ..engine import DelayLine, Engine
 from ..linear import Equilibrium

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...control.protocol import Controller
 from ...linear.equilibria import Equilibria, moved
-from ...loop.lane_laws import lane_laws
+from ...loop.lane_laws import lane_laws, signals_at
 from ...loop.lane_margins import LaneMargins, lane_margins, sampled_lanes
 from ..common.outcome import Progress, Stage
 from .drawn_plants import DrawnPlants
@@ -114,9 +114,8 @@ def _chunks(
         if position is not None:  # a specimen is relaxed there too
             about = moved(plant, p, about, position, specimen_position=position)
         sampled = sampled_lanes(plant, about, p, measures, period)
-        y = plants.engine.outputs(about.x[:, None], about.u[:, None], p[:, None])[:, 0]
-        outputs = dict(zip(plant.outputs, y.T, strict=True))
-        laws = {name: lane_laws(controller, outputs, about.u[:, 0]) for name, controller in controllers.items()}
+        at = signals_at(plants.engine, about, p)
+        laws = {name: lane_laws(controller, at) for name, controller in controllers.items()}
         yield {name: _known(lane_margins(sampled, law), about.ok) for name, law in laws.items()}
 
 
