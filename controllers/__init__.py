@@ -9,6 +9,7 @@ compensators, to be added to a law
     PressureFeedback, AccelerationFeedback    damp the jack on its oil
     VelocityCompensation                gives a force loop the flow that the jack's motion takes
     FeedForward, Shaping                of the reference
+    ForceLag                            makes up for what a force loop leaks
     LapInverse                          takes the lap's gain at null out of the command path
 Switched                                changes over between controllers while they run
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     Crone2: ControllerType
     Crone3: ControllerType
     FeedForward: ControllerType
+    ForceLag: ControllerType
     LapInverse: ControllerType
     Lqg: ControllerType
     Mpc: ControllerType
@@ -45,6 +47,7 @@ _FILES = {
     "Crone2": "crone2",
     "Crone3": "crone3",
     "FeedForward": "feedforward",
+    "ForceLag": "force_lag",
     "LapInverse": "lap_inverse",
     "Lqg": "lqg",
     "Mpc": "mpc",
@@ -62,6 +65,7 @@ __all__ = [
     "Crone2",
     "Crone3",
     "FeedForward",
+    "ForceLag",
     "LapInverse",
     "Lqg",
     "Mpc",

@@ -81,14 +81,14 @@ class ControllerSpec:
         if not self.is_compensator:
             check_controller(controller, where)
         if self.stiffness is not None:
-            controller = OnLoadCell(controller, self.stiffness)
+            controller = self._on_load_cell(controller, self.stiffness, period)
         for part in self.compensators:
             controller = compensated(controller, _made(part, period, where))
-        return controller if self.stiffness is None else self._of_force(controller, self.stiffness, period)
+        return controller if self.stiffness is None else Compensated(controller, Deflection(self.stiffness, period))
 
-    def _of_force(self, controller: Controller, stiffness: float, period: float) -> Controller:
-        """A controller on the load cell with a force for its reference, and scaled by what it measures."""
-        loop = Compensated(controller, Deflection(stiffness, period))
+    def _on_load_cell(self, controller: Controller, stiffness: float, period: float) -> Controller:
+        """A controller of position on the load cell, scaled by the stiffness where that is measured."""
+        loop = OnLoadCell(controller, stiffness)
         if self.softest is None or self.stiffest is None:
             return loop
         return OnMeasuredStiffness(loop, stiffness, StiffnessMeter(self.softest, self.stiffest, period))

@@ -7,7 +7,7 @@ Their numbers q are parameters: other numbers need no new compilation.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -163,9 +163,11 @@ def with_filter(
 ) -> GraphLaw:
     """A law with the output of a stable filter as its reference, or added to its command.
 
-    A `schedule` of the position, which the filter or the law measures, is a factor of that output.
+    A `schedule` of the measured position is a factor of that output.
     """
     signals, (own, heard) = signals_of(inner.measures, filtered), places(inner.measures, filtered)
+    if schedule is not None and "position" not in signals:
+        signals.append("position")
     split = np.cumsum([0, len(inner.numbers), *(part.size for part in filtered.matrices)]).tolist()
     tables = () if schedule is None else (schedule.at, schedule.values)
     numbers = np.concatenate([inner.numbers, *(part.ravel() for part in filtered.matrices), *tables])
@@ -197,7 +199,11 @@ def with_filter(
         x, offset = inner.start(taken, command if into_reference else command - out)
         return np.append(x, w), offset
 
-    return GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, start)
+    def settled(x: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
+        return np.append(inner.settled(x[:n], at), x[n:])
+
+    law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, start)
+    return replace(law, settled=settled)
 
 
 def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
@@ -241,7 +247,8 @@ def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
     def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
         return inner.start(signals, command + command_map.back(command))
 
-    return GraphLaw.of(output, advance, numbers, inner.measures, inner.states, start)
+    law = GraphLaw.of(output, advance, numbers, inner.measures, inner.states, start)
+    return replace(law, settled=inner.settled)
 
 
 def interpolated(at: ca.SX, values: ca.SX, x: ca.SX) -> ca.SX:

@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
     from .graph_law import GraphLaw
 
-_BAND = 0.5, 20.0  # Hz: in which force and position are compared, clear of drift and of noise
-_SHARE = 0.1  # of a sample's word that is taken, where the force moves by much more than _TOLD
+_BAND = 3.0, 30.0  # Hz: in which force and position are compared, clear of drift and of noise
+_SHARE = 0.2  # of a sample's word that is taken, where the force moves by much more than _TOLD
 _TOLD = 500.0  # N: a force in that band by which a specimen's compliance is told from a position sensor's noise
 _FORGETS = 1000.0  # s: in which a compliance that is not measured goes back to the stiffest specimen's
 _SIGNALS = 3  # of the meter: reference, force and position
-_C, _F0 = -2, -1  # places in the meter's state: compliance, and the force at the start
+_C, _F0 = -2, -1  # places in the meter's state: compliance, and the force from which forces are counted
 
 
 @dataclass(frozen=True)
 class StiffnessMeter:
     """A specimen's compliance c [m/N] from reference r, load-cell force F and position x, as the loop runs.
 
-        c += a max(r F, 0)/(N^2 + max(r F, 0)) (x/F - c)
+        c += a w^2/(w^2 + h^2) F/h (x - c F),  w = max(r F, 0),  h = F^2 + N^2
 
     of band-passed signals: it listens only while the reference moves the force. Neither the sensors' noise nor what a
     moving far end does is in r, so both average out (an instrumental variable; Söderström and Stoica, System
@@ -44,7 +44,7 @@ class StiffnessMeter:
     period: float
 
     def start(self, force: float, position: float) -> np.ndarray:
-        """The state [8] at rest: that of three filters, the compliance, and the force at the start."""
+        """The state [8] at rest: that of three filters, the compliance, and the force there."""
         band = self._band
         rest = [np.linalg.solve(np.eye(2) - band.A, band.B[:, 0] * level) for level in (force, force, position)]
         return np.concatenate((*rest, (1 / self.stiffest, force)))
@@ -70,11 +70,13 @@ class StiffnessMeter:
         c, d = numbers[8:10], numbers[10]
         inside = [state[2 * i : 2 * i + 2] for i in range(_SIGNALS)]
         r, force, x = (ca.dot(c, inside[i]) + d * signals[i] for i in range(_SIGNALS))
-        by = ca.if_else(r * force > 0, r, 0)
-        compliance = state[_C] + _SHARE * by * (x - state[_C] * force) / (_TOLD**2 + by * force)
-        compliance += self.period / _FORGETS * (least - compliance)
+        led, heard = ca.fmax(r * force, 0), _TOLD**2 + force**2
+        compliance = state[_C] + _SHARE * led**2 / (led**2 + heard**2) * force * (x - state[_C] * force) / heard
+        forgotten = self.period / _FORGETS
+        compliance += forgotten * (least - compliance)
+        base = state[_F0] + forgotten * (signals[1] - state[_F0])
         after = [a @ inside[i] + b * signals[i] for i in range(_SIGNALS)]
-        return ca.vertcat(*after, ca.fmin(ca.fmax(compliance, least), most), state[_F0])
+        return ca.vertcat(*after, ca.fmin(ca.fmax(compliance, least), most), base)
 
     @cached_property
     def step(self) -> "ca.Function":
@@ -91,11 +93,12 @@ class StiffnessMeter:
 
 
 class OnMeasuredStiffness(Around):
-    """A force loop that was designed on one `stiffness` k [N/m], on specimens whose stiffness a meter measures.
+    """A controller on a load cell, designed on one `stiffness` k [N/m], on specimens whose stiffness is measured.
 
-    A jack that moves at a speed makes force at a rate in proportion to the stiffness. The controller within gets force
-    and reference times c k, counted from the force at the start, c the measured compliance: it closes the loop that it
-    was designed for on every specimen.
+    A jack that moves at a speed makes force at a rate in proportion to the stiffness. The controller within gets its
+    reference, a deflection [m] of the specimen that it was designed on, and the force [N] times c k, c the measured
+    compliance, counted from where they were at the start: on every specimen it closes the loop that it was designed
+    for. Compensators stand outside of this: they see both as they are.
     """
 
     def __init__(self, inner: Controller, stiffness: float, meter: StiffnessMeter) -> None:
@@ -116,7 +119,7 @@ class OnMeasuredStiffness(Around):
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """The inner controller's command."""
-        signals = reference, measurement["force"], measurement["position"]
+        signals = self._k * reference, measurement["force"], measurement["position"]
         if isfinite(sum(signals)):
             self._signals = np.array(signals)
         return self._inner.compute(self._scaled(reference), self._scaled_force(measurement))
@@ -145,29 +148,27 @@ class OnMeasuredStiffness(Around):
 
         meter, k = self._meter, self._k
         n, own, every = inner.states, len(inner.numbers), ("reference", *self.measures)
-        names = ("reference", *inner.measures)
-        heard, scaled = [every.index(name) for name in names], [names.index("reference"), names.index("force")]
-        told = [every.index(name) for name in ("reference", "force", "position")]
+        heard = [every.index(name) for name in ("reference", *inner.measures)]  # reference and force are the first two
+        position = every.index("position")
 
         def within(x: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
-            taken, factor, start = s[heard], q[own] * x[_C], x[_F0]
-            for i in scaled:
-                taken[i] = start + factor * (taken[i] - start)
-            return taken
+            factor, base = q[own] * x[_C], ca.vertcat(x[_F0] / q[own], x[_F0])
+            return ca.vertcat(base + factor * (s[:2] - base), s[heard[2:]])
 
         def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
             return ca.SX(inner.graphs.output(x[:n], within(x, s, q), o, q[:own]))
 
         def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
             after = inner.graphs.advance(x[:n], within(x, s, q), v, o, q[:own])
-            return ca.vertcat(after, meter.advance(x[n:], s[told], q[own + 1 :]))
+            signals = ca.vertcat(q[own] * s[0], s[1], s[position])
+            return ca.vertcat(after, meter.advance(x[n:], signals, q[own + 1 :]))
 
         def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-            r, force, position = signals[told]
+            reference, force = signals[:2]
             taken = signals[heard]
-            taken[0] = force + k / meter.stiffest * (r - force)
+            taken[0] = force / k + k / meter.stiffest * (reference - force / k)
             x, offset = inner.start(taken, command)
-            return np.append(x, meter.start(force, position)), offset
+            return np.append(x, meter.start(force, float(signals[position]))), offset
 
         def settled(x: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
             return np.append(x[:n], meter.settled(x[n:], at["stiffness"]))
@@ -179,8 +180,9 @@ class OnMeasuredStiffness(Around):
     def _shaped(self, future: np.ndarray) -> np.ndarray:
         return np.array([self._scaled(float(reference)) for reference in future])
 
-    def _scaled(self, force: float) -> float:
-        return float(self._state[_F0] + self._k * self._state[_C] * (force - self._state[_F0]))
+    def _scaled(self, deflection: float) -> float:
+        base = self._state[_F0] / self._k
+        return float(base + self._k * self._state[_C] * (deflection - base))
 
     def _scaled_force(self, measurement: Mapping[str, float]) -> dict[str, float]:
-        return {**measurement, "force": self._scaled(measurement["force"])}
+        return {**measurement, "force": self._k * self._scaled(measurement["force"] / self._k)}
