@@ -13,6 +13,7 @@ from workbench.linear import Equilibrium
 from workbench.loop import step_metrics
 from workbench.loop.envelope import LinearWorst, command_noise, envelope, steps
 from workbench.loop.hard_goals import linear_goals, motion_goals
+from workbench.loop.hardest import hardest
 from workbench.loop.limits import Limits
 from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import variation, with_delay
@@ -121,12 +122,52 @@ def test_a_rig_without_bounds_has_itself_for_a_bad_corner():
     assert np.array_equal(corner.p[0], build(rig).p)
 
 
-def test_the_plants_that_are_kept_of_the_drawn_ones_are_the_worst(space):
-    controller = TUNED["p"].build(1e-3)
-    hard = space.hardened(controller, TEN, 20)
-    every, some = (LinearWorst.of(part.drawn, part.drawn.margins(controller)) for part in (space, hard))
-    assert len(hard.drawn.names) == 20
-    assert some.plant == every.plant
+def test_of_the_drawn_plants_every_second_is_at_a_position(space):
+    places = np.unique(space.varied.position)
+    at_one = np.isclose(space.drawn.position[:, None], places).any(axis=1)
+    assert at_one[::2].all()
+    assert not at_one[1::2].any()
+
+
+def test_the_hardest_drawn_plants_are_the_worst_of_their_kind(space):
+    thin, controller = space.with_drawn(range(300)), TUNED["p-dp"].build(1e-3)
+    kinds = hardest(thin, controller, [TEN], 4)
+    every = LinearWorst.of(thin.drawn, thin.drawn.margins(controller))
+    calm = steps(thin.drawn, controller, TEN, None, 1.0)
+    assert [len(kind) for kind in kinds] == [4, 4, 4]
+    assert thin.drawn.names[kinds[0][0]] == every.plant
+    assert calm.settling[kinds[1]].tolist() == sorted(calm.settling, reverse=True)[:4]
+    assert calm.overshoot[kinds[2]].tolist() == sorted(calm.overshoot, reverse=True)[:4]
+
+
+def test_what_trips_or_does_not_settle_is_harder_than_what_settles(space):
+    thin = space.with_drawn(range(300))
+    kinds = hardest(thin, MID_STROKE["p-dp"].build(1e-3), [TEN], 4)  # fixed pressure feedback: hunts at the ends
+    worst = thin.drawn.some([kind[0] for kind in kinds])
+    assert np.all(np.abs(worst.position) > 0.15)
+
+
+def test_motions_are_judged_on_the_kept_drawn_plants_too(space):
+    thin, controller = space.with_drawn([3, 5]), TUNED["p-dp"].build(1e-3)
+    assert thin.played(controller).names == (*thin.varied.names, thin.drawn.names[0], thin.drawn.names[1])
+    p, position = thin.drawn.p, thin.drawn.position
+    alone, among = (steps(lanes, controller, TEN, None, 0.3) for lanes in (thin.drawn, thin.played(controller)))
+    assert among.overshoot[-2:] == pytest.approx(alone.overshoot)
+    assert np.array_equal(thin.played(controller).p[-2:], p)
+    assert np.array_equal(thin.played(controller).position[-2:], position)
+    assert space.with_drawn([]).played(controller).names == space.varied.names
+
+
+def test_a_number_that_does_not_exist_misses_its_goal(space, monkeypatch):
+    def no_number(lanes, controller, scenario, seed, seconds):
+        real = steps(lanes, controller, scenario, seed, seconds)
+        return replace(real, overshoot=np.where(np.arange(len(real.names)) == 2, np.nan, real.overshoot))
+
+    monkeypatch.setattr("workbench.loop.hard_goals.steps", no_number)
+    goals = motion_goals(space.with_drawn([]), TUNED["p-dp"].build(1e-3), [TEN], Limits(overshoot_percent=90))
+    (over,) = [goal for goal in goals if goal.limit == 90]
+    assert over.miss > 1
+    assert over.where == space.varied.names[2]
 
 
 def test_noise_of_the_command_grows_with_the_gain(space):

@@ -10,6 +10,8 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
 from workbench.commands.tune.config import load_tune
+from workbench.commands.tune.goals import Goals
+from workbench.commands.tune.search import nearest_trial, search
 from workbench.commands.tune.study import run_tune
 from workbench.rigs.rig import load_rig, save_rig
 
@@ -129,6 +131,50 @@ def test_a_search_that_was_killed_goes_on_as_if_it_was_not(config, outcome):
         run_tune(config, stage, lambda _: None)
     assert len(kept) == 3
     assert run_tune(config, stage, lambda _: None).metrics == outcome.metrics
+
+
+DRAWN = 60
+DRAW = CONFIG.replace("[weights]", "[draw]\nM = [0.5, 1.5]\n[weights]").replace("trials = 5", "trials = 10")
+
+
+@pytest.fixture
+def few_drawn(monkeypatch):
+    monkeypatch.setattr("workbench.loop.envelope.DRAWN", DRAWN)
+
+
+def test_the_best_meets_every_hard_goal_on_all_drawn_plants_and_the_first_of_its_kind_counted(tmp_path, few_drawn):
+    problem = load_tune(written(tmp_path, DRAW)).problem
+    best = nearest_trial(search(problem, no_checkpoint, lambda _: None))
+    goals = Goals(problem)
+    everywhere = goals.judge(best.values, tuple(range(DRAWN)))
+    assert best.drawn < DRAWN
+    assert everywhere.missed is None
+    limited = [(goal.name, goal.value, goal.where) for goal in everywhere.goals if goal.name.startswith("Ms")]
+    assert limited == [(goal.name, goal.value, goal.where) for goal in best.verdict.goals if goal.name.startswith("Ms")]
+
+
+def test_leading_designs_are_judged_on_the_plants_that_count_at_the_end(tmp_path, few_drawn):
+    trials = search(load_tune(written(tmp_path, DRAW)).problem, no_checkpoint, lambda _: None)
+    assert [trial.number for trial in trials] == list(range(10))
+    assert len({trial.drawn for trial in trials}) == 1  # so few that all lead
+
+
+def test_a_search_on_drawn_plants_that_was_killed_goes_on_as_if_it_was_not(tmp_path, few_drawn):
+    problem, stored, limit = load_tune(written(tmp_path, DRAW)).problem, {}, 4
+
+    def stage(name, compute):
+        if name not in stored:
+            if len(stored) == limit:
+                raise Killed
+            stored[name] = compute()
+        return stored[name]
+
+    for limit in (4, 9, 1000):
+        try:
+            trials = search(problem, stage, lambda _: None)
+        except Killed:
+            assert len(stored) == limit
+    assert trials == search(problem, no_checkpoint, lambda _: None)
 
 
 def test_where_no_design_meets_the_goals_the_verdict_says_which_and_there_is_no_best(tmp_path, capsys):

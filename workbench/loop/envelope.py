@@ -16,21 +16,20 @@ from .lane_loop import play_lanes, plays_in_lanes
 from .lane_margins import LaneMargins
 from .lane_metrics import hunting_lanes, step_lanes
 from .limits import POSITIONS
-from .plant_lanes import PlantLanes, plant_lanes, uncertain
+from .plant_lanes import PlantLanes, joined, plant_lanes, uncertain
 from .sampled_loop import SampledLoop
 from .scenarios import Scenario
 from .sensors import settling_band
 
 HUNTING = 0.002  # of the step, peak to peak over the last 0.3 s: a loop that swings by more hunts
 _REST = 0.3  # s: at rest
-_MANY = 2000  # plants that are drawn, of which the worst are kept
-_WATCHED = 1.0  # s: of a scenario by which they are chosen
+DRAWN = 4000  # plants that are drawn: every second at one of the positions, the others anywhere between them
 
 
 @dataclass(frozen=True)
 class LinearWorst:
     """Of linear loops at null and moving: growth of the unstable ones [1/period], summed; the largest Ms and the least
-    gain margin [dB], NaN where one is unstable; and the plant that is worst."""
+    gain margin [dB] (inf: none crosses), NaN where one is unstable; and the plant that is worst."""
 
     growth: float
     ms: float
@@ -48,7 +47,8 @@ class LinearWorst:
         worst = int(np.argmax(np.where(np.isnan(ms), 1e3 * (1 + growth), ms)))
         if growth.any():
             return cls(float(growth.sum()), np.nan, np.nan, lanes.names[worst])
-        return cls(0.0, float(ms[worst]), float(np.fmin.reduce(gain_margin)), lanes.names[worst])
+        least = np.fmin.reduce(gain_margin)
+        return cls(0.0, float(ms[worst]), float(np.nan_to_num(least, nan=np.inf)), lanes.names[worst])
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class EnvelopeSteps:
 @dataclass(frozen=True)
 class Envelope:
     """Variations of a rig at positions over its stroke, `nominal` first; `drawn`: plants drawn over what is uncertain,
-    none where no factors are given.
+    half of them at those positions, none where no factors are given.
 
     Every plant has the rig's delay, limits, sensors and period.
     """
@@ -100,21 +100,17 @@ class Envelope:
         """Which plants [lanes], by name, are those of the nominal rig."""
         return np.isin(names, np.array(self.varied.names)[self.nominal])
 
-    def hardened(self, controller: Controller, scenario: Scenario, count: int) -> "Envelope":
-        """With only so many drawn plants: for this controller half the largest Ms, half the slowest to settle.
+    def with_drawn(self, kept: Sequence[int]) -> "Envelope":
+        """With some of the drawn plants only."""
+        return replace(self, drawn=self.drawn.some(kept) if self.drawn is not None and kept else None)
 
-        A controller that does not run in lanes is not played: all are of the largest Ms.
-        """
-        if self.drawn is None:
-            return self
-        margins = self.drawn.margins(controller)
-        ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in margins], axis=0)
-        order = np.argsort(-ms, kind="stable")
-        if plays_in_lanes(controller):
-            done = steps(self.drawn, controller, scenario, None, _WATCHED)
-            slowest = np.argsort(-np.nan_to_num(done.settling, nan=np.inf), kind="stable")
-            order = np.ravel(np.column_stack((order, slowest)))
-        return replace(self, drawn=self.drawn.some(list(dict.fromkeys(order.tolist()))[:count]))
+    def played(self, controller: Controller) -> PlantLanes:
+        """The plants on which a controller's motions are judged: few for one that does not run in lanes."""
+        return self._all if plays_in_lanes(controller) else self.few
+
+    @cached_property
+    def _all(self) -> PlantLanes:
+        return self.varied if self.drawn is None else joined(self.varied, self.drawn)
 
     @cached_property
     def _positions(self) -> list[float]:
@@ -155,16 +151,19 @@ def envelope(
     )
     first = next(iter(rigs))
     nominals = np.array([name == first for name, _ in lanes])
-    drawn = _drawn(nominal, engine, max(map(abs, positions)), factors, seed) if factors else None
+    drawn = _drawn(nominal, engine, places, factors, seed) if factors else None
     return Envelope(nominal, engine, varied, nominals, drawn)
 
 
-def _drawn(rig: Rig, engine: Engine, reach: float, factors: Mapping[str, tuple[float, float]], seed: int) -> PlantLanes:
+def _drawn(
+    rig: Rig, engine: Engine, places: Sequence[float], factors: Mapping[str, tuple[float, float]], seed: int
+) -> PlantLanes:
     random, plant = np.random.default_rng(seed), engine.plant
-    p = np.tile(plant.p, (_MANY, 1))
+    p = np.tile(plant.p, (DRAWN, 1))
     for name, (low, high) in uncertain(rig, plant, factors).items():
-        p[:, plant.parameters.index(name)] = random.uniform(low, high, _MANY)
-    position = reach * rig.limit("stroke") * random.uniform(-1, 1, _MANY)
+        p[:, plant.parameters.index(name)] = random.uniform(low, high, DRAWN)
+    reach, even = max(map(abs, places)), np.arange(DRAWN) % 2 == 0
+    position = np.where(even, random.choice(places, DRAWN), random.uniform(-reach, reach, DRAWN))
     return plant_lanes(rig, engine, [_named(f"drawn {i}", x) for i, x in enumerate(position)], p, position)
 
 

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..control.protocol import Controller
-from .envelope import Envelope, EnvelopeSteps, LinearWorst, command_noise, steps
-from .lane_loop import plays_in_lanes
+from .envelope import Envelope, LinearWorst, command_noise, steps
 from .limits import Limits
+from .plant_lanes import PlantLanes
 from .scenarios import Scenario
 
 SECONDS = 1.0  # of a scenario that a goal watches
+_NO_NUMBER = 1e3  # how far a goal is missed whose number does not exist
 
 
 @dataclass(frozen=True)
@@ -52,38 +53,32 @@ def motion_goals(
     envelope: Envelope, controller: Controller, scenarios: Sequence[Scenario], limits: Limits
 ) -> Iterator[Goal]:
     """On the nonlinear plant: the command's noise at rest, and no trip and no hunting in the scenarios."""
-    lanes = envelope.varied if plays_in_lanes(controller) else envelope.few
+    lanes = envelope.played(controller)
     noise = command_noise(lanes, controller, scenarios[0].signal)
-    worst = int(np.argmax(noise))
-    yield _at_most("noise of the command", float(noise[worst]), limits.command_noise, lanes.names[worst])
+    yield _largest("noise of the command", noise, limits.command_noise, lanes)
     for scenario in scenarios:
         calm = steps(lanes, controller, scenario, None, SECONDS)
         for what, lost in (("trips", calm.tripped), ("hunts", calm.hunting)):
             where = lanes.names[int(np.argmax(lost))] if lost.any() else ""
             yield Goal(f"{scenario.name}: nowhere {what}", None, None, where, float(lost.sum()))
         if scenario.size and np.isfinite(limits.overshoot_percent):
-            over = calm.overshoot
-            worst = int(np.argmax(over))
             name = f"{scenario.name}: overshoot [%]"
-            yield _at_most(name, float(over[worst]), limits.overshoot_percent, lanes.names[worst])
+            yield _largest(name, calm.overshoot, limits.overshoot_percent, lanes)
 
 
-def noisy_steps(
-    envelope: Envelope, controller: Controller, scenario: Scenario, seed: int | None, seconds: float = SECONDS
-) -> list[EnvelopeSteps]:
-    """A scenario with noise on the varied plants and, of a law that runs in lanes, on the drawn ones."""
-    if not plays_in_lanes(controller):
-        return [steps(envelope.few, controller, scenario, seed, seconds)]
-    return [
-        steps(lanes, controller, scenario, seed, seconds)
-        for lanes in (envelope.varied, envelope.drawn)
-        if lanes is not None
-    ]
+def _largest(name: str, values: np.ndarray, limit: float, lanes: PlantLanes) -> Goal:
+    worst = int(np.argmax(values))  # of a NaN, where there is one
+    return _at_most(name, float(values[worst]), limit, lanes.names[worst])
 
 
 def _at_most(name: str, value: float, limit: float, where: str) -> Goal:
-    return Goal(name, value, limit, where, max(0.0, value / limit - 1))
+    return Goal(name, value, limit, where, _miss(value / limit - 1))
 
 
 def _at_least(name: str, value: float, limit: float, where: str) -> Goal:
-    return Goal(name, value, limit, where, max(0.0, 1 - value / limit))
+    return Goal(name, value, limit, where, _miss(1 - value / limit))
+
+
+def _miss(beyond: float) -> float:
+    """How far a number is beyond its limit; a number that does not exist misses by more than any other."""
+    return _NO_NUMBER if np.isnan(beyond) else max(0.0, beyond)

@@ -69,6 +69,16 @@ def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, p
     return PlantLanes(rig, engine, tuple(names), p, position, null, moving)
 
 
+def joined(first: PlantLanes, second: PlantLanes) -> PlantLanes:
+    """Lanes of one structure behind each other."""
+    null, moving = (
+        Equilibria(*(np.concatenate(columns) for columns in ((a.x, b.x), (a.u, b.u), (a.ok, b.ok))))
+        for a, b in ((first.null, second.null), (first.moving, second.moving))
+    )
+    p, position = np.concatenate((first.p, second.p)), np.concatenate((first.position, second.position))
+    return PlantLanes(first.rig, first.engine, (*first.names, *second.names), p, position, null, moving)
+
+
 def uncertain(rig: Rig, plant: Plant, factors: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
     """What is uncertain of a rig, [low, high] by name, SI: factors on numbers, and every other that has bounds."""
     ranges = {}

@@ -12,7 +12,8 @@ from ..commands.tune.config import read_weights
 from ..commands.tune.goals import Trial
 from ..commands.tune.page import cost_figure, numbers_table
 from ..commands.tune.problem import OF_THE_LOOP, Searched, TuneProblem, with_number
-from ..commands.tune.study import nearest_trial, search, tuned_rows
+from ..commands.tune.search import nearest_trial, search
+from ..commands.tune.study import tuned_rows
 from ..control.controller_spec import ControllerSpec
 from ..loop.limits import POSITIONS
 from ..loop.rig_variations import variation

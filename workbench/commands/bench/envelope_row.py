@@ -11,8 +11,8 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller, NoLinearView
-from ...loop.envelope import Envelope, EnvelopeSteps, envelope
-from ...loop.hard_goals import Goal, linear_goals, motion_goals, noisy_steps
+from ...loop.envelope import Envelope, EnvelopeSteps, envelope, steps
+from ...loop.hard_goals import Goal, linear_goals, motion_goals
 from ...loop.limits import Limits
 from ...loop.rig_variations import with_delay
 from ...loop.scenarios import Scenario
@@ -70,24 +70,22 @@ def _row(
     rows = [_goal(goal, stable=goals[0].miss == 0) for goal in goals]
     values = {row["name"]: row["value"] for row in rows}
     scenario = judged_step(loop)
-    (steps,) = noisy_steps(envelope, controller, scenario, seed, scenario.duration)
-    free = np.array([loop.rigs[name]["ks"] == envelope.rig["ks"] for name in _rig_names(steps.names)])
-    where = int(np.argmax(np.where(free, np.nan_to_num(steps.settling, nan=np.inf), -np.inf)))
+    lanes = envelope.played(controller)
+    result = steps(lanes, controller, scenario, seed, scenario.duration)
+    free = np.array([loop.rigs[name]["ks"] == envelope.rig["ks"] for name in _rig_names(result.names)])
+    where = int(np.argmax(np.where(free, np.nan_to_num(result.settling, nan=np.inf), -np.inf)))
     return {
         "controller": spec.name,
         "goals": rows,
         "met": all(row["miss"] == 0 for row in rows),
-        "settling_nominal_s": _longest(steps.settling[envelope.are_nominal(steps.names)]),
-        "settling_worst_s": _longest(steps.settling[free]),
-        "where": steps.names[where],
-        "settling_specimen_s": _longest(steps.settling[~free]),
-        "overshoot_worst_percent": _longest(steps.overshoot),
+        "settling_nominal_s": _longest(result.settling[envelope.are_nominal(result.names)]),
+        "settling_worst_s": _longest(result.settling[free]),
+        "where": result.names[where],
+        "settling_specimen_s": _longest(result.settling[~free]),
+        "overshoot_worst_percent": _longest(result.overshoot),
         "ms_nominal": values["Ms on the nominal rig"],
         "ms_worst": values["Ms on every plant"],
-        "loads": [
-            _load(each, noisy_steps(envelope, controller, each, seed, each.duration)[0], envelope)
-            for each in _loads(loop)
-        ],
+        "loads": [_load(each, steps(lanes, controller, each, seed, each.duration), envelope) for each in _loads(loop)],
     }
 
 

@@ -2,20 +2,23 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
-from ...loop.envelope import Envelope, envelope
-from ...loop.hard_goals import SECONDS, Goal, linear_goals, motion_goals, noisy_steps
+from ...loop.envelope import Envelope, envelope, steps
+from ...loop.hard_goals import SECONDS, Goal, linear_goals, motion_goals
+from ...loop.hardest import hardest
 from ...loop.rig_variations import with_delay
 from ...loop.scenarios import Scenario
 from ...loop.sensors import settling_band
 from .problem import TuneProblem
 
-_KEPT = 24  # of the drawn plants: the worst for the start
+_HARDEST = 4  # of the drawn plants, of each kind
+Plants = tuple[int, ...]  # some of the drawn plants, by number
 
 
 @dataclass(frozen=True)
@@ -41,11 +44,15 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Trial:
-    """A design that was tried: its numbers by name, each in its unit, and how far it came."""
+    """A design that was tried: its numbers by name, each in its unit, and how far it came.
+
+    `drawn`: on how many of the drawn plants. They become more while a search goes on, and none is let go.
+    """
 
     number: int
     values: Mapping[str, float]
     verdict: Verdict
+    drawn: int
 
 
 class Goals:
@@ -54,32 +61,44 @@ class Goals:
     def __init__(self, problem: TuneProblem) -> None:
         self.problem = problem
         self.envelope = tuning_envelope(problem)
+        self._with_drawn = lru_cache(1)(self.envelope.with_drawn)
 
-    def judge(self, values: Mapping[str, float]) -> Verdict:
-        """A design by its searched numbers, each in its unit: goal after goal up to the first that it misses."""
+    def judge(self, values: Mapping[str, float], drawn: Plants = ()) -> Verdict:
+        """A design by its searched numbers, each in its unit: goal after goal up to the first that it misses.
+
+        `drawn`: the drawn plants that count.
+        """
         spec, met = self._controller(values), []
         left = self._count
         if spec is None:
             return Verdict(left, "numbers that make a controller", 1.0, None, [])
-        controller = spec.build(self.problem.rig.period.value)
-        for goal in self._goals(controller):
+        envelope, controller = self._with_drawn(drawn), spec.build(self.problem.rig.period.value)
+        for goal in self._goals(envelope, controller):
             left -= 1
             met.append(goal)
             if goal.miss > 0:
                 return Verdict(left + 1, goal.name, goal.miss, None, met)
-        return Verdict(0, None, 0.0, self._cost(controller, met), met)
+        return Verdict(0, None, 0.0, self._cost(envelope, controller, met), met)
+
+    def hardest(self, values: Mapping[str, float]) -> list[list[int]]:
+        """Of all drawn plants the hardest for a design, by kind; none for numbers that make no controller."""
+        spec = self._controller(values)
+        if spec is None:
+            return []
+        controller = spec.build(self.problem.rig.period.value)
+        return hardest(self.envelope, controller, self.problem.scenarios, _HARDEST)
 
     @property
     def _count(self) -> int:
         """How many goals there are, a controller included."""
-        steps = [scenario for scenario in self.problem.scenarios if scenario.size]
-        overshoots = len(steps) if np.isfinite(self.problem.limits.overshoot_percent) else 0
+        sized = [scenario for scenario in self.problem.scenarios if scenario.size]
+        overshoots = len(sized) if np.isfinite(self.problem.limits.overshoot_percent) else 0
         return 6 + 2 * len(self.problem.scenarios) + overshoots
 
-    def _goals(self, controller: Controller) -> Iterator[Goal]:
+    def _goals(self, envelope: Envelope, controller: Controller) -> Iterator[Goal]:
         problem = self.problem
-        yield from linear_goals(self.envelope, controller, problem.limits)
-        yield from motion_goals(self.envelope, controller, problem.scenarios, problem.limits)
+        yield from linear_goals(envelope, controller, problem.limits)
+        yield from motion_goals(envelope, controller, problem.scenarios, problem.limits)
 
     def _controller(self, values: Mapping[str, float]) -> ControllerSpec | None:
         try:
@@ -89,36 +108,36 @@ class Goals:
             return None
         return controller
 
-    def _cost(self, controller: Controller, goals: Sequence[Goal]) -> float:
+    def _cost(self, envelope: Envelope, controller: Controller, goals: Sequence[Goal]) -> float:
         """Weighted: each number half by the nominal rig's worst, half by that of every plant; mean over scenarios."""
         ms = max(goal.value for goal in goals if goal.name.startswith("Ms") and goal.value is not None)
-        numbers = [self._numbers(controller, scenario) for scenario in self.problem.scenarios]
+        numbers = [self._numbers(envelope, controller, scenario) for scenario in self.problem.scenarios]
         cost = self.problem.weights.get("robustness", 0.0) * ms
-        for key in numbers[0].keys() & self.problem.weights.keys():
-            cost += self.problem.weights[key] * float(np.mean([each[key] for each in numbers]))
+        for key, weight in self.problem.weights.items():
+            if key in numbers[0]:
+                cost += weight * float(np.mean([each[key] for each in numbers]))
         return cost
 
-    def _numbers(self, controller: Controller, scenario: Scenario) -> dict[str, float]:
+    def _numbers(self, envelope: Envelope, controller: Controller, scenario: Scenario) -> dict[str, float]:
         """Settling [s], all of the run where it never settles; IAE over the step, or over the band of a load [s];
         overshoot [%]."""
-        lanes = noisy_steps(self.envelope, controller, scenario, self.problem.conditions.noise)
+        noisy = steps(envelope.played(controller), controller, scenario, self.problem.conditions.noise, SECONDS)
         size = abs(scenario.size) or settling_band(self.problem.rig, scenario.signal, 0.0)
-        nominal = self.envelope.are_nominal(lanes[0].names)
+        nominal = envelope.are_nominal(noisy.names)
         return {
-            "settling": _worst([np.nan_to_num(each.settling, nan=SECONDS) for each in lanes], nominal),
-            "iae": _worst([each.iae / size for each in lanes], nominal),
-            "overshoot": _worst([each.overshoot for each in lanes], nominal),
+            "settling": _worst(np.nan_to_num(noisy.settling, nan=SECONDS), nominal),
+            "iae": _worst(noisy.iae / size, nominal),
+            "overshoot": _worst(noisy.overshoot, nominal),
         }
 
 
 def tuning_envelope(problem: TuneProblem) -> Envelope:
-    """The rigs of a search over the stroke, with the computing delay; of the drawn plants the worst for the start."""
+    """The rigs of a search over the stroke, with the computing delay, and all drawn plants."""
     delay = problem.conditions.delay(problem.controller, problem.rig)
     rigs = {name: with_delay(rig, delay) for name, rig in problem.rigs.items()}
-    whole = envelope(rigs, problem.positions, problem.factors, problem.seed)
-    return whole.hardened(problem.controller.build(problem.rig.period.value), problem.scenarios[0], _KEPT)
+    return envelope(rigs, problem.positions, problem.factors, problem.seed)
 
 
-def _worst(values: Sequence[np.ndarray], nominal: np.ndarray) -> float:
-    """Half by the nominal rig's worst, half by that of all lanes; the first values are of varied plants."""
-    return float(np.max(values[0][nominal]) + max(np.max(each) for each in values)) / 2
+def _worst(values: np.ndarray, nominal: np.ndarray) -> float:
+    """Half by the nominal rig's worst, half by that of all lanes."""
+    return float(np.max(values[nominal]) + np.max(values)) / 2

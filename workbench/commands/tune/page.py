@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
+from ...loop.envelope import DRAWN
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -81,10 +82,10 @@ def goals_table(trial: Trial) -> Table:
         [goal.name, "missed" if goal.miss else "met", goal.value, goal.limit, goal.where]
         for goal in trial.verdict.goals
     ]
-    note = (
-        "Over the rigs of the set at every position, null and moving, the bad corner of all declared bounds, and the "
-    )
-    note += "worst of the drawn plants; linear goals and noise first, then the nonlinear plant without noise."
+    note = "Over the rigs of the set at every position, null and moving, and the bad corner of all declared bounds"
+    if trial.drawn:
+        note += f", and {trial.drawn} of {DRAWN} drawn plants: those hardest for the designs that led"
+    note += "; linear goals and noise first, then the nonlinear plant without noise."
     return Table("Hard goals", ["goal", "", "worst", "limit", "where"], rows, note)
 
 
@@ -124,7 +125,10 @@ def cost_figure(trials: Sequence[Trial]) -> Figure:
     numbers, costs = np.array([n for n, _ in met], float), np.array([c for _, c in met], float)
     best = np.minimum.accumulate(costs)
     panel = Panel("cost [1]", [Curve("a design", numbers, costs, "markers"), Curve("best so far", numbers, best)])
-    return Figure("Cost over the search", "trial", [panel], note="Only designs that meet every hard goal have a cost.")
+    note = (
+        "Only designs that meet every hard goal have a cost; it is on the drawn plants that counted when last judged."
+    )
+    return Figure("Cost over the search", "trial", [panel], note=note)
 
 
 def _missed(trials: Sequence[Trial]) -> Table:

@@ -1,14 +1,11 @@
 """A search for the numbers of a controller: hard goals over a set of rigs first, then the least weighted cost."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
-from functools import partial
 from typing import Any
 
 import tomli_w
 
-from ...base.process_pool import process_pool
-from ...loop.hard_goals import Goal
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
@@ -16,11 +13,10 @@ from ...rigs.rig import bundled as bundled_rigs
 from ...rigs.rig import rig_text
 from ..common.outcome import Outcome, Progress, Stage
 from .config import TuneConfig
-from .goals import Goals, Trial, Verdict
+from .goals import Trial
 from .page import step_figure, tune_page
 from .problem import TuneProblem
-
-TOGETHER = 4  # designs that are tried before any of them is learnt from
+from .search import nearest_trial, search
 
 
 def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
@@ -53,40 +49,6 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
     return Outcome(metrics, page, step_figure(config, config.start.scenarios[0], runs), tables, files)
 
 
-def search(problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1) -> list[Trial]:
-    """Every design that is tried, by `jobs` processes; the first is the start.
-
-    TOGETHER designs are asked for at a time, however many processes judge them: the search is the same on any number.
-    """
-    import optuna  # loads slowly, and no other command needs it
-
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
-    space: dict[str, Any] = {
-        number.name: optuna.distributions.FloatDistribution(number.low, number.high, log=number.log)
-        for number in problem.searched
-    }
-    sampler = optuna.samplers.TPESampler(seed=problem.seed, multivariate=True, constant_liar=True)
-    study = optuna.create_study(sampler=sampler)
-    study.enqueue_trial({number.name: number.start for number in problem.searched})
-    trials: list[Trial] = []
-    with process_pool(jobs, partial(_judge, problem)) as judge:
-        while len(trials) < problem.trials:
-            asked = [study.ask(space) for _ in range(min(TOGETHER, problem.trials - len(trials)))]
-            values = [{n.name: n.rounded(each.params[n.name]) for n in problem.searched} for each in asked]
-            items = {f"trial-{len(trials) + i:05d}": each for i, each in enumerate(values)}
-            for each, tried, verdict in zip(asked, values, judge(items, stage, lambda _: None), strict=True):
-                goals = [Goal(**goal) for goal in verdict["goals"]]
-                trials.append(Trial(len(trials), tried, Verdict(**{**verdict, "goals": goals})))
-                study.tell(each, trials[-1].verdict.score)
-                progress(f"trial {len(trials)} of {problem.trials}: {_word(trials[-1].verdict)}; {_best_word(trials)}")
-    return trials
-
-
-def nearest_trial(trials: Sequence[Trial]) -> Trial:
-    """The best design, or where none meets every hard goal the one that comes nearest."""
-    return min(trials, key=lambda trial: trial.verdict.score)
-
-
 def tuned_rows(problem: TuneProblem, trial: Trial) -> list[dict[str, Any]]:
     """A design on every rig of the set in every scenario: rows as `jackbench run` has them."""
     spec, rows = problem.design(trial.values), []
@@ -95,21 +57,6 @@ def tuned_rows(problem: TuneProblem, trial: Trial) -> list[dict[str, Any]]:
         loops = linear_loops(spec, setup)
         rows += [judge(spec, scenario, setup, loops, problem.conditions.noise)[1] for scenario in problem.scenarios]
     return rows
-
-
-def _judge(problem: TuneProblem) -> Callable[[Mapping[str, float]], dict[str, Any]]:
-    """The work of one process."""
-    goals = Goals(problem)
-    return lambda values: asdict(goals.judge(values))
-
-
-def _word(verdict: Verdict) -> str:
-    return f"cost {verdict.cost:.4g}" if verdict.cost is not None else f"misses: {verdict.missed}"
-
-
-def _best_word(trials: list[Trial]) -> str:
-    costs = [trial.verdict.cost for trial in trials if trial.verdict.cost is not None]
-    return f"best {min(costs):.4g}" if costs else "none yet meets every goal"
 
 
 def _runs(config: TuneConfig, trial: Trial, setup: LoopSetup) -> dict[str, LoopRun]:
@@ -147,7 +94,7 @@ def _worst(rows: list[dict[str, Any]], key: str) -> float | None:
 def _line(config: TuneConfig, trial: Trial) -> dict[str, Any]:
     verdict = trial.verdict
     result = {"cost": verdict.cost, "missed": verdict.missed, "miss": verdict.miss, "goals_left": verdict.left}
-    return {"trial": trial.number, **result, "numbers": _numbers(config, trial.values)}
+    return {"trial": trial.number, **result, "drawn": trial.drawn, "numbers": _numbers(config, trial.values)}
 
 
 def _files(config: TuneConfig, best: Trial) -> dict[str, str]:

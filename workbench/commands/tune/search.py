@@ -1,0 +1,160 @@
+"""The search itself: designs asked for and judged in parts, and between them harder plants to judge them on."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+from ...base.checkpoint import Progress, Stage
+from ...base.process_pool import ProcessPool, process_pool
+from ...loop.hard_goals import Goal
+from .goals import Goals, Plants, Trial, Verdict
+from .problem import TuneProblem
+
+if TYPE_CHECKING:
+    from optuna import Study
+
+TOGETHER = 4  # designs that are tried before any of them is learnt from
+PARTS = 10  # of a search: after each the plants that are hardest for its best design join those that count
+_LEADING = 25  # designs that are judged again when plants have joined; so many a sampler learns from at most
+
+Values = Mapping[str, float]
+Task = Callable[[Goals], Any]  # what a process does on the goals that it made
+Pool = ProcessPool[Task, Any]
+
+
+def search(problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1) -> list[Trial]:
+    """Every design that is tried, by `jobs` processes; the first is the start, the best is `nearest_trial`.
+
+    The drawn plants that count are at first the hardest for the start. After each part of the trials those that are
+    hardest for the best design join them, and the leading designs are judged again; at the end until the hardest for
+    the best design count already, so that it meets the hard goals on every drawn plant. TOGETHER designs are asked for
+    at a time, however many processes judge them: the search is the same on any number.
+    """
+    with process_pool(jobs, partial(_at_work, problem)) as pool:
+        state = _Search(problem, pool, stage, progress)
+        for part in range(1, PARTS + 1):
+            state.try_designs(ceil(problem.trials * part / PARTS))
+            state.add_plants()
+        while nearest_trial(state.trials).verdict.cost is not None and state.add_plants():
+            pass
+    return state.trials
+
+
+def nearest_trial(trials: Sequence[Trial]) -> Trial:
+    """The best design, or where none meets every hard goal the one that comes nearest."""
+    return min(trials, key=lambda trial: trial.verdict.score)
+
+
+def _at_work(problem: TuneProblem) -> Callable[[Task], Any]:
+    """The work of one process."""
+    goals = Goals(problem)
+    return lambda task: task(goals)
+
+
+class _Search:
+    """The trials so far, each as it was judged last, and the drawn plants that count. Everything that takes long is a
+    stage."""
+
+    def __init__(self, problem: TuneProblem, pool: Pool, stage: Stage, progress: Progress) -> None:
+        self._problem, self._pool, self._stage, self._progress = problem, pool, stage, progress
+        self._hardest: dict[int, list[list[int]]] = {}  # plants by kind, for the design of a trial
+        self.trials: list[Trial] = []
+        self._drawn: Plants = ()
+        self._join(self._hardest_for(0, {n.name: n.rounded(n.start) for n in problem.searched}))
+
+    def try_designs(self, upto: int) -> None:
+        """The trials up to a number, by a sampler that knows those before as they are judged now."""
+        if upto == len(self.trials):
+            return
+        study, space = _study(self._problem, self.trials)
+        while (first := len(self.trials)) < upto:
+            asked = [study.ask(space) for _ in range(min(TOGETHER, upto - first))]
+            values = [{n.name: n.rounded(each.params[n.name]) for n in self._problem.searched} for each in asked]
+            designs = dict(enumerate(values, first))
+            for each, trial in zip(asked, self._judged(designs, ""), strict=True):
+                self.trials.append(trial)
+                study.tell(each, trial.verdict.score)
+                place, best = f"trial {trial.number + 1} of {self._problem.trials}", _best_word(self.trials)
+                self._progress(f"{place}: {_word(trial.verdict)}; {best}")
+
+    def add_plants(self) -> bool:
+        """The hardest plants for the best design join, and the leading designs are judged again.
+
+        False where the hardest of every kind count already, and so nothing is to be done.
+        """
+        best = nearest_trial(self.trials)
+        kinds = self._hardest_for(best.number, best.values)
+        if {kind[0] for kind in kinds} <= set(self._drawn):
+            return False
+        self._join(kinds)
+        self._progress(f"{len(self._drawn)} drawn plants count")
+        while old := [trial for trial in self._leading() if trial.drawn < len(self._drawn)]:
+            designs = {trial.number: trial.values for trial in old}
+            for trial in self._judged(designs, f" on {len(self._drawn)}"):
+                self.trials[trial.number] = trial
+        return True
+
+    def _leading(self) -> list[Trial]:
+        """Judged on fewer plants they look better than they are, never worse."""
+        return sorted(self.trials, key=lambda trial: trial.verdict.score)[:_LEADING]
+
+    def _join(self, kinds: Sequence[Sequence[int]]) -> None:
+        self._drawn = tuple(sorted({*self._drawn, *(plant for kind in kinds for plant in kind)}))
+
+    def _hardest_for(self, number: int, values: Values) -> list[list[int]]:
+        if number not in self._hardest:
+            task = {f"hardest-{number:05d}": partial(Goals.hardest, values=values)}
+            (self._hardest[number],) = self._pool(task, self._stage, lambda _: None)
+        return self._hardest[number]
+
+    def _judged(self, designs: Mapping[int, Values], where: str) -> list[Trial]:
+        """Designs by number on the drawn plants that count."""
+        tasks = {
+            f"trial-{number:05d}{where}": partial(_verdict, values=values, drawn=self._drawn)
+            for number, values in designs.items()
+        }
+        verdicts = self._pool(tasks, self._stage, lambda _: None)
+        return [
+            Trial(number, values, _read_verdict(verdict), len(self._drawn))
+            for (number, values), verdict in zip(designs.items(), verdicts, strict=True)
+        ]
+
+
+def _study(problem: TuneProblem, trials: Sequence[Trial]) -> "tuple[Study, dict[str, Any]]":
+    """A study of the sampler's that knows trials, and the space that it asks in."""
+    import optuna  # loads slowly, and no other command needs it
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    space: dict[str, Any] = {
+        number.name: optuna.distributions.FloatDistribution(number.low, number.high, log=number.log)
+        for number in problem.searched
+    }
+    seed = problem.seed + len(trials)
+    sampler = optuna.samplers.TPESampler(seed=seed, multivariate=True, constant_liar=True)
+    study = optuna.create_study(sampler=sampler)
+    for trial in trials:
+        params = dict(trial.values)
+        study.add_trial(optuna.trial.create_trial(params=params, distributions=space, value=trial.verdict.score))
+    if not trials:
+        study.enqueue_trial({number.name: number.start for number in problem.searched})
+    return study, space
+
+
+def _verdict(goals: Goals, values: Values, drawn: Plants) -> dict[str, Any]:
+    """As a stage can store it."""
+    return asdict(goals.judge(values, drawn))
+
+
+def _read_verdict(verdict: Mapping[str, Any]) -> Verdict:
+    return Verdict(**{**verdict, "goals": [Goal(**goal) for goal in verdict["goals"]]})
+
+
+def _word(verdict: Verdict) -> str:
+    return f"cost {verdict.cost:.4g}" if verdict.cost is not None else f"misses: {verdict.missed}"
+
+
+def _best_word(trials: Sequence[Trial]) -> str:
+    costs = [trial.verdict.cost for trial in trials if trial.verdict.cost is not None]
+    return f"best {min(costs):.4g}" if costs else "none yet meets every goal"

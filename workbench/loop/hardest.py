@@ -1,0 +1,46 @@
+"""Of the drawn plants of an envelope those that are hardest on a controller: many are judged, the worst are kept."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ..control.protocol import Controller
+from .envelope import Envelope, steps
+from .hard_goals import SECONDS
+from .lane_loop import plays_in_lanes
+from .plant_lanes import PlantLanes
+from .scenarios import Scenario
+
+_CHUNK = 200  # plants linearised at a time: their responses take half a megabyte each
+
+
+def hardest(envelope: Envelope, controller: Controller, scenarios: Sequence[Scenario], count: int) -> list[list[int]]:
+    """Numbers of the `count` hardest drawn plants by kind, the hardest first.
+
+    Kinds: the largest Ms, and in each scenario without noise the slowest to settle and the largest overshoot; what is
+    unstable, trips or hunts is harder than all others. A controller that does not run in lanes is judged by Ms alone.
+    Raises InputError for a controller without a linear view.
+    """
+    if envelope.drawn is None:
+        return []
+    kinds = [_largest_ms(envelope.drawn, controller)]
+    if plays_in_lanes(controller):
+        kinds += _in_motion(envelope.drawn, controller, scenarios)
+    return [np.argsort(-kind, kind="stable")[:count].tolist() for kind in kinds]
+
+
+def _largest_ms(lanes: PlantLanes, controller: Controller) -> np.ndarray:
+    parts = []
+    for first in range(0, len(lanes.p), _CHUNK):
+        chunk = lanes.some(range(first, min(first + _CHUNK, len(lanes.p))))
+        parts.append(np.max([np.nan_to_num(each.ms, nan=np.inf) for each in chunk.margins(controller)], axis=0))
+    return np.concatenate(parts)
+
+
+def _in_motion(lanes: PlantLanes, controller: Controller, scenarios: Sequence[Scenario]) -> Iterator[np.ndarray]:
+    for scenario in scenarios:
+        calm = steps(lanes, controller, scenario, None, SECONDS)
+        lost = calm.tripped | calm.hunting
+        yield np.where(lost, np.inf, np.nan_to_num(calm.settling, nan=SECONDS))
+        if scenario.size:
+            yield np.where(lost, np.inf, np.nan_to_num(calm.overshoot, nan=np.inf))
