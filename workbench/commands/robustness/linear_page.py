@@ -17,14 +17,21 @@ def linear_items(rows: _Rows) -> list[Table | Figure]:
 
 
 def linear_figure(rows: _Rows) -> Figure:
-    """Unstable plants, median and largest Ms over the position, the worse of null and moving."""
+    """Median and largest Ms over the position, the worse of null and moving; unstable plants where there are any."""
     rows = [row for row in rows if row["position"] is not None]
     panels = [
-        Panel("unstable [%]", _curves(rows, lambda row: 100 * row["unstable"] / row["plants"])),
-        Panel("Ms, median", _curves(rows, lambda row: row["ms_p50"]), y_range=(1.0, 5.0)),
-        Panel("Ms, largest", _curves(rows, lambda row: row["ms_worst"]), y_range=(1.0, 10.0)),
+        Panel("Ms, median", _curves(rows, lambda row: row["ms_p50"]), y_range=_range(rows, "ms_p50", 5.0)),
+        Panel("Ms, largest", _curves(rows, lambda row: row["ms_worst"]), y_range=_range(rows, "ms_worst", 10.0)),
     ]
+    if any(row["unstable"] for row in rows):
+        unstable = _curves(rows, lambda row: 100 * row["unstable"] / row["plants"])
+        panels.insert(0, Panel("unstable [%]", unstable))
     return Figure("Over the position; a gap in Ms: unstable", "position from mid stroke [mm]", panels)
+
+
+def _range(rows: _Rows, key: str, most: float) -> tuple[float, float]:
+    """From 1 to a little above the largest value, but no further than `most`."""
+    return 1.0, min(most, 1.1 * max((row[key] for row in rows if row[key] is not None), default=most))
 
 
 def _curves(rows: _Rows, pick: Callable[[dict[str, Any]], float | None]) -> list[Curve]:
