@@ -1,6 +1,7 @@
 """Closed loops in lanes of a controller that computes in Python: one call a period for all of them."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -15,6 +16,7 @@ from .batch import LaneChunk, Lanes, chunks, run_lanes
 from .compiled_loop import CompiledLaw, compiled_law
 from .sensors import Sensors, check_sensors
 
+_DEMANDED = static([1.0, 0.0], ("position",))  # u = r: a law for which r is what the controller demands
 _STOPPED = 1  # of a lane that could not be simulated: as if its guard had tripped
 
 
@@ -44,67 +46,64 @@ def play_lanes(
     elif lanes is not None:
         check_sensors(rig, controller.measures)
         sensors = Sensors(rig, engine.plant.outputs, seed)
-        loops = _LaneLoops(engine, rig, lanes, controller, sensors, recorded)
+        ready = compiled_law(engine, rig, [_DEMANDED], sensors, recorded)
+        loops = _LaneLoops(engine, ready, lanes, controller.measures[0], preview(controller), sensors)
         for part, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}):
             yield part, loops.run(chunk)
     else:
         raise ValueError(f"{type(controller).__name__} has no form in lanes")
 
 
+@dataclass(frozen=True)
 class _LaneLoops:
-    """A controller in lanes on a plant. Guard, delay and plant are those of the compiled loop, whose law is "what the
-    controller demands": u = r."""
+    """A controller in lanes: the signal that it controls, and how many samples `ahead` it knows its reference.
 
-    def __init__(
-        self,
-        engine: Engine,
-        rig: Rig,
-        lanes: LaneController,
-        controller: Controller,
-        sensors: Sensors,
-        recorded: tuple[str, ...],
-    ) -> None:
-        self._engine, self._lanes, self._sensors = engine, lanes, sensors
-        self._law = static([1.0, 0.0], ("position",))
-        self._ready: CompiledLaw = compiled_law(engine, rig, [self._law], sensors, recorded)
-        self._controlled, self._ahead = controller.measures[0], preview(controller)
+    `ready`: guard, drive and sensors as a compiled loop has them.
+    """
+
+    engine: Engine
+    ready: CompiledLaw
+    lanes: LaneController
+    controlled: str
+    ahead: int
+    sensors: Sensors
 
     def run(self, chunk: LaneChunk) -> Lanes:
         """All instants of a chunk."""
-        (lanes, k), start, plant = chunk.reference.shape, chunk.points, self._engine.plant
-        level = chunk.outputs[:, [plant.output(self._controlled)]]
-        asked = np.pad(level + chunk.reference, ((0, 0), (0, self._ahead)), "edge").T
+        level = chunk.outputs[:, [self.engine.plant.output(self.controlled)]]
+        asked = np.pad(level + chunk.reference, ((0, 0), (0, self.ahead)), "edge").T
         measured = self._read(chunk.outputs, chunk.normal[:, 0])
-        self._lanes.reset(measured[self._controlled], measured, start.u[:, 0].copy())
-        rows = np.concatenate((np.zeros((lanes, k, 2)), chunk.others, chunk.normal[:, 1:]), axis=2)
-        plants = _Plants(self._engine, self._ready, self._law, chunk, rows.swapaxes(0, 1).copy())
-        for i in range(k):
+        self.lanes.reset(measured[self.controlled], measured, chunk.points.u[:, 0].copy())
+        plants = _Plants(self.engine, self.ready, chunk)
+        for i in range(chunk.reference.shape[1]):
             measured = self._read(plants.outputs(i), chunk.normal[:, i + 1])
-            if self._ahead:
-                cast(Any, self._lanes).set_preview(asked[i : i + self._ahead + 1])
-            sent, stopped = plants.advance(i, self._lanes.compute(asked[i], measured))
-            if stopped.any():
-                self._lanes.stop(stopped)
-            self._lanes.update(sent)
-        return plants.lanes()
+            if self.ahead:
+                cast(Any, self.lanes).set_preview(asked[i : i + self.ahead + 1])
+            sent, tripped = plants.advance(i, self.lanes.compute(asked[i], measured))
+            if tripped.any():
+                self.lanes.stop(tripped)
+            self.lanes.update(sent)
+        return plants.record()
 
     def _read(self, outputs: np.ndarray, normal: np.ndarray) -> dict[str, np.ndarray]:
-        return dict(zip(self._sensors.names, self._sensors.readings(outputs, normal).T, strict=True))
+        return dict(zip(self.sensors.names, self.sensors.readings(outputs, normal).T, strict=True))
 
 
 class _Plants:
-    """Plants in lanes behind their guards and drives; rows [k, lanes, j] of their instants, without the commands."""
+    """The plants of a chunk behind their guards and drives."""
 
-    def __init__(self, engine: Engine, ready: CompiledLaw, law: Any, chunk: LaneChunk, rows: np.ndarray) -> None:
-        self._engine, self._ready, self._start, self._p, self._rows = engine, ready, chunk.points, chunk.p, rows
-        lanes, command = len(chunk.p), chunk.points.u[:, :1]
+    def __init__(self, engine: Engine, ready: CompiledLaw, chunk: LaneChunk) -> None:
+        self._engine, self._ready, self._start, self._p = engine, ready, chunk.points, chunk.p
+        lanes, k = chunk.reference.shape
+        rows = np.concatenate((np.zeros((lanes, k, 2)), chunk.others, chunk.normal[:, 1:]), axis=2)
+        self._rows = rows.swapaxes(0, 1).copy()  # [k, lanes, j], the commands 0 until they are known
         self._x, self._u = chunk.points.x, chunk.points.u.copy()
-        self._state = ready.start([np.zeros(0)] * lanes, command)
-        self._numbers = ready.numbers([law], np.zeros(lanes))
+        self._state = ready.start([np.zeros(0)] * lanes, chunk.points.u[:, :1])
+        self._numbers = ready.numbers([_DEMANDED], np.zeros(lanes))
         self._held, self._trip = ready.shape.state["held"].start, ready.shape.state["trip"].start
-        self._out = np.full((len(rows), lanes, len(OUT) + len(ready.shape.recorded)), np.nan)
-        self._failed = np.zeros(lanes, bool)
         self._others = ready.shape.inputs(engine.plant)["others"]
+        self._out = np.empty((k, lanes, len(OUT) + len(ready.shape.recorded)))
+        self._failed = np.zeros(lanes, bool)
 
     def outputs(self, i: int) -> np.ndarray:
         """The outputs [lanes, h] at instant i."""
@@ -122,17 +121,17 @@ class _Plants:
             ready.shape, self._x, ready.durations, self._state, rows[:, None], self._numbers, p=self._p
         )
         self._x, out = batch.x[:, 1], out[:, 0]
-        self._out[i, ~self._failed] = out[~self._failed]
+        self._out[i] = np.where(self._failed[:, None], np.nan, out)
         if not batch.ok.all():
-            self._stop(~batch.ok)
+            self._rest(~batch.ok)
         return out[:, 0], self._state[:, self._trip] > 0
 
-    def _stop(self, failed: np.ndarray) -> None:
+    def _rest(self, failed: np.ndarray) -> None:
         self._failed = self._failed | failed
         self._x = np.where(failed[:, None], self._start.x, self._x)
         self._state[failed, self._trip] = _STOPPED
 
-    def lanes(self) -> Lanes:
+    def record(self) -> Lanes:
         """What they did."""
         columns = dict(zip((*OUT, *self._ready.shape.recorded), np.moveaxis(self._out, 2, 0), strict=True))
         columns = {name: column.T for name, column in columns.items()}
