@@ -205,3 +205,18 @@ def test_goals_say_by_how_much_and_where(space):
 def test_points_of_a_schedule_hold_beyond_its_ends():
     table = PiecewiseLinear(np.array([-0.2, 0.2]), np.array([0.5, 1.0]))
     assert [table(x) for x in (-1.0, 0.0, 1.0)] == pytest.approx([0.5, 0.75, 1.0])
+
+
+@pytest.mark.parametrize("supply", [1e5, 1e6])
+def test_a_rig_without_an_operating_point_misses_its_goals_and_leaves_the_others_alone(supply):
+    rig = load_rig("jack-10t")
+    space = envelope({"nominal": rig, "empty": rig.with_values(Ps=supply)}, (0.0, 0.9))
+    assert space.varied.null.ok.tolist() == [True, True, False, False]
+    law = TUNED["p-dp"].build(1e-3)
+    goals = {goal.name: goal for goal in linear_goals(space, law, Limits())}
+    assert goals["stable on every plant"].where.startswith("empty at")
+    assert goals["stable on every plant"].miss > 0
+    assert np.isfinite(goals["stable on every plant"].miss)
+    assert goals["Ms on the nominal rig"].miss == 0
+    played = steps(space.varied, law, TEN, None, 0.4)
+    assert np.isnan(played.settling).tolist() == [False, False, True, True]

@@ -75,10 +75,21 @@ def _solved(plant: Plant, p: np.ndarray, w: np.ndarray, columns: list[int], bala
         going = np.flatnonzero(size > _SMALL)
         if not going.size:
             break
-        step = np.linalg.solve(slope[going] * scale / rows[going, :, None], -(residual / rows)[going, :, None])[..., 0]
+        step = _newton(slope[going] * scale / rows[going, :, None], -(residual / rows)[going])
         balances.descend(w, rows, size, going, step)
         residual, slope = balances.linearised(w)
     return Equilibria(w[:, : plant.n], w[:, plant.n :], size <= 1e-7)
+
+
+def _newton(slopes: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """Newton steps [lanes, k]; a lane whose slopes are singular stays where it is."""
+    try:
+        return np.linalg.solve(slopes, rates[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        regular = np.linalg.cond(slopes) < 1 / np.finfo(float).eps
+        steps = np.zeros_like(rates)
+        steps[regular] = np.linalg.solve(slopes[regular], rates[regular, :, None])[..., 0]
+        return steps
 
 
 @dataclass(frozen=True)

@@ -176,7 +176,7 @@ def steps(
 ) -> EnvelopeSteps:
     """A scenario of at most so many seconds on every plant, towards the middle of the stroke; without a seed no noise.
 
-    A controller without a form in lanes runs on one plant after another.
+    A controller without a form in lanes runs on one plant after another. What has no operating point counts as tripped.
     """
     rig, period = lanes.rig, lanes.rig.period.value
     t = np.arange(round(min(seconds, scenario.duration) / period) + 1) * period
@@ -184,6 +184,7 @@ def steps(
     asked = inwards[:, None] * scenario.reference(t)
     runs = _runs(lanes, controller, asked, scenario, t, seed)
     y, tripped, _ = (np.concatenate(part) for part in zip(*runs, strict=True))
+    tripped = tripped | ~lanes.null.ok
     moved = inwards[:, None] * (y - y[:, :1])
     arrives = scenario.arrives or 0.0
     late = t >= arrives - 1e-9

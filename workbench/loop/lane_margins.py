@@ -34,6 +34,11 @@ class LaneMargins:
         """Bool [lanes]."""
         return self.radius < STABLE
 
+    def where(self, ok: np.ndarray, radius: float) -> "LaneMargins":
+        """Those of the lanes that are `ok`, the others being unstable with a `radius`."""
+        columns = (self.ms, self.gain_margin_db, self.phase_margin_deg)
+        return LaneMargins(np.where(ok, self.radius, radius), *(np.where(ok, column, np.nan) for column in columns))
+
     def some(self, lanes: np.ndarray) -> "LaneMargins":
         """Those of some lanes."""
         columns = (self.radius, self.ms, self.gain_margin_db, self.phase_margin_deg)
@@ -198,7 +203,8 @@ def _gain_margin(loop: np.ndarray) -> np.ndarray:
 
 def _phase_margin(loop: np.ndarray) -> np.ndarray:
     """Least |phase margin| [deg] where the loop crosses unit gain."""
-    size = np.log(np.abs(loop))
+    with np.errstate(divide="ignore"):  # a plant without a supply does not answer
+        size = np.log(np.abs(loop))
     lane, i = np.nonzero(np.signbit(size[:, 1:]) != np.signbit(size[:, :-1]))
     part = size[lane, i] / (size[lane, i] - size[lane, i + 1])
     at = loop[lane, i] + part * (loop[lane, i + 1] - loop[lane, i])

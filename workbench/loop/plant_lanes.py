@@ -15,6 +15,8 @@ from .lane_laws import lane_laws, signals_at
 from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
 from .rows import MOVING
 
+_NONE = 2.0  # radius [1] of a loop on a plant without an operating point: finite, so that searches can compare
+
 
 @dataclass(frozen=True)
 class PlantLanes:
@@ -34,9 +36,14 @@ class PlantLanes:
     moving: Equilibria
 
     def margins(self, controller: Controller) -> tuple[LaneMargins, LaneMargins]:
-        """The linear loops of a controller at null and moving. Raises InputError where it has no linear view."""
+        """The linear loops of a controller at null and moving; a plant without such a point counts as unstable.
+
+        Raises InputError where the controller has no linear view.
+        """
         null, moving = (
-            lane_margins(sampled, lane_laws(controller, signals_at(self.engine, points, self.p)))
+            lane_margins(sampled, lane_laws(controller, signals_at(self.engine, points, self.p))).where(
+                points.ok, _NONE
+            )
             for sampled, points in zip(self._sampled, (self.null, self.moving), strict=True)
         )
         return null, moving

@@ -116,12 +116,4 @@ def _chunks(
         sampled = sampled_lanes(plant, about, p, measures, period)
         at = signals_at(plants.engine, about, p)
         laws = {name: lane_laws(controller, at) for name, controller in controllers.items()}
-        yield {name: _known(lane_margins(sampled, law), about.ok) for name, law in laws.items()}
-
-
-def _known(margins: LaneMargins, ok: np.ndarray) -> LaneMargins:
-    """Margins of the lanes whose operating point was found."""
-    ms, gain, phase = (
-        np.where(ok, column, np.nan) for column in (margins.ms, margins.gain_margin_db, margins.phase_margin_deg)
-    )
-    return LaneMargins(np.where(ok, margins.radius, np.inf), ms, gain, phase)
+        yield {name: lane_margins(sampled, law).where(about.ok, np.inf) for name, law in laws.items()}
