@@ -22,7 +22,8 @@ class PressureFeedback:
     The oil of a jack with equal sides is softest at mid stroke, where a pressure tells least of a motion: its stiffness
     over the position x goes with 1/(1 - (x/h)^2), h half the length of both oil columns, dead volumes included
     (Merritt, ch. 6). With a `column` h the gain K is that at mid stroke, and goes with 1 - (x/h)^2: the loop then has
-    the same gain all over the stroke.
+    the same gain all over the stroke. The mode is faster at the ends, where the valve lags it more: a shorter column
+    than the jack's, which takes more of the gain away there, evens out the margins.
 
     In a force loop the reference r asks for a pressure of its own, p r: taken off, it leaves feedback of what the
     pressure is short of, and even a static one does not give way. p is the specimen's stiffness over the area, for
@@ -37,7 +38,9 @@ class PressureFeedback:
 
         gain: float = number("1/Pa", 0.0, 1e-6, "command per pressure difference K")
         corner: float = number("Hz", 0.0, 100.0, "corner of the high pass; 0: static feedback", 0.0)
-        column: float = number("m", 0.0, 100.0, "half the oil columns' length h; 0: the same gain all over", 0.0)
+        column: float = number(
+            "m", 0.0, 100.0, "half the oil columns' length h, or less; 0: the same gain all over", 0.0
+        )
         middle: float = number("m", -100.0, 100.0, "position signal at mid stroke", 0.0)
         reference: float = number("Pa/m", 0.0, 1e14, "pressure that a force loop's reference asks for p", 0.0)
 

@@ -109,26 +109,26 @@ class Goals:
         return controller
 
     def _cost(self, envelope: Envelope, controller: Controller, goals: Sequence[Goal]) -> float:
-        """Weighted: each number half by the nominal rig's worst, half by that of every plant; mean over scenarios."""
+        """Weighted: each number half by the nominal rig's worst, half by that of every plant; mean of scenarios."""
         ms = max(goal.value for goal in goals if goal.name.startswith("Ms") and goal.value is not None)
         numbers = [self._numbers(envelope, controller, scenario) for scenario in self.problem.scenarios]
         cost = self.problem.weights.get("robustness", 0.0) * ms
         for key, weight in self.problem.weights.items():
-            if key in numbers[0]:
-                cost += weight * float(np.mean([each[key] for each in numbers]))
+            if values := [each[key] for each in numbers if key in each]:
+                cost += weight * float(np.mean(values))
         return cost
 
     def _numbers(self, envelope: Envelope, controller: Controller, scenario: Scenario) -> dict[str, float]:
-        """Settling [s], all of the run where it never settles; IAE over the step, or over the band of a load [s];
-        overshoot [%]."""
+        """Of a step settling [s], all of the run where it never settles, and overshoot [%]; IAE over the step, or over
+        the band of a load [s]: that of a load is finite where a loop without integral action never makes up for it."""
         noisy = steps(envelope.played(controller), controller, scenario, self.problem.conditions.noise, SECONDS)
         size = abs(scenario.size) or settling_band(self.problem.rig, scenario.signal, 0.0)
         nominal = envelope.are_nominal(noisy.names)
-        return {
-            "settling": _worst(np.nan_to_num(noisy.settling, nan=SECONDS), nominal),
-            "iae": _worst(noisy.iae / size, nominal),
-            "overshoot": _worst(noisy.overshoot, nominal),
-        }
+        numbers = {"iae": _worst(noisy.iae / size, nominal)}
+        if scenario.size:
+            numbers["settling"] = _worst(np.nan_to_num(noisy.settling, nan=SECONDS), nominal)
+            numbers["overshoot"] = _worst(noisy.overshoot, nominal)
+        return numbers
 
 
 def tuning_envelope(problem: TuneProblem) -> Envelope:

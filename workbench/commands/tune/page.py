@@ -71,7 +71,7 @@ def numbers_table(problem: TuneProblem, start: Trial, best: Trial) -> Table:
     weights = ", ".join(f"{key} {value:g} {WEIGHTS[key]}" for key, value in problem.weights.items())
     note = (
         "Cost: each number half by the nominal rig's worst, half by that of every plant, averaged over the scenarios, "
-        f"times the weights: {weights}. IAE over the step, or over the band of a load."
+        f"times the weights: {weights}. Settling and overshoot of steps; IAE over the step, or over the band of a load."
     )
     return Table("Numbers", ["number", "start", "best", "unit", "searched"], rows, note)
 
