@@ -16,8 +16,8 @@ from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
 from workbench.linear.frequency_response import first_harmonic
-from workbench.loop.envelope import envelope
-from workbench.loop.hard_goals import linear_goals, motion_goals, noisy_steps
+from workbench.loop.envelope import envelope, steps
+from workbench.loop.hard_goals import linear_goals, motion_goals
 from workbench.loop.limits import Limits
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import judge, linear_loops, loop_setup
@@ -126,7 +126,7 @@ def test_a_position_controller_is_judged_over_the_envelope_of_the_free_rigs(conf
         assert [goal["miss"] for goal in row["goals"]] == [
             None if goal.value is not None and np.isnan(goal.value) else goal.miss for goal in goals
         ]
-        (played,) = noisy_steps(space, law, ten, 0, ten.duration)
+        played = steps(space.played(law), law, ten, 0, ten.duration)
         assert row["settling_worst_s"] == played.settling.max()
         assert row["settling_nominal_s"] == played.settling[:5].max()
         assert row["where"] == played.names[int(played.settling.argmax())]
