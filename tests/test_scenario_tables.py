@@ -57,6 +57,23 @@ def test_a_waveform_of_a_file_beside_the_experiment_in_its_own_units_from_its_fi
     assert wave.reference(np.array([0.0, 0.05, 0.2, 0.3])) == pytest.approx([0, 5e-4, 0, -1e-3])
 
 
+def test_a_far_end_that_moves(tmp_path):
+    path = tmp_path / "force.toml"
+    text = (
+        HEAD.replace('"position-10mm", ', "")
+        .replace("_mm", "_kn")
+        .replace('"0.24 1/m"', '"3 1/m"\nstiffness = "1e7 N/m"')
+    )
+    specimen = '[specimen]\nstiffness = "1e7 N/m"\ndamping = "1e3 N s/m"\n'
+    path.write_text(text + 'signal = "force"\ntravel = "5 mm"\nspeed = "0.1 m/s"\nduration = "1 s"\n' + specimen)
+    (scenario,) = load_steps(path).scenarios
+    assert (scenario.size, scenario.travel, scenario.speed) == (0.0, 5e-3, 0.1)
+    assert scenario.arrives == pytest.approx(0.57)  # it leaves at 0.5 s, and speeds up and slows down at 5 m/s2
+    path.write_text(text + 'signal = "force"\ntravel = "5 mm"\nduration = "1 s"\n' + specimen)
+    with pytest.raises(InputError, match="travel: a far end moves by a travel at a speed; give both"):
+        load_steps(path)
+
+
 def test_a_load_pushes_a_jack_that_stands_anywhere(tmp_path):
     load = own(tmp_path, 'load = "-10 kN"\nload_at = "0.2 s"\nstart = -0.5\nduration = "0.8 s"')
     assert load.arrives == 0.2
@@ -74,7 +91,7 @@ def test_a_load_pushes_a_jack_that_stands_anywhere(tmp_path):
     ("text", "complaint"),
     [
         ('sise = "5 mm"', 'scenario.own.sise: unknown key; did you mean "size"?'),
-        ('duration = "1 s"', "scenario.own: asks for nothing; give a size, a file or a load"),
+        ('duration = "1 s"', "scenario.own: asks for nothing; give a size, a file, a load or a travel"),
         ('size = "5 mm"', "scenario.own.duration: missing (how long it is watched, in s)"),
         ('size = "5 kN"\nduration = "1 s"', 'cannot be converted to "m"'),
         ('size = "0 mm"\nduration = "1 s"', "scenario.own.size: must be there, and not 0"),

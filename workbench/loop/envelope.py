@@ -16,7 +16,7 @@ from .lane_loop import play_lanes, plays_in_lanes
 from .lane_margins import LaneMargins
 from .lane_metrics import hunting_lanes, step_lanes
 from .limits import POSITIONS
-from .plant_lanes import PlantLanes, joined, plant_lanes, uncertain
+from .plant_lanes import PlantLanes, drawn_evenly, joined, plant_lanes, uncertain
 from .sampled_loop import SampledLoop
 from .scenarios import Scenario
 from .sensors import settling_band
@@ -161,7 +161,7 @@ def _drawn(
     random, plant = np.random.default_rng(seed), engine.plant
     p = np.tile(plant.p, (DRAWN, 1))
     for name, (low, high) in uncertain(rig, plant, factors).items():
-        p[:, plant.parameters.index(name)] = random.uniform(low, high, DRAWN)
+        p[:, plant.parameters.index(name)] = drawn_evenly(random, low, high, DRAWN)
     reach, even = max(map(abs, places)), np.arange(DRAWN) % 2 == 0
     position = np.where(even, random.choice(places, DRAWN), random.uniform(-reach, reach, DRAWN))
     return plant_lanes(rig, engine, [_named(f"drawn {i}", x) for i, x in enumerate(position)], p, position)

@@ -16,6 +16,7 @@ from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, s
 from .rows import MOVING
 
 _NONE = 2.0  # radius [1] of a loop on a plant without an operating point: finite, so that searches can compare
+_WIDE = 5.0  # high over low: from there on a range is one of orders of magnitude
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,13 @@ def joined(first: PlantLanes, second: PlantLanes) -> PlantLanes:
     )
     p, position = np.concatenate((first.p, second.p)), np.concatenate((first.position, second.position))
     return PlantLanes(first.rig, first.engine, (*first.names, *second.names), p, position, null, moving)
+
+
+def drawn_evenly(random: np.random.Generator, low: float, high: float, count: int) -> np.ndarray:
+    """Numbers [count] even from low to high; where high is five times as much and more, even in their logarithm."""
+    if high >= _WIDE * low > 0:
+        return np.exp(random.uniform(np.log(low), np.log(high), count))
+    return random.uniform(low, high, count)
 
 
 def uncertain(rig: Rig, plant: Plant, factors: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:

@@ -14,7 +14,7 @@ from ...loop.reach import check_reach
 from ...loop.scenarios import SCENARIOS, Scenario, scenario
 from ...rigs.rig import Rig
 
-_KEYS = ("signal", "size", "rate", "frequency", "file", "start", "load", "load_at", "duration")
+_KEYS = ("signal", "size", "rate", "frequency", "file", "start", "load", "load_at", "travel", "speed", "duration")
 _COURSES = ("rate", "frequency", "file")
 _LARGE = 1e12
 
@@ -45,17 +45,17 @@ def _own(name: str, tables: Table) -> Scenario:
     si = SIGNALS[signal].si
     if len(courses := [key for key in _COURSES if key in table]) > 1:
         raise table.complaint(courses[1], f"not together with {courses[0]}; remove one")
-    if not {"size", "file", "load"} & set(table):
-        raise table.error("asks for nothing; give a size, a file or a load")
+    if not {"size", "file", "load", "travel"} & set(table):
+        raise table.error("asks for nothing; give a size, a file, a load or a travel")
     load = _quantity(table, "load", "N", "force on the jack", -_LARGE)
     load_at = _quantity(table, "load_at", "s", "when the load comes") if "load_at" in table else 0.5
     if "load_at" in table and not load:
         raise table.complaint("load_at", "there is no load; give one")
-    further: dict[str, Any] = {"load": load, "load_at": load_at, **_start(table)}
+    further: dict[str, Any] = {"load": load, "load_at": load_at, **_start(table), **_far_end(table)}
     if "file" in table:
         return _waveform(name, table, signal, further)
     size = _quantity(table, "size", si, "size", -_LARGE)
-    if not size and (courses or not load):
+    if not size and (courses or not (load or "travel" in table)):
         raise table.complaint("size", "must be there, and not 0")
     duration = Spec("s", 1e-3, 1e6, "how long it is watched")
     if "rate" in table:
@@ -68,6 +68,19 @@ def _own(name: str, tables: Table) -> Scenario:
 def _quantity(table: Table, key: str, si: str, meaning: str, low: float = 0.0) -> float:
     """A number of the table, 0 where it has none."""
     return table.quantity(key, Spec(si, low, _LARGE, meaning)) if key in table else 0.0
+
+
+def _far_end(table: Table) -> dict[str, float]:
+    """How far and how fast the specimen's far end moves, where it does."""
+    given = [key for key in ("travel", "speed") if key in table]
+    if not given:
+        return {}
+    if len(given) == 1:
+        raise table.complaint(given[0], "a far end moves by a travel at a speed; give both")
+    return {
+        "travel": table.quantity("travel", Spec("m", 1e-6, 100.0, "how far the specimen's far end moves")),
+        "speed": table.quantity("speed", Spec("m/s", 1e-6, 100.0, "how fast the specimen's far end moves")),
+    }
 
 
 def _start(table: Table) -> dict[str, float]:

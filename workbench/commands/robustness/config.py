@@ -5,23 +5,29 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ...base.signals import SIGNALS, Signal
+from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.conditions import Conditions
 from ...rigs.rig import Rig
 from ..common.envelope_keys import read_factors, read_positions
-from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of
+from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
 
 KEYS = (
-    "experiment", "rig", "plants", "seed", "ideal", "step", "seconds", "stroke", "positions", "from", "draw",
+    "experiment", "rig", "specimen", "plants", "seed", "ideal", "step", "seconds", "stroke", "positions", "from",
+    "draw",
 )  # fmt: skip
+_STEPS = {"position": (1e-6, 1.0), "force": (1.0, 1e9)}  # SI
 
 
 @dataclass(frozen=True)
 class RobustnessConfig:
-    """A step [m] watched for so many seconds, on plants whose numbers are drawn by the seed of the `conditions`:
-    factors [low, high] by name, and all others that the rig gives bounds within them. `stroke`: the share of the stroke
-    limit in which steps lie; `positions`: the shares of it at which every plant's linear loops are judged.
+    """A step of a signal (SI) watched for so many seconds, on plants drawn by the seed of the `conditions`.
+
+    Drawn are factors [low, high] by name, and all other numbers that the rig gives bounds within them. `stroke`: the
+    share of the stroke limit in which steps lie; `positions`: the shares of it at which every plant's linear loops are
+    judged.
 
     `source` is the experiment as it was read, with the tables of its controllers.
     """
@@ -29,6 +35,7 @@ class RobustnessConfig:
     rig: Rig
     plants: int
     conditions: Conditions
+    signal: Signal
     step: float
     seconds: float
     stroke: float
@@ -47,7 +54,11 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
     table.allow(*KEYS)
     table.word("experiment", ["robustness"])
     nominal = rig_of(table, path, rig)
+    if "specimen" in table:
+        nominal = with_specimen(nominal, table.table("specimen"))
     tables = borrowed_controllers(table.table("from"), path.parent)
+    controllers = tuple(controller_spec(name, part) for name, part in tables.items())
+    signal = _signal(table, controllers, nominal)
     stroke = table.positive("stroke")
     if stroke > 1:
         raise table.complaint("stroke", "a share of the stroke limit, at most 1")
@@ -55,11 +66,24 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
         rig=nominal,
         plants=plants or table.count("plants"),
         conditions=read_conditions(table),
-        step=table.quantity("step", Spec("m", 1e-6, 1.0, "size of the step")),
+        signal=signal,
+        step=table.quantity("step", Spec(signal.si, *_STEPS[signal.name], "size of the step")),
         seconds=table.quantity("seconds", Spec("s", 0.5, 60.0, "how long it is watched")),
         stroke=stroke,
         positions=read_positions(table),
         factors=read_factors(table, nominal),
-        controllers=tuple(controller_spec(name, part) for name, part in tables.items()),
+        controllers=controllers,
         source={**table.values, "controllers": {name: part.values for name, part in tables.items()}},
     )
+
+
+def _signal(table: Table, controllers: tuple[ControllerSpec, ...], rig: Rig) -> Signal:
+    """The signal that all controllers control. Raises InputError for different ones, or a force on nothing."""
+    names = [spec.build(rig.period.value).measures[0] for spec in controllers]
+    for spec, name in zip(controllers, names, strict=True):
+        if name != names[0]:
+            what = f"{spec.name} controls the {name}, {controllers[0].name} the {names[0]}; make two experiments"
+            raise table.complaint("from", what)
+    if names[0] == "force" and not rig["ks"]:
+        raise table.complaint("specimen", "a force needs something to act on; add a table [specimen]")
+    return SIGNALS[names[0]]

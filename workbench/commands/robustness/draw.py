@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...loop.plant_lanes import uncertain
+from ...loop.plant_lanes import drawn_evenly, uncertain
 from ...plant import Plant
 from .config import RobustnessConfig
 
@@ -24,12 +24,13 @@ def draw_plants(config: RobustnessConfig, plant: Plant) -> PlantDraw:
     random = np.random.default_rng(config.conditions.seed)
     numbers = {}
     for name, (low, high) in uncertain(config.rig, plant, config.factors).items():
-        numbers[name] = random.uniform(low, high, config.plants)
+        numbers[name] = drawn_evenly(random, low, high, config.plants)
         numbers[name][0] = config.rig[name]
     p = np.tile(plant.p, (config.plants, 1))
-    for name, drawn in numbers.items():
-        p[:, plant.parameters.index(name)] = drawn
+    for name, values in numbers.items():
+        p[:, plant.parameters.index(name)] = values
     reach = config.stroke * config.rig.limit("stroke")
-    position = random.uniform(-reach, reach - config.step, config.plants)
+    way = config.step if config.signal.name == "position" else 0.0
+    position = random.uniform(-reach, reach - way, config.plants)
     position[0] = 0.0
     return PlantDraw(p, position, numbers)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.units import from_si
 from ...loop.rows import MOVING
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.judged import judged_words
@@ -32,12 +33,13 @@ def robustness_page(
     config: RobustnessConfig, metrics: Mapping[str, Any], lanes: Mapping[str, Any], draw: PlantDraw
 ) -> Page:
     """One table, the distributions, the worst plant of each controller, and what was drawn."""
-    rows = metrics["rows"]
+    rows, unit = metrics["rows"], config.signal.unit
+    step, band = (float(from_si(size, unit, config.signal.si)) for size in (config.step, metrics["band"]))
     table = Table(
-        f"A step of {config.step * 1e3:g} mm on {config.plants} plants",
+        f"A step of {step:g} {unit} on {config.plants} plants",
         list(_COLUMNS.values()),
         [[row[key] for key in _COLUMNS] for row in rows],
-        f"Counts of plants. Settled within {metrics['band'] * 1e3:.3g} mm; a plant that never settles counts as the "
+        f"Counts of plants. Settled within {band:.3g} {unit}; a plant that never settles counts as the "
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
         f"{MOVING:g} m/s, where each plant was drawn and at {len(config.positions)} positions. "
         f"{judged_words(config.conditions, config.rig)}",

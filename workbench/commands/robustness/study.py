@@ -48,7 +48,7 @@ def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress) -
     metrics = {
         "rows": [part.row for part in rows.values()],
         "linear": [row for name in delays for row in linear_rows(name, places[name])],
-        "band": settling_band(config.rig, "position", config.step),
+        "band": settling_band(config.rig, config.signal.name, config.step),
         "left_out": [name for name in delays if name not in judged],
         "timing": {"closed_loop_seconds_per_cpu_second": {name: part.rate for name, part in rows.items()}},
     }
@@ -103,19 +103,20 @@ def _judged(
 
 def _steps(config: RobustnessConfig, plants: DrawnPlants, controller: Controller) -> dict[str, Any]:
     """The steps of one controller, plant by plant, and how many closed-loop seconds a CPU second gave."""
-    band = settling_band(plants.rig, "position", config.step)
+    signal = config.signal.name
+    band = settling_band(plants.rig, signal, config.step)
     period, k = config.rig.period.value, round(config.seconds / config.rig.period.value) + 1
     reference, began = np.full(k, config.step), process_time()
     run = partial(play_lanes, plants.engine, plants.rig, controller, plants.points["null"], plants.draw.p, reference)
     parts = []
-    for _, lanes in run(("position", "lowest_pressure"), config.conditions.noise):
-        y = lanes.signals["position"]
+    for _, lanes in run((signal, "lowest_pressure"), config.conditions.noise):
+        y = lanes.signals[signal]
         step = step_lanes(period, y, y[:, 0], config.step, band)
         lowest = lanes.signals["lowest_pressure"].min(axis=1)
         parts.append((step.settling, step.overshoot, lanes.trip, lanes.failed, lowest))
     rate = config.plants * config.seconds / (process_time() - began)
     settling, overshoot, trip, failed, lowest = (np.concatenate(part) for part in zip(*parts, strict=True))
-    calm = (lanes.signals["position"] for _, lanes in run(("position",)))
+    calm = (lanes.signals[signal] for _, lanes in run((signal,)))
     hunting = np.concatenate([hunting_lanes(period, y, config.step, HUNTING) for y in calm])
     return {
         "settling_s": settling,
