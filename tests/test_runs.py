@@ -47,7 +47,7 @@ def test_the_config_says_command_seed_and_versions(tmp_path: Path):
     read = tomllib.loads((complete(tmp_path / "out") / "config.toml").read_text())
     assert read.pop("versions") == versions()
     assert read == COMMAND
-    assert {"jackbench", "python", "numpy", "scipy", "casadi", "control", "optuna"} == set(versions())
+    assert {"jackbench", "python", "numpy", "scipy", "casadi", "control", "cmaes"} == set(versions())
     assert "x" not in resolved_config({"x": None, "rigs": [{"x": None}]}).replace("rigs", "")
 
 

@@ -14,7 +14,7 @@ HEAVY = {
     "casadi",
     "matplotlib",
     "llvmlite",
-    "optuna",
+    "cmaes",
     "osqp",
     "h5py",
     "gymnasium",

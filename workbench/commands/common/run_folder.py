@@ -125,7 +125,7 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
 def versions() -> dict[str, str]:
     """Versions of what a result depends on."""
     versions = {"python": platform.python_version()}
-    for name in ("jackbench", "numpy", "scipy", "casadi", "control", "optuna"):
+    for name in ("jackbench", "numpy", "scipy", "casadi", "control", "cmaes"):
         try:
             versions[name] = version(name)
         except PackageNotFoundError:

@@ -4,20 +4,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...base.checkpoint import Progress, Stage
 from ...base.process_pool import ProcessPool, process_pool
 from ...loop.hard_goals import Goal
 from .goals import Goals, Plants, Trial, Verdict
 from .problem import TuneProblem
+from .sampler import TOGETHER, Sampler
 
-if TYPE_CHECKING:
-    from optuna import Study
-
-TOGETHER = 4  # designs that are tried before any of them is learnt from
 PARTS = 10  # of a search: after each the plants that are hardest for its best design join those that count
-_LEADING = 25  # designs that are judged again when plants have joined; so many a sampler learns from at most
+_LEADING = 25  # designs that are judged again when plants have joined
 
 Values = Mapping[str, float]
 Task = Callable[[Goals], Any]  # what a process does on the goals that it made
@@ -29,8 +26,8 @@ def search(problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1
 
     The drawn plants that count are at first the hardest for the start. After each part of the trials those that are
     hardest for the best design join them, and the leading designs are judged again; at the end until the hardest for
-    the best design count already, so that it meets the hard goals on every drawn plant. TOGETHER designs are asked for
-    at a time, however many processes judge them: the search is the same on any number.
+    the best design count already, so that it meets the hard goals on every drawn plant. A generation is asked for at a
+    time, however many processes judge it: the search is the same on any number.
     """
     with process_pool(jobs, partial(_at_work, problem)) as pool:
         state = _Search(problem, pool, stage, progress)
@@ -62,22 +59,24 @@ class _Search:
         self._hardest: dict[int, list[list[int]]] = {}  # plants by kind, for the design of a trial
         self.trials: list[Trial] = []
         self._drawn: Plants = ()
-        self._join(self._hardest_for(0, {n.name: n.rounded(n.start) for n in problem.searched}))
+        start = {n.name: n.rounded(n.start) for n in problem.searched}
+        self._join(self._hardest_for(0, start))
+        self._add(*self._judged({0: start}, ""))
+        self._sampler = Sampler(problem.searched, problem.seed)
 
     def try_designs(self, upto: int) -> None:
-        """The trials up to a number, by a sampler that knows those before as they are judged now."""
-        if upto == len(self.trials):
-            return
-        study, space = _study(self._problem, self.trials)
+        """The trials up to a number."""
         while (first := len(self.trials)) < upto:
-            asked = [study.ask(space) for _ in range(min(TOGETHER, upto - first))]
-            values = [{n.name: n.rounded(each.params[n.name]) for n in self._problem.searched} for each in asked]
-            designs = dict(enumerate(values, first))
-            for each, trial in zip(asked, self._judged(designs, ""), strict=True):
-                self.trials.append(trial)
-                study.tell(each, trial.verdict.score)
-                place, best = f"trial {trial.number + 1} of {self._problem.trials}", _best_word(self.trials)
-                self._progress(f"{place}: {_word(trial.verdict)}; {best}")
+            asked = [self._sampler.ask() for _ in range(min(TOGETHER, upto - first))]
+            designs = dict(enumerate(map(self._sampler.values, asked), first))
+            for shares, trial in zip(asked, self._judged(designs, ""), strict=True):
+                self._add(trial)
+                self._sampler.tell(shares, trial.verdict.score)
+
+    def _add(self, trial: Trial) -> None:
+        self.trials.append(trial)
+        place, best = f"trial {trial.number + 1} of {self._problem.trials}", _best_word(self.trials)
+        self._progress(f"{place}: {_word(trial.verdict)}; {best}")
 
     def add_plants(self) -> bool:
         """The hardest plants for the best design join, and the leading designs are judged again.
@@ -120,26 +119,6 @@ class _Search:
             Trial(number, values, _read_verdict(verdict), len(self._drawn))
             for (number, values), verdict in zip(designs.items(), verdicts, strict=True)
         ]
-
-
-def _study(problem: TuneProblem, trials: Sequence[Trial]) -> "tuple[Study, dict[str, Any]]":
-    """A study of the sampler's that knows trials, and the space that it asks in."""
-    import optuna  # loads slowly, and no other command needs it
-
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
-    space: dict[str, Any] = {
-        number.name: optuna.distributions.FloatDistribution(number.low, number.high, log=number.log)
-        for number in problem.searched
-    }
-    seed = problem.seed + len(trials)
-    sampler = optuna.samplers.TPESampler(seed=seed, multivariate=True, constant_liar=True)
-    study = optuna.create_study(sampler=sampler)
-    for trial in trials:
-        params = dict(trial.values)
-        study.add_trial(optuna.trial.create_trial(params=params, distributions=space, value=trial.verdict.score))
-    if not trials:
-        study.enqueue_trial({number.name: number.start for number in problem.searched})
-    return study, space
 
 
 def _verdict(goals: Goals, values: Values, drawn: Plants) -> dict[str, Any]:
