@@ -1,4 +1,4 @@
-"""A position controller over the envelope of a bench: its hard goals, and what steps and loads with noise do at worst.
+"""A controller over the envelope of a bench: its hard goals, and what steps and loads with noise do at worst.
 
 The envelope: the bench's rigs that differ in their plants' numbers only, at five positions; specimens relaxed there.
 """
@@ -22,12 +22,12 @@ from ..common.bench_experiment import BenchLoop
 EnvelopeRow = dict[str, Any]  # of metrics.json
 EnvelopeEntry = dict[str, Any]  # what a stage can store
 _CLOUD_HZ = np.geomspace(0.5, 200.0, 961)  # fine enough for a mode of damping 0.02
-_STEP = 10e-3  # m: the step of a bench that is nearest to it is judged
+_STEPS = {"position": 10e-3, "force": 20e3}  # SI: the step of a bench that is nearest to it is judged
 
 
 def has_envelope(loop: BenchLoop) -> bool:
-    """Whether the controllers of a loop are judged over an envelope: of a position with a step."""
-    return loop.signal.name == "position" and bool(_steps(loop))
+    """Whether the controllers of a loop are judged over an envelope: of a loop with a step."""
+    return bool(_steps(loop))
 
 
 def envelope_rigs(loop: BenchLoop) -> Mapping[str, Rig]:
@@ -42,7 +42,7 @@ def bench_envelope(loop: BenchLoop, delay: float) -> Envelope:
 
 def judged_step(loop: BenchLoop) -> Scenario:
     """The step of a bench whose settling over the envelope is judged."""
-    return min(_steps(loop), key=lambda scenario: abs(np.log(abs(scenario.size) / _STEP)))
+    return min(_steps(loop), key=lambda scenario: abs(np.log(abs(scenario.size) / _STEPS[loop.signal.name])))
 
 
 def envelope_entry(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, seed: int | None) -> EnvelopeEntry | None:
@@ -114,7 +114,7 @@ def _steps(loop: BenchLoop) -> list[Scenario]:
 
 
 def _loads(loop: BenchLoop) -> Iterator[Scenario]:
-    return (scenario for scenario in loop.scenarios if scenario.load and not scenario.size)
+    return (scenario for scenario in loop.scenarios if (scenario.load or scenario.travel) and not scenario.size)
 
 
 def _alike(rig: Rig, nominal: Rig) -> bool:

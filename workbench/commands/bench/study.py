@@ -66,7 +66,7 @@ def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], Benchmar
 
 
 def _over_the_envelope(config: BenchConfig, stage: Stage, progress: Progress, jobs: int) -> list[EnvelopeEntry]:
-    """An entry for every position controller that has a linear view, by `jobs` processes."""
+    """An entry for every controller that has a linear view, by `jobs` processes."""
     judged = [(i, loop) for i, loop in enumerate(config.loops) if has_envelope(loop)]
     items = {f"{spec.name} over the envelope": (i, spec) for i, loop in judged for spec in loop.controllers}
 

@@ -1,4 +1,4 @@
-"""Which position controller to take: a table of all over the envelope, a sentence, and Ms against settling."""
+"""Which controller to take: a table of all over the envelope, a sentence, and Ms against settling."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -129,13 +129,18 @@ def _table(loop: BenchLoop, rows: Sequence[EnvelopeRow], metrics: Metrics) -> Ta
 def _line(loop: BenchLoop, row: EnvelopeRow, timing: Mapping[str, float]) -> dict[str, Any]:
     unit = loop.signal.unit
     noise = next(goal["value"] for goal in row["goals"] if goal["name"] == "noise of the command")
-    stiffnesses = {rig["ks"] for rig in envelope_rigs(loop).values()}
+    rigs = envelope_rigs(loop)
+    nominal, stiffnesses = next(iter(rigs.values())), {rig["ks"] for rig in rigs.values()}
     line = {
         "controller": row["controller"],
         "settling nominal [s]": row["settling_nominal_s"],
         "settling [s]": row["settling_worst_s"],
         "slowest on": row["where"],
-        **({"on a specimen [s]": row["settling_specimen_s"]} if len(stiffnesses) > 1 else {}),
+        **(
+            {"on other specimens [s]" if nominal["ks"] else "on a specimen [s]": row["settling_specimen_s"]}
+            if len(stiffnesses) > 1
+            else {}
+        ),
         "overshoot [%]": row["overshoot_worst_percent"],
         "Ms nominal": row["ms_nominal"],
         "Ms": row["ms_worst"],
