@@ -14,6 +14,7 @@ from controllers.pressure import PressureFeedback as PressureClass
 from workbench.base.errors import InputError
 from workbench.base.table import Table
 from workbench.control.controller_spec import controller_spec
+from workbench.control.export import coefficients
 from workbench.control.measured_stiffness import StiffnessMeter
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import linear_loops, loop_setup
@@ -144,6 +145,13 @@ def test_the_lag_is_an_integral_that_forgets():
     assert gains[0] == pytest.approx(50.0)
     assert gains[1] == pytest.approx(50.0 / (1 + 20j * np.pi * 2.0), rel=1e-3)
     assert tuple(law.input_labels) == ("reference", "force")
+
+
+def test_an_export_asks_for_one_stiffness():
+    with pytest.raises(InputError, match="give it the stiffness of one specimen"):
+        coefficients(SHAPED.build(PERIOD), PERIOD)
+    fixed = coefficients(replace(SHAPED, softest=None, stiffest=None).build(PERIOD), PERIOD)
+    assert {channel.signal for channel in fixed.channels} >= {"reference", "force", "pa", "pb"}
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..base.errors import InputError
 from ..linear.interconnect import select
 from ..linear.state_space import StateSpace
 from .around import Around
 from .discrete_filter import weighted
 from .protocol import Controller, linear_view, operating
+from .scheduled_law import ScheduledLaw
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -136,6 +138,13 @@ class OnMeasuredStiffness(Around):
         names = ["reference", *self.measures]
         factors = np.array([scale if name in ("reference", "force") else 1.0 for name in law.input_labels])
         return select(replace(law, B=law.B * factors, D=law.D * factors), names, ["command"])
+
+    def scheduled_law(self) -> ScheduledLaw:
+        """None that can be exported: raises InputError."""
+        raise InputError(
+            "a loop that measures its specimen's stiffness cannot be exported; give it the stiffness of one specimen, "
+            "without softest and stiffest"
+        )
 
     def graph_law(self) -> "GraphLaw | None":
         """Meter and inner controller as one graph, where that has data or a graph."""
