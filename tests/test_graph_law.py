@@ -12,7 +12,7 @@ from test_compiled_loop import agree
 from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
 from workbench.control.compensators import compensated
-from workbench.control.graph_law import GraphController, GraphLaw
+from workbench.control.graph_law import GraphController, GraphLaw, interpolated
 from workbench.control.piecewise_linear import CommandMap, PiecewiseLinear
 from workbench.control.protocol import linear_law, linear_view, sampled_law
 from workbench.engine import Engine
@@ -167,6 +167,22 @@ def test_tables_that_are_none_are_refused():
         PiecewiseLinear(np.array([0.0, 0.0]), np.array([1.0, 2.0]))
     with pytest.raises(InputError, match="go to themselves"):
         CommandMap(np.array([-1.0, 1.0]), np.array([-1.0, 0.9]))
+
+
+@pytest.mark.parametrize("near", [0.0, -1e-17, 1e-17, 3e-18])
+def test_the_slope_of_a_table_at_a_point_is_that_of_a_side(near):
+    """Not of both nor of none, whatever rounding does: a law at null is judged there."""
+    at, values = np.array([-0.3, -0.1, 0.0, 0.1, 0.3]), np.array([0.0, 0.1, 0.4, 0.7, 0.9])
+    x = ca.SX.sym("x")
+    slope = ca.Function("slope", [x], [ca.jacobian(interpolated(ca.DM(at), ca.DM(values), x), x)])
+    for place, sides in (
+        (-0.3, (0.0, 0.5)),
+        (-0.1, (0.5, 3.0)),
+        (0.0, (3.0, 3.0)),
+        (0.1, (3.0, 1.0)),
+        (0.3, (1.0, 0.0)),
+    ):
+        assert min(sides) - 1e-9 <= float(slope(place + near)) <= max(sides) + 1e-9
 
 
 @pytest.mark.parametrize("name", ["p", "tvc", "network"])

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.robustness.config import load_robustness
@@ -197,3 +198,38 @@ def test_a_controller_s_own_delay_counts_and_an_ideal_loop_has_none(tmp_path):
         drawn = {row[0]: row[1:] for row in outcome.page.sections[-1].items[0].rows}
         assert drawn["computing delay"] == [delay, delay, "s"]
     assert ms["none"] < ms["rig's"] < ms["own"]
+
+
+FORCE = EXPERIMENTS / "robustness_force.toml"
+
+
+def test_force_loops_hold_on_specimens_a_decade_apart_over_the_stroke(tmp_path):
+    text = FORCE.read_text().replace('["p-dp-force", "pi-dp", "pi-acceleration"]', '["p-dp-force"]')
+    (tmp_path / "force.toml").write_text(text.replace('"force_tuned.toml"', f'"{EXPERIMENTS}/force_tuned.toml"'))
+    config = load_robustness(tmp_path / "force.toml", plants=200)
+    assert (config.signal.name, config.step) == ("force", 20e3)
+    stiffness = draw_plants(config, build(config.rig)).numbers["ks"]
+    assert 1e6 <= stiffness.min() < 1.2e6
+    assert 8e6 < stiffness.max() <= 1e7
+    assert np.median(stiffness) == pytest.approx(10**6.5, rel=0.2)  # even over the decade
+    row = run_robustness(config, no_checkpoint, lambda _: None).metrics["rows"][0]
+    assert (row["unstable"], row["tripped"], row["hunting"]) == (0, 0, 0)
+    assert row["ms_worst"] <= 2.5
+    assert row["settling_p50_s"] <= 0.15
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            '"position_tuned.toml" = ["p-dp"]\n"force_tuned.toml" = ["pi-dp"]',
+            "from: pi-dp controls the force, p-dp the position",
+        ),
+        ('"force_tuned.toml" = ["pi-dp"]', "specimen: a force needs something to act on"),
+    ],
+)
+def test_loops_that_do_not_go_together_are_refused(tmp_path, text, message):
+    text = text.replace('"position', f'"{EXPERIMENTS}/position').replace('"force', f'"{EXPERIMENTS}/force')
+    (tmp_path / "bad.toml").write_text(SHIPPED.read_text().split("[from]")[0] + f"[from]\n{text}\n")
+    with pytest.raises(InputError, match=message):
+        load_robustness(tmp_path / "bad.toml")

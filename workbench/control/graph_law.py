@@ -252,10 +252,13 @@ def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
 
 
 def interpolated(at: ca.SX, values: ca.SX, x: ca.SX) -> ca.SX:
-    """Values [k] at increasing points [k], linear between them, held beyond: as PiecewiseLinear."""
-    wide = at[1:] - at[:-1]
-    inside = ca.fmin(ca.fmax(x - at[:-1], 0), wide)
-    return values[0] + ca.dot((values[1:] - values[:-1]) / wide, inside)
+    """Values [k] at increasing points [k], linear between them, held beyond: as PiecewiseLinear.
+
+    A sum of bends, so that the slope at a point is that of one of its sides: rounding decides at most which.
+    """
+    slopes = (values[1:] - values[:-1]) / (at[1:] - at[:-1])
+    bends = ca.vertcat(slopes, 0) - ca.vertcat(0, slopes)
+    return values[0] + ca.dot(bends, ca.fmax(x - at, 0))
 
 
 def _symbols(states: int, signals: int, numbers: int) -> tuple[ca.SX, ...]:
