@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from dataclasses import replace
 
 from ...base.errors import InputError
 from ..common.designs import of_controllers, print_each, read
@@ -22,7 +23,9 @@ def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     notes: list[str] = []
     for spec in config.controllers:
         try:
-            controller = spec.build(period)
+            if spec.stiffest is not None:
+                notes.append(f"{spec.name}: as on the specimen of its design; it measures the stiffness, this does not")
+            controller = replace(spec, softest=None, stiffest=None).build(period)
             exported[spec.name] = coefficients(controller, period)
             if fallbacks(controller) is not None:
                 notes.append(f"{spec.name}: the law far from its limits; its plan cannot be exported")
