@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from .graph_law import GraphLaw
 
 _BAND = 3.0, 30.0  # Hz: in which force and position are compared, clear of drift and of noise
-_SHARE = 0.2  # of a sample's word that is taken, where the force moves by much more than _TOLD
-_TOLD = 500.0  # N: a force in that band by which a specimen's compliance is told from a position sensor's noise
+_SHARE = 0.2  # of what a sample says that is taken, where force and reference are well above the noise
+_NOISE = 5e-5  # m: deflection of the stiffest specimen in that band that may be the position sensor's noise
 _FORGETS = 1000.0  # s: in which a compliance that is not measured goes back to the stiffest specimen's
 _SIGNALS = 3  # of the meter: reference, force and position
 _C, _F0 = -2, -1  # places in the meter's state: compliance, and the force from which forces are counted
@@ -35,10 +35,11 @@ class StiffnessMeter:
 
         c += a w^2/(w^2 + h^2) F/h (x - c F),  w = max(r F, 0),  h = F^2 + N^2
 
-    of band-passed signals: it listens only while the reference moves the force. Neither the sensors' noise nor what a
-    moving far end does is in r, so both average out (an instrumental variable; Söderström and Stoica, System
-    Identification, 1989, ch. 8). c stays between those of the `stiffest` and the `softest` specimen [N/m], starts at
-    the stiffest's, where a loop's gain is least, and goes back there when nothing moves for long.
+    of band-passed signals, N the force of a deflection that may be noise: it listens only while the reference moves the
+    force. Neither the sensors' noise nor what a moving far end does is in r, so both average out (an instrumental
+    variable; Söderström and Stoica, System Identification, 1989, ch. 8). c stays between those of the `stiffest` and
+    the `softest` specimen [N/m], starts at the stiffest's, where a loop's gain is least, and goes back there when
+    nothing moves for long.
     """
 
     softest: float
@@ -57,22 +58,21 @@ class StiffnessMeter:
         measured[_C] = 1 / min(max(stiffness, self.softest), self.stiffest)
         return measured
 
-    @property
+    @cached_property
     def numbers(self) -> np.ndarray:
-        """The least and the largest compliance [m/N], and the filter's numbers."""
-        band = self._band
-        return np.concatenate(((1 / self.stiffest, 1 / self.softest), *(part.ravel() for part in band.matrices)))
+        """The least and the largest compliance [m/N], the square of N, and the filter's numbers."""
+        own = (1 / self.stiffest, 1 / self.softest, (_NOISE * self.stiffest) ** 2)
+        return np.concatenate((own, *(part.ravel() for part in self._band.matrices)))
 
     def advance(self, state: "ca.SX", signals: "ca.SX", numbers: "ca.SX") -> "ca.SX":
         """The state after a sample of (r, F, x), as a graph."""
         import casadi as ca
 
-        least, most = numbers[0], numbers[1]
-        a, b = ca.reshape(numbers[2:6], 2, 2).T, numbers[6:8]
-        c, d = numbers[8:10], numbers[10]
+        least, most, noise = ca.vertsplit(numbers[:3])
+        a, b, c, d = ca.reshape(numbers[3:7], 2, 2).T, numbers[7:9], numbers[9:11], numbers[11]
         inside = [state[2 * i : 2 * i + 2] for i in range(_SIGNALS)]
         r, force, x = (ca.dot(c, inside[i]) + d * signals[i] for i in range(_SIGNALS))
-        led, heard = ca.fmax(r * force, 0), _TOLD**2 + force**2
+        led, heard = ca.fmax(r * force, 0), noise + force**2
         compliance = state[_C] + _SHARE * led**2 / (led**2 + heard**2) * force * (x - state[_C] * force) / heard
         forgotten = self.period / _FORGETS
         compliance += forgotten * (least - compliance)
@@ -88,7 +88,7 @@ class StiffnessMeter:
         w, s, q = ca.SX.sym("w", 8), ca.SX.sym("s", _SIGNALS), ca.SX.sym("q", len(self.numbers))
         return ca.Function("step", [w, s, q], [self.advance(w, s, q)])
 
-    @property
+    @cached_property
     def _band(self) -> StateSpace:
         low, high = (2 * np.pi * f for f in _BAND)
         return weighted([1 / low, 0], [1 / (low * high), 1 / low + 1 / high, 1], self.period, {"in": 1.0})
