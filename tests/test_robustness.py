@@ -204,7 +204,7 @@ FORCE = EXPERIMENTS / "robustness_force.toml"
 
 
 def test_force_loops_hold_on_specimens_a_decade_apart_over_the_stroke(tmp_path):
-    text = FORCE.read_text().replace('["p-dp-force", "pi-dp", "pi-acceleration"]', '["p-dp-force"]')
+    text = FORCE.read_text().split('"force_step.toml"')[0].replace('["p-dp-force", "mpc-force"]', '["p-dp-force"]')
     (tmp_path / "force.toml").write_text(text.replace('"force_tuned.toml"', f'"{EXPERIMENTS}/force_tuned.toml"'))
     config = load_robustness(tmp_path / "force.toml", plants=200)
     assert (config.signal.name, config.step) == ("force", 20e3)
@@ -222,10 +222,10 @@ def test_force_loops_hold_on_specimens_a_decade_apart_over_the_stroke(tmp_path):
     ("text", "message"),
     [
         (
-            '"position_tuned.toml" = ["p-dp"]\n"force_tuned.toml" = ["pi-dp"]',
-            "from: pi-dp controls the force, p-dp the position",
+            '"position_tuned.toml" = ["p-dp"]\n"force_tuned.toml" = ["mpc-force"]',
+            "from: mpc-force controls the force, p-dp the position",
         ),
-        ('"force_tuned.toml" = ["pi-dp"]', "specimen: a force needs something to act on"),
+        ('"force_tuned.toml" = ["mpc-force"]', "specimen: a force needs something to act on"),
     ],
 )
 def test_loops_that_do_not_go_together_are_refused(tmp_path, text, message):
