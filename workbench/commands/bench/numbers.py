@@ -1,20 +1,18 @@
 """What was judged: the numbers of every controller and of the rig, and how the rigs of the sets differ from it."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import fields
 
 from ...base.units import from_si
+from ...control.controller_spec import ControllerSpec
 from ...report import Section, Table
-from ...report.table import shown
 from ...rigs.rig import Number, Rig
 from ..common.bench_experiment import BenchConfig
-
-_NO_NUMBERS = ("use", "compensators")
 
 
 def numbers_section(config: BenchConfig) -> Section:
     """Three tables."""
-    controllers = [line for name, table in config.source["controllers"].items() for line in _parts(name, table)]
+    controllers = [line for loop in config.loops for spec in loop.controllers for line in _parts(spec)]
     rigs = [
         [loop.signal.name, name, _difference(rig, loop.rig)] for loop in config.loops for name, rig in loop.rigs.items()
     ]
@@ -28,18 +26,19 @@ def numbers_section(config: BenchConfig) -> Section:
     )
 
 
-def _parts(name: str, table: Mapping[str, Any]) -> Iterator[list[str]]:
-    """A line for the law and one for each compensator, from the inside out."""
-    for part in (table, *table.get("compensators", ())):
-        numbers = ", ".join(f"{key} {_written(entry)}" for key, entry in part.items() if key not in _NO_NUMBERS)
-        yield [name, part["use"].rpartition(":")[2], numbers]
+def _parts(spec: ControllerSpec) -> Iterator[list[str]]:
+    """A line for the law and one for each compensator, from the inside out: the numbers that are not at their default.
 
-
-def _written(entry: Any) -> str:
-    """A number as the file has it: `{value, unit}` or text."""
-    if not isinstance(entry, Mapping):
-        return shown(entry)
-    return _with_unit(entry["value"], entry.get("unit", "1"))
+    SI.
+    """
+    of_the_loop = {"stiffness": "N/m", "softest": "N/m", "stiffest": "N/m", "computing_delay": "s"}
+    own = [f"{key} {_with_unit(getattr(spec, key), unit)}" for key, unit in of_the_loop.items() if getattr(spec, key)]
+    for part, more in ((spec, own), *((compensator, []) for compensator in spec.compensators)):
+        entries = [entry for entry in fields(part.design) if getattr(part.design, entry.name) != entry.default]
+        numbers = [
+            f"{entry.name} {_with_unit(getattr(part.design, entry.name), entry.metadata['unit'])}" for entry in entries
+        ]
+        yield [spec.name, part.use.rpartition(":")[2], ", ".join([*numbers, *more])]
 
 
 def _with_unit(value: float, unit: str) -> str:
