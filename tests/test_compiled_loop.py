@@ -18,7 +18,10 @@ from workbench.rigs.rig import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 TUNED = load_config(EXPERIMENTS / "position_tuned.toml").controllers
-FORCE = load_config(EXPERIMENTS / "force_tuned.toml").controllers
+FORCE = (
+    *load_config(EXPERIMENTS / "force_tuned.toml").controllers,
+    *load_config(EXPERIMENTS / "force_step.toml").controllers,
+)
 LINEAR = [spec for spec in (*TUNED, *FORCE) if linear_law(spec.build(1e-3)) is not None]
 SPECIMEN = {"ks": 1e7, "cs": 1e4}
 
@@ -84,7 +87,7 @@ def test_a_command_that_is_added_to_the_laws_acts_in_both_alike(name):
     agree(*both(rig_for(spec, delay=0.3e-3), spec, 0.02 * np.sin(20 * t), 3, added=added), 0.02)
 
 
-@pytest.mark.parametrize(("reference", "reason"), [(0.4, "position beyond"), (0.12, "force above"), (None, None)])
+@pytest.mark.parametrize(("reference", "reason"), [(0.26, "position beyond"), (0.12, "force above"), (None, None)])
 def test_trips_come_in_the_same_sample_with_the_same_words(reference, reason):
     spec = next(one for one in TUNED if one.name == "p-dp")
     rig = load_rig("jack-10t")
