@@ -1,7 +1,7 @@
 """Controllers and compensators, a file each, after the protocol of workbench.control.
 
 position and force laws
-    P, PidLead                          proportional; PID with a lead
+    P, PidLead, FractionalPid           proportional; PID with a lead; PID of fractional orders
     Crone1, Crone2, Crone3              fractional order, three generations
     Tvc                                 three-variable control
     Lqg, Mpc                            a Kalman filter, and state feedback or a plan that keeps the limits
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     Crone3: ControllerType
     FeedForward: ControllerType
     ForceLag: ControllerType
+    FractionalPid: ControllerType
     LapInverse: ControllerType
     Lqg: ControllerType
     Mpc: ControllerType
@@ -48,6 +49,7 @@ _FILES = {
     "Crone3": "crone3",
     "FeedForward": "feedforward",
     "ForceLag": "force_lag",
+    "FractionalPid": "fractional_pid",
     "LapInverse": "lap_inverse",
     "Lqg": "lqg",
     "Mpc": "mpc",
@@ -66,6 +68,7 @@ __all__ = [
     "Crone3",
     "FeedForward",
     "ForceLag",
+    "FractionalPid",
     "LapInverse",
     "Lqg",
     "Mpc",

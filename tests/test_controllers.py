@@ -32,6 +32,14 @@ CONTROLLERS = {
         "derivative_time": (10, "ms"), "derivative_filter": (5, "1"), "lead_time": (5, "ms"), "lead_ratio": (4, "1"),
     },
     "pid-lead, pi": {"use": "controllers.pid_lead:PidLead", "gain": (0.5, "1/m"), "integral_time": (50, "ms")},
+    "fractional-pid": {
+        "use": "controllers.fractional_pid:FractionalPid", "gain": (0.23, "1/m"), "integral_time": (0.5, "s"),
+        "integral_order": (0.7, "1"), "derivative_time": (10, "ms"), "derivative_order": (0.8, "1"),
+    },
+    "fractional-pid, beyond one": {
+        "use": "controllers.fractional_pid:FractionalPid", "gain": (0.5, "1/m"), "integral_time": (0.2, "s"),
+        "integral_order": (1.3, "1"), "derivative_time": (10, "ms"), "derivative_order": (1.2, "1"),
+    },
     "p-dp": {"use": "controllers.p:P", "gain": (4, "1/m"), "compensators": [PRESSURE]},
     "tvc": {
         "use": "controllers.tvc:Tvc", "bandwidth": (5, "Hz"), "mode_frequency": (28, "Hz"), "mode_damping": (0.4, "1"),

@@ -1,0 +1,99 @@
+"""A fractional system fitted to a measured frequency response."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...report.figures import Figure, FrequencyCurve, bode
+from .transfer_function import FractionalTransferFunction
+
+_ORDERS = 0.05, 1.95  # commensurate orders that are tried
+_GRID = 39
+_ROUNDS = 12
+_DIGITS = 4  # of a fitted order
+_NOTHING = 1e-12  # a coefficient with such a part in the sum over all frequencies is 0
+
+
+@dataclass(frozen=True, eq=False)
+class FractionalFit:
+    """A fractional system beside the response [k] at f [k] in Hz it was fitted to; `error`: rms relative difference."""
+
+    system: FractionalTransferFunction
+    f: np.ndarray
+    response: np.ndarray
+    error: float
+
+    def figure(self) -> Figure:
+        """Measured and fitted response."""
+        fitted = FrequencyCurve("fitted", self.f, self.system.response(self.f))
+        return bode(str(self.system), [FrequencyCurve("measured", self.f, self.response, "markers"), fitted])
+
+    def __repr__(self) -> str:
+        return f"{self.system}, within {100 * self.error:.3g} % rms from {self.f[0]:g} to {self.f[-1]:g} Hz"
+
+
+def fit_fractional(
+    f: np.ndarray, response: np.ndarray, zeros: int, poles: int, order: float | Fraction | None = None
+) -> FractionalFit:
+    """b_0 + ... + b_zeros s^(zeros q) over a_0 + ... + a_poles s^(poles q), near a response [k] at f [k] in Hz.
+
+    For a commensurate order q by the weighted linear least squares of Levy, repeated after Sanathanan and Koerner (IEEE
+    Trans. Automatic Control 8(1), 1963; for fractional orders Valério and Sá da Costa, Signal Processing 86(10), 2006);
+    without `order`, q is searched, to four digits. Every frequency counts alike, by its relative error. Raises
+    InputError for fewer frequencies than coefficients or a response that vanishes.
+    """
+    f, response = np.asarray(f, float), np.asarray(response, complex)
+    if zeros < 0 or poles < zeros:
+        raise InputError(f"{zeros} zeros and {poles} poles in s^q: at least as many poles as zeros, none below 0")
+    if 2 * len(f) < zeros + poles + 2 or len(f) != len(response):
+        raise InputError(
+            f"{len(f)} frequencies and {len(response)} responses for {zeros + poles + 1} coefficients; measure more"
+        )
+    if not (np.all(np.isfinite(response)) and np.all(response) and np.all(f > 0)):
+        raise InputError("frequencies must be above 0, and responses finite and not 0")
+    q = Fraction(order).limit_denominator(10**_DIGITS) if order is not None else _search(f, response, zeros, poles)
+    return _fitted(f, response, zeros, poles, q)
+
+
+def _search(f: np.ndarray, response: np.ndarray, zeros: int, poles: int) -> Fraction:
+    """The order with the least error: by a grid, then between its neighbours."""
+    from scipy.optimize import minimize_scalar
+
+    def error(order: float) -> float:
+        return float(np.log(_fitted(f, response, zeros, poles, Fraction(order)).error + 1e-15))
+
+    grid = np.linspace(*_ORDERS, _GRID)
+    best = grid[int(np.argmin([error(order) for order in grid]))]
+    step = grid[1] - grid[0]
+    search = minimize_scalar(error, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-6})
+    return Fraction(f"{search.x:.{_DIGITS}f}")
+
+
+def _fitted(f: np.ndarray, response: np.ndarray, zeros: int, poles: int, order: Fraction) -> FractionalFit:
+    """At one order: the numbers of the smallest ||W (N - G D)||, W = 1/(|G| |D of the round before|)."""
+    centre = 2 * np.pi * np.sqrt(f[0] * f[-1])
+    sigma = (2j * np.pi * f / centre) ** float(order)
+    above, below = (sigma[:, None] ** np.arange(count + 1) for count in (zeros, poles))
+    columns = np.column_stack((above, -response[:, None] * below)) / np.abs(response)[:, None]
+    weight, best, least = np.ones(len(f)), np.zeros(columns.shape[1]), np.inf
+    for _ in range(_ROUNDS):
+        whole = columns * weight[:, None]
+        whole = np.concatenate((whole.real, whole.imag))
+        size = np.linalg.norm(whole, axis=0)
+        numbers = np.linalg.svd(whole / size, full_matrices=False)[2][-1] / size
+        n, d = above @ numbers[: zeros + 1], below @ numbers[zeros + 1 :]
+        error = float(np.sqrt(np.mean(np.abs(n / (d * response) - 1) ** 2)))
+        if error < least:
+            best, least = np.where(np.abs(numbers) * size < _NOTHING, 0.0, numbers), error
+        weight = 1 / np.maximum(np.abs(d), 1e-12 * np.abs(d).max())
+    return FractionalFit(_system(best, zeros, order, centre), f, response, least)
+
+
+def _system(numbers: np.ndarray, zeros: int, order: Fraction, centre: float) -> FractionalTransferFunction:
+    """Coefficients of powers of s/centre as a system, its largest power of the denominator with the factor 1."""
+    parts = numbers[: zeros + 1], numbers[zeros + 1 :]
+    scaled = [part / centre ** (float(order) * np.arange(len(part))) for part in parts]
+    above, below = ([(order * k, value / scaled[1][-1]) for k, value in enumerate(part)] for part in scaled)
+    return FractionalTransferFunction.of(above, below)
