@@ -13,6 +13,7 @@ experiments  run, what `jackbench run`, `bench` and `tune` compute
 rigs         load_rig, save_rig, Rig, variation, with_delay
 plants       build, Plant, Engine, equilibrium, linearise, discretise, stepped_sine, known_effects
 controllers  controller, of one's own "file.py:Class"; Controller, design_numbers and number, to write one
+fractional   FractionalTransferFunction, fit_fractional; read_sheet, of a frequency response
 figures      Figure, Panel, Curve, Table; numbers are SI, or text with a unit: quantity, to_si, from_si, SIGNALS
 
 The rooms, from the ground up, each importing only from those above it in this list:
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from .base.units import from_si, quantity, to_si
     from .control.controller_spec import ControllerSpec
     from .control.controller_type import controller
+    from .control.fractional import FractionalTransferFunction, fit_fractional
     from .control.protocol import Controller, design_numbers, number
     from .engine import Engine, Trajectory
     from .linear import Equilibrium, discretise, equilibrium, linearise, nonlinear_system
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from .plant import Plant, build, build_force_port
     from .plant.effects import Effect, known_effects
     from .records import Campaign, Record, load_campaign, read_record
+    from .records.frequency_sheet import read_sheet
     from .report import Curve, Figure, Panel, Table
     from .rigs.rig import Rig, load_rig, save_rig
 
@@ -65,6 +68,7 @@ _HOMES = {
     "base.units": ("from_si", "quantity", "to_si"),
     "control.controller_spec": ("ControllerSpec",),
     "control.controller_type": ("controller",),
+    "control.fractional": ("FractionalTransferFunction", "fit_fractional"),
     "control.protocol": ("Controller", "design_numbers", "number"),
     "engine": ("Engine", "Trajectory"),
     "linear": ("Equilibrium", "discretise", "equilibrium", "linearise", "nonlinear_system"),
@@ -79,6 +83,7 @@ _HOMES = {
     "plant": ("Plant", "build", "build_force_port"),
     "plant.effects": ("Effect", "known_effects"),
     "records": ("Campaign", "Record", "load_campaign", "read_record"),
+    "records.frequency_sheet": ("read_sheet",),
     "report": ("Curve", "Figure", "Panel", "Table"),
     "rigs.rig": ("Rig", "load_rig", "save_rig"),
 }
@@ -97,6 +102,7 @@ __all__ = [
     "Engine",
     "Equilibrium",
     "Figure",
+    "FractionalTransferFunction",
     "InputError",
     "Panel",
     "Plant",
@@ -114,6 +120,7 @@ __all__ = [
     "discretise",
     "equilibrium",
     "fit",
+    "fit_fractional",
     "from_si",
     "known_effects",
     "linearise",
@@ -123,6 +130,7 @@ __all__ = [
     "number",
     "quantity",
     "read_record",
+    "read_sheet",
     "residual",
     "run",
     "save_rig",

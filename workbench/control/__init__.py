@@ -10,7 +10,7 @@ linear_law             sampled linear laws as data, for compiled loops
 graph_law, piecewise_linear    laws that are not linear as graphs, for compiled loops; schedules and maps of the command
 jack_model, inner_loop    the jack as an outer controller sees it
 kalman_observer, mpc_qp, reference_governor    what model-based controllers share
-crone                  fractional design
+crone, fractional      fractional design; fractional systems as objects
 scheduled_law, export  laws with schedules and maps as data; coefficients for a rig's own digital controller
 """
 

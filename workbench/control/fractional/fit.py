@@ -1,5 +1,6 @@
 """A fractional system fitted to a measured frequency response."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -7,10 +8,11 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...report.figures import Figure, FrequencyCurve, bode
+from .polynomial import order_of
 from .transfer_function import FractionalTransferFunction
 
 _ORDERS = 0.05, 1.95  # commensurate orders that are tried
-_GRID = 39
+_GRID, _PHASES = 39, 6
 _ROUNDS = 12
 _DIGITS = 4  # of a fitted order
 _NOTHING = 1e-12  # a coefficient with such a part in the sum over all frequencies is 0
@@ -18,7 +20,10 @@ _NOTHING = 1e-12  # a coefficient with such a part in the sum over all frequenci
 
 @dataclass(frozen=True, eq=False)
 class FractionalFit:
-    """A fractional system beside the response [k] at f [k] in Hz it was fitted to; `error`: rms relative difference."""
+    """A fractional system beside the response [k] at f [k] in Hz it was fitted to, a relative one at its true phase.
+
+    `error` is the root mean square of the relative difference.
+    """
 
     system: FractionalTransferFunction
     f: np.ndarray
@@ -35,40 +40,59 @@ class FractionalFit:
 
 
 def fit_fractional(
-    f: np.ndarray, response: np.ndarray, zeros: int, poles: int, order: float | Fraction | None = None
+    f: np.ndarray,
+    response: np.ndarray,
+    zeros: int,
+    poles: int,
+    order: float | Fraction | None = None,
+    relative: bool = False,
 ) -> FractionalFit:
     """b_0 + ... + b_zeros s^(zeros q) over a_0 + ... + a_poles s^(poles q), near a response [k] at f [k] in Hz.
 
     For a commensurate order q by the weighted linear least squares of Levy, repeated after Sanathanan and Koerner (IEEE
     Trans. Automatic Control 8(1), 1963; for fractional orders Valério and Sá da Costa, Signal Processing 86(10), 2006);
-    without `order`, q is searched, to four digits. Every frequency counts alike, by its relative error. Raises
-    InputError for fewer frequencies than coefficients or a response that vanishes.
+    without `order`, q is searched, to four digits. Every frequency counts alike, by its relative error. A `relative`
+    response, as a FrequencySheet has it, may be turned by a constant phase, which the fit finds. Raises InputError for
+    fewer frequencies than coefficients or a response that vanishes.
     """
     f, response = np.asarray(f, float), np.asarray(response, complex)
     if zeros < 0 or poles < zeros:
         raise InputError(f"{zeros} zeros and {poles} poles in s^q: at least as many poles as zeros, none below 0")
     if 2 * len(f) < zeros + poles + 2 or len(f) != len(response):
-        raise InputError(
-            f"{len(f)} frequencies and {len(response)} responses for {zeros + poles + 1} coefficients; measure more"
-        )
+        count = zeros + poles + 1
+        raise InputError(f"{len(f)} frequencies and {len(response)} responses for {count} coefficients; measure more")
     if not (np.all(np.isfinite(response)) and np.all(response) and np.all(f > 0)):
         raise InputError("frequencies must be above 0, and responses finite and not 0")
-    q = Fraction(order).limit_denominator(10**_DIGITS) if order is not None else _search(f, response, zeros, poles)
-    return _fitted(f, response, zeros, poles, q)
+    known = None if order is None else order_of(order)
+
+    def fitted(q: float | Fraction, phase: float) -> FractionalFit:
+        return _fitted(f, response * np.exp(1j * phase), zeros, poles, Fraction(q))
+
+    if known is not None and not relative:
+        return fitted(known, 0.0)
+    rounded = known or Fraction(f"{_search(fitted, None, relative)[0]:.{_DIGITS}f}")
+    return fitted(rounded, _search(fitted, rounded, relative)[1] if relative else 0.0)
 
 
-def _search(f: np.ndarray, response: np.ndarray, zeros: int, poles: int) -> Fraction:
-    """The order with the least error: by a grid, then between its neighbours."""
-    from scipy.optimize import minimize_scalar
+def _search(fitted: Callable[..., FractionalFit], order: Fraction | None, relative: bool) -> tuple[float, float]:
+    """Order and phase [rad] of the least error: from the best of a grid by the simplex of Nelder and Mead."""
+    from scipy.optimize import minimize
 
-    def error(order: float) -> float:
-        return float(np.log(_fitted(f, response, zeros, poles, Fraction(order)).error + 1e-15))
+    orders = np.linspace(*_ORDERS, _GRID) if order is None else np.array([float(order)])
+    phases = np.linspace(-np.pi / 2, np.pi / 2, _PHASES, endpoint=False) if relative else np.zeros(1)
+    grid = np.stack(np.meshgrid(orders, phases), axis=-1).reshape(-1, 2)
+    free = np.array([order is None, relative])
+    best = grid[int(np.argmin([fitted(*point).error for point in grid]))]
 
-    grid = np.linspace(*_ORDERS, _GRID)
-    best = grid[int(np.argmin([error(order) for order in grid]))]
-    step = grid[1] - grid[0]
-    search = minimize_scalar(error, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-6})
-    return Fraction(f"{search.x:.{_DIGITS}f}")
+    def error(moved: np.ndarray) -> float:
+        point = best.copy()
+        point[free] = moved
+        return np.log(fitted(*point).error + _NOTHING) if _ORDERS[0] / 2 < point[0] < 2 else np.inf
+
+    corners = np.vstack((best[free], best[free] + 0.03 * np.eye(free.sum())))
+    options = {"xatol": 1e-7, "fatol": 1e-6, "initial_simplex": corners}
+    best[free] = minimize(error, best[free], method="Nelder-Mead", options=options).x
+    return float(best[0]), float(best[1])
 
 
 def _fitted(f: np.ndarray, response: np.ndarray, zeros: int, poles: int, order: Fraction) -> FractionalFit:

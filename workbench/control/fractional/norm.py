@@ -59,6 +59,7 @@ def _infinite(numerator: FractionalPolynomial, denominator: FractionalPolynomial
     return ""
 
 
+@np.errstate(divide="ignore", invalid="ignore")  # of poles that coincide, which residues do not do
 def _by_residues(numerator: FractionalPolynomial, denominator: FractionalPolynomial) -> tuple[float, float]:
     """||G||^2 and what rounding may take of it, infinite where this does not do: 1/(pi q) integral of y^(p-1) R(y) dy.
 
@@ -74,13 +75,12 @@ def _by_residues(numerator: FractionalPolynomial, denominator: FractionalPolynom
     for turn in np.exp(0.5j * np.pi * float(order) * np.array([1, -1])):
         y = sigma / turn
         log = np.log(np.abs(y)) + 1j * np.mod(np.angle(y), 2 * np.pi)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            residue = n(sigma) * n(y / turn) / (turn * d.deriv()(sigma) * d(y / turn))
+        residue = n(sigma) * n(y / turn) / (turn * d.deriv()(sigma) * d(y / turn))
         parts = -residue * np.exp((p - 1) * log)
         parts = parts * (log if p.is_integer() else np.pi * np.exp(-1j * np.pi * p) / np.sin(np.pi * p))
         total, size = total + parts.sum().real, size + np.abs(parts).sum()
     separation = np.abs(sigma[:, None] - sigma) + np.diag(np.abs(sigma))
-    loss = np.max(np.abs(sigma)[:, None] / separation)
+    loss = np.max(np.abs(sigma)[:, None] / separation) ** 2  # of the roots, and of the residues by them
     error = _ROUNDING * len(sigma) * size * loss / (np.pi * float(order))
     return (float(total / (np.pi * float(order))), float(error)) if np.isfinite(error) else (np.nan, np.inf)
 
