@@ -1,7 +1,7 @@
 """Fractional systems as objects: against complex arithmetic, integer orders, closed forms and published examples."""
 
 from fractions import Fraction
-from math import exp, factorial, gamma, sqrt
+from math import comb, exp, factorial, gamma, sqrt
 
 import control
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.special import erfcx
 
 import workbench as wb
 from workbench.base.errors import InputError
-from workbench.control.fractional import FractionalPolynomial, FractionalTransferFunction
+from workbench.control.fractional import FractionalPolynomial, FractionalTransferFunction, fit_orders
 from workbench.control.fractional.norm import _by_integral, _by_residues
 from workbench.control.fractional.polynomial import common_order, order_of
 from workbench.control.fractional.stability import LARGEST_DEGREE, roots_in_powers_of
@@ -319,6 +319,28 @@ def test_the_step_of_whole_orders_is_that_of_python_control(real, pairs, gain):
     assert g.step(t) == pytest.approx(wanted, abs=1e-7 * float(np.abs(wanted).max()))
 
 
+def along_a_line(transform, t, terms=4000):
+    """Inverse Laplace transform by Euler's summation (Abate and Whitt, ORSA J. Computing 7(1), 1995)."""
+    shift, averaged = 20.0, 14
+    k = np.arange(1, terms + averaged)
+    parts = (-1.0) ** k * np.real(transform((shift + 2j * np.pi * k) / (2 * t)))
+    sums = np.real(transform(np.array(shift / (2 * t) + 0j))) / 2 + np.cumsum(parts)
+    weights = np.array([comb(averaged, j) for j in range(averaged)]) / 2**averaged
+    return exp(shift / 2) / t * (weights @ sums[terms - 1 : terms - 1 + averaged]) / weights.sum()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(st.floats(0.1, 3.9), coefficient), min_size=1, max_size=4), size, st.floats(0.05, 20))
+def test_steps_on_contours_are_those_along_a_line(terms, constant, t):
+    """Any orders, all stable systems: two ways that share nothing but the transform."""
+    below = FractionalPolynomial.of([*terms, (0, constant)])
+    assume(len(below.terms) > 1 and np.diff(below.orders).min() > 0.05)
+    g = FractionalTransferFunction(FractionalPolynomial.of([(0, 1.0)]), below)
+    assume(g.stability())
+    found = g.step(np.array([t]))[0]
+    assert found == pytest.approx(along_a_line(lambda at: g(at) / at, t), rel=1e-5, abs=1e-6 / constant)
+
+
 @pytest.mark.parametrize("plant", PLANTS)
 def test_orders_that_are_rounded_move_the_step_a_little(plant):
     """Degrees of 22 to 3501: the same contour, poles by roots or by Newton's method."""
@@ -404,6 +426,24 @@ def test_a_fit_through_noise_is_as_good_as_the_noise():
     found = wb.fit_fractional(f, g.response(f) * (1 + noise), 0, 2)
     assert found.error == pytest.approx(0.02, rel=0.2)
     assert float(found.system.order) == pytest.approx(0.9, abs=0.005)
+
+
+def test_orders_with_nothing_in_common_are_fitted():
+    """Podlubny's plant from a commensurate fit of it, which is 4 % off: orders 2.2 and 0.9 again."""
+    f = np.geomspace(0.01, 10, 60)
+    start = wb.fit_fractional(f, PODLUBNY.response(f), 0, 2)
+    assert start.error > 0.03
+    found = fit_orders(f, PODLUBNY.response(f), start.system)
+    assert found.error < 1e-9
+    assert [order for order, _ in found.system.denominator.terms] == [0, Fraction(9, 10), Fraction(11, 5)]
+    with pytest.raises(InputError, match="2 frequencies for 3 coefficients and 2 orders; measure more"):
+        fit_orders(f[:2], PODLUBNY.response(f[:2]), start.system)
+
+
+def test_a_numpy_number_is_a_number():
+    assert (np.float64(2) * PODLUBNY)(AT) == pytest.approx(2 * PODLUBNY(AT))
+    assert (np.float64(2) + PODLUBNY)(AT) == pytest.approx(2 + PODLUBNY(AT))
+    assert [panel.y_label for panel in PODLUBNY.bode(0.01, 10).panels] == ["gain [dB]", "phase [deg]"]
 
 
 def test_a_sheet_is_fitted(tmp_path):

@@ -12,7 +12,7 @@ realisation         state spaces over a band, by Oustaloup's cells or by vector_
 fit                 a fractional system of a measured frequency response
 """
 
-from .fit import FractionalFit, fit_fractional
+from .fit import FractionalFit, fit_fractional, fit_orders
 from .norm import H2Norm
 from .polynomial import FractionalPolynomial
 from .realisation import Realisation
@@ -27,4 +27,5 @@ __all__ = [
     "Realisation",
     "Stability",
     "fit_fractional",
+    "fit_orders",
 ]

@@ -121,3 +121,41 @@ def _system(numbers: np.ndarray, zeros: int, order: Fraction, centre: float) -> 
     scaled = [part / centre ** (float(order) * np.arange(len(part))) for part in parts]
     above, below = ([(order * k, value / scaled[1][-1]) for k, value in enumerate(part)] for part in scaled)
     return FractionalTransferFunction.of(above, below)
+
+
+def fit_orders(f: np.ndarray, response: np.ndarray, start: FractionalTransferFunction) -> FractionalFit:
+    """Every coefficient and every order above 0 of `start` moved to bring it near to a response [k] at f [k] in Hz.
+
+    By nonlinear least squares of ln(G/response), so that every frequency counts alike; signs stay, and so does the
+    leading coefficient below. Orders come out with four digits, and need no commensurate order. Raises InputError for
+    fewer frequencies than numbers to be found.
+    """
+    from scipy.optimize import least_squares
+
+    f, response = np.asarray(f, float), np.asarray(response, complex)
+    s = 2j * np.pi * f
+
+    def system(numbers: np.ndarray) -> FractionalTransferFunction:
+        return _moved(start, numbers[:count], numbers[count:])
+
+    def difference(numbers: np.ndarray) -> np.ndarray:
+        ratio = np.log(system(numbers)(s) / response)
+        return np.concatenate((np.real(ratio), np.imag(ratio)))
+
+    orders = np.concatenate([part.orders[part.orders > 0] for part in (start.numerator, start.denominator)])
+    count = len(start.numerator.terms) + len(start.denominator.terms) - 1
+    if 2 * len(f) < count + len(orders):
+        raise InputError(f"{len(f)} frequencies for {count} coefficients and {len(orders)} orders; measure more")
+    free = least_squares(difference, np.append(np.zeros(count), orders), x_scale="jac").x
+    rounded = np.round(free[count:], _DIGITS)
+    last = least_squares(lambda sizes: difference(np.append(sizes, rounded)), free[:count], x_scale="jac").x
+    fitted = system(np.append(last, rounded))
+    return FractionalFit(fitted, f, response, float(np.sqrt(np.mean(np.abs(fitted(s) / response - 1) ** 2))))
+
+
+def _moved(start: FractionalTransferFunction, sizes: np.ndarray, orders: np.ndarray) -> FractionalTransferFunction:
+    """`start` with its coefficients times exp(sizes), but for the leading one below, and with these orders above 0."""
+    above, below = start.numerator, start.denominator
+    factors, moved = iter(np.append(np.exp(sizes), 1.0)), iter(orders)
+    parts = [[(next(moved) if k else 0, a * next(factors)) for k, a in part.terms] for part in (above, below)]
+    return FractionalTransferFunction.of(*parts)

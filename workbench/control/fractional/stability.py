@@ -83,7 +83,8 @@ def poles(denominator: FractionalPolynomial) -> np.ndarray:
 
 def _on_principal_sheet(sigma: np.ndarray, order: float) -> np.ndarray:
     """All s [n] with s^order = sigma [k] and |arg s| < pi."""
-    turns = np.angle(sigma) + 2 * np.pi * np.arange(-1, 2)[:, None]
+    sheets = int(np.ceil(order / 2))
+    turns = np.angle(sigma) + 2 * np.pi * np.arange(-sheets, sheets + 1)[:, None]
     there = np.abs(turns) < order * np.pi
     return np.exp((np.log(np.abs(sigma)) + 1j * turns)[there] / order)
 

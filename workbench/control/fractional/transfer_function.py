@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Union
 import numpy as np
 
 from ...base.errors import InputError
+from ...report.figures import Figure, FrequencyCurve, bode
 from .norm import H2Norm, h2_norm
 from .polynomial import FractionalPolynomial, common_order, order_of
 from .stability import Stability, poles, stability
@@ -30,6 +31,7 @@ class FractionalTransferFunction:
     numerator: FractionalPolynomial
     denominator: FractionalPolynomial
     s: ClassVar["FractionalTransferFunction"]
+    __array_ufunc__: ClassVar[None] = None  # a numpy number times a system is a system
 
     def __post_init__(self) -> None:
         if not self.denominator.terms:
@@ -59,6 +61,11 @@ class FractionalTransferFunction:
     def response(self, f: np.ndarray) -> np.ndarray:
         """The exact frequency response at f [k] > 0 in Hz, complex [k]."""
         return self(2j * np.pi * np.asarray(f, float))
+
+    def bode(self, low: float, high: float) -> Figure:
+        """The exact frequency response between `low` and `high` [Hz] as a figure."""
+        f = np.geomspace(low, high, 400)
+        return bode(str(self), [FrequencyCurve("exact", f, self.response(f))])
 
     def stability(self) -> Stability:
         """Of its poles, by Matignon's theorem or the argument principle; true where it is stable."""
