@@ -8,11 +8,11 @@ from typing import Literal
 import numpy as np
 
 from .polynomial import FractionalPolynomial, common_order
-from .stability import LARGEST_DEGREE, roots_in_powers_of
+from .stability import LARGEST_DEGREE, poles, roots_in_powers_of
 from .winding import corner_range, roots_in_sector, scaled_terms
 
 _TAIL = 1e-9  # share of the integral's tails that lies beyond their leading terms
-_ROUNDING = 4e-16  # per pole
+_ROUNDING = 1e-15  # of a pole, of a term
 _ACCURATE = 1e-9  # relative error up to which residues are taken
 
 
@@ -33,8 +33,8 @@ def h2_norm(numerator: FractionalPolynomial, denominator: FractionalPolynomial) 
     """The norm of numerator/denominator.
 
     It is finite where the difference of the highest orders is above 1/2, a pole of s = 0 is of an order below 1/2 and
-    no other is in the closed right half plane (Malti, Aoun, Levron, Oustaloup, Automatica 47(11), 2011, give the
-    residues for commensurate orders, poles simple; the integral takes any orders).
+    no other is in the closed right half plane. Malti, Aoun, Levron, Oustaloup, Automatica 47(11), 2011, give the
+    residues for commensurate orders; the integral takes any orders, and poles that coincide.
     """
     if not numerator.terms:
         return H2Norm(0.0, 0.0, "residues")
@@ -67,7 +67,7 @@ def _by_residues(numerator: FractionalPolynomial, denominator: FractionalPolynom
     residues of y^(p-1) R with 0 < arg y < 2 pi; for a whole p minus that of the residues of y^(p-1) R ln y.
     """
     order = common_order(power for part in (numerator, denominator) for power, _ in part.terms)
-    if denominator.lowest > 0 or numerator.lowest < 0 or denominator.highest / order > LARGEST_DEGREE:
+    if denominator.lowest > 0 or denominator.highest / order > LARGEST_DEGREE:
         return np.nan, np.inf
     sigma, p = roots_in_powers_of(denominator, order), float(1 / order)
     n, d = (np.polynomial.Polynomial(part.in_powers_of(order)) for part in (numerator, denominator))
@@ -86,7 +86,8 @@ def _by_residues(numerator: FractionalPolynomial, denominator: FractionalPolynom
 
 
 def _by_integral(numerator: FractionalPolynomial, denominator: FractionalPolynomial) -> tuple[float, float]:
-    """||G||^2 and a bound of its error: over x = ln w by Gauss-Kronrod between corners, the ends by leading terms."""
+    """||G||^2 and a bound of its error: over x = ln w by Gauss-Kronrod between corners and poles, the ends by leading
+    terms. Raises InputError as `poles` does."""
     from scipy.integrate import quad
 
     def density(x: float) -> float:
@@ -99,10 +100,12 @@ def _by_integral(numerator: FractionalPolynomial, denominator: FractionalPolynom
         float(2 * (denominator.highest - numerator.highest) - 1),
     )
     tails = density(low) / slopes[0] + density(high) / slopes[1]
-    edges = np.unique(np.concatenate([[low, high], *(_corners(part, low, high) for part in (numerator, denominator))]))
-    pieces = [quad(density, a, b, epsabs=0, epsrel=1e-12, limit=400)[:2] for a, b in pairwise(edges)]
+    inner = np.concatenate([_corners(numerator), _corners(denominator), np.log(np.abs(poles(denominator)))])
+    edges = np.unique([low, high, *inner[(inner > low) & (inner < high)]])
+    pieces = [quad(density, a, b, epsabs=0, epsrel=1e-11, limit=400, full_output=1)[:2] for a, b in pairwise(edges)]
     inside, error = np.sum(pieces, axis=0)
-    return float((inside + tails) / np.pi), float((error + 8 * _TAIL * tails) / np.pi)
+    rounding = _ROUNDING * max(_cancellation(part, edges) for part in (numerator, denominator))
+    return float((inside + tails) / np.pi), float((error + rounding * inside + 8 * _TAIL * tails) / np.pi)
 
 
 def _log_gain(numerator: FractionalPolynomial, denominator: FractionalPolynomial, x: np.ndarray) -> np.ndarray:
@@ -118,9 +121,15 @@ def _log_size(polynomial: FractionalPolynomial, x: np.ndarray) -> np.ndarray:
         return largest + np.log(np.abs(turned @ scaled_terms(polynomial, x)))
 
 
-def _corners(polynomial: FractionalPolynomial, low: float, high: float) -> np.ndarray:
+def _cancellation(polynomial: FractionalPolynomial, x: np.ndarray) -> float:
+    """By how much the terms are larger than their sum, at worst, at w = e^x: where rounding counts."""
+    sizes = scaled_terms(polynomial, x)
+    turned = np.sign(polynomial.coefficients) * np.exp(0.5j * np.pi * polynomial.orders)
+    return float(np.max(sizes.sum(axis=0) / np.abs(turned @ sizes)))
+
+
+def _corners(polynomial: FractionalPolynomial) -> np.ndarray:
     """ln w at which two terms that follow each other are equal, and a decade around: where the gain bends."""
     size, order = np.log(np.abs(polynomial.coefficients)), polynomial.orders
     x = -np.diff(size) / np.diff(order)
-    around = (x[:, None] + np.array([-2.3, -0.5, 0.0, 0.5, 2.3])).ravel()
-    return around[(around > low) & (around < high)]
+    return (x[:, None] + np.array([-2.3, -0.5, 0.0, 0.5, 2.3])).ravel()
