@@ -4,6 +4,7 @@ protocol, protocol_check    what a controller is, and whether a class is one
 controller_spec, load_class    a controller of a config: its class, numbers and compensators
 controller_type        the same for Python: a law called with its numbers
 compensators           filters and static maps that stack on any controller
+around, measured_stiffness    what stands around a controller; force loops scaled by the stiffness that they measure
 lane_compensators      the same around a controller in lanes
 discrete_filter, second_order_sections, section_controller    sampled linear laws
 linear_law             sampled linear laws as data, for compiled loops
