@@ -206,8 +206,25 @@ def _phase_margin(loop: np.ndarray) -> np.ndarray:
     with np.errstate(divide="ignore"):  # a plant without a supply does not answer
         size = np.log(np.abs(loop))
     lane, i = np.nonzero(np.signbit(size[:, 1:]) != np.signbit(size[:, :-1]))
-    part = size[lane, i] / (size[lane, i] - size[lane, i + 1])
-    at = loop[lane, i] + part * (loop[lane, i + 1] - loop[lane, i])
+    around = np.clip(i[:, None] + np.arange(-1, 3), 0, loop.shape[1] - 1)  # a cubic of the four points about it
+    sizes, points = size[lane[:, None], around], loop[lane[:, None], around]
+    turned = np.unwrap(np.angle(points / points[:, 1:2]), axis=1)
+    part = sizes[:, 1] / (sizes[:, 1] - sizes[:, 2])
+    for _ in range(3):
+        slope = (_cubic(sizes, part + 0.01) - _cubic(sizes, part - 0.01)) / 0.02
+        part = np.clip(part - _cubic(sizes, part) / np.where(slope == 0, np.inf, slope), 0.0, 1.0)
     least = np.full(len(loop), np.inf)
-    np.minimum.at(least, lane, np.abs(np.degrees(np.angle(-at))))
+    at = np.angle(-points[:, 1]) + _cubic(turned, part)
+    np.minimum.at(least, lane, np.abs(np.degrees(np.angle(np.exp(1j * at)))))
     return np.where(np.isfinite(least), least, np.nan)
+
+
+def _cubic(y: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """At t [k] the cubics through y [k, 4] at -1, 0, 1 and 2 (Lagrange's form)."""
+    weights = (
+        -t * (t - 1) * (t - 2) / 6,
+        (t + 1) * (t - 1) * (t - 2) / 2,
+        -(t + 1) * t * (t - 2) / 2,
+        (t + 1) * t * (t - 1) / 6,
+    )
+    return np.sum(y * np.stack(weights, axis=1), axis=1)

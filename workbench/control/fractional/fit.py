@@ -3,13 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...base.errors import InputError
-from ...report.figures import Figure, FrequencyCurve, bode
 from .polynomial import order_of
 from .transfer_function import FractionalTransferFunction
+
+if TYPE_CHECKING:
+    from ...report.figures import Figure
 
 _ORDERS = 0.05, 1.95  # commensurate orders that are tried
 _GRID, _PHASES = 39, 6
@@ -30,8 +33,10 @@ class FractionalFit:
     response: np.ndarray
     error: float
 
-    def figure(self) -> Figure:
+    def figure(self) -> "Figure":
         """Measured and fitted response."""
+        from ...report.figures import FrequencyCurve, bode
+
         fitted = FrequencyCurve("fitted", self.f, self.system.response(self.f))
         return bode(str(self.system), [FrequencyCurve("measured", self.f, self.response, "markers"), fitted])
 

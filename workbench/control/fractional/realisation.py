@@ -11,7 +11,6 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.gain_phase import gain_db
 from ...linear.state_space import StateSpace, state_space
-from ...report.figures import Curve, Figure, FrequencyCurve, Panel, bode
 from ..crone.oustaloup import power
 from ..second_order_sections import Factors
 from .vector_fitting import vector_fit
@@ -19,6 +18,7 @@ from .vector_fitting import vector_fit
 if TYPE_CHECKING:
     import control
 
+    from ...report.figures import Figure
     from .transfer_function import FractionalTransferFunction
 
 _POINTS = 40  # a decade of the band
@@ -52,8 +52,10 @@ class Realisation:
         """The python-control system."""
         return self.system.to_control()
 
-    def figure(self) -> Figure:
+    def figure(self) -> "Figure":
         """Both responses, and what the state space is off by, over the band."""
+        from ...report.figures import Curve, Figure, FrequencyCurve, Panel, bode
+
         curves = [
             FrequencyCurve("exact", self.f, self.exact),
             FrequencyCurve("state space", self.f, self.response, "dash"),

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, ClassVar, Union
 import numpy as np
 
 from ...base.errors import InputError
-from ...report.figures import Figure, FrequencyCurve, bode
 from .norm import H2Norm, h2_norm
 from .polynomial import FractionalPolynomial, common_order, order_of
 from .stability import Stability, poles, stability
 from .time_response import inverse_laplace
 
 if TYPE_CHECKING:
+    from ...report.figures import Figure
     from .realisation import Realisation
 
 Operand = Union["FractionalTransferFunction", float]
@@ -62,8 +62,10 @@ class FractionalTransferFunction:
         """The exact frequency response at f [k] > 0 in Hz, complex [k]."""
         return self(2j * np.pi * np.asarray(f, float))
 
-    def bode(self, low: float, high: float) -> Figure:
+    def bode(self, low: float, high: float) -> "Figure":
         """The exact frequency response between `low` and `high` [Hz] as a figure."""
+        from ...report.figures import FrequencyCurve, bode
+
         f = np.geomspace(low, high, 400)
         return bode(str(self), [FrequencyCurve("exact", f, self.response(f))])
 
