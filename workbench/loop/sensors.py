@@ -1,5 +1,7 @@
 """What a rig's sensors say: noise from a counter-based generator, and steps of their resolution."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..base.errors import InputError
@@ -22,6 +24,16 @@ def check_sensors(rig: Rig, measures: tuple[str, ...]) -> None:
     for name in measures:
         if name not in rig.sensors:
             raise InputError(f"rig {rig.name} has no {name} sensor, which the controller needs; declare one")
+
+
+def logged(
+    signals: Mapping[str, np.ndarray], rig: Rig, outputs: tuple[str, ...], seed: int | None
+) -> dict[str, np.ndarray]:
+    """The readings [k] by name that a loop with a seed acted on, of the plant's outputs [k] by name."""
+    sensors = Sensors(rig, outputs, seed)
+    true = np.column_stack([signals[name] for name in outputs])
+    noise = sensors.noise_rows(1 + len(true))[1:]  # the loop measures once before its first sample
+    return dict(zip(sensors.names, sensors.readings(true, noise).T, strict=True))
 
 
 class Sensors:

@@ -14,8 +14,11 @@ from ...loop.reach import check_reach
 from ...loop.scenarios import SCENARIOS, Scenario, scenario
 from ...rigs.rig import Rig
 
-_KEYS = ("signal", "size", "rate", "frequency", "file", "start", "load", "load_at", "travel", "speed", "duration")
-_COURSES = ("rate", "frequency", "file")
+_KEYS = (
+    *("signal", "size", "rate", "frequency", "file", "road", "start", "load", "load_at", "travel", "speed"),
+    "duration",
+)
+_COURSES = ("rate", "frequency", "file", "road")
 _LARGE = 1e12
 
 
@@ -45,8 +48,8 @@ def _own(name: str, tables: Table) -> Scenario:
     si = SIGNALS[signal].si
     if len(courses := [key for key in _COURSES if key in table]) > 1:
         raise table.complaint(courses[1], f"not together with {courses[0]}; remove one")
-    if not {"size", "file", "load", "travel"} & set(table):
-        raise table.error("asks for nothing; give a size, a file, a load or a travel")
+    if not {"size", "file", "road", "load", "travel"} & set(table):
+        raise table.error("asks for nothing; give a size, a file, a road, a load or a travel")
     load = _quantity(table, "load", "N", "force on the jack", -_LARGE)
     load_at = _quantity(table, "load_at", "s", "when the load comes") if "load_at" in table else 0.5
     if "load_at" in table and not load:
@@ -54,6 +57,8 @@ def _own(name: str, tables: Table) -> Scenario:
     further: dict[str, Any] = {"load": load, "load_at": load_at, **_start(table), **_far_end(table)}
     if "file" in table:
         return _waveform(name, table, signal, further)
+    if "road" in table:
+        return _road(name, table, signal, further)
     size = _quantity(table, "size", si, "size", -_LARGE)
     if not size and (courses or not (load or "travel" in table)):
         raise table.complaint("size", "must be there, and not 0")
@@ -63,6 +68,24 @@ def _own(name: str, tables: Table) -> Scenario:
     if "frequency" in table:
         further["frequency"] = table.quantity("frequency", Spec("Hz", 1e-6, 1e6, "frequency of a sine"))
     return Scenario(name, signal, size, table.quantity("duration", duration), **further)
+
+
+def _road(name: str, table: Table, signal: str, further: dict[str, Any]) -> Scenario:
+    """A random road over the `duration`, from its first height on."""
+    from ...records.road import CLASSES, road
+
+    if signal != "position":
+        raise table.complaint("road", "is a course of the position; remove one")
+    if "size" in table:
+        raise table.complaint("size", "the class of the road has the size; remove one")
+    part = table.table("road", "class", "speed", "low", "high", "seed")
+    duration = table.quantity("duration", Spec("s", 1e-3, 1e6, "how long it is watched"))
+    low, high = (part.quantity(key, Spec("Hz", 1e-3, 1e3, f"{key}est frequency")) for key in ("low", "high"))
+    speed = part.quantity("speed", Spec("m/s", 0.01, 100.0, "speed of the vehicle"))
+    kind, seed = part.word("class", CLASSES), part.count("seed", 0)
+    t, heights = table.about("road", lambda: road(kind, speed, duration, (low, high), seed))
+    waveform = tuple(t.tolist()), tuple((heights - heights[0]).tolist())
+    return Scenario(name, signal, float(np.ptp(heights)), duration, waveform=waveform, **further)
 
 
 def _quantity(table: Table, key: str, si: str, meaning: str, low: float = 0.0) -> float:

@@ -12,7 +12,8 @@ from ...base.errors import InputError
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...linear import equilibrium
-from ...loop.sampled_loop import LoopRun, Sensors
+from ...loop.sampled_loop import LoopRun
+from ...loop.sensors import logged
 from ...plant import build
 from ...records import Record
 from ...records.campaign import ROLES
@@ -167,17 +168,14 @@ class _Pace:
         return Excitation(name, self._period, self._rig["xmid"] + travelled, command)
 
 
-def logged(drive: DriveSimulation, run: LoopRun, seed: int) -> dict[str, np.ndarray]:
+def _logged(drive: DriveSimulation, run: LoopRun, seed: int) -> dict[str, np.ndarray]:
     """What the rig's sensors log of a run that the loop measured with the same seed, [n] SI by signal.
 
     Row k is y = h(x(t_k), u_k), after writing u_k, and its noise is the one that the controller met at t_k: a loop logs
     the sample that it acts on. A load cell without a specimen says nothing and is left out.
     """
-    rig, names = drive.rig, drive.engine.plant.outputs
-    sensors = Sensors(rig, names, seed)
-    outputs = np.column_stack([run.record.signals[name] for name in sensors.names])
-    noise = sensors.noise_rows(1 + len(outputs))[1:]  # the loop measures once before its first sample
-    readings = dict(zip(sensors.names, sensors.disturbed(outputs, noise).T, strict=True))
+    rig = drive.rig
+    readings = logged(run.record.signals, rig, drive.engine.plant.outputs, seed)
     idle = ("force",) if rig["ks"] == 0 and rig["cs"] == 0 else ()
     given = {name: run.record.signals[name] for name in ("reference", "command")}
     return given | {name: values for name, values in readings.items() if name not in idle}
@@ -190,7 +188,7 @@ def _recorded(drive: DriveSimulation, excitation: Excitation, entropy: list[int]
         raise InputError(
             f"{excitation.name}: on {drive.rig.name}, {trouble(run)}; make it smaller, or check the rig's limits"
         )
-    return {"signals": logged(drive, run, seed), "effort": effort(run, drive.rig)}
+    return {"signals": _logged(drive, run, seed), "effort": effort(run, drive.rig)}
 
 
 def _rows(seconds: float, period: float) -> np.ndarray:

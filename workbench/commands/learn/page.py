@@ -1,0 +1,210 @@
+"""What a learning experiment shows: that it converges, how the error falls, and the drives."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...base.gain_phase import gain_db
+from ...base.units import from_si
+from ...loop.learning import Learned, LearningFilter, rms
+from ...loop.rows import LoopSetup
+from ...records.excitation import Excitation, excitation_text
+from ...records.frequency_sheet import table_text
+from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
+from .config import LearnConfig
+
+SPECTRUM_SHARE = 1.5  # of the cut-off: as far as frequency plots go
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """The filter, and closed loops by rig and operating point, complex [k] at the filter's frequencies."""
+
+    learning: LearningFilter
+    responses: Mapping[str, np.ndarray]
+
+    @property
+    def largest(self) -> dict[str, float]:
+        """The largest |Q (1 - L T)| of each loop."""
+        return {name: float(self.learning.contraction(t).max()) for name, t in self.responses.items()}
+
+    @property
+    def verdict(self) -> str:
+        """The convergence condition in words."""
+        name, most = max(self.largest.items(), key=lambda item: item[1])
+        cutoff = self.learning.cutoff
+        return f"converges up to {cutoff:.3g} Hz: |Q (1 - L T)| is at most {most:.2f} ({name}), and must be below 1"
+
+
+def rows(config: LearnConfig, learned: Mapping[str, Learned]) -> list[dict[str, Any]]:
+    """A row an iteration of each rig: SI but for what its key says."""
+    return [
+        {
+            "rig": name,
+            "iteration": number,
+            "error_rms": each.error(iteration),
+            "error_db": float(20 * np.log10(each.error(iteration) / each.error(each.iterations[0]))),
+            "true_error_rms": rms(each.reference[: len(iteration.true)] - iteration.true),
+            "true_error_peak": float(np.abs(each.reference[: len(iteration.true)] - iteration.true).max()),
+            "gain": iteration.gain,
+            "kept": iteration.kept,
+            "peak_drive": float(np.abs(iteration.drive).max()),
+            "peak_command": float(np.abs(iteration.command).max()),
+            "saturated_s": iteration.saturated,
+            "lowest_pressure": iteration.lowest_pressure,
+            "tripped": iteration.tripped,
+        }
+        for name, each in learned.items()
+        for number, iteration in enumerate(each.iterations)
+    ]
+
+
+def tables(config: LearnConfig, learned: Mapping[str, Learned]) -> dict[str, dict[str, np.ndarray]]:
+    """Of every iteration: time, reference, drive, what the sensor said, what was true (SI), command."""
+    return {
+        f"{name}-{number}": {
+            "t": np.arange(len(iteration.true)) * config.rig.period.value,
+            "reference": each.reference[: len(iteration.true)],
+            "drive": iteration.drive[: len(iteration.true)],
+            "measured": iteration.measured,
+            "true": iteration.true,
+            "command": iteration.command,
+        }
+        for name, each in learned.items()
+        for number, iteration in enumerate(each.iterations)
+    }
+
+
+def drive_files(config: LearnConfig, setups: Mapping[str, LoopSetup], learned: Mapping[str, Learned]) -> dict[str, str]:
+    """The learned drives as files that a drive plays, of the position about the rig's middle."""
+    files = {}
+    for name, each in learned.items():
+        drive = each.best.drive
+        t = np.arange(len(drive)) * config.rig.period.value
+        if config.signal.name == "position":
+            rest = config.rig["xmid"] + config.scenario.position(config.rig.limit("stroke"))
+            played = Excitation(name, config.rig.period.value, rest + drive, np.zeros(len(drive)))
+            files[f"drive-{name}.csv"] = excitation_text(played)
+        else:
+            files[f"drive-{name}.csv"] = table_text({"t": t, config.signal.name: drive})
+    return files
+
+
+def figure(config: LearnConfig, learned: Mapping[str, Learned]) -> Figure:
+    """RMS of the measured error over the iterations that were kept, and what does not repeat."""
+    curves = []
+    for name, each in learned.items():
+        kept = [(n, each.error(i)) for n, i in enumerate(each.iterations) if i.kept]
+        numbers, errors = np.array(kept).T
+        curves.append(Curve(name, numbers, shown(config, errors)))
+    floor = float(shown(config, max(each.floor for each in learned.values())))
+    marks = [Mark(floor, "does not repeat")] if floor else []
+    panel = Panel(f"RMS error [{config.signal.unit}]", curves, log_y=True, marks=marks)
+    return Figure(f"{config.scenario.name} by {config.controller.name}: error", "iteration [1]", [panel])
+
+
+def page(config: LearnConfig, convergence: Convergence, learned: Mapping[str, Learned], picture: Figure) -> Page:
+    """The report."""
+    falls = ", ".join(f"{each.fall_db:.1f} dB in {_count(each)} on {name}" for name, each in learned.items())
+    verdict = f"The error of {config.scenario.name} by {config.controller.name} falls by {falls}."
+    return Page(
+        f"Learning the drive file of {config.scenario.name} on {config.rig.name}",
+        verdict,
+        [
+            Section("The error", [picture, _table(config, learned)]),
+            Section("Before the first iteration", [f"It {convergence.verdict}.", _contraction(convergence)]),
+            *(
+                Section(name, [_time(config, each), _spectrum(config, convergence, each)])
+                for name, each in learned.items()
+            ),
+        ],
+    )
+
+
+def shown(config: LearnConfig, values: float | np.ndarray) -> np.ndarray:
+    """Values of the controlled signal in the unit that people read."""
+    return from_si(values, config.signal.unit, config.signal.si)
+
+
+def _count(learned: Learned) -> str:
+    number = len(learned.iterations) - 1
+    return f"{number} iteration{'' if number == 1 else 's'}"
+
+
+def _table(config: LearnConfig, learned: Mapping[str, Learned]) -> Table:
+    unit = config.signal.unit
+    columns = [
+        "rig", "iteration", f"RMS error [{unit}]", "[dB]", f"true [{unit}]", f"peak [{unit}]", "gain [1]", "kept",
+        f"drive, peak [{unit}]", "command, peak [1]", "limited [s]", "lowest [bar]",
+    ]  # fmt: skip
+    cells = [
+        [
+            *(row["rig"], row["iteration"], float(shown(config, row["error_rms"])), row["error_db"]),
+            *(float(shown(config, row[key])) for key in ("true_error_rms", "true_error_peak")),
+            *(row["gain"], row["kept"], float(shown(config, row["peak_drive"])), row["peak_command"]),
+            *(row["saturated_s"], row["lowest_pressure"] / 1e5),
+        ]
+        for row in rows(config, learned)
+    ]
+    stops = "; ".join(f"{name} stopped: {each.stopped}" for name, each in learned.items())
+    note = f"{stops}. Errors are as the sensor has them, true ones as the plant has them; iteration 0 plays the record."
+    return Table("Iterations", columns, cells, note)
+
+
+def _band(learning: LearningFilter) -> np.ndarray:
+    """Places of the frequencies that are drawn."""
+    return np.flatnonzero((learning.f > 0) & (learning.f < SPECTRUM_SHARE * learning.cutoff))
+
+
+def _contraction(convergence: Convergence) -> Figure:
+    """|Q (1 - L T)| and closed loops over frequency, with Q and L."""
+    learning = convergence.learning
+    band = _band(learning)
+    f = learning.f[band]
+    each = [Curve(name, f, learning.contraction(t)[band]) for name, t in convergence.responses.items()]
+    loops = [Curve(name, f, gain_db(t[band])) for name, t in convergence.responses.items()]
+    filters = [Curve("Q", f, gain_db(learning.q[band]), "dash"), Curve("L", f, gain_db(learning.inverse[band]), "dot")]
+    panels = [
+        Panel("|Q (1 - L T)| [1]", each, y_range=(0.0, 1.05), marks=[Mark(1.0, "converges below")]),
+        Panel("gain [dB]", [*loops, *filters]),
+    ]
+    return Figure("What an iteration leaves of the error", "frequency [Hz]", panels, log_x=True)
+
+
+def _time(config: LearnConfig, learned: Learned) -> Figure:
+    first, best, t = learned.iterations[0], learned.best, config.rig.period.value * np.arange(len(learned.reference))
+
+    def curve(name: str, values: np.ndarray, style: Any = "line") -> Curve:
+        return Curve(name, t[: len(values)], shown(config, values), style)
+
+    signal = config.signal.label
+    errors = {"first": first, "learned": best}
+    left = [curve(name, learned.reference[: len(i.true)] - i.true) for name, i in errors.items()]
+    panels = [
+        Panel(
+            signal,
+            [curve("reference", learned.reference, "dot"), curve("drive", best.drive), curve("learned", best.true)],
+        ),
+        Panel(f"error [{config.signal.unit}]", left),
+        Panel("command [1]", [Curve("learned", t[: len(best.command)], best.command)]),
+    ]
+    return Figure("The record", "time [s]", panels, note="true values, without the sensor's noise")
+
+
+def _spectrum(config: LearnConfig, convergence: Convergence, learned: Learned) -> Figure:
+    """Amplitude spectra of the measured error."""
+    learning = convergence.learning
+    band = _band(learning)
+
+    def spectrum(values: np.ndarray) -> np.ndarray:
+        amplitudes = np.fft.rfft(values, 2 * (len(learning.f) - 1)) * 2 / len(learned.reference)
+        return shown(config, np.abs(amplitudes[band]))
+
+    f, reference = learning.f[band], learned.reference
+    curves = [Curve("reference", f, spectrum(reference), "dot")]
+    for name, iteration in {"first": learned.iterations[0], "learned": learned.best}.items():
+        curves.append(Curve(name, f, spectrum(reference[: len(iteration.measured)] - iteration.measured)))
+    panel = Panel(f"amplitude [{config.signal.unit}]", curves, log_y=True)
+    return Figure("Spectrum of the error", "frequency [Hz]", [panel], log_x=True)

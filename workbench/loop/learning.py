@@ -1,0 +1,157 @@
+"""Iterative learning of a drive file: what a loop is given to follow, corrected by what it left of the error.
+
+After each time that the same record is played, the drive u becomes u + g (Q (u + L e) - u): e is the error, L the
+inverse of the closed loop T, Q a low pass of no phase, g the gain, 1 unless an iteration made the error larger. Errors
+shrink by |Q (1 - L T)| at each frequency (Bristow, Tharayil and Alleyne, A survey of iterative learning control, IEEE
+Control Systems Magazine 26(3), 2006); with a smaller gain the drive that it arrives at is the same.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+STEEPNESS = 4  # order of Q, whose gain is 1/(1 + (f/cut-off)^8)
+BOUND = 0.9  # of |Q (1 - L T)| on every plant
+FAINT = 0.03  # of a closed loop's gain: L does not invert what is fainter, where it would answer to noise alone
+FALL = 1.0  # dB: an iteration that changes the error by less is the last
+LEAST_GAIN = 0.25
+_CUTOFFS = 400  # tried, over all frequencies
+_LOWEST = 0.1  # Hz
+
+
+@dataclass(frozen=True, eq=False)
+class LearningFilter:
+    """L and Q on the frequencies f [k] Hz of a record of `samples` with its padding: inverse complex [k], q [k] real.
+
+    `cutoff` [Hz] is that of Q.
+    """
+
+    f: np.ndarray
+    inverse: np.ndarray
+    q: np.ndarray
+    cutoff: float
+    samples: int
+
+    def corrected(self, drive: np.ndarray, error: np.ndarray, gain: float = 1.0) -> np.ndarray:
+        """The next drive [samples], from the last one and the error that it left."""
+        proposed = self._filtered(self.q, drive) + self._filtered(self.q * self.inverse, error)
+        return drive + gain * (proposed - drive)
+
+    def contraction(self, response: np.ndarray) -> np.ndarray:
+        """|Q (1 - L T)| [.., k] of closed loops T, complex [.., k] at f."""
+        return np.abs(self.q * (1 - self.inverse * response))
+
+    def _filtered(self, gains: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Values [samples] through gains [k], padded by a line from their end back to their start."""
+        whole = 2 * (len(self.f) - 1)
+        back = np.linspace(values[-1], values[0], whole - self.samples + 2)[1:-1]
+        return np.fft.irfft(np.fft.rfft(np.append(values, back)) * gains, whole)[: self.samples]
+
+
+def record_frequencies(samples: int, period: float) -> np.ndarray:
+    """Frequencies [k] Hz of a record of so many samples with padding of at least as many."""
+    return np.fft.rfftfreq(2 ** int(np.ceil(np.log2(2 * samples))), period)
+
+
+def learning_filter(
+    f: np.ndarray, samples: int, design: np.ndarray, plants: np.ndarray, highest: float
+) -> LearningFilter:
+    """L is the inverse of closed loops `design`, complex [n, k] at f: the least squares of 1 - L T over them.
+
+    Q has the highest cut-off, up to `highest` [Hz], with which |Q (1 - L T)| stays below 0.9 on all `plants` [m, k].
+    """
+    inverse = np.mean(design.conj(), axis=0) / (np.mean(np.abs(design) ** 2, axis=0) + FAINT**2)
+    left = np.abs(1 - inverse * plants).max(axis=0)
+    cutoffs = np.geomspace(highest, _LOWEST, _CUTOFFS)
+    converge = (cutoff for cutoff in cutoffs if (_low_pass(f, cutoff) * left).max() < BOUND)
+    cutoff = float(next(converge, _LOWEST))
+    return LearningFilter(f, inverse, _low_pass(f, cutoff), cutoff, samples)
+
+
+def _low_pass(f: np.ndarray, cutoff: float) -> np.ndarray:
+    return 1 / (1 + (f / cutoff) ** (2 * STEEPNESS))
+
+
+@dataclass(frozen=True, eq=False)
+class Iteration:
+    """One time that the record was played: drive, what the controlled signal did and its sensor said, command [k].
+
+    `kept`: whether the next iteration goes on from it; `gain` is that by which its drive was corrected.
+    """
+
+    drive: np.ndarray
+    true: np.ndarray
+    measured: np.ndarray
+    command: np.ndarray
+    saturated: float
+    lowest_pressure: float
+    tripped: str | None
+    gain: float = 1.0
+    kept: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """All iterations in which a drive was learned for a `reference` [k], the RMS `floor` of what does not repeat, and
+    why it stopped."""
+
+    reference: np.ndarray
+    iterations: tuple[Iteration, ...]
+    floor: float
+    stopped: str
+
+    @property
+    def best(self) -> Iteration:
+        """The last one that was kept."""
+        return [iteration for iteration in self.iterations if iteration.kept][-1]
+
+    def error(self, iteration: Iteration) -> float:
+        """RMS of the measured error of an iteration."""
+        return rms(self.reference[: len(iteration.measured)] - iteration.measured)
+
+    @property
+    def fall_db(self) -> float:
+        """By how much the RMS of the error fell [dB]."""
+        return float(20 * np.log10(self.error(self.iterations[0]) / self.error(self.best)))
+
+
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square of values [k]."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def learn(
+    learning: LearningFilter, reference: np.ndarray, play: Callable[[int, np.ndarray, float], Iteration], most: int
+) -> Learned:
+    """Learn a drive for a reference [samples], in deviations from the start; `play` plays the nth drive at a gain.
+
+    The reference itself is played twice first: half the variance of the difference is what does not repeat. An
+    iteration that trips or makes the error larger is taken back, and the gain halved.
+    """
+    first, again = play(0, reference, 1.0), play(-1, reference, 1.0)
+    learned = Learned(reference, (first,), rms(first.measured - again.measured) / np.sqrt(2), "")
+    gain = 1.0
+    for number in range(1, most + 1):
+        best = learned.best
+        if stopped := _stopped(learned, gain):
+            return replace(learned, stopped=stopped)
+        iteration = play(number, learning.corrected(best.drive, reference - best.measured, gain), gain)
+        kept = iteration.tripped is None and learned.error(iteration) <= learned.error(best)
+        gain = gain if kept else gain / 2
+        learned = replace(learned, iterations=(*learned.iterations, replace(iteration, kept=kept)))
+    return replace(learned, stopped=_stopped(learned, gain) or f"{most} iterations")
+
+
+def _stopped(learned: Learned, gain: float) -> str:
+    """Why there is nothing more to learn; empty where there is."""
+    *before, last = learned.iterations
+    if learned.iterations[0].tripped:
+        return f"the record itself trips the guard: {last.tripped}"
+    if learned.error(learned.best) <= learned.floor * 10 ** (FALL / 20):
+        return "what is left of the error does not repeat"
+    if gain < LEAST_GAIN:
+        return "a smaller gain makes the error no smaller"
+    kept = [iteration for iteration in before if iteration.kept]
+    change = 20 * np.log10(learned.error(last) / learned.error(kept[-1])) if kept else np.inf
+    return f"the error changes by less than {FALL:g} dB" if last.tripped is None and abs(change) < FALL else ""
