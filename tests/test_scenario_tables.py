@@ -91,7 +91,7 @@ def test_a_load_pushes_a_jack_that_stands_anywhere(tmp_path):
     ("text", "complaint"),
     [
         ('sise = "5 mm"', 'scenario.own.sise: unknown key; did you mean "size"?'),
-        ('duration = "1 s"', "scenario.own: asks for nothing; give a size, a file, a load or a travel"),
+        ('duration = "1 s"', "scenario.own: asks for nothing; give a size, a file, a road, a load or a travel"),
         ('size = "5 mm"', "scenario.own.duration: missing (how long it is watched, in s)"),
         ('size = "5 kN"\nduration = "1 s"', 'cannot be converted to "m"'),
         ('size = "0 mm"\nduration = "1 s"', "scenario.own.size: must be there, and not 0"),

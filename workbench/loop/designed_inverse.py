@@ -1,0 +1,76 @@
+"""A designed inverse before a loop: a finite filter of the reference that undoes the closed loop's lag and gain."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+from scipy.linalg import solve_toeplitz
+
+from ..base.errors import InputError
+from ..linear.state_space import StateSpace
+from .margins import LinearLoop
+
+FAINT = 0.01  # of a closed loop's gain: what is fainter is not inverted
+BAND = 5.0  # Hz: within which references move
+_LINES = 2**15  # frequencies up to Nyquist's, for the integrals
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceInverse:
+    """H(z) = sum of taps[j] z^(preview - j), taps [n], at a `period` [s]: it looks `preview` samples ahead.
+
+    Where the reference is known, `filtered` makes a drive file of it. As a compensator of a reference that is not, it
+    is as late as it looks ahead.
+    """
+
+    into: ClassVar[Literal["reference"]] = "reference"
+    taps: np.ndarray
+    preview: int
+    period: float
+
+    def filtered(self, reference: np.ndarray) -> np.ndarray:
+        """The drive [k] for a reference [k], which stands before it begins and after it ends."""
+        after = len(self.taps) - 1 - self.preview
+        whole = np.pad(reference, (after, self.preview), mode="edge")
+        return np.convolve(whole, self.taps, mode="valid")
+
+    def response(self, f: np.ndarray) -> np.ndarray:
+        """H, complex [k], at frequencies f [k] Hz."""
+        z = np.exp(2j * np.pi * f * self.period)
+        return z**self.preview * np.polynomial.polynomial.polyval(1 / z, self.taps)
+
+    def left(self, loop: LinearLoop) -> np.ndarray:
+        """1 - H T, complex [k] at a stable loop's f: what is left of a reference as its error."""
+        return 1 - self.response(loop.f) * loop.closed if loop.closed is not None else np.full(len(loop.f), np.nan)
+
+    @property
+    def law(self) -> StateSpace:
+        """H late by its preview, with the last references as its states."""
+        n = len(self.taps) - 1
+        leaving, direct = self.taps[None, 1:], self.taps[None, :1]
+        return StateSpace(np.eye(n, k=-1), np.eye(n, 1), leaving, direct, self.period, ["reference"], ["reference"])
+
+
+def designed_inverse(
+    loops: Sequence[LinearLoop], period: float, preview: int, taps: int, band: float = BAND
+) -> ReferenceInverse:
+    """The filter of so many taps with the least squares of 1 - H T over all loops and frequencies, H(1) being 1.
+
+    Squares count as references do, whose spectrum falls as 1/f^4 above the `band` [Hz]; 0.01^2 |H|^2 is added to them,
+    so that what the loops hardly pass is not blown up. With enough preview the phase of one loop is undone as by zero
+    phase error tracking (Tomizuka, J. Dyn. Syst. Meas. Control 109, 1987), and its gain too.
+    Raises InputError for a preview outside of the taps, and for a loop that is unstable or has no linear view.
+    """
+    if not 0 <= preview < taps:
+        raise InputError(f"preview of {preview} samples: must be 0 or more, below the {taps} taps")
+    f = np.linspace(0.0, 0.5 / period, _LINES + 1)
+    closed = [loop.closed for loop in loops if loop.closed is not None]
+    if len(closed) < len(loops):
+        raise InputError("a loop to invert is unstable or has no linear view; leave it out")
+    responses = np.array([np.interp(f, loop.f, t) for loop, t in zip(loops, closed, strict=True)])
+    weight = 1 / (1 + (f / band) ** 4)
+    power = np.fft.irfft(weight * np.mean(np.abs(responses) ** 2, axis=0) + FAINT**2)
+    wanted = np.fft.irfft(weight * np.mean(responses.conj(), axis=0))[np.arange(taps) - preview]
+    free, level = solve_toeplitz(power[:taps], np.column_stack((wanted, np.ones(taps)))).T
+    return ReferenceInverse(free + level * (1 - free.sum()) / level.sum(), preview, period)
