@@ -9,24 +9,25 @@ from ...identify.data.frequency_response import measured_response
 from ...loop.repeated_record import RepeatedRecord
 from ...records import Record
 from ...records.excitation import multisine
-from .config import LearnConfig, MeasureConfig
+from ..common.record_experiment import RecordExperiment
+from .config import MeasureConfig
 
 PERIODS = 5  # of which the first is the transient
 FAINT = 0.95  # coherence of a line that counts
 
 
-def measured_loop(config: LearnConfig, measure: MeasureConfig, played: RepeatedRecord) -> dict[str, Any]:
+def measured_loop(experiment: RecordExperiment, measure: MeasureConfig, played: RepeatedRecord) -> dict[str, Any]:
     """{"f": [k] Hz, "response": [k] complex}: reference -> controlled signal, up to where they are coherent.
 
     Raises InputError where the multisine trips the guard, or too little of it is coherent.
     """
-    period = config.rig.period.value
+    period = experiment.rig.period.value
     wave = multisine(measure.amplitude, measure.seconds, period, measure.band, "1/f", measure.lines)
     rows = round(measure.seconds / period)
     run = played.play(-2, np.tile(wave, PERIODS), 1.0)
     if run.tripped is not None:
         raise InputError(f"[measure] amplitude: {run.tripped}; make it smaller")
-    name = config.signal.name
+    name = experiment.signal.name
     t = np.arange((PERIODS - 1) * rows) * period
     record = Record("multisine", t, {"reference": run.drive[rows:], name: run.measured[rows:]})
     response = measured_response(record, "reference", name, rows * period)

@@ -21,7 +21,8 @@ def _learn(options: argparse.Namespace, words: list[str]) -> None:
     config = load_learning(options.experiment, options.rig)
     from .study import run_learning
 
-    identity = {"command": "learn", "experiment": config.source, "rig": rig_table(config.rig)}
-    if files := data_files(config.source):
+    record = config.record
+    identity = {"command": "learn", "experiment": record.source, "rig": rig_table(record.rig)}
+    if files := data_files(record.source):
         identity["files"] = files
     finish(options, words, Path(options.experiment).stem, identity, partial(run_learning, config))

@@ -9,11 +9,10 @@ import numpy as np
 from ...base.gain_phase import gain_db
 from ...base.units import from_si
 from ...loop.learning import Learned, LearningFilter, rms
-from ...loop.rows import LoopSetup
 from ...records.excitation import Excitation, excitation_text
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
-from .config import LearnConfig
+from ..common.record_experiment import RecordExperiment
 
 SPECTRUM_SHARE = 1.5  # of the cut-off: as far as frequency plots go
 
@@ -38,7 +37,7 @@ class Convergence:
         return f"converges up to {cutoff:.3g} Hz: |Q (1 - L T)| is at most {most:.2f} ({name}), and must be below 1"
 
 
-def rows(config: LearnConfig, learned: Mapping[str, Learned]) -> list[dict[str, Any]]:
+def rows(learned: Mapping[str, Learned]) -> list[dict[str, Any]]:
     """A row an iteration of each rig: SI but for what its key says."""
     return [
         {
@@ -61,11 +60,11 @@ def rows(config: LearnConfig, learned: Mapping[str, Learned]) -> list[dict[str, 
     ]
 
 
-def tables(config: LearnConfig, learned: Mapping[str, Learned]) -> dict[str, dict[str, np.ndarray]]:
+def tables(record: RecordExperiment, learned: Mapping[str, Learned]) -> dict[str, dict[str, np.ndarray]]:
     """Of every iteration: time, reference, drive, what the sensor said, what was true (SI), command."""
     return {
         f"{name}-{number}": {
-            "t": np.arange(len(iteration.true)) * config.rig.period.value,
+            "t": np.arange(len(iteration.true)) * record.rig.period.value,
             "reference": each.reference[: len(iteration.true)],
             "drive": iteration.drive[: len(iteration.true)],
             "measured": iteration.measured,
@@ -77,55 +76,55 @@ def tables(config: LearnConfig, learned: Mapping[str, Learned]) -> dict[str, dic
     }
 
 
-def drive_files(config: LearnConfig, setups: Mapping[str, LoopSetup], learned: Mapping[str, Learned]) -> dict[str, str]:
+def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dict[str, str]:
     """The learned drives as files that a drive plays, of the position about the rig's middle."""
     files = {}
     for name, each in learned.items():
         drive = each.best.drive
-        t = np.arange(len(drive)) * config.rig.period.value
-        if config.signal.name == "position":
-            rest = config.rig["xmid"] + config.scenario.position(config.rig.limit("stroke"))
-            played = Excitation(name, config.rig.period.value, rest + drive, np.zeros(len(drive)))
+        t = np.arange(len(drive)) * record.rig.period.value
+        if record.signal.name == "position":
+            rest = record.rig["xmid"] + record.scenario.position(record.rig.limit("stroke"))
+            played = Excitation(name, record.rig.period.value, rest + drive, np.zeros(len(drive)))
             files[f"drive-{name}.csv"] = excitation_text(played)
         else:
-            files[f"drive-{name}.csv"] = table_text({"t": t, config.signal.name: drive})
+            files[f"drive-{name}.csv"] = table_text({"t": t, record.signal.name: drive})
     return files
 
 
-def figure(config: LearnConfig, learned: Mapping[str, Learned]) -> Figure:
+def figure(record: RecordExperiment, learned: Mapping[str, Learned]) -> Figure:
     """RMS of the measured error over the iterations that were kept, and what does not repeat."""
     curves = []
     for name, each in learned.items():
         kept = [(n, each.error(i)) for n, i in enumerate(each.iterations) if i.kept]
         numbers, errors = np.array(kept).T
-        curves.append(Curve(name, numbers, shown(config, errors)))
-    floor = float(shown(config, max(each.floor for each in learned.values())))
+        curves.append(Curve(name, numbers, shown(record, errors)))
+    floor = float(shown(record, max(each.floor for each in learned.values())))
     marks = [Mark(floor, "does not repeat")] if floor else []
-    panel = Panel(f"RMS error [{config.signal.unit}]", curves, log_y=True, marks=marks)
-    return Figure(f"{config.scenario.name} by {config.controller.name}: error", "iteration [1]", [panel])
+    panel = Panel(f"RMS error [{record.signal.unit}]", curves, log_y=True, marks=marks)
+    return Figure(f"{record.scenario.name} by {record.controller.name}: error", "iteration [1]", [panel])
 
 
-def page(config: LearnConfig, convergence: Convergence, learned: Mapping[str, Learned], picture: Figure) -> Page:
+def page(record: RecordExperiment, convergence: Convergence, learned: Mapping[str, Learned], picture: Figure) -> Page:
     """The report."""
     falls = ", ".join(f"{each.fall_db:.1f} dB in {_count(each)} on {name}" for name, each in learned.items())
-    verdict = f"The error of {config.scenario.name} by {config.controller.name} falls by {falls}."
+    verdict = f"The error of {record.scenario.name} by {record.controller.name} falls by {falls}."
     return Page(
-        f"Learning the drive file of {config.scenario.name} on {config.rig.name}",
+        f"Learning the drive file of {record.scenario.name} on {record.rig.name}",
         verdict,
         [
-            Section("The error", [picture, _table(config, learned)]),
+            Section("The error", [picture, _table(record, learned)]),
             Section("Before the first iteration", [f"It {convergence.verdict}.", _contraction(convergence)]),
             *(
-                Section(name, [_time(config, each), _spectrum(config, convergence, each)])
+                Section(name, [_time(record, each), _spectrum(record, convergence, each)])
                 for name, each in learned.items()
             ),
         ],
     )
 
 
-def shown(config: LearnConfig, values: float | np.ndarray) -> np.ndarray:
+def shown(record: RecordExperiment, values: float | np.ndarray) -> np.ndarray:
     """Values of the controlled signal in the unit that people read."""
-    return from_si(values, config.signal.unit, config.signal.si)
+    return from_si(values, record.signal.unit, record.signal.si)
 
 
 def _count(learned: Learned) -> str:
@@ -133,20 +132,20 @@ def _count(learned: Learned) -> str:
     return f"{number} iteration{'' if number == 1 else 's'}"
 
 
-def _table(config: LearnConfig, learned: Mapping[str, Learned]) -> Table:
-    unit = config.signal.unit
+def _table(record: RecordExperiment, learned: Mapping[str, Learned]) -> Table:
+    unit = record.signal.unit
     columns = [
         "rig", "iteration", f"RMS error [{unit}]", "[dB]", f"true [{unit}]", f"peak [{unit}]", "gain [1]", "kept",
         f"drive, peak [{unit}]", "command, peak [1]", "limited [s]", "lowest [bar]",
     ]  # fmt: skip
     cells = [
         [
-            *(row["rig"], row["iteration"], float(shown(config, row["error_rms"])), row["error_db"]),
-            *(float(shown(config, row[key])) for key in ("true_error_rms", "true_error_peak")),
-            *(row["gain"], row["kept"], float(shown(config, row["peak_drive"])), row["peak_command"]),
+            *(row["rig"], row["iteration"], float(shown(record, row["error_rms"])), row["error_db"]),
+            *(float(shown(record, row[key])) for key in ("true_error_rms", "true_error_peak")),
+            *(row["gain"], row["kept"], float(shown(record, row["peak_drive"])), row["peak_command"]),
             *(row["saturated_s"], row["lowest_pressure"] / 1e5),
         ]
-        for row in rows(config, learned)
+        for row in rows(learned)
     ]
     stops = "; ".join(f"{name} stopped: {each.stopped}" for name, each in learned.items())
     note = f"{stops}. Errors are as the sensor has them, true ones as the plant has them; iteration 0 plays the record."
@@ -173,13 +172,13 @@ def _contraction(convergence: Convergence) -> Figure:
     return Figure("What an iteration leaves of the error", "frequency [Hz]", panels, log_x=True)
 
 
-def _time(config: LearnConfig, learned: Learned) -> Figure:
-    first, best, t = learned.iterations[0], learned.best, config.rig.period.value * np.arange(len(learned.reference))
+def _time(record: RecordExperiment, learned: Learned) -> Figure:
+    first, best, t = learned.iterations[0], learned.best, record.rig.period.value * np.arange(len(learned.reference))
 
     def curve(name: str, values: np.ndarray, style: Any = "line") -> Curve:
-        return Curve(name, t[: len(values)], shown(config, values), style)
+        return Curve(name, t[: len(values)], shown(record, values), style)
 
-    signal = config.signal.label
+    signal = record.signal.label
     errors = {"first": first, "learned": best}
     left = [curve(name, learned.reference[: len(i.true)] - i.true) for name, i in errors.items()]
     panels = [
@@ -187,24 +186,24 @@ def _time(config: LearnConfig, learned: Learned) -> Figure:
             signal,
             [curve("reference", learned.reference, "dot"), curve("drive", best.drive), curve("learned", best.true)],
         ),
-        Panel(f"error [{config.signal.unit}]", left),
+        Panel(f"error [{record.signal.unit}]", left),
         Panel("command [1]", [Curve("learned", t[: len(best.command)], best.command)]),
     ]
     return Figure("The record", "time [s]", panels, note="true values, without the sensor's noise")
 
 
-def _spectrum(config: LearnConfig, convergence: Convergence, learned: Learned) -> Figure:
+def _spectrum(record: RecordExperiment, convergence: Convergence, learned: Learned) -> Figure:
     """Amplitude spectra of the measured error."""
     learning = convergence.learning
     band = _band(learning)
 
     def spectrum(values: np.ndarray) -> np.ndarray:
         amplitudes = np.fft.rfft(values, 2 * (len(learning.f) - 1)) * 2 / len(learned.reference)
-        return shown(config, np.abs(amplitudes[band]))
+        return shown(record, np.abs(amplitudes[band]))
 
     f, reference = learning.f[band], learned.reference
     curves = [Curve("reference", f, spectrum(reference), "dot")]
     for name, iteration in {"first": learned.iterations[0], "learned": learned.best}.items():
         curves.append(Curve(name, f, spectrum(reference[: len(iteration.measured)] - iteration.measured)))
-    panel = Panel(f"amplitude [{config.signal.unit}]", curves, log_y=True)
+    panel = Panel(f"amplitude [{record.signal.unit}]", curves, log_y=True)
     return Figure("Spectrum of the error", "frequency [Hz]", [panel], log_x=True)

@@ -17,9 +17,7 @@ from ...loop.learning import (
     record_frequencies,
     rms,
 )
-from ...loop.repeated_record import RepeatedRecord, faded
-from ...loop.rig_variations import with_delay
-from ...loop.rows import LoopSetup, linear_loops, loop_setup
+from ...loop.rows import LoopSetup, linear_loops
 from ..common.outcome import Outcome, Progress, Stage
 from .config import LearnConfig
 from .measured import measured_loop
@@ -32,9 +30,8 @@ Setups = Mapping[str, LoopSetup]
 
 def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outcome:
     """The filter of the first rig, that it converges on all of them, and what is learned on each."""
-    delay = config.conditions.delay(config.controller, config.rig)
-    setups = {name: loop_setup(with_delay(rig, delay)) for name, rig in config.rigs.items()}
-    reference = faded(config.scenario, config.rest, config.fade, config.rig.period.value)
+    record = config.record
+    setups, reference = record.setups(), record.reference
     convergence = _convergence(config, setups, len(reference), stage)
     progress(convergence.verdict)
     learned = {
@@ -48,11 +45,11 @@ def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outco
             {"rig": name, "fall_db": each.fall_db, "floor": each.floor, "stopped": each.stopped}
             for name, each in learned.items()
         ],
-        "rows": rows(config, learned),
+        "rows": rows(learned),
     }
-    picture = figure(config, learned)
-    report = page(config, convergence, learned, picture)
-    return Outcome(metrics, report, picture, tables(config, learned), drive_files(config, setups, learned))
+    picture = figure(record, learned)
+    report = page(record, convergence, learned, picture)
+    return Outcome(metrics, report, picture, tables(record, learned), drive_files(record, learned))
 
 
 def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage) -> Convergence:
@@ -60,31 +57,27 @@ def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage
 
     Raises InputError for a loop that is unstable, or without a linear view, and where no cut-off converges.
     """
-    period = config.rig.period.value
+    period, controller = config.record.rig.period.value, config.record.controller
     f = record_frequencies(samples, period)
     responses: dict[str, np.ndarray] = {}
     for name, setup in setups.items():
-        loops = linear_loops(config.controller, setup)
+        loops = linear_loops(controller, setup)
         for point, loop in {"null": loops.null, "moving": loops.moving}.items():
             if loop.closed is None:
-                raise InputError(f"{config.controller.name}: no linear stable loop on {name}, {point}; choose another")
+                raise InputError(f"{controller.name}: no linear stable loop on {name}, {point}; choose another")
             responses[f"{name}, {point}"] = np.interp(f, loop.f, loop.closed)
     design, highest = np.array(list(responses.values())[:2]), HIGHEST / period
     if config.measure is not None:
-        repeated = _repeated(config, next(iter(setups.values())))
+        repeated = config.record.repeated(next(iter(setups.values())))
         measure = config.measure
-        line = stage("measured", lambda: measured_loop(config, measure, repeated))
+        line = stage("measured", lambda: measured_loop(config.record, measure, repeated))
         design, highest = np.interp(f, line["f"], line["response"])[None], line["f"][-1]
         responses["measured"] = design[0]
     learning = learning_filter(f, samples, design, np.array(list(responses.values())), highest)
     convergence = Convergence(learning, responses)
     if max(convergence.largest.values()) > BOUND:
-        raise InputError(f"{config.controller.name}: learning converges with no cut-off on all rigs; name fewer")
+        raise InputError(f"{controller.name}: learning converges with no cut-off on all rigs; name fewer")
     return convergence
-
-
-def _repeated(config: LearnConfig, setup: LoopSetup) -> RepeatedRecord:
-    return RepeatedRecord(config.controller, config.scenario, setup, config.conditions.noise)
 
 
 def _learned(
@@ -97,7 +90,7 @@ def _learned(
     progress: Progress,
 ) -> Learned:
     """What is learned on one rig, each iteration a stage."""
-    repeated = _repeated(config, setup)
+    repeated = config.record.repeated(setup)
 
     def play(number: int, drive: np.ndarray, gain: float) -> Iteration:
         def compute() -> dict[str, Any]:
@@ -106,7 +99,7 @@ def _learned(
         iteration = Iteration(**stage(f"{name}-{'again' if number < 0 else number}", compute))
         error = rms(reference[: len(iteration.measured)] - iteration.measured)
         which = "the record again" if number < 0 else f"iteration {number}"
-        progress(f"{name}, {which}: {shown(config, error):.4g} {config.signal.unit} RMS")
+        progress(f"{name}, {which}: {shown(config.record, error):.4g} {config.record.signal.unit} RMS")
         return iteration
 
     return learn(learning, reference, play, config.iterations)
