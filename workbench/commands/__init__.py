@@ -11,6 +11,7 @@ COMMANDS = {
     "robustness": "every controller on thousands of drawn plants",
     "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
     "learn": "learn the drive file of a record that a loop plays again and again",
+    "inverse": "design an inverse before a loop; judge a loop that closes through its reference",
     "time": "how long controllers compute, and an experiment that knows it",
     "residual": "hold a rig's model against recordings",
     "fit": "fit a rig's numbers to recordings",

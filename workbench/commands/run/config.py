@@ -56,7 +56,7 @@ def load_config(path: str | Path, rig: str | None = None) -> Config:
     """Read an experiment file; `rig` replaces the one it names. Raises InputError with file and key."""
     path = Path(path)
     top = read_experiment(path)
-    if (kind := top.text("experiment")) in ("tune", "bench"):
+    if (kind := top.text("experiment")) in ("tune", "bench", "learn", "inverse"):
         raise top.complaint("experiment", f'"{kind}"; jackbench {kind} takes it')
     kinds = {"paper": _paper, "step": step_config, "corrector": _corrector}
     return kinds[top.word("experiment", kinds)](top, rig_of(top, path, rig))

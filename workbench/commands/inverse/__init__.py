@@ -1,0 +1,1 @@
+"""`jackbench inverse EXPERIMENT`: a designed inverse before a loop, and a loop that closes through its reference."""

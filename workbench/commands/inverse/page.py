@@ -1,0 +1,151 @@
+"""What an inverse shows: its gain, what it leaves of a reference, the record, and the outer loop."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...base.gain_phase import gain_db, phase_deg
+from ...base.units import from_si
+from ...loop.designed_inverse import ReferenceInverse
+from ...loop.learning import Iteration
+from ...loop.margins import LinearLoop
+from ...loop.rows import LinearLoops
+from ...records.frequency_sheet import table_text
+from ...report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section, Table, bode
+from .config import InverseConfig
+
+LOWEST, HIGHEST = 0.1, 100.0  # Hz, of figures
+
+
+@dataclass(frozen=True, eq=False)
+class Inverted:
+    """The inverse, the linear loops of each rig, the record as it is and filtered, and the outer loops by rig."""
+
+    inverse: ReferenceInverse
+    loops: Mapping[str, LinearLoops]
+    runs: Mapping[str, Mapping[str, Iteration]]
+    outers: Mapping[str, Mapping[tuple[str, str], LinearLoop]]
+
+
+def table(inverse: ReferenceInverse) -> dict[str, dict[str, np.ndarray]]:
+    """The taps, and how many samples ahead each looks."""
+    return {"taps": {"ahead": inverse.preview - np.arange(len(inverse.taps)), "tap": inverse.taps}}
+
+
+def drive_file(config: InverseConfig, inverse: ReferenceInverse) -> dict[str, str]:
+    """The filtered record, deviations from the start."""
+    drive = inverse.filtered(config.record.reference)
+    t = np.arange(len(drive)) * config.record.rig.period.value
+    return {"drive.csv": table_text({"t": t, config.record.signal.name: drive})}
+
+
+def pictures(config: InverseConfig, inverted: Inverted) -> list[Figure]:
+    """What is left of a reference at each frequency; the gain of the inverse; the record on the first rig."""
+    return [_left(inverted), _gain(inverted), _record(config, inverted)]
+
+
+def page(config: InverseConfig, inverted: Inverted, metrics: Mapping[str, Any], shown: list[Figure]) -> Page:
+    """The report."""
+    record, factors = config.record, [row["factor"] for row in metrics["rows"]]
+    ahead = config.preview * record.rig.period.value * 1e3
+    verdict = (
+        f"Looking {ahead:g} ms ahead, the inverse divides the error of {record.scenario.name} by {min(factors):.3g} to "
+        f"{max(factors):.3g} on {len(factors)} rigs; it is designed on {len(config.over)} of them."
+    )
+    sections = [
+        Section("The record", [_errors(config, metrics), shown[2]]),
+        Section("The inverse", [shown[1], shown[0]]),
+    ]
+    if inverted.outers:
+        verdict += f" {_outer_verdict(metrics)}"
+        sections.append(Section("The loop through the reference", [_outer_table(metrics), _outer_figure(inverted)]))
+    return Page(f"An inverse before {record.controller.name} on {record.rig.name}", verdict, sections)
+
+
+def _outer_verdict(metrics: Mapping[str, Any]) -> str:
+    unstable = [
+        sum(not row["stable"] for row in metrics["outer"] if row["reference"] == how) for how in ("as it is", "inverse")
+    ]
+    total = len(metrics["outer"]) // 2
+    return (
+        f"The loop through the reference is unstable at {unstable[0]} of {total} operating points without the inverse, "
+        f"at {unstable[1]} with it."
+    )
+
+
+def _errors(config: InverseConfig, metrics: Mapping[str, Any]) -> Table:
+    signal = config.record.signal
+    rows = [
+        [
+            *(row["rig"], row["rig"] in config.over),
+            *(float(from_si(row[key], signal.unit, signal.si)) for key in ("error_rms", "error_rms_inverse")),
+            *(row["factor"], row["peak_command"], row["tripped"]),
+        ]
+        for row in metrics["rows"]
+    ]
+    heads = ["rig", "designed on", f"RMS error [{signal.unit}]", f"with the inverse [{signal.unit}]", "factor [1]",
+             "command, peak [1]", "tripped"]  # fmt: skip
+    return Table("Error of the record", heads, rows, "True errors, noise and computing delay on.")
+
+
+def _seen(f: np.ndarray) -> np.ndarray:
+    return (f >= LOWEST) & (f <= HIGHEST)
+
+
+def _left(inverted: Inverted) -> Figure:
+    """|1 - H T| of each rig at null, and |1 - T| of the first."""
+    curves = []
+    for name, loops in inverted.loops.items():
+        band = _seen(loops.null.f)
+        curves.append(Curve(name, loops.null.f[band], gain_db(inverted.inverse.left(loops.null))[band]))
+    first = next(iter(inverted.loops.values())).null
+    if first.closed is not None:
+        band = _seen(first.f)
+        curves.append(Curve("as it is", first.f[band], gain_db(1 - first.closed)[band], "dash"))
+    panel = Panel("error over reference [dB]", curves, marks=[Mark(0.0)])
+    return Figure("What is left of a reference, linear at null", "frequency [Hz]", [panel], log_x=True)
+
+
+def _gain(inverted: Inverted) -> Figure:
+    f = np.geomspace(LOWEST, min(HIGHEST, 0.5 / inverted.inverse.period), 500)
+    h = inverted.inverse.response(f)
+    panels = [
+        Panel("gain [dB]", [Curve("inverse", f, gain_db(h))]),
+        Panel("phase [deg]", [Curve("inverse", f, phase_deg(h))]),
+    ]
+    return Figure("The inverse", "frequency [Hz]", panels, log_x=True)
+
+
+def _record(config: InverseConfig, inverted: Inverted) -> Figure:
+    """The record on the first rig."""
+    name, run = next(iter(inverted.runs.items()))
+    signal, reference = config.record.signal, config.record.reference
+    t = np.arange(len(reference)) * config.record.rig.period.value
+
+    def curve(label: str, values: np.ndarray) -> Curve:
+        return Curve(label, t[: len(values)], from_si(values, signal.unit, signal.si))
+
+    courses = [curve("reference", reference), *(curve(how, each.true) for how, each in run.items())]
+    errors = [curve(how, reference[: len(each.true)] - each.true) for how, each in run.items()]
+    panels = [Panel(signal.label, courses), Panel(f"error [{signal.unit}]", errors)]
+    return Figure(f"{config.record.scenario.name} on {name}", "time [s]", panels)
+
+
+def _outer_table(metrics: Mapping[str, Any]) -> Table:
+    heads = ["rig", "operating point", "reference", "stable", "Ms", "gain margin [dB]", "phase margin [deg]",
+             "inner Ms", "inner gain margin [dB]"]  # fmt: skip
+    note = "The loop opened at the reference, its poles together with those of the inner loop."
+    return Table("Margins", heads, [list(row.values()) for row in metrics["outer"]], note)
+
+
+def _outer_figure(inverted: Inverted) -> Figure:
+    """The open outer loop of the first rig at null."""
+    outers = next(iter(inverted.outers.values()))
+    curves = []
+    for (point, how), loop in outers.items():
+        if point == "null":
+            band = _seen(loop.f)
+            curves.append(FrequencyCurve(how, loop.f[band], loop.open[band]))
+    return bode("The loop through the reference, opened there, first rig at null", curves)
