@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..base.errors import InputError, nearest
 from ..control.protocol import Controller, linear_view
 from ..linear.interconnect import feedback, select, series
 from ..linear.state_space import StateSpace, modal_form
@@ -20,11 +21,12 @@ def outer_loop(
     G, `outer`, is a discrete system from measured signals, such as "force", to "reference", both as deviations; H is an
     inverse before the loop, late by its preview. Margins are those of -H G T, T from the reference to the signals;
     whether it is stable comes from the poles of both loops together. Nothing of it shows in the margins of the inner
-    loop. Raises ValueError for a signal that the plant does not have.
+    loop.
+    Raises InputError for a G of other signals or of another period.
     """
+    _check(outer, sampled)
     law = linear_view(controller, sampled.signals)
     signals = list(dict.fromkeys((*law.input_labels[1:], *outer.input_labels)))
-    sampled.rows(signals)
     inner = feedback(select(sampled.model, ["command"], signals), law)
     through = outer if inverse is None else series(outer, inverse.law)
     inner = select(inner, ["reference"], list(through.input_labels))
@@ -40,3 +42,13 @@ def outer_loop(
     if not np.abs(both).max() < STABLE:
         return LinearLoop(False, f, loop, None, None, None, None, None)
     return with_margins(f, loop, "linear")
+
+
+def _check(outer: StateSpace, sampled: PlantResponse) -> None:
+    known = sampled.model.output_labels
+    if unknown := [name for name in outer.input_labels if name not in known]:
+        raise InputError(f'outer loop: no signal "{unknown[0]}"; {nearest(unknown[0], known)}')
+    if outer.output_labels != ["reference"]:
+        raise InputError(f'outer loop: gives {", ".join(outer.output_labels)}; make it give "reference"')
+    if not np.isclose(outer.dt, sampled.period):
+        raise InputError(f"outer loop: its period is {outer.dt:g} s, the rig's {sampled.period:g} s; sample it so")

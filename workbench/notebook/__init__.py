@@ -2,6 +2,7 @@
 
 closed_loop       a rig with a controller: steps, references, margins, frequency response, poles
 time_response, stability, closed_loop_bode    what those return
+inverse           a filter of the reference that undoes a loop
 search            tune: the numbers of a loop's controller searched
 benchmark         loops beside each other on a set of rigs
 studies           experiments and campaigns: run, residual, fit, trace

@@ -13,18 +13,24 @@ from ..base.signals import SIGNALS, Signal
 from ..base.units import from_si, quantity
 from ..commands.common.sines import loop_poles
 from ..control.controller_spec import ControllerSpec
+from ..linear.state_space import StateSpace, as_state_space
 from ..loop.conditions import Conditions
 from ..loop.describing_function import closed_loop_sweep, sweep_frequencies
+from ..loop.designed_inverse import designed_inverse
 from ..loop.margins import closed_poles
+from ..loop.outer_loop import outer_loop
 from ..loop.rig_variations import with_delay
 from ..loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play
 from ..loop.scenarios import Scenario, scenario
 from ..rigs.rig import Rig, load_rig
 from .closed_loop_bode import ClosedLoopBode
+from .inverse import Inverse
 from .stability import Margins, Poles
 from .time_response import TimeResponse
 
 if TYPE_CHECKING:
+    import control
+
     from .search import Search
 
 Quantity = float | str
@@ -152,6 +158,29 @@ class ClosedLoop:
         controller = self.controller.build(period)
         null, moving = (closed_poles(plant, controller) for plant in (setup.null_plant, setup.moving_plant))
         return Poles(null, moving, period)
+
+    def inverse(
+        self, *others: "ClosedLoop", preview: Quantity = "80 ms", length: Quantity = "300 ms", band: Quantity = "5 Hz"
+    ) -> Inverse:
+        """A filter of the reference that undoes this loop and `others` as well as it can, at null and moving.
+
+        It knows the reference a `preview` [s] ahead, is of a `length` [s], and made for references that move within a
+        `band` [Hz]. Raises InputError for a loop that is unstable or has no linear view.
+        """
+        period = self.rig.period.value
+        points = [point for loop in (self, *others) for point in (loop.linear_loops.null, loop.linear_loops.moving)]
+        ahead, taps = (round(quantity(value, "s") / period) for value in (preview, length))
+        return Inverse(designed_inverse(points, period, ahead, taps, quantity(band, "Hz")))
+
+    def margins_through(self, outer: "StateSpace | control.StateSpace", inverse: Inverse | None = None) -> Margins:
+        """Margins at null and moving of a loop that closes through the reference: r = H(z) G(z) y.
+
+        G, `outer`, is a system at the control period from measured signals, which are its input labels, such as
+        "force", to "reference"; H is an inverse before the loop.
+        """
+        controller, before = self.controller.build(self.rig.period.value), inverse and inverse.design
+        plants = self.setup.null_plant, self.setup.moving_plant
+        return Margins(*(outer_loop(plant, controller, as_state_space(outer), before) for plant in plants))
 
     def bode(
         self, amplitude: Quantity | None = None, low: Quantity = 0.1, high: Quantity = 50.0, points: int = 20

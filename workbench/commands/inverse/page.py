@@ -43,7 +43,7 @@ def drive_file(config: InverseConfig, inverse: ReferenceInverse) -> dict[str, st
 
 def pictures(config: InverseConfig, inverted: Inverted) -> list[Figure]:
     """What is left of a reference at each frequency; the gain of the inverse; the record on the first rig."""
-    return [_left(inverted), _gain(inverted), _record(config, inverted)]
+    return [_left(inverted), gain_figure(inverted.inverse), _record(config, inverted)]
 
 
 def page(config: InverseConfig, inverted: Inverted, metrics: Mapping[str, Any], shown: list[Figure]) -> Page:
@@ -108,9 +108,10 @@ def _left(inverted: Inverted) -> Figure:
     return Figure("What is left of a reference, linear at null", "frequency [Hz]", [panel], log_x=True)
 
 
-def _gain(inverted: Inverted) -> Figure:
-    f = np.geomspace(LOWEST, min(HIGHEST, 0.5 / inverted.inverse.period), 500)
-    h = inverted.inverse.response(f)
+def gain_figure(inverse: ReferenceInverse) -> Figure:
+    """Gain and phase of an inverse."""
+    f = np.geomspace(LOWEST, min(HIGHEST, 0.5 / inverse.period), 500)
+    h = inverse.response(f)
     panels = [
         Panel("gain [dB]", [Curve("inverse", f, gain_db(h))]),
         Panel("phase [deg]", [Curve("inverse", f, phase_deg(h))]),
