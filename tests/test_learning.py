@@ -133,13 +133,19 @@ lines = 30
 """
 
 
+FILE = '[scenario.file]\nfile = "own.csv"\n'
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    t = np.arange(0, 3, 5e-3)
+    rows = zip(t, 20 * np.sin(2 * np.pi * 1.5 * t) * np.sin(np.pi * t / 3) ** 2, strict=True)
+    (tmp_path / "own.csv").write_text("t [s],position [mm]\n" + "".join(f"{a:.6g},{b:.6g}\n" for a, b in rows))
     return tmp_path
 
 
-@pytest.mark.parametrize(("name", "text"), [("sine", SINE), ("road", ROAD)])
+@pytest.mark.parametrize(("name", "text"), [("sine", SINE), ("road", ROAD), ("file", FILE)])
 def test_the_error_falls_by_20_db_on_both_rigs(folder, name, text, capsys):
     (folder / "learn.toml").write_text(EXPERIMENT.format(scenario=name) + text)
     assert main(["learn", "learn.toml"]) == 0
@@ -155,6 +161,13 @@ def test_the_error_falls_by_20_db_on_both_rigs(folder, name, text, capsys):
         assert np.array_equal(table["drive"], table["reference"])
         noise = np.array(table["measured"]) - np.array(table["true"])
         assert rms(noise) == pytest.approx(40e-6, rel=0.1)
+
+
+def test_a_record_out_of_reach_is_called_so(folder, capsys):
+    text = EXPERIMENT.format(scenario="sine") + SINE.replace("50 mm", "110 mm")  # 109 m/s2 of 1 t: 109 kN
+    (folder / "learn.toml").write_text(text)
+    assert main(["learn", "learn.toml"]) == 0
+    assert "Out of reach on nominal: a chamber falls to -" in capsys.readouterr().out
 
 
 def test_a_resumed_run_is_the_same(folder, monkeypatch):

@@ -61,7 +61,7 @@ def rows(learned: Mapping[str, Learned]) -> list[dict[str, Any]]:
 
 
 def tables(record: RecordExperiment, learned: Mapping[str, Learned]) -> dict[str, dict[str, np.ndarray]]:
-    """Of every iteration: time, reference, drive, what the sensor said, what was true (SI), command."""
+    """Of every iteration: time, reference, drive, what the sensor sentences, what was true (SI), command."""
     return {
         f"{name}-{number}": {
             "t": np.arange(len(iteration.true)) * record.rig.period.value,
@@ -107,7 +107,7 @@ def figure(record: RecordExperiment, learned: Mapping[str, Learned]) -> Figure:
 def page(record: RecordExperiment, convergence: Convergence, learned: Mapping[str, Learned], picture: Figure) -> Page:
     """The report."""
     falls = ", ".join(f"{each.fall_db:.1f} dB in {_count(each)} on {name}" for name, each in learned.items())
-    verdict = f"The error of {record.scenario.name} by {record.controller.name} falls by {falls}."
+    verdict = f"The error of {record.scenario.name} by {record.controller.name} falls by {falls}.{_limits(learned)}"
     return Page(
         f"Learning the drive file of {record.scenario.name} on {record.rig.name}",
         verdict,
@@ -125,6 +125,21 @@ def page(record: RecordExperiment, convergence: Convergence, learned: Mapping[st
 def shown(record: RecordExperiment, values: float | np.ndarray) -> np.ndarray:
     """Values of the controlled signal in the unit that people read."""
     return from_si(values, record.signal.unit, record.signal.si)
+
+
+def _limits(learned: Mapping[str, Learned]) -> str:
+    """Where what was learned is beyond what a rig can do, in words."""
+    sentences = ""
+    for name, each in learned.items():
+        best = each.best
+        lowest = best.lowest_pressure / 1e5
+        if lowest < 0:
+            sentences += f" Out of reach on {name}: a chamber falls to {lowest:.3g} bar, where no model holds."
+        if best.saturated:
+            sentences += f" On {name} the command is limited for {best.saturated:.3g} s."
+        if each.iterations[0].tripped:
+            sentences += f" On {name} {each.stopped}."
+    return sentences
 
 
 def _count(learned: Learned) -> str:
