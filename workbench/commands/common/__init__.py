@@ -3,7 +3,7 @@
 options     arguments of every command, and a study that leaves a run folder
 run_folder  that folder: resumable stages, then renamed
 outcome     what a study leaves behind
-experiment, step_experiment, bench_experiment    experiment files that several commands read
+experiment, step_experiment, bench_experiment, record_experiment    experiment files that several commands read
 envelope_keys       what a loop has to hold on: positions, draws, limits of the goals
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them
