@@ -1,7 +1,7 @@
 """Operating points: at rest, at constant command, and moving at constant speed."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
     from ..plant import Plant
+
+
+T = TypeVar("T", float, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,13 @@ def equilibrium(
         raise InputError(f"{plant.name}: no equilibrium there, {name}' cannot be brought to zero; ask for less")
     x, u = solve.unpack(best.x)
     return Equilibrium(x, u, float(x[plant.state("v")]) if jack else 0.0)
+
+
+def far_end(plant: "Plant", position: T, velocity: float = 0.0) -> dict[str, T | float]:
+    """The inputs that hold a specimen's far end at a position [m], or move it along; none where it has no far end."""
+    inputs = {"specimen_position": position, "specimen_velocity": velocity}
+    known = [i.name for i in plant.inputs]
+    return {name: value for name, value in inputs.items() if name in known}
 
 
 def unknowns(plant: "Plant", command: float | None) -> tuple[list[int], list[int]]:

@@ -140,7 +140,7 @@ def envelope(
     engine, plants = Engine(build(nominal)), {name: build(rig) for name, rig in rigs.items()}
     if any(plant.parameters != engine.plant.parameters for plant in plants.values()):
         raise ValueError("rigs of an envelope must differ in numbers only")
-    places = [share * nominal.limit("stroke") for share in positions]
+    places = [share * nominal.limit("stroke") for share in (positions if nominal.is_jack else (0.0,))]
     lanes = [(name, x) for name in rigs for x in places]
     varied = plant_lanes(
         nominal,

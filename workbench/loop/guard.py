@@ -28,7 +28,7 @@ class Guard:
     def __init__(self, rig: Rig) -> None:
         self._stroke, self._speed, self._force = rig.limit("stroke"), rig.limit("speed"), rig.limit("force")
         self._stride = max_move_per_period(rig)
-        self._middle, self._period = rig["xmid"], rig.period.value
+        self._middle, self._period = rig.middle, rig.period.value
         self._step = rig.limit("command_rate") * self._period
         self.reset(self.safe)
 

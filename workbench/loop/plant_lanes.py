@@ -9,6 +9,7 @@ import numpy as np
 from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear.equilibria import Equilibria, equilibria
+from ..linear.operating_point import far_end
 from ..plant import Plant
 from ..rigs.rig import Rig
 from .lane_laws import lane_laws, signals_at
@@ -72,8 +73,8 @@ class PlantLanes:
 
 def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, position: np.ndarray) -> PlantLanes:
     """Plants with their operating points, specimens relaxed there. Raises InputError where the nominal one has none."""
-    null = equilibria(engine.plant, p, position, specimen_position=position)
-    moving = equilibria(engine.plant, p, position, MOVING, specimen_position=position, specimen_velocity=MOVING)
+    null = equilibria(engine.plant, p, position, None, None, **far_end(engine.plant, position))
+    moving = equilibria(engine.plant, p, position, MOVING, None, **far_end(engine.plant, position, MOVING))
     return PlantLanes(rig, engine, tuple(names), p, position, null, moving)
 
 

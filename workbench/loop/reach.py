@@ -14,6 +14,7 @@ _ROUNDING = 1 + 1e-9
 
 def check_reach(scenario: Scenario, rig: Rig) -> None:
     """Raises InputError for a scenario that leads beyond a rig's limits, or is over before it can settle."""
+    _check_linear(scenario, rig)
     period, stroke, force = rig.period.value, rig.limit("stroke"), rig.limit("force")
     if scenario.frequency and scenario.frequency * period >= 0.5:
         raise _error(scenario, f"{scenario.frequency:g} Hz: must be below half the control rate of {rig.name}")
@@ -33,6 +34,16 @@ def check_reach(scenario: Scenario, rig: Rig) -> None:
             unit, si = _UNITS[name]
             value, most = (f"{float(from_si(number, unit, si)):.6g} {unit}" for number in (asked[name], limit))
             raise _error(scenario, f"asks for a {name} of {value}, the limit of {rig.name} is {most}; ask for less")
+
+
+def _check_linear(scenario: Scenario, rig: Rig) -> None:
+    """Raises InputError for what only a jack can do: stand elsewhere, move a specimen's far end, carry a load."""
+    if not rig.is_jack and (scenario.start or scenario.start_share):
+        raise _error(scenario, f"{rig.name} is a linear plant, the same everywhere; take the start out")
+    if not rig.is_jack and scenario.travel:
+        raise _error(scenario, f"{rig.name} is a linear plant without a specimen; take the travel out")
+    if scenario.load and not rig.takes_load:
+        raise _error(scenario, f"no force acts on {rig.name}; give it [signals] load, or E in [state_space]")
 
 
 def _speed(scenario: Scenario, t: np.ndarray) -> float:

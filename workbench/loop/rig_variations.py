@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from ..base.errors import InputError, nearest
+from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import EffectUse, Number, Rig
 
 _FACTORS = {
@@ -33,6 +34,8 @@ def with_delay(rig: Rig, delay: float) -> Rig:
     """The rig whose commands come `delay` [s] later, on top of what its drive takes, such as a controller computes."""
     if not delay:
         return rig
+    if isinstance(rig, LinearRig):
+        return rig.later(delay)
     from ..plant import build
 
     there = {use.name: use for use in rig.effects}

@@ -13,6 +13,7 @@ from ..control.protocol import Controller, NoLinearView
 from ..engine import Engine
 from ..linear import Equilibrium, equilibrium
 from ..linear.crossings import corner_frequency
+from ..linear.operating_point import far_end
 from ..plant import build
 from ..rigs.rig import Rig
 from . import step_metrics as metrics
@@ -99,10 +100,11 @@ def loop_setup(rig: Rig) -> LoopSetup:
 def _at(rig: Rig, engine: Engine, smooth: np.ndarray, position: float) -> LoopSetup:
     """With the operating points at a position [m] from mid stroke, where a specimen is relaxed."""
 
-    def point(p: np.ndarray | None = None, **inputs: float) -> Equilibrium:
-        return equilibrium(engine.plant, position=position, specimen_position=position, p=p, **inputs)
+    def point(p: np.ndarray | None = None, speed: float | None = None) -> Equilibrium:
+        far = far_end(engine.plant, position, speed or 0.0)
+        return equilibrium(engine.plant, None, speed, position, p, **far)
 
-    return LoopSetup(rig, engine, point(), point(smooth), point(smooth, speed=MOVING, specimen_velocity=MOVING), smooth)
+    return LoopSetup(rig, engine, point(), point(smooth), point(smooth, MOVING), smooth)
 
 
 def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
@@ -173,7 +175,7 @@ def row(
         **_step_numbers(scenario, run, band),
         "peak_command": float(np.abs(command).max()),
         "saturated_s": metrics.saturated_time(t, run.demanded, command),
-        "cavitation_s": metrics.cavitation_time(t, signals["lowest_pressure"]),
+        "cavitation_s": _cavitation(run),
         "residual_oscillation": _residual(scenario, calm),
         "stable": loops.stable,
         "tripped": run.tripped,
@@ -203,6 +205,12 @@ def _step_numbers(scenario: Scenario, run: LoopRun, band: float) -> dict[str, fl
         "steady_state_error": metrics.steady_state_error(t, y, target) if there and stands is not None else None,
         "iae": metrics.iae(t, y, asked) if there else None,
     }
+
+
+def _cavitation(run: LoopRun) -> float | None:
+    """Time [s] with a chamber below 0 bar; None of a plant without chambers."""
+    lowest = run.record.signals.get("lowest_pressure")
+    return None if lowest is None else metrics.cavitation_time(run.record.t, lowest)
 
 
 def _peak(scenario: Scenario, run: LoopRun) -> float | None:

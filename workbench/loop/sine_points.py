@@ -24,7 +24,8 @@ class SinePoint:
     """
 
     def __init__(self, rig: Rig, signal: str, f: float, level: float, amplitude: float) -> None:
-        self._f, self._signal, self._limits = f, signal, VALVES[rig.valve].saturation_limits(rig)
+        self._f, self._signal, self._limits = f, signal, _limits(rig)
+        self._chambers = ("lowest_pressure",) if rig.is_jack else ()
         self._cycle, self._block = round(1 / (f * rig.period.value)), int(np.ceil(_BLOCK * f)) + 1
         turn = 2 * np.pi * np.arange(self._cycle * self._block) / self._cycle
         self.reference = level + amplitude * np.sin(turn)
@@ -34,7 +35,7 @@ class SinePoint:
     @property
     def signals(self) -> tuple[str, ...]:
         """The outputs that `end_block` looks at."""
-        return self._signal, "lowest_pressure", *self._limits
+        return self._signal, *self._chambers, *self._limits
 
     def trip(self) -> None:
         """The loop tripped, or its simulation failed."""
@@ -54,7 +55,12 @@ class SinePoint:
         altered = not np.allclose(demanded[-k:], command[-k:], atol=1e-9)
         full = any(np.abs(signals[name][-k:]).max() > 0.999 * limit for name, limit in self._limits.items())
         self.saturated = bool(altered or full)
-        self.cavitated = bool(signals["lowest_pressure"][-k:].min() < 0)
+        self.cavitated = any(bool(signals[name][-k:].min() < 0) for name in self._chambers)
+
+
+def _limits(rig: Rig) -> Mapping[str, float]:
+    """Outputs that are saturated at a number, SI."""
+    return VALVES[rig.valve].saturation_limits(rig) if rig.is_jack else {}
 
 
 def run_points(engine: Engine, loop: CompiledLoop, start: Equilibrium, points: Sequence[SinePoint]) -> None:

@@ -63,7 +63,7 @@ class ClosedLoop:
             raise InputError(f"ClosedLoop: {self.controller.name} is a compensator; add it to a controller")
         if missing := [name for name in self._measures if name not in self.rig.sensors]:
             raise InputError(f"ClosedLoop: rig {self.rig.name} has no {missing[0]} sensor, which the controller needs")
-        if self.signal.name == "force" and not self.rig["ks"]:
+        if self.signal.name == "force" and not self.rig.specimen_stiffness:
             raise InputError(
                 f"ClosedLoop: on rig {self.rig.name} a force has nothing to act on; give it a specimen: "
                 "rig.with_values(ks=1e7, cs=1e3)"

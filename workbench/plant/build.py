@@ -5,10 +5,12 @@ from collections.abc import Sequence
 import casadi as ca
 
 from ..base.errors import InputError
+from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, resolve
+from .linear import build_linear
 from .load import specimen_force
 from .valve import VALVES, Lands, ValveFlows
 from .valve.lands import rated_flow
@@ -21,8 +23,10 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     """The whole rig: command, specimen and disturbance in; every signal of the rig out.
 
     `also` are effects beyond those that the rig declares, at their typical numbers. Raises InputError for an effect
-    that does not apply to this kind of rig.
+    that does not apply to this kind of rig. A linear plant takes none.
     """
+    if isinstance(rig, LinearRig):
+        return build_linear(rig)
     b = _assembly(rig, rig.name, also)
     _check_slots(rig, b.effects)
     command = b.input("command", "1", 1.0)

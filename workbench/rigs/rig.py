@@ -130,6 +130,35 @@ class Rig:
         a, b = self.jack_kind.dead_volumes
         return self[a], self[b]
 
+    @property
+    def kind(self) -> str:
+        """What rigs of a set share: the names of their numbers, and effects with their formulas."""
+        return f"{sorted(self.numbers)} {[(use.name, use.formula) for use in self.effects]}"
+
+    @property
+    def middle(self) -> float:
+        """Position [m] of the middle of the stroke."""
+        return self["xmid"]
+
+    @property
+    def specimen_stiffness(self) -> float:
+        """Stiffness [N/m] of the specimen, 0 without one."""
+        return self["ks"]
+
+    @property
+    def is_jack(self) -> bool:
+        """Whether it has chambers and a stroke over which loops differ."""
+        return True
+
+    @property
+    def takes_load(self) -> bool:
+        """Whether a force can push at it."""
+        return True
+
+    def table(self) -> dict[str, Any]:
+        """As the tables of a rig file."""
+        return _rig_table(self)
+
     def limit(self, name: str) -> float:
         """SI value of a limit: stroke [m], speed [m/s], force [N] or command_rate [1/s]."""
         return self.limits[name].value
@@ -184,7 +213,12 @@ def load_rig(name: str | Path, beside: Path | None = None) -> Rig:
 
 
 def _read(path: Path, shown: str) -> Rig:
-    top = read_toml(path, shown).allow(*TITLES, *TABLES)
+    top = read_toml(path, shown)
+    from .linear_file import FORMS, read_linear_rig
+
+    if any(form in top for form in FORMS):
+        return read_linear_rig(top, path.stem)
+    top.allow(*TITLES, *TABLES)
     valve, jack = top.table("valve"), top.table("jack")
     valve_kind, jack_kind = VALVES[valve.word("kind", VALVES)], JACKS[jack.word("kind", JACKS)]
     corrector = valve.word("corrector", valve_kind.correctors) if valve_kind.correctors else NO_CORRECTOR
@@ -206,7 +240,7 @@ def _read(path: Path, shown: str) -> Rig:
         numbers=numbers,
         limits=_numbers(top.table("limits"), schema.LIMITS),
         period=read_number(control, "period", schema.CONTROL["period"]),
-        sensors=_sensors(top.optional_table("sensors")),
+        sensors=read_sensors(top.optional_table("sensors")),
         effects=tuple(_effect(use) for use in top.tables("effects")),
         recordings=top.text("recordings", ""),
         effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
@@ -245,7 +279,7 @@ def _numbers(table: Table, specs: Mapping[str, Spec], *words: str) -> dict[str, 
     return {name: read_number(table, name, spec) for name, spec in specs.items()}
 
 
-def _sensors(table: Table) -> dict[str, Sensor]:
+def read_sensors(table: Table) -> dict[str, Sensor]:
     """Tables `[sensors.NAME]` with `noise` and `resolution`."""
     sensors = {}
     for name in table.allow(*SIGNALS):
@@ -267,6 +301,10 @@ def _effect(use: Table) -> EffectUse:
 
 def rig_table(rig: Rig) -> dict[str, Any]:
     """The rig as the tables of a rig file, each number in the unit it was written in."""
+    return rig.table()
+
+
+def _rig_table(rig: Rig) -> dict[str, Any]:
     sections: dict[str, dict[str, Any]] = {
         "supply": dict.fromkeys(schema.SUPPLY),
         "oil": dict.fromkeys(schema.OIL),
@@ -275,23 +313,23 @@ def rig_table(rig: Rig) -> dict[str, Any]:
         "load": dict.fromkeys(schema.LOAD),
     }
     filled: dict[str, dict[str, Any]] = {
-        section: {name: _entry(rig.numbers[name]) for name in names} for section, names in sections.items()
+        section: {name: number_entry(rig.numbers[name]) for name in names} for section, names in sections.items()
     }
     corrector = {"corrector": rig.corrector} if rig.valve_kind.correctors else {}
     filled["valve"] = {"kind": rig.valve, **corrector, **filled["valve"]}
     filled["jack"] = {"kind": rig.jack, **filled["jack"]}
     titles = {"name": rig.name, "title": rig.title, "source": rig.source, "recordings": rig.recordings}
-    sensors = {name: _sensor_entry(name, sensor) for name, sensor in rig.sensors.items()}
+    sensors = {name: sensor_entry(name, sensor) for name, sensor in rig.sensors.items()}
     effects = [
-        {"name": use.name, "formula": use.formula, **{key: _entry(number) for key, number in use.numbers.items()}}
+        {"name": use.name, "formula": use.formula, **{key: number_entry(number) for key, number in use.numbers.items()}}
         for use in rig.effects
     ]
     return {
         **{key: text for key, text in titles.items() if text},
         **({"effect_files": list(rig.effect_files)} if rig.effect_files else {}),
         **filled,
-        "limits": {name: _entry(number) for name, number in rig.limits.items()},
-        "control": {number.name: _entry(number) for number in (rig.period, rig.computing_delay)},
+        "limits": {name: number_entry(number) for name, number in rig.limits.items()},
+        "control": {number.name: number_entry(number) for number in (rig.period, rig.computing_delay)},
         "sensors": sensors,
         **({"effects": effects} if effects else {}),
     }
@@ -307,7 +345,7 @@ def rig_text(rig: Rig) -> str:
     return tomli_w.dumps(rig_table(rig))
 
 
-def _entry(number: Number) -> dict[str, Any]:
+def number_entry(number: Number) -> dict[str, Any]:
     def shown(value: float) -> float:
         return float(f"{float(from_si(value, number.unit, number.si)):.14g}")
 
@@ -319,6 +357,6 @@ def _entry(number: Number) -> dict[str, Any]:
     return entry
 
 
-def _sensor_entry(name: str, sensor: Sensor) -> dict[str, Any]:
+def sensor_entry(name: str, sensor: Sensor) -> dict[str, Any]:
     unit = SIGNALS[name].si
     return {key: {"value": getattr(sensor, key), "unit": unit} for key in ("noise", "resolution")}

@@ -69,7 +69,7 @@ def _compute_us(controller: ControllerSpec, rig: Rig, runs: Sequence[LoopRun], f
 def _time_response(scenario: Scenario, run: LoopRun) -> dict[str, np.ndarray]:
     """The columns of a run that are stored."""
     names = ("reference", scenario.signal, "command", "pa", "pb")
-    return {"t [s]": run.record.t, **{name: run.record.signals[name] for name in names}}
+    return {"t [s]": run.record.t, **{name: run.record.signals[name] for name in names if name in run.record.signals}}
 
 
 def _linear(loop: LinearLoop) -> dict[str, np.ndarray] | None:

@@ -72,7 +72,9 @@ def _row(
     scenario = judged_step(loop)
     lanes = envelope.played(controller)
     result = steps(lanes, controller, scenario, seed, scenario.duration)
-    free = np.array([loop.rigs[name]["ks"] == envelope.rig["ks"] for name in _rig_names(result.names)])
+    free = np.array(
+        [loop.rigs[name].specimen_stiffness == envelope.rig.specimen_stiffness for name in _rig_names(result.names)]
+    )
     where = int(np.argmax(np.where(free, np.nan_to_num(result.settling, nan=np.inf), -np.inf)))
     return {
         "controller": spec.name,

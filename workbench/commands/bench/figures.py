@@ -70,7 +70,7 @@ def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, entries: Entri
         [
             Panel(signal.label, [reference, *curves(signal.name, signal.unit, signal.si)]),
             Panel("command [1]", curves("command", "1", "1")),
-            Panel(pressure.label, curves("pa", pressure.unit, pressure.si)),
+            *(Panel(pressure.label, curves("pa", pressure.unit, pressure.si)) for _ in first.keys() & {"pa"}),
         ],
         note=note,
     )

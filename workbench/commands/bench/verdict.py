@@ -130,7 +130,7 @@ def _line(loop: BenchLoop, row: EnvelopeRow, timing: Mapping[str, float]) -> dic
     unit = loop.signal.unit
     noise = next(goal["value"] for goal in row["goals"] if goal["name"] == "noise of the command")
     rigs = envelope_rigs(loop)
-    nominal, stiffnesses = next(iter(rigs.values())), {rig["ks"] for rig in rigs.values()}
+    nominal, stiffnesses = next(iter(rigs.values())), {rig.specimen_stiffness for rig in rigs.values()}
     line = {
         "controller": row["controller"],
         "settling nominal [s]": row["settling_nominal_s"],

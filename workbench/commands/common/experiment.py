@@ -13,6 +13,7 @@ from ...control.controller_spec import read_numbers
 from ...control.load_class import absolute
 from ...control.protocol import design_numbers, number
 from ...loop.conditions import Conditions
+from ...rigs.linear_file import FORMS
 from ...rigs.rig import Rig, load_rig
 
 
@@ -82,7 +83,19 @@ def data_files(source: Mapping[str, Any]) -> dict[str, str]:
 
 def rig_of(top: Table, path: Path, rig: str | None) -> Rig:
     """The rig that an experiment names, or the one that is to replace it."""
-    return load_rig(rig) if rig else load_rig(top.text("rig"), path.parent)
+    return load_rig(rig) if rig else load_rig(rig_name(top), path.parent)
+
+
+def rig_name(top: Table) -> str:
+    """The rig that an experiment names: `rig`, or the file of a linear plant under the table [plant]."""
+    if "plant" not in top:
+        return top.text("rig")
+    if "rig" in top:
+        raise top.complaint("plant", "there is a rig, too; remove one")
+    files = top.table("plant", *FORMS)
+    if len(files) != 1:
+        raise files.error('name one file, such as state_space = "plant.toml"')
+    return files.text(next(iter(files)))
 
 
 def read_conditions(top: Table) -> Conditions:

@@ -48,7 +48,7 @@ def _named(name: str, top: Table, rig: Rig) -> Rig:
     if not name.endswith(".toml"):
         return variation(rig, name)
     other = load_rig(name, Path(top.place.document).parent)
-    other = with_specimen(other, top.table("specimen")) if rig["ks"] and "specimen" in top else other
+    other = with_specimen(other, top.table("specimen")) if rig.specimen_stiffness and "specimen" in top else other
     return replace(other, name=Path(name).stem)
 
 

@@ -16,7 +16,7 @@ from ...rigs.rig import Rig
 from .experiment import BodeConfig, read_bode, read_conditions, read_experiment, rig_of, with_specimen
 from .scenario_tables import check_scenarios, read_scenarios
 
-KEYS = ("experiment", "rig", "specimen", "scenarios", "scenario", "controllers", "bode", "ideal", "seed")
+KEYS = ("experiment", "rig", "plant", "specimen", "scenarios", "scenario", "controllers", "bode", "ideal", "seed")
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def step_config(top: Table, rig: Rig) -> StepConfig:
     rig = with_specimen(rig, top.table("specimen")) if "specimen" in top else rig
     scenarios = _scenarios(top, rig)
     signal = SIGNALS[scenarios[0].signal]
-    if signal.name == "force" and not rig["ks"]:
+    if signal.name == "force" and not rig.specimen_stiffness:
         raise top.complaint("specimen", "a force needs something to act on; add a table [specimen]")
     tables = top.optional_table("controllers")
     if not len(tables):

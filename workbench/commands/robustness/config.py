@@ -84,6 +84,6 @@ def _signal(table: Table, controllers: tuple[ControllerSpec, ...], rig: Rig) -> 
         if name != names[0]:
             what = f"{spec.name} controls the {name}, {controllers[0].name} the {names[0]}; make two experiments"
             raise table.complaint("from", what)
-    if names[0] == "force" and not rig["ks"]:
+    if names[0] == "force" and not rig.specimen_stiffness:
         raise table.complaint("specimen", "a force needs something to act on; add a table [specimen]")
     return SIGNALS[names[0]]

@@ -33,4 +33,6 @@ def draw_plants(config: RobustnessConfig, plant: Plant) -> PlantDraw:
     way = config.step if config.signal.name == "position" else 0.0
     position = random.uniform(-reach, reach - way, config.plants)
     position[0] = 0.0
+    if not config.rig.is_jack:
+        position[:] = 0.0
     return PlantDraw(p, position, numbers)

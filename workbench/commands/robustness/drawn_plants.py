@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from ...engine import Engine
 from ...linear.equilibria import Equilibria, equilibria
+from ...linear.operating_point import far_end
 from ...loop.rig_variations import with_delay
 from ...loop.rows import MOVING
 from ...plant import build
@@ -16,7 +17,7 @@ from .draw import PlantDraw, draw_plants
 class DrawnPlants:
     """The drawn plants of a rig with its computing delay; `points`: theirs at "null" and "moving", where drawn.
 
-    `positions` [m] from mid stroke: where all of them are linearised besides.
+    `positions` [m] from mid stroke: where all of them are linearised besides; none of a linear plant.
     """
 
     rig: Rig
@@ -31,10 +32,11 @@ def drawn_plants(config: RobustnessConfig, delay: float) -> DrawnPlants:
     rig = with_delay(config.rig, delay)
     engine = Engine(build(rig))
     plant, draw = engine.plant, draw_plants(config, engine.plant)
-    p, places = draw.p, draw.position  # a specimen is relaxed there
+    p, drawn = draw.p, draw.position  # a specimen is relaxed there
     points = {
-        "null": equilibria(plant, p, places, specimen_position=places),
-        "moving": equilibria(plant, p, places, MOVING, specimen_position=places, specimen_velocity=MOVING),
+        "null": equilibria(plant, p, drawn, None, None, **far_end(plant, drawn)),
+        "moving": equilibria(plant, p, drawn, MOVING, None, **far_end(plant, drawn, MOVING)),
     }
     stroke = rig.limit("stroke")
-    return DrawnPlants(rig, engine, draw, points, tuple(share * stroke for share in config.positions))
+    places = tuple(share * stroke for share in config.positions if rig.is_jack)
+    return DrawnPlants(rig, engine, draw, points, places)

@@ -109,10 +109,13 @@ def _steps(config: RobustnessConfig, plants: DrawnPlants, controller: Controller
     reference, began = np.full(k, config.step), process_time()
     run = partial(play_lanes, plants.engine, plants.rig, controller, plants.points["null"], plants.draw.p, reference)
     parts = []
-    for _, lanes in run((signal, "lowest_pressure"), config.conditions.noise):
+    chambers = ("lowest_pressure",) if plants.rig.is_jack else ()
+    for _, lanes in run((signal, *chambers), config.conditions.noise):
         y = lanes.signals[signal]
         step = step_lanes(period, y, y[:, 0], config.step, band)
-        lowest = lanes.signals["lowest_pressure"].min(axis=1)
+        lowest = np.full(len(y), np.nan)
+        for name in chambers:
+            lowest = lanes.signals[name].min(axis=1)
         parts.append((step.settling, step.overshoot, lanes.trip, lanes.failed, lowest))
     rate = config.plants * config.seconds / (process_time() - began)
     settling, overshoot, trip, failed, lowest = (np.concatenate(part) for part in zip(*parts, strict=True))

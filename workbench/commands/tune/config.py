@@ -12,7 +12,7 @@ from ...base.table import Place, Table
 from ...loop.limits import Limits
 from ...rigs.rig import Rig
 from ..common.envelope_keys import read_factors, read_limits, read_positions
-from ..common.experiment import read_experiment, rig_of
+from ..common.experiment import read_experiment, rig_name, rig_of
 from ..common.rig_sets import check_variations, read_rig_set
 from ..common.scenario_tables import check_scenarios
 from ..common.step_experiment import StepConfig, step_config
@@ -72,7 +72,7 @@ def load_tune(path: str | Path, rig: str | None = None) -> TuneConfig:
     if (kind := top.text("experiment")) != "tune":
         other = "bench" if kind == "bench" else "run"
         raise top.complaint("experiment", f'{echo(kind)} is not "tune"; jackbench {other} takes it')
-    return _tune(top, rig or top.text("rig"), rig_of(top, path, rig))
+    return _tune(top, rig or rig_name(top), rig_of(top, path, rig))
 
 
 def _tune(top: Table, named: str, rig: Rig) -> TuneConfig:
@@ -106,7 +106,7 @@ def _tune(top: Table, named: str, rig: Rig) -> TuneConfig:
 
 def _step_table(table: Mapping[str, Any], name: str, controller: Mapping[str, Any]) -> dict[str, Any]:
     """The step experiment in a tune experiment's table."""
-    rest = {key: entry for key, entry in table.items() if key not in _OF_THE_SEARCH}
+    rest = {key: entry for key, entry in table.items() if key not in (*_OF_THE_SEARCH, "plant")}
     return {**rest, "experiment": "step", "controllers": {name: dict(controller)}}
 
 
@@ -151,14 +151,10 @@ def _rigs(top: Table, start: StepConfig) -> dict[str, Rig]:
     rigs = read_rig_set(top, "rigs", top, start.rig)
     check_variations(top, rigs)
     for name, rig in rigs.items():
-        if rig.numbers.keys() != start.rig.numbers.keys() or _effects(rig) != _effects(start.rig):
+        if rig.kind != start.rig.kind:
             raise top.complaint("rigs", f"{name} differs in more than numbers; a search takes one kind of rig")
     check_scenarios(top, start.scenarios, rigs.values())
     return rigs
-
-
-def _effects(rig: Rig) -> list[tuple[str, str]]:
-    return [(use.name, use.formula) for use in rig.effects]
 
 
 def read_weights(weights: Mapping[str, Any], place: Place | str) -> dict[str, float]:

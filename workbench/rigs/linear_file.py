@@ -1,0 +1,184 @@
+"""Files of linear plants.
+
+A file has one of the tables [state_space], [transfer_function] and [chain], each with a factor `gain` on all of it,
+then [signals] (what full command is in the model's input, the units of its outputs, the delay of the command, what a
+force amounts to), [limits] (the stroke at least), [control], [sensors.NAME], and [bounds] of numbers that are
+uncertain.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..base.errors import nearest
+from ..base.signals import SIGNALS
+from ..base.table import Table
+from ..base.units import Spec, quantity, to_si
+from . import schema
+from .linear_form import ChainForm, LinearForm, StateSpaceForm, TransferFunctionForm
+from .linear_rig import GAIN, LOAD, LinearRig
+from .rig import COMPUTING_DELAY, Number, Sensor, read_sensors
+
+FORMS = ("state_space", "transfer_function", "chain")
+_TABLES = (*FORMS, "signals", "limits", "control", "sensors", "bounds")
+_NONE = "none"  # of its kinds of valve, spool loop and jack
+_TITLES = ("name", "title", "source")
+_MEASURED = ("position", "velocity", "acceleration")
+
+
+def read_linear_rig(top: Table, stem: str) -> LinearRig:
+    """A plant of a file's document. Raises InputError with file and row."""
+    top.allow(*_TITLES, *_TABLES)
+    given = [name for name in FORMS if name in top]
+    if len(given) != 1:
+        raise top.error(f"has {' and '.join(given)}; a plant is written in one way")
+    form, values = _READ[given[0]](top.table(given[0]))
+    signals = top.optional_table("signals", "command", "delay", "load", *_MEASURED)
+    units = tuple(_unit(signals, name) for name in form.outputs)
+    numbers = {"gain": top.table(given[0]).number("gain", 1.0), **values}
+    specs = {**form.specs(), "gain": GAIN, "load": LOAD}
+    full = signals.positive("command", "the model's unit") if "command" in signals else 1.0
+    if "load" in signals:
+        numbers["load"] = signals.quantity("load", LOAD)
+    bounds = _bounds(top.optional_table("bounds"), numbers)
+    control = top.table("control", *schema.CONTROL)
+    delay = signals.quantity("delay", Spec("s", 0.0, 0.1, "delay of the command")) if "delay" in signals else 0.0
+    late, ideal = COMPUTING_DELAY.name, {name: Sensor(0.0, 0.0) for name in form.outputs}
+    return LinearRig(
+        name=top.text("name", stem),
+        title=top.text("title", ""),
+        source=top.text("source", ""),
+        valve=_NONE,
+        corrector=_NONE,
+        jack=_NONE,
+        numbers={name: _number(name, specs[name], value, *bounds.get(name, ())) for name, value in numbers.items()},
+        limits=_limits(top.table("limits")),
+        period=_plain(control, "period", schema.CONTROL["period"]),
+        sensors=read_sensors(top.table("sensors", *form.outputs)) if "sensors" in top else ideal,
+        computing_delay=_plain(control, late, schema.CONTROL[late]) if late in control else COMPUTING_DELAY,
+        form=form,
+        full_command=full,
+        units=units,
+        delay=Number("delay", delay, "s", "s", ""),
+    )
+
+
+def _unit(signals: Table, name: str) -> str:
+    """The unit of an output: SI where the file names none."""
+    unit = signals.text(name, SIGNALS[name].si)
+    signals.about(name, lambda: to_si(1.0, unit, SIGNALS[name].si))
+    return unit
+
+
+def _number(name: str, spec: Spec, value: float, low: float | None = None, high: float | None = None) -> Number:
+    return Number(name, value, spec.unit, spec.unit, "", low, high)
+
+
+def _plain(table: Table, name: str, spec: Spec) -> Number:
+    return _number(name, spec, table.quantity(name, spec, "source"))
+
+
+def _limits(table: Table) -> dict[str, Number]:
+    """The stroke, and further limits where they are given: else no limit of theirs is ever met."""
+    table.allow(*schema.LIMITS)
+    limits = {}
+    for name, spec in schema.LIMITS.items():
+        if name in table or name == "stroke":
+            limits[name] = _plain(table, name, spec)
+        else:
+            limits[name] = Number(name, spec.high, spec.unit, spec.unit, "no limit given")
+    return limits
+
+
+def _bounds(table: Table, numbers: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    bounds = {}
+    for name in table.allow(*numbers):
+        ends = table.numbers(name, "[low, high]")
+        if len(ends) != 2 or not ends[0] <= numbers[name] <= ends[1]:
+            raise table.complaint(name, f"must be [low, high] about its value of {numbers[name]:g}")
+        bounds[name] = ends
+    return bounds
+
+
+def _matrix(table: Table, name: str, columns: int | None = None) -> list[list[float]]:
+    """Rows of finite numbers, all of one length."""
+    rows = table.values.get(name)
+    hint = f"write {name} = [[...], [...]], a list of rows of numbers"
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, list) for row in rows):
+        raise table.complaint(name, hint)
+    if any(len(row) != (columns or len(rows[0])) for row in rows):
+        raise table.complaint(name, f"has rows of other lengths than {columns or len(rows[0])}; {hint}")
+    place = table.replaced({f"{name} row {i + 1}": row for i, row in enumerate(rows)})
+    return [list(place.numbers(f"{name} row {i + 1}", "[1.0, 0.0]")) for i in range(len(rows))]
+
+
+def _state_space(table: Table) -> tuple[LinearForm, dict[str, float]]:
+    table.allow("gain", "A", "B", "C", "D", "E", "outputs")
+    a = _matrix(table, "A")
+    n = len(a)
+    outputs = table.words("outputs", "position", ("position",))
+    if unknown := [name for name in outputs if name not in _MEASURED]:
+        raise table.complaint("outputs", nearest(unknown[0][:80], _MEASURED))
+    parts = {"A": a, "B": _matrix(table, "B", 1), "C": _matrix(table, "C", n)}
+    parts |= {"E": _matrix(table, "E", 1)} if "E" in table else {}
+    _check_shapes(table, parts, outputs)
+    values = {f"A_{i + 1}_{j + 1}": entry for i, row in enumerate(a) for j, entry in enumerate(row)}
+    values |= {f"B_{i + 1}": row[0] for i, row in enumerate(parts["B"])}
+    values |= {f"C_{i + 1}_{j + 1}": entry for i, row in enumerate(parts["C"]) for j, entry in enumerate(row)}
+    values |= {f"E_{i + 1}": row[0] for i, row in enumerate(parts.get("E", []))}
+    return StateSpaceForm(n, outputs, "E" in table), values
+
+
+def _check_shapes(table: Table, parts: Mapping[str, list[list[float]]], outputs: tuple[str, ...]) -> None:
+    """Raises InputError for matrices that do not belong together, and for a D that is not 0."""
+    n = len(parts["A"])
+    if len(parts["A"][0]) != n:
+        raise table.complaint("A", f"is {n} x {len(parts['A'][0])}; it must be square")
+    wanted = {"B": n, "C": len(outputs), "E": n}
+    for name, rows in parts.items():
+        if name in wanted and len(rows) != wanted[name]:
+            raise table.complaint(name, f"has {len(rows)} rows; A and outputs ask for {wanted[name]}")
+    if "D" in table and any(any(row) for row in _matrix(table, "D", 1)):
+        raise table.complaint("D", "must be 0: what is measured cannot answer at once; add a fast lag to the model")
+
+
+def _transfer_function(table: Table) -> tuple[LinearForm, dict[str, float]]:
+    table.allow("gain", "numerator", "denominator")
+    num, den = (table.numbers(name, "[1.0, 2.0]") for name in ("numerator", "denominator"))
+    for name, part in (("numerator", num), ("denominator", den)):
+        if not part[0]:
+            raise table.complaint(name, "begins with 0; begin with the highest power of s that there is")
+    if not len(num) < len(den):
+        raise table.complaint("numerator", "must be of lower order than the denominator; add a fast lag to the model")
+    values = {f"num_{i}": value for i, value in enumerate(num)} | {f"den_{i}": value for i, value in enumerate(den)}
+    return TransferFunctionForm(len(num) - 1, len(den) - 1, _pace(den)), values
+
+
+def _pace(den: tuple[float, ...]) -> float:
+    """The geometric mean [rad/s] of the poles that are not 0; 1 where all are."""
+    poles = np.abs(np.roots(den))
+    poles = poles[poles > 1e-9 * poles.max(initial=0.0)]
+    return float(np.exp(np.mean(np.log(poles)))) if len(poles) else 1.0
+
+
+def _chain(table: Table) -> tuple[LinearForm, dict[str, float]]:
+    table.allow("gain", "integrators", "lags", "modes")
+    modes = table.tables("modes", "frequency", "damping")
+    lags = table.words("lags", "5 ms") if "lags" in table else ()
+    form = ChainForm(len(lags), len(modes), table.count("integrators", 0) if "integrators" in table else 0)
+    if not form.order:
+        raise table.error("has no part; give integrators, lags or modes")
+    specs: Mapping[str, Spec] = form.specs()
+    values: dict[str, float] = {}
+    for i, lag in enumerate(lags):
+        values[f"lag_{i + 1}"] = table.about("lags", lambda lag=lag: quantity(lag, "s"))
+    for i, mode in enumerate(modes):
+        for key in ("frequency", "damping"):
+            values[f"mode_{i + 1}_{key}"] = mode.quantity(key, specs[f"mode_{i + 1}_{key}"])
+    for name, value in values.items():
+        if problem := specs[name].problem(value):
+            raise table.error(f"{name}: {problem}")
+    return form, values
+
+
+_READ = {"state_space": _state_space, "transfer_function": _transfer_function, "chain": _chain}

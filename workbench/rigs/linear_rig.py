@@ -1,0 +1,130 @@
+"""A linear plant of the user's own in the place of a rig: its model, limits, sensors and control period."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.signals import SIGNALS
+from ..base.units import Spec, to_si
+from .jack import JackKind
+from .linear_form import ANY, LinearForm
+from .rig import Number, Rig, number_entry, sensor_entry
+from .valve import ValveKind
+
+GAIN = Spec("1", -ANY, ANY, "factor on the whole model")
+LOAD = Spec("1/N", -ANY, ANY, "command to which a force on the plant amounts")
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class LinearRig(Rig):
+    """A linear plant: `numbers` are those of its `form`, a `gain` on all of it, and a `load` [1/N] where a force acts
+    on its command.
+
+    `full_command` is the model's input at command 1, `units` those of its outputs, `delay` is
+    by how much its command is late. All plants of a set have the same delay.
+    """
+
+    form: LinearForm
+    full_command: float
+    units: tuple[str, ...]
+    delay: Number
+
+    @property
+    def kind(self) -> str:
+        """What a set of plants must share: the form, its order and signals, and the delay."""
+        return f"{type(self.form).__name__} {sorted(self.numbers)} {self.form.outputs} {self.delay.value:g}"
+
+    @property
+    def specs(self) -> Mapping[str, Spec]:
+        """Unit, possible range and meaning of every number."""
+        return {**self.form.specs(), "gain": GAIN, "load": LOAD}
+
+    @property
+    def valve_kind(self) -> ValveKind:
+        """Raises InputError."""
+        raise self._no("valve")
+
+    @property
+    def jack_kind(self) -> JackKind:
+        """Raises InputError."""
+        raise self._no("jack")
+
+    @property
+    def middle(self) -> float:
+        """Position [m] in the middle of the stroke."""
+        return 0.0
+
+    @property
+    def specimen_stiffness(self) -> float:
+        """No specimen."""
+        return 0.0
+
+    @property
+    def is_jack(self) -> bool:
+        """It has neither chambers nor a stroke over which loops differ."""
+        return False
+
+    @property
+    def takes_load(self) -> bool:
+        """Whether a force acts on it."""
+        return "load" in self.numbers or "E_1" in self.numbers
+
+    @property
+    def constants(self) -> dict[str, float]:
+        """What besides `numbers` makes the plant, SI: it may differ between the plants of a set."""
+        units = zip(self.form.outputs, self.units, strict=True)
+        values = {f"unit_{name}": float(to_si(1.0, unit, SIGNALS[name].si)) for name, unit in units}
+        return {"full_command": self.full_command, **values}
+
+    def matrices(self, number: Mapping[str, Any]) -> tuple[Any, Any, Any, Any]:
+        """A [n, n], B [n, 1], C [outputs, n] and E [n, 1] from command [1] and force [N] to SI outputs, as lists.
+
+        `number` has the `numbers` and `constants`: floats, or the symbols of a graph.
+        """
+        a, b, c, e = self.form.matrices(number)
+        into, load = number["gain"] * number["full_command"], number.get("load", 0.0)
+        b = [[into * entry for entry in row] for row in b]
+        e = [[entry + load * command[0] for entry in row] for row, command in zip(e, b, strict=True)]
+        c = [[number[f"unit_{name}"] * entry for entry in row] for name, row in zip(self.form.outputs, c, strict=True)]
+        return a, b, c, e
+
+    def state_matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The same as arrays, of this plant's own numbers, without the delay."""
+        values = {name: number.value for name, number in self.numbers.items()} | self.constants
+        a, b, c, e = (np.array(part, float) for part in self.matrices(values))
+        return a, b, c, e
+
+    def later(self, delay: float) -> "LinearRig":
+        """The same with its command `delay` [s] later."""
+        return replace(self, delay=replace(self.delay, value=self.delay.value + delay))
+
+    def table(self) -> dict[str, Any]:
+        """As the tables of a file, every number but the coefficients with its unit."""
+        values = {name: number.value for name, number in self.numbers.items()}
+        tables = {name: {"gain": values["gain"], **model} for name, model in self.form.tables(values).items()}
+        signals: dict[str, Any] = {"command": self.full_command, "delay": number_entry(self.delay)}
+        signals |= {"load": number_entry(self.numbers["load"])} if "load" in values else {}
+        signals |= zip(self.form.outputs, self.units, strict=True)
+        bounds = {name: [n.low, n.high] for name, n in self.numbers.items() if n.low is not None}
+        titles = {"name": self.name, "title": self.title, "source": self.source}
+        return {
+            **{key: text for key, text in titles.items() if text},
+            **tables,
+            "signals": signals,
+            "limits": {name: number_entry(n) for name, n in self.limits.items()},
+            "control": {n.name: number_entry(n) for n in (self.period, self.computing_delay)},
+            "sensors": {name: sensor_entry(name, sensor) for name, sensor in self.sensors.items()},
+            **({"bounds": bounds} if bounds else {}),
+        }
+
+    def __repr__(self) -> str:
+        """Two lines: the title; order, outputs, delay and control period."""
+        outputs, delay = ", ".join(self.form.outputs), self.delay.value * 1e3
+        size = f"{self.form.order} states, delay {delay:g} ms, measured {outputs}"
+        return f"<Linear plant {self.name}: {self.title}\n {size}, period {self.period.value * 1e3:g} ms>"
+
+    def _no(self, part: str) -> InputError:
+        return InputError(f"{self.name} is a linear plant and has no {part}; this needs a rig")
