@@ -4,13 +4,42 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.control.kalman_observer import JackObserver, ObservedJack
+from workbench.control.kalman_observer import JackObserver, ObservedJack, Observer, StateLaw
 from workbench.control.linear_law import LinearLaw, realised_as_demanded
 from workbench.control.protocol import design_numbers, number
 from workbench.linear.state_space import StateSpace
 
 
-class Lqg:
+class ObserverLaw:
+    """State feedback on an observer's state, whatever the plant; Lqg says how."""
+
+    measures: tuple[str, ...]
+    _observer: Observer
+    _law: StateLaw
+    _period: float
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
+        self._observer.begin(measurement, reference, command, self._law)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """State feedback on what the filter makes of these signals."""
+        return float(self._law.follow * reference - self._law.feedback @ self._observer.estimate(measurement))
+
+    def update(self, realised: float) -> None:
+        """Predict the next period with the command that the drive really got."""
+        self._observer.step(realised)
+
+    def linear_law(self) -> LinearLaw:
+        """Filter and feedback as data: the filter runs on the command that the drive really got."""
+        return self._observer.law(self._law)
+
+    def linear(self) -> StateSpace:
+        """Filter and feedback together."""
+        return realised_as_demanded(self.linear_law(), self._period)
+
+
+class Lqg(ObserverLaw):
     """u = K (r, 0, ...) - K x^ - d^: state feedback on what a Kalman filter sees in position and pa - pb.
 
     K minimises the sum of (e/error)^2 + u^2. The filter is a JackObserver: neither a load nor an offset of the drive
@@ -24,39 +53,19 @@ class Lqg:
         error: float = number("m", 1e-6, 10.0, "the position error that costs as much as full command", 0.1)
 
     def __init__(self, design: Design, period: float) -> None:
-        self._observer, self._period = JackObserver(design, period), period
-        self.measures = self._observer.measures
+        self._observer = JackObserver(design, period)
+        self._period, self.measures = period, self._observer.measures
         position = self._observer.signals["position"][: self._observer.n]
         feedback = lq_gain(self._observer, design.error)
-        self._feedback, self._follow = np.append(feedback, [1.0, 0.0]), float(feedback @ position)
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
-        self._observer.rest(measurement, self._follow * (reference - measurement["position"]) - command)
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """State feedback on what the filter makes of these signals."""
-        return float(self._follow * reference - self._feedback @ self._observer.estimate(measurement))
-
-    def update(self, realised: float) -> None:
-        """Predict the next period with the command that the drive really got."""
-        self._observer.step(realised)
-
-    def linear_law(self) -> LinearLaw:
-        """Filter and feedback as data: the filter runs on the command that the drive really got."""
-        return self._observer.law(self._feedback, self._follow)
-
-    def linear(self) -> StateSpace:
-        """Filter and feedback together."""
-        return realised_as_demanded(self.linear_law(), self._period)
+        self._law = StateLaw(np.append(feedback, [1.0, 0.0]), float(feedback @ position))
 
 
-def lq_gain(observer: JackObserver, error: float) -> np.ndarray:
+def lq_gain(observer: Observer, error: float) -> np.ndarray:
     """K [n] of the least sum of (e/error [m])^2 + u^2 on the jack that is observed."""
     return _lq(observer, error)[0]
 
 
-def preview_gains(observer: JackObserver, error: float, count: int) -> np.ndarray:
+def preview_gains(observer: Observer, error: float, count: int) -> np.ndarray:
     """What the same optimum makes of the references to come: their shares [count] of the command, the next one first.
 
     g[i] = B' (A - B K)'^i C'/(error^2 (1 + B' P B)), P of the Riccati equation.
@@ -71,7 +80,7 @@ def preview_gains(observer: JackObserver, error: float, count: int) -> np.ndarra
     return np.array(shares)
 
 
-def _lq(observer: JackObserver, error: float) -> tuple[np.ndarray, np.ndarray]:
+def _lq(observer: Observer, error: float) -> tuple[np.ndarray, np.ndarray]:
     """K [n] and the Riccati equation's P [n, n]."""
     from scipy.linalg import solve_discrete_are
 

@@ -5,9 +5,9 @@ from math import isfinite
 
 import numpy as np
 
-from workbench.control.kalman_observer import JackObserver, ObservedJack
+from workbench.control.kalman_observer import JackObserver, ObservedJack, Observer, StateLaw
 from workbench.control.linear_law import realised_as_demanded
-from workbench.control.mpc_qp import Limits, Planner, build_horizon
+from workbench.control.mpc_qp import Horizon, Limits, Planner, build_horizon
 from workbench.control.protocol import LaneController, design_numbers, number
 from workbench.control.reference_governor import Braking, ReferenceGovernor
 from workbench.linear.state_space import StateSpace
@@ -21,7 +21,73 @@ _INSIDE = (
 )
 
 
-class Mpc:
+class PredictiveLaw:
+    """What an observer's state feedback and a plan of changes on it do, whatever the plant; Mpc says how."""
+
+    measures: tuple[str, ...]
+    preview: int
+    _observer: Observer
+    _feedback: np.ndarray
+    _follow: float
+    _feedforward: np.ndarray
+    _governor: ReferenceGovernor
+    _period: float
+
+    def _plan_on(self, horizon: Horizon, limits: Limits, iterations: float) -> None:
+        """Make the planner; nothing is asked and nothing sent so far."""
+        self._asked = 0.0
+        self._future: np.ndarray | None = None
+        self._planner = Planner(horizon, round(iterations))
+        self._most, self._step = limits.command, limits.change
+        self._sent, self.fallbacks = 0.0, 0
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
+        self._asked, self._future = reference, None
+        law, position = StateLaw(self._feedback, self._follow), measurement["position"]
+        self._observer.begin(measurement, position, 0.0, law)
+        governed = self._governed(reference, self._observer.state)[0]
+        self._observer.begin(measurement, governed, command, law)
+        self._planner.reset()
+        self._sent, self.fallbacks = command, 0
+
+    def set_preview(self, future: np.ndarray) -> None:
+        """The reference now and over the next `preview` samples [preview + 1], before each `compute`."""
+        self._future = future
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The LQG law on what the filter makes of these signals, and the first change of the plan."""
+        state = self._observer.estimate(measurement)
+        feedforward = self._feedforward @ self._governed(reference, state)
+        change = self._planner.plan(state, feedforward, self._sent)
+        asked = self._sent if change is None else float(feedforward[0] - self._feedback @ state + change)
+        near = min(max(asked, self._sent - self._step), self._sent + self._step)  # a solver is right to 0.1 %
+        return min(max(near, -self._most), self._most)
+
+    def update(self, realised: float) -> None:
+        """Predict the next period with the command that the drive really got; the plan moves on."""
+        self._observer.step(realised)
+        self.fallbacks += self._planner.advance()
+        self._sent = realised
+
+    def linear(self) -> StateSpace:
+        """Filter and feedback together, far from every limit."""
+        return realised_as_demanded(self._observer.law(StateLaw(self._feedback, self._follow)), self._period)
+
+    def lanes(self) -> LaneController:
+        """The same law on many plants at once."""
+        return MpcLanes(self)
+
+    def _governed(self, reference: float, state: np.ndarray) -> np.ndarray:
+        """The references [preview + 1] from now on as the governor has them; what is not finite is the last one."""
+        if isfinite(reference):
+            self._asked = reference
+        if self._future is None:
+            return self._governor.governed(state, np.full(self.preview + 1, self._asked))
+        return self._governor.governed(state, np.where(np.isfinite(self._future), self._future, self._asked))
+
+
+class Mpc(PredictiveLaw):
     """u = v - K x^ - d^ + c: the LQG law on a JackObserver's state, and the least change c that keeps the limits.
 
     v is K r, or with a preview the LQ optimum's share of the references to come. Every period a quadratic programme
@@ -61,56 +127,9 @@ class Mpc:
         self._feedforward = _feedforward(self._observer, d.error, self._follow, samples, self.preview)
         braking = Braking(_INSIDE * d.stroke, d.speed, _BRAKES * d.pressure / d.inertia)
         self._governor = ReferenceGovernor(self._observer, self._feedback, self._feedforward, braking)
-        self._asked = 0.0
-        self._future: np.ndarray | None = None
-        horizon = build_horizon(self._observer, self._feedback, limits, samples, round(d.moves))
-        self._planner = Planner(horizon, round(d.iterations))
-        self._most, self._step = limits.command, limits.change
-        self._sent, self.fallbacks = 0.0, 0
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
-        self._asked, self._future = reference, None
-        self._observer.rest(measurement, 0.0)
-        governed = self._governed(reference, self._observer.state)[0]
-        self._observer.rest(measurement, self._follow * (governed - measurement["position"]) - command)
-        self._planner.reset()
-        self._sent, self.fallbacks = command, 0
-
-    def set_preview(self, future: np.ndarray) -> None:
-        """The reference now and over the next `preview` samples [preview + 1], before each `compute`."""
-        self._future = future
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """The LQG law on what the filter makes of these signals, and the first change of the plan."""
-        state = self._observer.estimate(measurement)
-        feedforward = self._feedforward @ self._governed(reference, state)
-        change = self._planner.plan(state, feedforward, self._sent)
-        asked = self._sent if change is None else float(feedforward[0] - self._feedback @ state + change)
-        near = min(max(asked, self._sent - self._step), self._sent + self._step)  # a solver is right to 0.1 %
-        return min(max(near, -self._most), self._most)
-
-    def update(self, realised: float) -> None:
-        """Predict the next period with the command that the drive really got; the plan moves on."""
-        self._observer.step(realised)
-        self.fallbacks += self._planner.advance()
-        self._sent = realised
-
-    def linear(self) -> StateSpace:
-        """Filter and feedback together, far from every limit."""
-        return realised_as_demanded(self._observer.law(self._feedback, self._follow), self._period)
-
-    def lanes(self) -> LaneController:
-        """The same law on many plants at once."""
-        return MpcLanes(self)
-
-    def _governed(self, reference: float, state: np.ndarray) -> np.ndarray:
-        """The references [preview + 1] from now on as the governor has them; what is not finite is the last one."""
-        if isfinite(reference):
-            self._asked = reference
-        if self._future is None:
-            return self._governor.governed(state, np.full(self.preview + 1, self._asked))
-        return self._governor.governed(state, np.where(np.isfinite(self._future), self._future, self._asked))
+        self._plan_on(
+            build_horizon(self._observer, self._feedback, limits, samples, round(d.moves)), limits, d.iterations
+        )
 
 
 class MpcLanes:
@@ -119,7 +138,7 @@ class MpcLanes:
     Or did not in the last period, so that its planner has something to forget.
     """
 
-    def __init__(self, mpc: Mpc) -> None:
+    def __init__(self, mpc: PredictiveLaw) -> None:
         self._mpc, self.preview = mpc, mpc.preview
         free, order = mpc._planner.horizon.free, len(mpc._feedback)
         state, feedforward, before = np.split(free, [order, free.shape[1] - 1], axis=1)
@@ -129,11 +148,10 @@ class MpcLanes:
         """Start without a bump: the filters see jacks at rest, whose drives need the commands that they hold."""
         mpc, lanes = self._mpc, len(reference)
         self._asked, self._future = reference, None
-        state = mpc._observer.resting(measurement, np.zeros(lanes))
+        law, position = StateLaw(mpc._feedback, mpc._follow), measurement["position"]
+        state = mpc._observer.beginning(measurement, position, np.zeros(lanes), law)
         governed = self._governed(reference, state)[0]
-        self._state = self._corrected = mpc._observer.resting(
-            measurement, mpc._follow * (governed - measurement["position"]) - command
-        )
+        self._state = self._corrected = mpc._observer.beginning(measurement, governed, command, law)
         self._planners = [mpc._planner.beside() for _ in range(lanes)]
         self._busy, self._calm, self._running = np.arange(0), np.zeros(lanes, bool), np.ones(lanes, bool)
         self._sent = command
@@ -186,7 +204,7 @@ class MpcLanes:
         return self._mpc._governor.governed(state, np.where(np.isfinite(future), future, self._asked))
 
 
-def _feedforward(observer: JackObserver, error: float, follow: float, samples: int, preview: int) -> np.ndarray:
+def _feedforward(observer: Observer, error: float, follow: float, samples: int, preview: int) -> np.ndarray:
     """v [samples] of the LQ optimum as a matrix on the references [preview + 1] from now on; the last of them stays.
 
     v[j] = sum over i of g[i] r[j + 1 + i], g[i] = B' (A - B K)'^i C'/(error^2 (1 + B' P B)), whose sum is K of the

@@ -1,13 +1,15 @@
 """How a controller is made from a config: its class by name, its design numbers, the compensators around it."""
 
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from ..base.errors import InputError
 from ..base.table import Table
 from ..base.units import Spec
+from ..rigs.linear_rig import LinearRig
+from ..rigs.rig import Rig
 from .compensators import Compensated, Compensator, Deflection, OnLoadCell, compensated
 from .load_class import absolute, load_class
 from .measured_stiffness import OnMeasuredStiffness, StiffnessMeter
@@ -37,8 +39,9 @@ class ControllerSpec:
     With a `stiffness` [N/m] the loop is on the load cell, of force over stiffness: the controller and every compensator
     see the reference as a deflection [m]. With `softest` and `stiffest` [N/m] besides, the loop measures the specimen's
     stiffness between them and scales itself: see OnMeasuredStiffness. `computing_delay` [s] is how long after a sample
-    its command comes, where that is known; else the rig says it. `build` knows nothing of it. `spec + compensator` is
-    the same with a compensator around it.
+    its command comes, where that is known; else the rig says it. `build` knows nothing of it. A law whose
+    class says `of_linear_plants` is made as Law(design, period, plant), on the `plant` that the loop is on. `spec +
+    compensator` is the same with a compensator around it.
     """
 
     name: str
@@ -49,6 +52,11 @@ class ControllerSpec:
     computing_delay: float | None = None
     softest: float | None = None
     stiffest: float | None = None
+    plant: LinearRig | None = field(default=None, compare=False)
+
+    def knowing(self, rig: Rig) -> "ControllerSpec":
+        """The same for a loop on a rig: where that is a linear plant, a law of such plants is designed on it."""
+        return replace(self, plant=rig) if isinstance(rig, LinearRig) else self
 
     def named(self, name: str) -> "ControllerSpec":
         """The same under another name."""
@@ -102,7 +110,7 @@ class ControllerSpec:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """By the numbers of the design: another process may not have run the file of its class yet."""
-        rest = self.compensators, self.stiffness, self.computing_delay, self.softest, self.stiffest
+        rest = self.compensators, self.stiffness, self.computing_delay, self.softest, self.stiffest, self.plant
         return _restored, (self.name, self.use, asdict(self.design), *rest)
 
 
@@ -110,7 +118,11 @@ def _made(spec: ControllerSpec, period: float, where: str) -> Any:
     """The object of a class and its design; raises InputError, opened by `where`, where that cannot be made."""
     law = load_class(spec.use, spec.name)
     try:
-        return law(spec.design, period)
+        if not getattr(law, "of_linear_plants", False):
+            return law(spec.design, period)
+        if spec.plant is None:
+            raise InputError("is designed on a linear plant; give the experiment a table [plant]")
+        return law(spec.design, period, spec.plant)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     except Exception as error:

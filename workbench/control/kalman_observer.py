@@ -1,6 +1,8 @@
 """What a model-based controller knows of a jack: its model and a Kalman filter of its state, load and drive offset."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
@@ -24,7 +26,89 @@ class ObservedJack(JackModel):
     pressure_walk: float = number("Pa/s^0.5", 1e-3, 1e9, "how the pressure of a load walks", 1e6)
 
 
-class JackObserver:
+@dataclass(frozen=True)
+class StateLaw:
+    """u = follow r - feedback x^ of an observed state [k]."""
+
+    feedback: np.ndarray
+    follow: float
+
+
+class Observer(ABC):
+    """A steady Kalman filter of a plant and of what disturbs it, on the command that the drive really got.
+
+    The state [k] is the plant's [n], then the disturbances. `a` and `b` are the plant's own, `ahead`, `entering` and
+    `output_matrix` those of the whole state, `pick` makes the filter's signals of those that are `measures`; `signals`
+    gives quantities, the "position" among them, as rows on the state.
+    """
+
+    a: np.ndarray
+    b: np.ndarray
+    n: int
+    measures: tuple[str, ...]
+    ahead: np.ndarray
+    entering: np.ndarray
+    output_matrix: np.ndarray
+    pick: np.ndarray
+    gain: np.ndarray
+    signals: dict[str, np.ndarray]
+    state: np.ndarray
+    _corrected: np.ndarray
+
+    def begin(self, measurement: Mapping[str, float], reference: float, command: float, law: StateLaw) -> None:
+        """Take the state of a plant at rest at these signals, for which a law gives the `command` [1]."""
+        self.state = self.beginning(measurement, np.asarray(reference), np.asarray(command), law)
+        self.estimate(measurement)
+
+    @abstractmethod
+    def beginning(
+        self,
+        measurement: Mapping[str, float] | Mapping[str, np.ndarray],
+        reference: np.ndarray,
+        command: np.ndarray,
+        law: StateLaw,
+    ) -> np.ndarray:
+        """That state [k]; [k, lanes] of signals, references and commands [lanes]."""
+
+    def estimate(self, measurement: Mapping[str, float]) -> np.ndarray:
+        """The state [k] as these signals correct it; it counts for the next `step`.
+
+        A sample with a signal that is not finite corrects nothing.
+        """
+        signals = [measurement[name] for name in self.measures]
+        self._corrected = self.state
+        if isfinite(sum(signals)):
+            self._corrected = self.corrected(self.state, np.array(signals))
+        return self._corrected
+
+    def step(self, realised: float) -> None:
+        """Predict the next period with the command [1] that the drive really got."""
+        self.state = self.predicted(self._corrected, realised)
+
+    def corrected(self, state: np.ndarray, signals: np.ndarray) -> np.ndarray:
+        """A state [k] as the finite signals `measures` [m] correct it; in lanes [k, lanes] and [m, lanes]."""
+        return state + self.gain @ (self.pick @ signals - self.output_matrix @ state)
+
+    def predicted(self, state: np.ndarray, realised: float | np.ndarray) -> np.ndarray:
+        """A corrected state [k] one period on, with the command [1] that the drive really got; in lanes as well."""
+        return self.ahead @ state + np.multiply.outer(self.entering, realised)
+
+    def law(self, law: StateLaw) -> LinearLaw:
+        """Filter and feedback as data; the filter runs on the realised command."""
+        feedback, follow = law.feedback, law.follow
+        corrected = np.eye(len(self.ahead)) - self.gain @ self.output_matrix
+        signals = self.gain @ self.pick
+        c, d = -feedback @ corrected, np.append(follow, -feedback @ signals)
+        a, b = self.ahead @ corrected, np.hstack((np.zeros((len(corrected), 1)), self.ahead @ signals))
+
+        def start(measured: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+            by_name = dict(zip(self.measures, measured[1:].tolist(), strict=True))
+            return self.beginning(by_name, measured[0], np.asarray(command), law), 0.0
+
+        return LinearLaw(a, b, c, d, self.entering, self.measures, start)
+
+
+class JackObserver(Observer):
     """A steady Kalman filter: x[k+1] = A x[k] + B (u[k] + d), with two random walks, so that nothing is left over.
 
     They are d, a command that the drive adds, and a pressure that carries a load (Franklin, Powell, Workman, Digital
@@ -51,60 +135,30 @@ class JackObserver:
         self.signals = {"position": rows[0], "speed": w * np.eye(1, n + 2, 1)[0], "pressure": rows[1]}
         drives = np.column_stack((self.entering, np.eye(n + 2)[:, n:]))
         drives *= j.command_noise, j.command_walk * np.sqrt(period), j.pressure_walk * np.sqrt(period)
-        self.gain = _kalman(self.ahead, drives @ drives.T, self.output_matrix, np.array(trust))
+        self.gain = kalman_gain(self.ahead, drives @ drives.T, self.output_matrix, np.array(trust))
         self.state = self._corrected = np.zeros(n + 2)
 
-    def rest(self, measurement: Mapping[str, float], offset: float) -> None:
-        """Take the state of a jack at rest at these signals, to whose command the drive adds `offset` [1]."""
-        self.state = self.resting(measurement, offset)
-        self.estimate(measurement)
+    def beginning(
+        self,
+        measurement: Mapping[str, float] | Mapping[str, np.ndarray],
+        reference: np.ndarray,
+        command: np.ndarray,
+        law: StateLaw,
+    ) -> np.ndarray:
+        """Of a jack at rest, whose drive needs the command that it holds."""
+        return self.resting(measurement, law.follow * (reference - measurement["position"]) - command)
 
     def resting(
         self, measurement: Mapping[str, float] | Mapping[str, np.ndarray], offset: float | np.ndarray
     ) -> np.ndarray:
-        """That state [n + 2]; [n + 2, lanes] of signals and offsets [lanes]."""
+        """The state [n + 2] of a jack at rest at these signals, to whose command the drive adds `offset` [1]; [n + 2,
+        lanes] of signals and offsets [lanes]."""
         position, pressure = (self.pick @ [measurement[name] for name in self.measures])[:2]
         jack = np.multiply.outer(self.signals["position"][: self.n], position)
         return np.concatenate((jack, [offset, pressure]))
 
-    def estimate(self, measurement: Mapping[str, float]) -> np.ndarray:
-        """The state [n + 2] as these signals correct it; it counts for the next `step`.
 
-        A sample with a signal that is not finite corrects nothing.
-        """
-        signals = [measurement[name] for name in self.measures]
-        self._corrected = self.state
-        if isfinite(sum(signals)):
-            self._corrected = self.corrected(self.state, np.array(signals))
-        return self._corrected
-
-    def step(self, realised: float) -> None:
-        """Predict the next period with the command [1] that the drive really got."""
-        self.state = self.predicted(self._corrected, realised)
-
-    def corrected(self, state: np.ndarray, signals: np.ndarray) -> np.ndarray:
-        """A state [n + 2] as the finite signals `measures` [m] correct it; in lanes [n + 2, lanes] and [m, lanes]."""
-        return state + self.gain @ (self.pick @ signals - self.output_matrix @ state)
-
-    def predicted(self, state: np.ndarray, realised: float | np.ndarray) -> np.ndarray:
-        """A corrected state [n + 2] one period on, with the command [1] that the drive really got; in lanes as well."""
-        return self.ahead @ state + np.multiply.outer(self.entering, realised)
-
-    def law(self, feedback: np.ndarray, follow: float) -> LinearLaw:
-        """u = follow r - feedback x of filter and feedback [n + 2] as data; the filter runs on the realised command."""
-        corrected = np.eye(len(self.ahead)) - self.gain @ self.output_matrix
-        signals = self.gain @ self.pick
-        c, d = -feedback @ corrected, np.append(follow, -feedback @ signals)
-        a, b = self.ahead @ corrected, np.hstack((np.zeros((len(corrected), 1)), self.ahead @ signals))
-
-        def start(measured: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-            by_name = dict(zip(self.measures, measured[1:].tolist(), strict=True))
-            return self.resting(by_name, follow * float(measured[0] - measured[1]) - command), 0.0
-
-        return LinearLaw(a, b, c, d, self.entering, self.measures, start)
-
-
-def _kalman(a: np.ndarray, noise: np.ndarray, c: np.ndarray, trust: np.ndarray) -> np.ndarray:
+def kalman_gain(a: np.ndarray, noise: np.ndarray, c: np.ndarray, trust: np.ndarray) -> np.ndarray:
     """Gain of the correction. Each sensor in its own noise, or the Riccati equation is ill conditioned."""
     from scipy.linalg import solve_discrete_are
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .kalman_observer import JackObserver
+from .kalman_observer import Observer
 
 PRICE = 100.0  # of the square of what is beyond a limit of the jack, over that limit; that of a command's change is 1
 _EVERY = 5  # samples between those at which limits are kept; rows closer than that slow the solver down
@@ -37,7 +37,7 @@ class Horizon:
     soft: np.ndarray
 
 
-def build_horizon(observer: JackObserver, feedback: np.ndarray, limits: Limits, samples: int, moves: int) -> Horizon:
+def build_horizon(observer: Observer, feedback: np.ndarray, limits: Limits, samples: int, moves: int) -> Horizon:
     """The horizon of the law u = feedforward - feedback x + c, feedback [n + 2], on an observed jack.
 
     The changes c last the longer the later they are. The command is limited where a change begins, and like the jack at

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .kalman_observer import JackObserver
+from .kalman_observer import Observer
 
 _EVERY = 5  # samples between those at which the prediction is looked at
 _ANSWER = 0.1  # of a shift, that position and lead times speed must show for a predicted sample to count
@@ -31,7 +31,7 @@ class ReferenceGovernor:
     prediction that was wrong is made good a sample later.
     """
 
-    def __init__(self, observer: JackObserver, feedback: np.ndarray, feedforward: np.ndarray, braking: Braking) -> None:
+    def __init__(self, observer: Observer, feedback: np.ndarray, feedforward: np.ndarray, braking: Braking) -> None:
         """Of the law u = feedforward r - feedback x^ over a horizon: feedback [n + 2], feedforward [samples, k]."""
         self.stroke = braking.stroke
         order, references = len(feedback), feedforward.shape[1]

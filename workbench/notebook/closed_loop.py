@@ -61,6 +61,7 @@ class ClosedLoop:
             raise InputError(f"ClosedLoop: {self.controller!r} is no controller; give one such as P(gain=3.7)")
         if self.controller.is_compensator:
             raise InputError(f"ClosedLoop: {self.controller.name} is a compensator; add it to a controller")
+        object.__setattr__(self, "controller", self.controller.knowing(self.rig))
         if missing := [name for name in self._measures if name not in self.rig.sensors]:
             raise InputError(f"ClosedLoop: rig {self.rig.name} has no {missing[0]} sensor, which the controller needs")
         if self.signal.name == "force" and not self.rig.specimen_stiffness:

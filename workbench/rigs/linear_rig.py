@@ -16,6 +16,7 @@ from .valve import ValveKind
 
 GAIN = Spec("1", -ANY, ANY, "factor on the whole model")
 LOAD = Spec("1/N", -ANY, ANY, "command to which a force on the plant amounts")
+_SWEPT = np.geomspace(1e-3, 1e5, 400)  # rad/s: where the sizes of states are looked for
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -96,6 +97,16 @@ class LinearRig(Rig):
         values = {name: number.value for name, number in self.numbers.items()} | self.constants
         a, b, c, e = (np.array(part, float) for part in self.matrices(values))
         return a, b, c, e
+
+    @property
+    def sizes(self) -> list[float]:
+        """Sizes of the states: the largest over sines of a command of up to 1 that keep the position in the stroke."""
+        a, b, c, _ = self.state_matrices()
+        resolvent = 1j * _SWEPT[:, None, None] * np.eye(len(a)) - a
+        states = np.linalg.solve(resolvent, np.broadcast_to(b, (len(_SWEPT), *b.shape)))[..., 0]
+        travel = np.maximum(np.abs(states @ c[0]), np.finfo(float).tiny)
+        sizes = (np.abs(states) * np.minimum(1.0, self.limit("stroke") / travel)[:, None]).max(axis=0)
+        return np.where(sizes > 0, sizes, 1.0).tolist()
 
     def later(self, delay: float) -> "LinearRig":
         """The same with its command `delay` [s] later."""

@@ -25,7 +25,19 @@ from .rig_sets import check_variations, read_rig_set
 from .scenario_tables import check_scenarios, read_scenarios
 
 KEYS = (
-    *("experiment", "rig", "rigs", "variation", "scenarios", "scenario", "specimen", "from", "controllers", "bode"),
+    *(
+        "experiment",
+        "rig",
+        "plant",
+        "rigs",
+        "variation",
+        "scenarios",
+        "scenario",
+        "specimen",
+        "from",
+        "controllers",
+        "bode",
+    ),
     *("ideal", "seed"),
 )
 
@@ -74,7 +86,7 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     nominal = rig_of(top, path, rig)
     tables = {**borrowed_controllers(top.optional_table("from"), path.parent), **_own(top)}
     scenarios = read_scenarios(top)
-    controllers = [controller_spec(name, table) for name, table in tables.items()]
+    controllers = [controller_spec(name, table).knowing(nominal) for name, table in tables.items()]
     asked = _asked(controllers, scenarios, nominal, str(path))
     lists = _sets(top, asked)
     loops = tuple(_loop(top, nominal, signal, lists[signal], asked[signal], scenarios) for signal in asked)

@@ -77,7 +77,7 @@ def _scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
 
 
 def _controller(tables: Table, name: str, signal: Signal, rig: Rig) -> ControllerSpec:
-    controller = controller_spec(name, tables.table(name))
+    controller = controller_spec(name, tables.table(name)).knowing(rig)
     try:
         controlled = controller.build(rig.period.value).measures[0]
     except InputError as error:

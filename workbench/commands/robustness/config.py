@@ -15,8 +15,8 @@ from ..common.envelope_keys import read_factors, read_positions
 from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
 
 KEYS = (
-    "experiment", "rig", "specimen", "plants", "seed", "ideal", "step", "seconds", "stroke", "positions", "from",
-    "draw",
+    "experiment", "rig", "plant", "specimen", "plants", "seed", "ideal", "step", "seconds", "stroke", "positions",
+    "from", "draw",
 )  # fmt: skip
 _STEPS = {"position": (1e-6, 1.0), "force": (1.0, 1e9)}  # SI
 
@@ -57,7 +57,7 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
     if "specimen" in table:
         nominal = with_specimen(nominal, table.table("specimen"))
     tables = borrowed_controllers(table.table("from"), path.parent)
-    controllers = tuple(controller_spec(name, part) for name, part in tables.items())
+    controllers = tuple(controller_spec(name, part).knowing(nominal) for name, part in tables.items())
     signal = _signal(table, controllers, nominal)
     stroke = table.positive("stroke")
     if stroke > 1:

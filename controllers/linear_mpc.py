@@ -1,0 +1,52 @@
+"""Linear model predictive control of any linear plant whose position is all that is measured."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from workbench.control.linear_observer import LinearObserver, ObservedPlant
+from workbench.control.mpc_qp import Limits, build_horizon
+from workbench.control.protocol import design_numbers, number
+from workbench.control.reference_governor import Braking, ReferenceGovernor
+from workbench.rigs.linear_rig import LinearRig
+
+from .lqg import lq_gain
+from .mpc import PredictiveLaw
+
+
+class LinearMpc(PredictiveLaw):
+    """The law of LinearLqg where no limit is near, and the least change of it that keeps the limits where one is.
+
+    Limits are those of the command and its rate, of the position and of its speed. It plans and governs as Mpc does,
+    without a preview; a plant brakes with `deceleration`.
+    """
+
+    of_linear_plants: ClassVar[bool] = True
+
+    @design_numbers
+    class Design(ObservedPlant):
+        """Design numbers: what the filter trusts, what an error costs, limits and the plan."""
+
+        error: float = number("m", 1e-9, 1e3, "the position error that costs as much as full command", 0.1)
+        command: float = number("1", 0.01, 1.0, "largest command", 1.0)
+        command_rate: float = number("1/s", 1e-2, 1e6, "fastest change of the command", 200.0)
+        stroke: float = number("m", 1e-6, 100.0, "largest position, either way", 0.24)
+        speed: float = number("m/s", 1e-6, 100.0, "largest speed", 5.0)
+        deceleration: float = number("m/s^2", 1e-3, 1e4, "with which a motion can be stopped within the stroke", 10.0)
+        horizon: float = number("s", 1e-3, 100.0, "how far a plan looks ahead", 0.08)
+        moves: float = number("1", 1.0, 50.0, "changes c in a plan, the later the longer", 14.0)
+        iterations: float = number("1", 10.0, 1e4, "cap on the solver's iterations", 100.0)
+
+    def __init__(self, design: Design, period: float, plant: LinearRig) -> None:
+        d, self._period, self.preview = design, period, 0
+        observer = LinearObserver(plant, d, period)
+        self._observer, self.measures = observer, observer.measures
+        law = observer.state_law(lq_gain(observer, d.error))
+        self._feedback, self._follow = law.feedback, law.follow
+        limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, np.inf)
+        samples = max(1, round(d.horizon / period))
+        self._feedforward = np.full((samples, 1), law.follow)
+        self._governor = ReferenceGovernor(
+            observer, law.feedback, self._feedforward, Braking(d.stroke, d.speed, d.deceleration)
+        )
+        self._plan_on(build_horizon(observer, law.feedback, limits, samples, round(d.moves)), limits, d.iterations)
