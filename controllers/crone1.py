@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.control.crone.crossover import gain_for, order_for
+from workbench.control.crone.design_plant import DesignPlant
 from workbench.control.crone.oustaloup import band
 from workbench.control.jack_model import JackModel
 from workbench.control.protocol import design_numbers, number
@@ -12,6 +13,17 @@ from workbench.control.second_order_sections import Factors, integral, tustin
 from workbench.control.section_controller import SectionController
 
 CELLS = 5
+
+
+@design_numbers
+class ConstantPhase:
+    """What the loop should do on its plant."""
+
+    crossover: float = number("Hz", 0.01, 100.0, "where the open loop has gain 1", 5.0)
+    phase_margin: float = number("rad", 0.2, 2.0, "phase margin there", 1.0)
+    span: float = number("1", 2.0, 1e4, "wh/wl: the band of the fractional order", 100.0)
+    integral: float = number("Hz", 0.0, 100.0, "wi, the integrator's corner; 0: none, the jack integrates", 0.0)
+    low_pass: float = number("Hz", 1.0, 1e3, "wf, the corner of the low-pass", 150.0)
 
 
 class Crone1(SectionController):
@@ -23,21 +35,15 @@ class Crone1(SectionController):
     """
 
     @design_numbers
-    class Design(JackModel):
+    class Design(ConstantPhase, JackModel):
         """Design numbers: the jack's model, and what the loop should do on it."""
 
-        crossover: float = number("Hz", 0.01, 100.0, "where the open loop has gain 1", 5.0)
-        phase_margin: float = number("rad", 0.2, 2.0, "phase margin there", 1.0)
-        span: float = number("1", 2.0, 1e4, "wh/wl: the band of the fractional order", 100.0)
-        integral: float = number("Hz", 0.0, 100.0, "wi, the integrator's corner; 0: none, the jack integrates", 0.0)
-        low_pass: float = number("Hz", 1.0, 1e3, "wf, the corner of the low-pass", 150.0)
-
     def __init__(self, design: Design, period: float) -> None:
-        super().__init__(*_designed(design, period), period)
+        super().__init__(*constant_phase(design, design, period), period)
 
 
 @lru_cache(maxsize=16)
-def _designed(d: Crone1.Design, period: float) -> tuple[np.ndarray, np.ndarray]:
+def constant_phase(d: ConstantPhase, plant: DesignPlant, period: float) -> tuple[np.ndarray, np.ndarray]:
     """What is fast and what would wind up, as sections; a study builds the same controller for each of its loops."""
     low = d.crossover / np.sqrt(d.span)
     end = tustin(Factors(np.array([]), np.array([-2 * np.pi * d.low_pass])), period, d.crossover)
@@ -46,6 +52,6 @@ def _designed(d: Crone1.Design, period: float) -> tuple[np.ndarray, np.ndarray]:
         about = tustin(band(order, low, low * d.span, CELLS), period, d.crossover)
         return np.vstack((about, integral(d.integral, period)))
 
-    law = memory(order_for(lambda n: np.vstack((end, memory(n))), d, d.crossover, d.phase_margin, period))
-    gain = gain_for(np.vstack((end, law)), d, d.crossover, period)
+    law = memory(order_for(lambda n: np.vstack((end, memory(n))), plant, d.crossover, d.phase_margin, period))
+    gain = gain_for(np.vstack((end, law)), plant, d.crossover, period)
     return np.vstack((gain, end)), law

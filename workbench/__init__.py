@@ -10,7 +10,7 @@
 loops        ClosedLoop, tune, benchmark; SCENARIOS, RIG_SET
 campaigns    trace, fit, residual, load_campaign, read_record
 experiments  run, what `jackbench run`, `bench` and `tune` compute
-rigs         load_rig, save_rig, Rig, variation, with_delay
+rigs         load_rig, save_rig, Rig, variation, with_delay; linear_plant, of a python-control system
 plants       build, Plant, Engine, equilibrium, linearise, discretise, stepped_sine, known_effects
 controllers  controller, of one's own "file.py:Class"; Controller, design_numbers and number, to write one
 fractional   FractionalTransferFunction, fit_fractional; read_sheet, of a frequency response
@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from .records import Campaign, Record, load_campaign, read_record
     from .records.frequency_sheet import read_sheet
     from .report import Curve, Figure, Panel, Table
+    from .rigs.linear_system import linear_plant
     from .rigs.rig import Rig, load_rig, save_rig
 
 _HOMES = {
@@ -85,6 +86,7 @@ _HOMES = {
     "records": ("Campaign", "Record", "load_campaign", "read_record"),
     "records.frequency_sheet": ("read_sheet",),
     "report": ("Curve", "Figure", "Panel", "Table"),
+    "rigs.linear_system": ("linear_plant",),
     "rigs.rig": ("Rig", "load_rig", "save_rig"),
 }
 
@@ -123,6 +125,7 @@ __all__ = [
     "fit_fractional",
     "from_si",
     "known_effects",
+    "linear_plant",
     "linearise",
     "load_campaign",
     "load_rig",

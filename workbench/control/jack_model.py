@@ -39,6 +39,16 @@ class JackModel:
         """The four poles [rad/s] of jack and valve."""
         return _modes(self.jack_frequency, self.jack_damping, self.valve_frequency, self.valve_damping)
 
+    @property
+    def zeros(self) -> np.ndarray:
+        """None."""
+        return np.zeros(0)
+
+    @property
+    def integrators(self) -> int:
+        """The position's."""
+        return 1
+
     def response(self, f: np.ndarray) -> np.ndarray:
         """position/command at f [k] in Hz, complex [k] in m."""
         return _response(f, self.velocity_gain, self.delay, self.modes)

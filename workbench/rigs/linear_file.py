@@ -113,7 +113,7 @@ def _matrix(table: Table, name: str, columns: int | None = None) -> list[list[fl
 
 
 def _state_space(table: Table) -> tuple[LinearForm, dict[str, float]]:
-    table.allow("gain", "A", "B", "C", "D", "E", "outputs")
+    table.allow("gain", "A", "B", "C", "D", "E", "outputs", "period")
     a = _matrix(table, "A")
     n = len(a)
     outputs = table.words("outputs", "position", ("position",))
@@ -122,6 +122,9 @@ def _state_space(table: Table) -> tuple[LinearForm, dict[str, float]]:
     parts = {"A": a, "B": _matrix(table, "B", 1), "C": _matrix(table, "C", n)}
     parts |= {"E": _matrix(table, "E", 1)} if "E" in table else {}
     _check_shapes(table, parts, outputs)
+    if "period" in table:
+        parts = _continuous(table, parts, table.quantity("period", schema.CONTROL["period"]))
+        a = parts["A"]
     values = {f"A_{i + 1}_{j + 1}": entry for i, row in enumerate(a) for j, entry in enumerate(row)}
     values |= {f"B_{i + 1}": row[0] for i, row in enumerate(parts["B"])}
     values |= {f"C_{i + 1}_{j + 1}": entry for i, row in enumerate(parts["C"]) for j, entry in enumerate(row)}
@@ -140,6 +143,27 @@ def _check_shapes(table: Table, parts: Mapping[str, list[list[float]]], outputs:
             raise table.complaint(name, f"has {len(rows)} rows; A and outputs ask for {wanted[name]}")
     if "D" in table and any(any(row) for row in _matrix(table, "D", 1)):
         raise table.complaint("D", "must be 0: what is measured cannot answer at once; add a fast lag to the model")
+
+
+def _continuous(table: Table, parts: dict[str, list[list[float]]], period: float) -> dict[str, list[list[float]]]:
+    """A model with held inputs, sampled every `period` [s], as differential equations."""
+    from scipy.linalg import logm
+
+    n, inputs = len(parts["A"]), np.hstack([np.array(parts[name]) for name in ("B", "E") if name in parts])
+    whole = np.eye(n + inputs.shape[1])
+    whole[:n] = np.hstack((np.array(parts["A"]), inputs))
+    if not np.linalg.matrix_rank(whole[:n, :n]) == n:
+        raise table.complaint("A", "has a pole at z = 0, which is a delay; write it as the delay of [signals]")
+    rates = np.asarray(logm(whole)) / period
+    if np.abs(np.imag(rates)).max() > 1e-6 * np.abs(rates).max():
+        raise table.complaint("A", "has a negative real pole z, which no differential equation has; fit another order")
+    columns = np.real(rates[:n, n:]).T.tolist()
+    entering = dict(zip([name for name in ("B", "E") if name in parts], columns, strict=True))
+    return {
+        **parts,
+        "A": np.real(rates[:n, :n]).tolist(),
+        **{name: [[v] for v in col] for name, col in entering.items()},
+    }
 
 
 def _transfer_function(table: Table) -> tuple[LinearForm, dict[str, float]]:

@@ -1,4 +1,4 @@
-"""Laws that meet a crossover and a phase margin on a jack: the order gives the phase, the gain the crossover."""
+"""Laws that meet a crossover and a phase margin on a plant: the order gives the phase, the gain the crossover."""
 
 from collections.abc import Callable
 from typing import cast
@@ -6,20 +6,20 @@ from typing import cast
 import numpy as np
 
 from ...base.errors import InputError
-from ..jack_model import JackModel
 from ..second_order_sections import sections_response, sections_system
+from .design_plant import DesignPlant
 
 Law = Callable[[float], np.ndarray]  # sections of gain 1 for an order
 
 
-def order_for(law: Law, jack: JackModel, crossover: float, margin: float, period: float, most: float = 1.0) -> float:
+def order_for(law: Law, plant: DesignPlant, crossover: float, margin: float, period: float, most: float = 1.0) -> float:
     """The order of `law` at which its loop has the phase `margin` [rad] - pi at `crossover` [Hz].
 
     Raises InputError, saying what can be had, where no order between -most and most does.
     """
     f = np.array([crossover])
     plain = sections_response(law(0.0), f, period)
-    missing = np.angle(-np.exp(-1j * margin) * jack.response(f) * plain)[0]
+    missing = np.angle(-np.exp(-1j * margin) * plant.response(f) * plain)[0]
 
     def over(order: float) -> float:
         """Phase [rad] above the wanted one."""
@@ -37,14 +37,14 @@ def order_for(law: Law, jack: JackModel, crossover: float, margin: float, period
     return cast(float, brentq(over, -most, most))
 
 
-def gain_for(sections: np.ndarray, jack: JackModel, crossover: float, period: float) -> np.ndarray:
+def gain_for(sections: np.ndarray, plant: DesignPlant, crossover: float, period: float) -> np.ndarray:
     """One section [1, 6]: the gain at which a loop of `sections` crosses over at `crossover` [Hz].
 
-    Raises InputError where that loop is unstable on the jack's own model.
+    Raises InputError where that loop is unstable on the plant itself.
     """
     f = np.array([crossover])
-    gain = float(1 / np.abs(jack.response(f) * sections_response(sections, f, period))[0])
+    gain = float(1 / np.abs(plant.response(f) * sections_response(sections, f, period))[0])
     factor = np.array([[gain, 0, 0, 1, 0, 0]])
-    if not jack.stable(sections_system(np.vstack((factor, sections)), period)):
+    if not plant.stable(sections_system(np.vstack((factor, sections)), period)):
         raise InputError(f"a loop with this phase at {crossover:g} Hz is unstable; lower the crossover")
     return factor

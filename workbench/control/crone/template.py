@@ -1,13 +1,13 @@
-"""The abstract CRONE law of an open-loop template: a phase about the crossover, given, whatever the jack's own does."""
+"""The abstract CRONE law of an open-loop template: the phase about the crossover is given, not the plant's."""
 
 from functools import lru_cache
 
 import numpy as np
 
-from ..jack_model import JackModel
 from ..second_order_sections import Factors, integral, pair, sections_response, tustin
 from ..section_controller import SectionController
 from .crossover import gain_for, order_for
+from .design_plant import DesignPlant
 from .oustaloup import band
 
 CELLS = 5
@@ -17,17 +17,18 @@ _NEVER = 1e3  # rad^2: more than any phase is off
 
 
 class CroneTemplateController(SectionController):
-    """C = beta/G: beta(s) = K/s ((1 + s/wh)/(1 + s/wl))^(n - 1) / (roll-off), G the jack's model without its delay.
+    """C = beta/G: beta(s) = K/s ((1 + s/wh)/(1 + s/wl))^(n - 1) / (roll-off), G the poles and zeros of the plant that a
+    law may cancel, its integrators among them; of a jack all but its delay.
 
     The order n gives the phase `margin` [rad], K the crossover [Hz]; wl and wh are those with which the phase of the
     whole loop, delay and roll-off included, is nearest to a template's within an octave of the crossover: the phase
-    Re/i (wcg/s)^(a + i b) has there, constant for b = 0. Four Butterworth poles end the law at `roll_off` [Hz]; an
-    `integrator` has its corner [Hz] there, none at 0. Raises InputError for what is out of reach.
+    Re/i (wcg/s)^(a + i b) has there, constant for b = 0. Butterworth poles, of a jack four, end the law at `roll_off`
+    [Hz]; an `integrator` has its corner [Hz] there, none at 0. Raises InputError for what is out of reach.
     """
 
     def __init__(
         self,
-        jack: JackModel,
+        plant: DesignPlant,
         period: float,
         crossover: float,
         margin: float,
@@ -35,26 +36,38 @@ class CroneTemplateController(SectionController):
         integrator: float,
         b: float = 0.0,
     ) -> None:
-        super().__init__(*_designed(jack, period, crossover, margin, roll_off, integrator, b), period)
+        super().__init__(*_designed(plant, period, crossover, margin, roll_off, integrator, b), period)
 
 
 @lru_cache(maxsize=16)
 def _designed(
-    jack: JackModel, period: float, crossover: float, margin: float, roll_off: float, integrator: float, b: float
+    plant: DesignPlant, period: float, crossover: float, margin: float, roll_off: float, integrator: float, b: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """What is fast and what would wind up, as sections; a study builds the same controller for each of its loops."""
-    ending = np.append(*(pair(roll_off, np.sin(k * np.pi / 8)) for k in (1, 3)))
-    ahead, slow = tustin(Factors(jack.modes, ending), period, crossover), integral(integrator, period)
+    ending = np.append(plant.zeros, _butterworth(roll_off, len(plant.modes) - len(plant.zeros)))
+    ahead = tustin(Factors(plant.modes, ending), period, crossover)
+    slow = np.vstack((integral(integrator, period), _accumulator(plant, period)))
     f = crossover * 2.0**_OCTAVES
-    rest = jack.response(f) * sections_response(np.vstack((ahead, slow)), f, period)
+    rest = plant.response(f) * sections_response(np.vstack((ahead, slow)), f, period)
     lacking = template_phase(f / crossover, b) - np.angle(-rest * np.exp(-1j * margin))
     low, high = _nearest_band(f, lacking)
 
     def memory(order: float) -> np.ndarray:
         return np.vstack((tustin(band(order, low, high, CELLS), period, crossover), slow))
 
-    law = memory(order_for(lambda n: np.vstack((ahead, memory(n))), jack, crossover, margin, period))
-    return np.vstack((gain_for(np.vstack((ahead, law)), jack, crossover, period), ahead)), law
+    law = memory(order_for(lambda n: np.vstack((ahead, memory(n))), plant, crossover, margin, period))
+    return np.vstack((gain_for(np.vstack((ahead, law)), plant, crossover, period), ahead)), law
+
+
+def _butterworth(roll_off: float, least: int) -> np.ndarray:
+    """Poles [rad/s] at `roll_off` [Hz]: two, or as many pairs as it takes for `least` poles."""
+    order = 2 * max(1, -(-least // 2))
+    return np.concatenate([pair(roll_off, np.sin(k * np.pi / (2 * order))) for k in range(1, order, 2)])
+
+
+def _accumulator(plant: DesignPlant, period: float) -> np.ndarray:
+    """A section [1, 6] that integrates, its zero at 0 so that it can be inverted; none [0, 6] where the plant does."""
+    return np.array([[period, 0.0, 0.0, 1.0, -1.0, 0.0]])[: int(not plant.integrators)]
 
 
 def template_phase(ratio: np.ndarray, b: float) -> np.ndarray:

@@ -1,0 +1,76 @@
+"""A linear plant out of a system of python-control."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.table import Table
+from .linear_file import read_linear_rig
+from .linear_rig import LinearRig
+
+if TYPE_CHECKING:
+    import control
+
+Quantity = float | str
+
+
+def linear_plant(
+    system: "control.StateSpace | control.TransferFunction",
+    period: Quantity,
+    stroke: Quantity,
+    name: str = "plant",
+    command: float = 1.0,
+    position: str = "m",
+    delay: Quantity = 0.0,
+    noise: Quantity = 0.0,
+    resolution: Quantity = 0.0,
+    computing_delay: Quantity = 0.0,
+    load: Quantity | None = None,
+    **limits: Quantity,
+) -> LinearRig:
+    """A system from one input to the position, in the place of a rig: `ClosedLoop(linear_plant(...), controller)`.
+
+    `command` is the system's input at full command, `position` the unit of its output; `delay` [s] of its command,
+    `noise` and `resolution` [m] of its sensor, `load` [1/N]: the command to which a force amounts. `stroke` [m] and the
+    further `limits` speed [m/s], force [N] and command_rate [1/s] are those of the guard. A system that is sampled with
+    held inputs may have any period of its own. Raises InputError for one that cannot be taken.
+    """
+    model = _model(system)
+    units = {"period": "s", "delay": "s", "computing_delay": "s", "noise": "m", "resolution": "m"}
+    values = {"period": period, "delay": delay, "computing_delay": computing_delay}
+    sensor = {"noise": noise, "resolution": resolution}
+    further = {} if load is None else {"load": _text(load, "1/N")}
+    ends = {"stroke": "m", "speed": "m/s", "force": "N", "command_rate": "1/s"}
+    tables: dict[str, Any] = {
+        "name": name,
+        **model,
+        "signals": {"command": command, "position": position, "delay": _text(delay, "s"), **further},
+        "limits": {key: _text(value, ends.get(key, "1")) for key, value in {"stroke": stroke, **limits}.items()},
+        "control": {key: _text(values[key], units[key]) for key in ("period", "computing_delay")},
+        "sensors": {"position": {key: _text(value, units[key]) for key, value in sensor.items()}},
+    }
+    return read_linear_rig(Table(tables, "linear_plant"), name)
+
+
+def _model(system: Any) -> dict[str, Any]:
+    """The table of a model."""
+    if (inputs := getattr(system, "ninputs", None), getattr(system, "noutputs", None)) != (1, 1):
+        if inputs is None:
+            raise InputError("linear_plant: give a control.StateSpace or a control.TransferFunction")
+        raise InputError("linear_plant: give a system with one input, the command, and one output, the position")
+    if hasattr(system, "num") and not system.dt:
+        numerator, denominator = (np.trim_zeros(np.ravel(part[0][0]), "f") for part in (system.num, system.den))
+        return {"transfer_function": {"numerator": numerator.tolist(), "denominator": denominator.tolist()}}
+    if not hasattr(system, "A"):
+        import control
+
+        system = control.ss(system)
+    sampled = {"period": _text(float(system.dt), "s")} if system.dt else {}
+    matrices = {key: np.asarray(getattr(system, key), float).tolist() for key in "ABCD"}
+    return {"state_space": {**matrices, **sampled}}
+
+
+def _text(value: Quantity, si: str) -> str:
+    """A number in its SI unit as text, as a file has it."""
+    return value if isinstance(value, str) else f"{float(value)!r} {si}"
