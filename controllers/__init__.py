@@ -5,6 +5,7 @@ position and force laws
     Crone1, Crone2, Crone3              fractional order, three generations
     Tvc                                 three-variable control
     Lqg, Mpc                            a Kalman filter, and state feedback or a plan that keeps the limits
+    LinearCrone1, LinearCrone, LinearLqg, LinearMpc    the same on any linear plant, of its position alone
 compensators, to be added to a law
     PressureFeedback, AccelerationFeedback    damp the jack on its oil
     VelocityCompensation                gives a force loop the flow that the jack's motion takes
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
     ForceLag: ControllerType
     FractionalPid: ControllerType
     LapInverse: ControllerType
+    LinearCrone: ControllerType
+    LinearCrone1: ControllerType
+    LinearLqg: ControllerType
+    LinearMpc: ControllerType
     Lqg: ControllerType
     Mpc: ControllerType
     P: ControllerType
@@ -51,6 +56,10 @@ _FILES = {
     "ForceLag": "force_lag",
     "FractionalPid": "fractional_pid",
     "LapInverse": "lap_inverse",
+    "LinearCrone": "linear_crone",
+    "LinearCrone1": "linear_crone1",
+    "LinearLqg": "linear_lqg",
+    "LinearMpc": "linear_mpc",
     "Lqg": "lqg",
     "Mpc": "mpc",
     "P": "p",
@@ -70,6 +79,10 @@ __all__ = [
     "ForceLag",
     "FractionalPid",
     "LapInverse",
+    "LinearCrone",
+    "LinearCrone1",
+    "LinearLqg",
+    "LinearMpc",
     "Lqg",
     "Mpc",
     "P",

@@ -17,8 +17,8 @@ from .mpc import PredictiveLaw
 class LinearMpc(PredictiveLaw):
     """The law of LinearLqg where no limit is near, and the least change of it that keeps the limits where one is.
 
-    Limits are those of the command and its rate, of the position and of its speed. It plans and governs as Mpc does,
-    without a preview; a plant brakes with `deceleration`.
+    Those of the command and its rate are kept; what is beyond those of the position and its speed has a price. It plans
+    and governs as Mpc does, without a preview; the governor counts on a plant that brakes with `deceleration`.
     """
 
     of_linear_plants: ClassVar[bool] = True

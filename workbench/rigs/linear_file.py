@@ -7,6 +7,7 @@ uncertain.
 """
 
 from collections.abc import Mapping
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
@@ -116,6 +117,8 @@ def _state_space(table: Table) -> tuple[LinearForm, dict[str, float]]:
     table.allow("gain", "A", "B", "C", "D", "E", "outputs", "period")
     a = _matrix(table, "A")
     n = len(a)
+    if len(a[0]) != n:
+        raise table.complaint("A", f"is {n} x {len(a[0])}; it must be square")
     outputs = table.words("outputs", "position", ("position",))
     if unknown := [name for name in outputs if name not in _MEASURED]:
         raise table.complaint("outputs", nearest(unknown[0][:80], _MEASURED))
@@ -135,8 +138,6 @@ def _state_space(table: Table) -> tuple[LinearForm, dict[str, float]]:
 def _check_shapes(table: Table, parts: Mapping[str, list[list[float]]], outputs: tuple[str, ...]) -> None:
     """Raises InputError for matrices that do not belong together, and for a D that is not 0."""
     n = len(parts["A"])
-    if len(parts["A"][0]) != n:
-        raise table.complaint("A", f"is {n} x {len(parts['A'][0])}; it must be square")
     wanted = {"B": n, "C": len(outputs), "E": n}
     for name, rows in parts.items():
         if name in wanted and len(rows) != wanted[name]:
@@ -154,7 +155,9 @@ def _continuous(table: Table, parts: dict[str, list[list[float]]], period: float
     whole[:n] = np.hstack((np.array(parts["A"]), inputs))
     if not np.linalg.matrix_rank(whole[:n, :n]) == n:
         raise table.complaint("A", "has a pole at z = 0, which is a delay; write it as the delay of [signals]")
-    rates = np.asarray(logm(whole)) / period
+    with catch_warnings():
+        simplefilter("ignore", RuntimeWarning)  # of an error of 1e-12
+        rates = np.asarray(logm(whole)) / period
     if np.abs(np.imag(rates)).max() > 1e-6 * np.abs(rates).max():
         raise table.complaint("A", "has a negative real pole z, which no differential equation has; fit another order")
     columns = np.real(rates[:n, n:]).T.tolist()
