@@ -1,4 +1,4 @@
-"""A linear plant of one's own: an axis from volts to millimetres, four loops on it, and a search over stiffer ones."""
+"""A linear plant of one's own: an axis from volts to millimetres, and three loops on it."""
 
 import control
 
@@ -23,4 +23,4 @@ for controller in (
     step = loop.step("10 mm", duration="1 s")
     print(loop.margins())
     print(step.metrics)
-step.plot()
+step.plot().save("out/linear_plant.png")

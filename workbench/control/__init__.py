@@ -10,6 +10,7 @@ discrete_filter, second_order_sections, section_controller    sampled linear law
 linear_law             sampled linear laws as data, for compiled loops
 graph_law, piecewise_linear    laws that are not linear as graphs, for compiled loops; schedules and maps of the command
 jack_model, inner_loop    the jack as an outer controller sees it
+linear_model, linear_observer    a linear plant of the user's own as its designs see it
 kalman_observer, mpc_qp, reference_governor    what model-based controllers share
 crone, fractional      fractional design; fractional systems as objects
 scheduled_law, export  laws with schedules and maps as data; coefficients for a rig's own digital controller

@@ -7,6 +7,7 @@ jack        the two chambers around the piston, leakage and end stops
 load        the moving mass and the specimen
 orifice     laws of orifices, laps, stops and flow forces
 effects/    what a model may lack
+linear      the graph of a linear plant of the user's own
 probes      inputs that disturb one equation at a time
 """
 

@@ -3,6 +3,7 @@
 oustaloup   powers of s between its integers, as poles and zeros
 crossover   the order and the gain that give a phase margin and a crossover
 template    the law of an open-loop template
+design_plant    what a design asks of its plant
 """
 
 from .crossover import gain_for, order_for
