@@ -1,5 +1,7 @@
 """A linear plant of one's own: an axis from volts to millimetres, and three loops on it."""
 
+from pathlib import Path
+
 import control
 
 import workbench as wb
@@ -23,4 +25,5 @@ for controller in (
     step = loop.step("10 mm", duration="1 s")
     print(loop.margins())
     print(step.metrics)
+Path("out").mkdir(exist_ok=True)
 step.plot().save("out/linear_plant.png")

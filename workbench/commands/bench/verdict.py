@@ -137,7 +137,11 @@ def _line(loop: BenchLoop, row: EnvelopeRow, timing: Mapping[str, float]) -> dic
         "settling [s]": row["settling_worst_s"],
         "slowest on": row["where"],
         **(
-            {"on other specimens [s]" if nominal["ks"] else "on a specimen [s]": row["settling_specimen_s"]}
+            {
+                "on other specimens [s]" if nominal.specimen_stiffness else "on a specimen [s]": row[
+                    "settling_specimen_s"
+                ]
+            }
             if len(stiffnesses) > 1
             else {}
         ),
