@@ -11,14 +11,17 @@ from .sampled_loop import LoopRun
 
 @dataclass(frozen=True)
 class SupplyEnergy:
-    """Energy [J] that the main lands took over a run, and its part beyond the leakage at the start."""
+    """Energy [J] that the main lands took over a run, and its part beyond the leakage at the start; None of a
+    linear plant, which has no supply."""
 
-    energy_j: float
-    beyond_rest_j: float
+    energy_j: float | None
+    beyond_rest_j: float | None
 
 
 def supply_energy(rig: Rig, run: LoopRun) -> SupplyEnergy:
     """Energy of a run that starts at rest: the integral of `supply_power`, so without the pilot's flow."""
+    if not rig.is_jack:
+        return SupplyEnergy(None, None)
     t, signals = run.record.t, run.record.signals
     power = supply_power(rig, *(signals[name] for name in ("spool", "pa", "pb", "supply")))
     energy = float(np.trapezoid(power, t))
