@@ -10,7 +10,7 @@ from controllers import LinearCrone, LinearLqg, PidLead
 
 w, damping = 2 * np.pi * 18, 0.12
 motor, belt = [0.004, 1.0, 0.0], [1 / w**2, 2 * damping / w, 1.0]
-axis = control.tf([55.0], np.polymul(motor, belt))  # mm per V
+axis = control.TransferFunction([55.0], np.polymul(motor, belt))  # mm per V
 
 plant = wb.linear_plant(
     axis, period="1 ms", stroke="300 mm", name="axis", command=10.0, position="mm", delay="1.5 ms", noise="5 um"
