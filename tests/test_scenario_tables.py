@@ -6,7 +6,7 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.step_experiment import load_steps
-from workbench.loop.rows import linear_loops, loop_setup, play
+from workbench.loop.rows import judge, linear_loops, loop_setup, play
 
 HEAD = """
 experiment = "step"
@@ -55,6 +55,55 @@ def test_a_waveform_of_a_file_beside_the_experiment_in_its_own_units_from_its_fi
     wave = own(tmp_path, 'file = "wave.csv"')
     assert wave.duration == pytest.approx(0.3)
     assert wave.reference(np.array([0.0, 0.05, 0.2, 0.3])) == pytest.approx([0, 5e-4, 0, -1e-3])
+
+
+def test_a_file_that_is_sampled_faster_goes_through_a_low_pass_and_the_report_says_what_is_gone(tmp_path):
+    t = np.arange(5001) * 2e-4
+    values = np.sin(2 * np.pi * 3 * t) + 0.2 * np.sin(2 * np.pi * 900 * t)
+    rows = "\n".join(f"{a:.6f},{b:.9f}" for a, b in zip(t, values, strict=True))
+    (tmp_path / "fast.csv").write_text(f"t [s],position [mm]\n{rows}\n")
+    fast = own(tmp_path, 'file = "fast.csv"')
+    at = np.arange(1001) * 1e-3
+    assert fast.reference(at) == pytest.approx(1e-3 * np.sin(2 * np.pi * 3 * at), abs=1e-6)
+    assert fast.left_out == pytest.approx(0.04 / 1.04, rel=0.01)
+    assert fast.remarks == [
+        "own is without 3.85 % of its energy, above half the control rate: a low pass takes that out."
+    ]
+
+
+def test_a_record_beyond_the_rig_is_refused_by_how_much_or_slowed(tmp_path):
+    t = np.arange(1001) * 1e-3
+    rows = "\n".join(f"{a:.6f},{b:.9f}" for a, b in zip(t, 20 * np.sin(2 * np.pi * 20 * t), strict=True))
+    (tmp_path / "quick.csv").write_text(f"t [s],position [mm]\n{rows}\n")
+    with pytest.raises(InputError, match="it is too fast by a factor of 1"):
+        own(tmp_path, 'file = "quick.csv"')
+    slow = own(tmp_path, 'file = "quick.csv"\nslow = true')
+    assert slow.slowed == pytest.approx(1.815, abs=0.02)
+    assert slow.duration == pytest.approx(slow.slowed, abs=1e-3)
+    assert slow.remarks[0].startswith("own is slowed by a factor of 1.8")
+
+
+def test_a_motion_from_rest_to_rest_within_what_the_rig_can_give(tmp_path):
+    smooth = own(tmp_path, 'size = "-10 mm"\nprofile = "jerk-limited"\nacceleration = "40 m/s^2"')
+    assert smooth.arrives == smooth.stands == pytest.approx(0.067)
+    assert smooth.reference(np.array([0.0, smooth.stands, 1.0])) == pytest.approx([0, -10e-3, -10e-3])
+    quick = own(tmp_path, 'size = "100 mm"\nprofile = "time-optimal"\nduration = "0.6 s"')
+    assert (quick.duration, quick.stands) == pytest.approx((0.6, 0.073))
+    assert not quick.is_step
+    ready = own(tmp_path, 'size = "100 mm"\nprofile = "jerk-limited"')
+    assert ready.stands > quick.stands
+
+
+def test_a_file_s_row_says_by_how_much_it_was_slowed(tmp_path):
+    t = np.arange(101) * 1e-3
+    rows = "\n".join(f"{a:.6f},{b:.9f}" for a, b in zip(t, 20 * np.sin(2 * np.pi * 20 * t), strict=True))
+    (tmp_path / "quick.csv").write_text(f"t [s],position [mm]\n{rows}\n")
+    slow = own(tmp_path, 'file = "quick.csv"\nslow = true')
+    config = load_steps(tmp_path / "steps.toml")
+    setup = loop_setup(config.rig)
+    (spec,), loops = config.controllers, linear_loops(config.controllers[0], setup)
+    assert judge(spec, slow, setup, loops)[1]["slowed"] == slow.slowed
+    assert "slowed" not in judge(spec, config.scenarios[0], setup, loops)[1]
 
 
 def test_a_far_end_that_moves(tmp_path):
@@ -108,6 +157,14 @@ def test_a_load_pushes_a_jack_that_stands_anywhere(tmp_path):
         ('load = "100 kN"\nduration = "1 s"', "asks for a load of 100 kN, the limit of jack-10t is 90 kN"),
         ('size = "10 mm"\nrate = "10 mm/s"\nduration = "1 s"', "too short; give at least 1.3 s"),
         ('signal = "force"\nsize = "5 kN"\nduration = "1 s"', "are different loops; make two experiments"),
+        ('size = "5 mm"\nslow = true\nduration = "1 s"', "scenario.own.slow: is of a file; give one"),
+        ('size = "5 mm"\njerk = "1 m/s^3"\nduration = "1 s"', "scenario.own.jerk: is of a profile; give one"),
+        ('size = "5 mm"\nprofile = "fast"', 'scenario.own.profile = "fast": known: jerk-limited, time-optimal'),
+        ('size = "5 mm"\nprofile = "time-optimal"\njerk = "1 m/s^3"', "has no limit of jerk; remove it"),
+        ('size = "5 mm"\nprofile = "jerk-limited"\nspeed = "6 m/s"', "own.speed: jack-10t has 5 m/s; ask for less"),
+        ('size = "5 mm"\nprofile = "jerk-limited"\nspeed = "4 m/s"\nacceleration = "90 m/s^2"',
+         "own.acceleration: jack-10t has 66.33 m/s^2 at 4 m/s; ask for less"),
+        ('size = "5 mm"\nprofile = "jerk-limited"\nload = "85 kN"', "own.load: leaves jack-10t no force"),
         ('size = "5 mm"\nduration = "1 s"\n[scenario.position-10mm]\nsize = "5 mm"\nduration = "1 s"',
          "scenario.position-10mm: is a standard scenario; choose another name"),
         ('size = "5 mm"\nduration = "1 s"\n[scenario.more]\nsize = "5 mm"\nduration = "1 s"',

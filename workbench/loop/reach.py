@@ -1,10 +1,12 @@
-"""Whether a rig can do what a scenario asks for: its limits of position, speed and force."""
+"""Whether a rig can do what a scenario asks for: its limits of position, speed, force and flow."""
 
 import numpy as np
 
 from ..base.errors import InputError
 from ..base.units import from_si
 from ..rigs.rig import Rig
+from .capability import capability
+from .own_references import Waveform, too_fast
 from .scenarios import Scenario
 from .step_metrics import LAST
 
@@ -44,6 +46,17 @@ def _check_linear(scenario: Scenario, rig: Rig) -> None:
         raise _error(scenario, f"{rig.name} is a linear plant without a specimen; take the travel out")
     if scenario.load and not rig.takes_load:
         raise _error(scenario, f"no force acts on {rig.name}; give it [signals] load, or E in [state_space]")
+
+
+def check_flow(scenario: Scenario, rig: Rig) -> None:
+    """Raises InputError for a course of position that takes more acceleration than a rig has, or more flow while it
+    accelerates."""
+    if scenario.waveform is None or scenario.signal != "position" or not rig.is_jack:
+        return
+    factor = too_fast(Waveform(*(np.array(part) for part in scenario.waveform)), capability(rig))
+    if factor > _ROUNDING:
+        what = f"takes more acceleration and flow than {rig.name} has: it is too fast by a factor of {factor:.4g}"
+        raise _error(scenario, f"{what}; ask for less, or slow a file down with slow = true")
 
 
 def _speed(scenario: Scenario, t: np.ndarray) -> float:

@@ -188,6 +188,7 @@ def row(
         "margins": loops.margins,
         "band": band,
         "peak_deviation": _peak(scenario, run),
+        **({"slowed": scenario.slowed} if scenario.slowed != 1 else {}),
     }
 
 

@@ -9,6 +9,7 @@ from ..base.errors import InputError, nearest
 _LEAVES = 0.5  # s: when a far end starts
 _ACCELERATION = 5.0  # m/s^2: how it starts and stops
 _LOADED = 0.5  # s: when a load comes
+_TOLD = 0.01  # of a record's energy: what is left out of it is worth a remark
 _SHORT = 1e-9  # s: an instant that is computed as k periods may be a rounding error early
 
 
@@ -17,7 +18,9 @@ class Scenario:
     """A course of the controlled signal, from where it stands, watched for `duration` [s].
 
     `size` (SI) is a step's; with a `rate` (SI per s) a ramp's, with a `frequency` [Hz] a sine's amplitude, with a
-    `waveform` what it spans: times [s] and values (SI, deviations from the start), linear between them, held beyond.
+    `waveform` what it spans: times [s] and values (SI, deviations from the start), linear between them, held beyond;
+    one with a `stands` [s] stays at `size` from then on. A recorded one may be `slowed` by a factor, and have
+    `left_out` a part of its energy, which is above the control's Nyquist frequency.
     With a `travel` [m] the specimen's far end leaves at 0.5 s, moves so far at `speed` [m/s], and stands again. A
     `load` [N] pushes at the jack from `load_at` [s] on. The jack starts at `start` [m] from mid stroke, or a
     `start_share` of the stroke limit.
@@ -36,14 +39,17 @@ class Scenario:
     start_share: float = 0.0
     load: float = 0.0
     load_at: float = _LOADED
+    stands: float | None = None
+    slowed: float = 1.0
+    left_out: float = 0.0
 
     @property
     def arrives(self) -> float | None:
         """Time [s] from which reference, far end and load stand; None where they never do."""
-        if self.frequency is not None or self.waveform is not None:
+        if self.frequency is not None or (self.waveform is not None and self.stands is None):
             return None
         far_end = _LEAVES + self._moving if self.travel else 0.0
-        return max(abs(self.size) / self.rate, far_end, self.load_at if self.load else 0.0)
+        return max(self.stands or abs(self.size) / self.rate, far_end, self.load_at if self.load else 0.0)
 
     @property
     def is_step(self) -> bool:
@@ -53,6 +59,17 @@ class Scenario:
     @property
     def _moving(self) -> float:
         return self.travel / self.speed + self.speed / _ACCELERATION
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a report says of a reference that is not what its file has."""
+        remarks = []
+        if self.slowed != 1:
+            remarks.append(f"{self.name} is slowed by a factor of {self.slowed:.4g}: the rig cannot follow it faster.")
+        if self.left_out > _TOLD:
+            share = f"{100 * self.left_out:.3g} % of its energy"
+            remarks.append(f"{self.name} is without {share}, above half the control rate: a low pass takes that out.")
+        return remarks
 
     def position(self, stroke: float) -> float:
         """Where the jack starts [m from mid stroke], with a stroke limit [m]."""

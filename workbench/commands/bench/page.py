@@ -176,7 +176,8 @@ def _every(loop: BenchLoop, metrics: Metrics) -> Table:
     units = {"iae": f"iae [{unit} s]", "band": f"band [{unit}]", "peak_deviation": f"peak deviation [{unit}]"}
     shown = [[_shown(row[key], loop) if key in units else row[key] for key in keys] for row in rows]
     heads = [units.get(key, key) for key in keys]
-    return Table("Every controller on every rig", heads, shown, note="The rows of metrics.json.")
+    note = " ".join(("The rows of metrics.json.", *(line for each in loop.scenarios for line in each.remarks)))
+    return Table("Every controller on every rig", heads, shown, note=note)
 
 
 def _shown(value: float | None, loop: BenchLoop) -> float | None:

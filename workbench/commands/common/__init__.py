@@ -7,7 +7,7 @@ experiment, step_experiment, bench_experiment, record_experiment    experiment f
 envelope_keys       what a loop has to hold on: positions, draws, limits of the goals
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them
-scenario_tables, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
+scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 judged              in words: the delay and the noise that loops were judged with
 shipped            experiments and campaigns that come with jackbench, by name
 """

@@ -85,7 +85,7 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
     top.allow(*KEYS)
     nominal = rig_of(top, path, rig)
     tables = {**borrowed_controllers(top.optional_table("from"), path.parent), **_own(top)}
-    scenarios = read_scenarios(top)
+    scenarios = read_scenarios(top, nominal)
     controllers = [controller_spec(name, table).knowing(nominal) for name, table in tables.items()]
     asked = _asked(controllers, scenarios, nominal, str(path))
     lists = _sets(top, asked)

@@ -10,22 +10,24 @@ from ...base.errors import InputError
 from ...base.signals import SIGNALS
 from ...base.table import Table
 from ...base.units import Spec
-from ...loop.reach import check_reach
+from ...loop.reach import check_flow, check_reach
 from ...loop.scenarios import SCENARIOS, Scenario, scenario
 from ...rigs.rig import Rig
+from .profiles import DURATION, read_profile
 
 _KEYS = (
-    *("signal", "size", "rate", "frequency", "file", "road", "start", "load", "load_at", "travel", "speed"),
-    "duration",
+    *("signal", "size", "rate", "frequency", "file", "slow", "road", "start", "load", "load_at", "travel", "speed"),
+    *("duration", "profile", "acceleration", "jerk"),
 )
-_COURSES = ("rate", "frequency", "file", "road")
+_COURSES = ("rate", "frequency", "file", "road", "profile")
 _LARGE = 1e12
 
 
-def read_scenarios(top: Table) -> tuple[Scenario, ...]:
-    """What `scenarios` lists: names of SCENARIOS, and of the experiment's own tables. Raises InputError."""
+def read_scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
+    """What `scenarios` lists: names of SCENARIOS, and of the experiment's own tables, whose references are planned on a
+    rig. Raises InputError."""
     tables = top.optional_table("scenario")
-    own = {name: _own(name, tables) for name in tables}
+    own = {name: _own(name, tables, rig) for name in tables}
     names = top.words("scenarios", "position-10mm")
     if unused := [name for name in own if name not in names]:
         raise tables.complaint(unused[0], "is not in the list `scenarios`; add it there or remove the table")
@@ -34,13 +36,16 @@ def read_scenarios(top: Table) -> tuple[Scenario, ...]:
 
 
 def check_scenarios(top: Table, scenarios: Iterable[Scenario], rigs: Iterable[Rig]) -> None:
-    """Raises InputError for a scenario that is out of the reach of one of the rigs."""
-    for rig in rigs:
-        for each in scenarios:
+    """Raises InputError for a scenario that is out of the reach of one of the rigs, and for a course of one's own that
+    takes more flow than the first of them has."""
+    first, *others = rigs
+    for each in scenarios:
+        for rig in (first, *others):
             top.about("scenarios", lambda each=each, rig=rig: check_reach(each, rig))
+        top.about("scenarios", lambda each=each: check_flow(each, first))
 
 
-def _own(name: str, tables: Table) -> Scenario:
+def _own(name: str, tables: Table, rig: Rig) -> Scenario:
     table = tables.table(name, *_KEYS)
     if name in SCENARIOS:
         raise table.error("is a standard scenario; choose another name")
@@ -55,19 +60,23 @@ def _own(name: str, tables: Table) -> Scenario:
     if "load_at" in table and not load:
         raise table.complaint("load_at", "there is no load; give one")
     further: dict[str, Any] = {"load": load, "load_at": load_at, **_start(table), **_far_end(table)}
+    _check_keys(table)
     if "file" in table:
-        return _waveform(name, table, signal, further)
+        return _waveform(name, table, signal, further, rig)
     if "road" in table:
         return _road(name, table, signal, further)
     size = _quantity(table, "size", si, "size", -_LARGE)
     if not size and (courses or not (load or "travel" in table)):
         raise table.complaint("size", "must be there, and not 0")
-    duration = Spec("s", 1e-3, 1e6, "how long it is watched")
+    if "profile" in table:
+        if signal != "position":
+            raise table.complaint("profile", "is of a position; a force has none")
+        return read_profile(name, table, size, rig, further)
     if "rate" in table:
         further["rate"] = table.quantity("rate", Spec(f"{si}/s", 1e-12, _LARGE, "rate of a ramp"))
     if "frequency" in table:
         further["frequency"] = table.quantity("frequency", Spec("Hz", 1e-6, 1e6, "frequency of a sine"))
-    return Scenario(name, signal, size, table.quantity("duration", duration), **further)
+    return Scenario(name, signal, size, table.quantity("duration", DURATION), **further)
 
 
 def _road(name: str, table: Table, signal: str, further: dict[str, Any]) -> Scenario:
@@ -93,8 +102,19 @@ def _quantity(table: Table, key: str, si: str, meaning: str, low: float = 0.0) -
     return table.quantity(key, Spec(si, low, _LARGE, meaning)) if key in table else 0.0
 
 
+def _check_keys(table: Table) -> None:
+    """Raises InputError for a key that another one must go with."""
+    for key, needed in (("slow", "file"), ("acceleration", "profile"), ("jerk", "profile")):
+        if key in table and needed not in table:
+            raise table.complaint(key, f"is of a {needed}; give one")
+    if "profile" in table and "travel" in table:
+        raise table.complaint("travel", "not together with profile; remove one")
+
+
 def _far_end(table: Table) -> dict[str, float]:
     """How far and how fast the specimen's far end moves, where it does."""
+    if "profile" in table:
+        return {}
     given = [key for key in ("travel", "speed") if key in table]
     if not given:
         return {}
@@ -116,18 +136,27 @@ def _start(table: Table) -> dict[str, float]:
     return {"start_share": float(value)}
 
 
-def _waveform(name: str, table: Table, signal: str, further: dict[str, Any]) -> Scenario:
+def _waveform(name: str, table: Table, signal: str, further: dict[str, Any], rig: Rig) -> Scenario:
     """The course of a file, from its first row on."""
+    from ...loop.capability import capability
+    from ...loop.own_references import sampled_record, slowed_record
     from ...records.frequency_sheet import Columns
 
     if "size" in table:
         raise table.complaint("size", "the file has the size; remove one")
+    slow = table.flag("slow", False)
+    if slow and signal != "position":
+        raise table.complaint("slow", "only a course of position is slowed; remove it")
     columns = table.about("file", lambda: Columns(Path(table.text("file"))))
     t, values = columns.values("t", "s"), columns.values(signal, SIGNALS[signal].si)
-    t, values = t - t[0], values - values[0]
     if len(t) < 2 or not np.all(np.diff(t) > 0):
         raise InputError(f"{columns.path}: t must rise from row to row, over two rows or more; mend it")
-    span, duration = float(np.ptp(values)), float(t[-1])
+    period = rig.period.value
+    record = slowed_record(t, values, period, capability(rig)) if slow else sampled_record(t, values, period)
+    span, duration = float(np.ptp(record.values)), float(record.t[-1])
     if "duration" in table:
-        duration = table.quantity("duration", Spec("s", 1e-3, 1e6, "how long it is watched"))
-    return Scenario(name, signal, span, duration, waveform=(tuple(t.tolist()), tuple(values.tolist())), **further)
+        duration = table.quantity("duration", DURATION)
+    further |= {"slowed": record.slowed, "left_out": record.left_out}
+    return Scenario(
+        name, signal, span, duration, waveform=(tuple(record.t.tolist()), tuple(record.values.tolist())), **further
+    )

@@ -67,7 +67,7 @@ def step_config(top: Table, rig: Rig) -> StepConfig:
 
 
 def _scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
-    scenarios = read_scenarios(top)
+    scenarios = read_scenarios(top, rig)
     for other in scenarios[1:]:
         if other.signal != scenarios[0].signal:
             what = f"{scenarios[0].name} and {other.name} are different loops; make two experiments"

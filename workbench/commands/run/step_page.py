@@ -75,7 +75,8 @@ def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
         [[cell(row, key, factor) for key, (_, factor) in columns.items()] for row in rows],
         note="Settling into +-band, 2 % of the step or three standard deviations of the sensor, from where reference, "
         f"far end and load stand. {judged_words(config.conditions, config.rig)} Limited: the guard changed the "
-        "command. Cavitation: a chamber below 0 bar.",
+        "command. Cavitation: a chamber below 0 bar."
+        + "".join(f" {remark}" for scenario in config.scenarios for remark in scenario.remarks),
         best={"settling [s]": "min", columns["iae"][0]: "min"},
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...base.units import from_si
 from ...linear import Equilibrium, equilibrium, linearise
+from ...loop.capability import oil_stiffness, stall_force
 from ...plant import Plant, build
 from ...rigs.rig import Number, Rig, number_specs
 from ...rigs.schema import CONTROL, LIMITS
@@ -71,7 +72,7 @@ def derived(rig: Rig) -> list[dict[str, Any]]:
         speed = sign * equilibrium(plant, command=sign, p=smooth).speed
         rows.append((f"no-load speed, {way}", speed, "m/s", "model, full command, steady"))
         rows.append(
-            (f"stall force, {way}", 1e-3 * _stall_force(rig, sign), "kN", "supply on one side, return on the other")
+            (f"stall force, {way}", 1e-3 * stall_force(rig, sign), "kN", "supply on one side, return on the other")
         )
         low, high = (equilibrium(plant, command=sign * part, p=smooth).speed for part in _BEYOND)
         gain = sign * (high - low) / (_BEYOND[1] - _BEYOND[0])
@@ -86,12 +87,6 @@ def _null_command(rest: Equilibrium) -> float:
     return float(rest.u[0])
 
 
-def _stall_force(rig: Rig, sign: float) -> float:
-    """Force [N] with the supply on the driving side and the return on the other."""
-    driving, driven = rig.areas[:: int(sign)]
-    return rig["Ps"] * driving - rig["Pr"] * driven
-
-
 def _mode_formula(rig: Rig, plant: Plant, rest: Equilibrium) -> tuple[float, float]:
     """Natural frequency [Hz] and damping [1] of the jack's mode for light damping.
 
@@ -99,7 +94,7 @@ def _mode_formula(rig: Rig, plant: Plant, rest: Equilibrium) -> tuple[float, flo
     """
     areas = np.array(rig.areas)
     per_travel = rig["beta"] * areas / (np.array(rig.dead_volumes) + areas * rig["S"] / 2) * (-1.0, 1.0)
-    stiffness = float(np.sum(np.abs(per_travel) * areas))
+    stiffness = oil_stiffness(rig)
     wh = np.sqrt(stiffness / rig["M"])
     lost = float(np.sum(_land_leakage(rig, plant, rest) * per_travel**2) + rig["Cl"] * np.ptp(per_travel) ** 2)
     return float(wh / (2 * np.pi)), float((rig["b"] / rig["M"] + lost / stiffness) / (2 * wh))

@@ -1,0 +1,61 @@
+"""What a rig can give a motion: acceleration and speed by its supply, and the mode of the mass on the oil."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..linear.operating_point import equilibrium
+from ..plant import build
+from ..rigs.rig import Rig
+
+SHARE = 0.8  # of force and flow that a planned motion takes: the rest is the loop's
+
+
+@dataclass(frozen=True)
+class Capability:
+    """Of a rig in the weaker direction: acceleration from rest `a0` [m/s^2], steady speed `v0` [m/s] at full command,
+    both without a load; the speed limit [m/s], and the natural frequency [Hz] of the mass on the oil at mid stroke.
+
+    The flow through the valve's lands goes with the root of the pressure that is left for them: at a speed v the
+    acceleration is a0 (1 - (v/v0)^2) at most (Merritt, Hydraulic Control Systems, 1967, ch. 5). Braking throttles, up
+    to a0.
+    """
+
+    a0: float
+    v0: float
+    limit: float
+    mode: float
+
+    def acceleration(self, speed: np.ndarray | float) -> np.ndarray | float:
+        """The most [m/s^2] at speeds [m/s]; below 0 where the valve does not give the speed."""
+        return self.a0 * (1 - (speed / self.v0) ** 2)
+
+    def speed(self, acceleration: float) -> float:
+        """The most [m/s] at an acceleration [m/s^2] up to a0, within the rig's limit."""
+        return min(self.limit, self.v0 * float(np.sqrt(max(0.0, 1 - acceleration / self.a0))))
+
+    @property
+    def corner(self) -> tuple[float, float]:
+        """Speed and acceleration at which the valve gives the most power, or at the rig's speed limit."""
+        speed = min(self.limit, self.v0 / 3**0.5)
+        return speed, float(self.acceleration(speed))
+
+
+def capability(rig: Rig, share: float = 1.0, load: float = 0.0) -> Capability:
+    """What a rig gives with a share of its force and of its flow against a load [N]."""
+    plant, weaker = build(rig), min(stall_force(rig, sign) for sign in (1.0, -1.0))
+    v0 = min(abs(equilibrium(plant, command=sign).speed) for sign in (1.0, -1.0))
+    mode = np.sqrt(oil_stiffness(rig) / rig["M"]) / (2 * np.pi)
+    return Capability((share * weaker - abs(load)) / rig["M"], share * v0, rig.limit("speed"), float(mode))
+
+
+def stall_force(rig: Rig, sign: float) -> float:
+    """Force [N] with the supply on the driving side and the return on the other."""
+    driving, driven = rig.areas[:: int(sign)]
+    return rig["Ps"] * driving - rig["Pr"] * driven
+
+
+def oil_stiffness(rig: Rig) -> float:
+    """Of both chambers [N/m] at mid stroke: the sum of beta A^2/V."""
+    areas = np.array(rig.areas)
+    return float(np.sum(rig["beta"] * areas**2 / (np.array(rig.dead_volumes) + areas * rig["S"] / 2)))
