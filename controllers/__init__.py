@@ -10,6 +10,7 @@ compensators, to be added to a law
     PressureFeedback, AccelerationFeedback    damp the jack on its oil
     VelocityCompensation                gives a force loop the flow that the jack's motion takes
     FeedForward, Shaping                of the reference
+    FlowFeedForward                     plans the reference, and gives the command for its flow
     ForceLag                            makes up for what a force loop leaks
     LapInverse                          takes the lap's gain at null out of the command path
 Switched                                changes over between controllers while they run
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     Crone2: ControllerType
     Crone3: ControllerType
     FeedForward: ControllerType
+    FlowFeedForward: ControllerType
     ForceLag: ControllerType
     FractionalPid: ControllerType
     LapInverse: ControllerType
@@ -53,6 +55,7 @@ _FILES = {
     "Crone2": "crone2",
     "Crone3": "crone3",
     "FeedForward": "feedforward",
+    "FlowFeedForward": "flow_feedforward",
     "ForceLag": "force_lag",
     "FractionalPid": "fractional_pid",
     "LapInverse": "lap_inverse",
@@ -76,6 +79,7 @@ __all__ = [
     "Crone2",
     "Crone3",
     "FeedForward",
+    "FlowFeedForward",
     "ForceLag",
     "FractionalPid",
     "LapInverse",

@@ -14,6 +14,7 @@ from .discrete_filter import Filter, weighted
 from .lane_compensators import CompensatedLanes, MappedLanes, OnLoadCellLanes
 from .linear_law import LinearLaw, on_load_cell, with_command_filter, with_reference_filter
 from .piecewise_linear import CommandMap, PiecewiseLinear
+from .planned import Planned
 from .protocol import (
     Controller,
     LaneController,
@@ -29,9 +30,10 @@ if TYPE_CHECKING:
     import control
 
     from .graph_law import GraphLaw
+    from .reference_plan import ReferencePlan
 
 
-Into = Literal["command", "reference", "map"]
+Into = Literal["command", "reference", "map", "plan"]
 
 
 class Compensator(Protocol):
@@ -61,8 +63,21 @@ class MapsCommand(Protocol):
         ...
 
 
-def compensated(inner: Controller, compensator: Compensator | MapsCommand) -> Controller:
+class PlansReference(Protocol):
+    """A plan of a controller's reference, with a command of its own: `into` is "plan"."""
+
+    into: ClassVar[Into]
+
+    @property
+    def plan(self) -> "ReferencePlan":
+        """The plan, at the loop's period."""
+        ...
+
+
+def compensated(inner: Controller, compensator: Compensator | MapsCommand | PlansReference) -> Controller:
     """A controller with a compensator around it, itself a controller."""
+    if compensator.into == "plan":
+        return Planned(inner, cast(PlansReference, compensator).plan)
     if compensator.into == "map":
         return Mapped(inner, cast(MapsCommand, compensator).command_map)
     return Compensated(inner, cast(Compensator, compensator))

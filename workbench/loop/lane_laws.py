@@ -13,6 +13,8 @@ from ..linear.state_space import StateSpace, sampled_response
 
 _SAME = 1e-9  # of the largest entry: dynamics that differ by rounding only are the same in all lanes
 
+_STABLE = 1 - 1e-9  # radius of poles
+
 
 @dataclass(frozen=True)
 class LawLanes:
@@ -72,7 +74,7 @@ def lane_laws(controller: Controller, points: Mapping[str, np.ndarray]) -> LawLa
         parts = law.linearised_lanes(points)
     else:
         parts = _one_by_one(controller, points)
-    a, b, c, d = parts
+    a, b, c, d = _heard(*parts)
     if _same(a) and _same(b):
         a, b = a[:1], b[:1]
     return LawLanes(a, b, c, d, tuple(controller.measures))
@@ -84,6 +86,21 @@ def _one_by_one(controller: Controller, points: Mapping[str, np.ndarray]) -> lis
     views = [linear_view(controller, dict(zip(points, at, strict=True))) for at in every]
     a, b, c, d = (np.array([view.matrices[i] for view in views]) for i in range(4))
     return [a, b, c[:, 0], d[:, 0]]
+
+
+def _heard(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> list[np.ndarray]:
+    """Without the states that nothing measured moves, such as those of a planned reference: no part of a loop.
+
+    They stay where they are not stable by themselves.
+    """
+    heard, moves = (b[:, :, 1:] != 0).any(axis=(0, 2)), (a != 0).any(axis=0)
+    for _ in range(len(heard)):
+        heard = heard | moves @ heard
+    alone = a[:, ~heard][:, :, ~heard]
+    alone = alone[:1] if _same(alone) else alone
+    if heard.all() or np.abs(np.linalg.eigvals(alone)).max() > _STABLE:
+        return [a, b, c, d]
+    return [a[:, heard][:, :, heard], b[:, heard], c[:, heard], d]
 
 
 def _same(part: np.ndarray) -> bool:

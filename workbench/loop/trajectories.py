@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -110,7 +111,7 @@ def time_optimal(size: float, speed: float, acceleration: float, a0: float, v0: 
         from scipy.optimize import brentq
 
         slow = np.sqrt(2 * way / (1 / acceleration + 1 / brake))
-        top = float(slow) if slow <= start else brentq(lambda v: needed(v) - way, start, speed, xtol=1e-15)
+        top = float(slow if slow <= start else cast(float, brentq(lambda v: needed(v) - way, start, speed, xtol=1e-15)))
     first = min(start, top)
     pieces = [Piece(first / acceleration, 0.0, 0.0, acceleration)] if first else []
     x = first**2 / (2 * acceleration)

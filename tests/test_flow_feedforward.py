@@ -1,0 +1,108 @@
+"""Flow feed-forward: a planned reference within its limits, and the command that its flow takes."""
+
+import numpy as np
+import pytest
+
+from controllers import FlowFeedForward, LapInverse, P, PressureFeedback
+from workbench.base.errors import InputError
+from workbench.control.planned import Planned
+from workbench.loop.rows import linear_loops, loop_setup
+from workbench.loop.sampled_loop import SampledLoop
+from workbench.rigs.rig import load_rig
+
+PERIOD = 1e-3
+FLOW = FlowFeedForward(
+    velocity_gain=7.6,
+    acceleration=60.0,
+    smoothing="36 ms",
+    speed=1.0,
+    lead="2.5 ms",
+    lag="3.3 ms",
+    mode=27.4,
+    inertia=2.141e5,
+    drop="205.6 bar",
+    drain="4.355 bar",
+    measured=1.0,
+)
+LOOP = P(gain=3.0) + PressureFeedback(gain="2e-4 1/bar", corner=2.6) + FLOW + LapInverse(excess=2e-3, width=2e-3)
+
+
+def planned(reference, **numbers):
+    """The motion that a plan makes of a reference [k], and the command for its flow."""
+    controller = (P(gain=1e-3) + FlowFeedForward(**{"velocity_gain": 5.0, "acceleration": 20.0, **numbers})).build(
+        PERIOD
+    )
+    assert isinstance(controller, Planned)
+    motion, command = np.empty((2, len(reference)))
+    controller.reset(0.0, {"position": 0.0}, 0.0)
+    for i, r in enumerate(reference):
+        controller._look(r, {})
+        motion[i], command[i] = controller._output()
+        controller.update(0.0)
+    return motion, command
+
+
+def test_a_step_becomes_a_motion_within_speed_acceleration_and_jerk():
+    motion, _ = planned(np.full(400, 0.1), smoothing=0.02, speed=0.5)
+    speed = np.diff(motion, prepend=0.0) / PERIOD
+    acceleration = np.diff(speed, prepend=0.0) / PERIOD
+    jerk = np.diff(acceleration, prepend=0.0) / PERIOD
+    assert speed.max() == pytest.approx(0.5, rel=1e-6)
+    assert np.abs(acceleration).max() == pytest.approx(20.0, rel=1e-6)
+    assert np.abs(jerk).max() <= 20.0 / 0.02 * (1 + 1e-6)
+    assert motion.max() <= 0.1 * (1 + 1e-9)
+    still = 0.1 / 0.5 + 0.5 / 20 + 0.02  # s: at 0.5 m/s, with both ramps, and the average
+    assert motion[round(still / PERIOD) + 4 :] == pytest.approx(0.1, abs=1e-12)
+    assert motion[round(still / PERIOD) - 8] < 0.1 * (1 - 1e-5)
+
+
+def test_the_command_is_the_speed_over_the_velocity_gain_and_comes_before_the_motion():
+    motion, command = planned(np.full(200, 0.01), smoothing=0.01, lead=3e-3)
+    speed = np.diff(motion, prepend=0.0) / PERIOD
+    assert command[:-3] == pytest.approx(speed[3:] / 5.0, abs=1e-6)
+
+
+def test_lag_mode_load_and_drop_have_their_parts():
+    motion, plain = planned(np.full(200, 0.01), smoothing=0.02)
+    v = np.diff(motion, prepend=0.0) / PERIOD
+    a = np.diff(v, prepend=0.0) / PERIOD
+    j = np.diff(a, prepend=0.0) / PERIOD
+    _, command = planned(np.full(200, 0.01), smoothing=0.02, lag=3e-3, mode=20.0)
+    assert command == pytest.approx((v + 3e-3 * a + j / (2 * np.pi * 20) ** 2) / 5, abs=1e-9)
+    _, loaded = planned(np.full(200, 0.01), smoothing=0.02, inertia=2e5, drop=2e7)
+    assert loaded == pytest.approx(plain * np.sqrt(2e7 / (2e7 - np.sign(v) * 2e5 * a)), abs=1e-9)
+
+
+def test_a_new_reference_on_the_way_is_followed_from_there():
+    reference = np.concatenate((np.full(30, 0.05), np.full(400, -0.02)))
+    motion, _ = planned(reference, smoothing=0.02)
+    speed = np.diff(motion, prepend=0.0) / PERIOD
+    assert np.abs(np.diff(speed)).max() / PERIOD <= 20.0 * (1 + 1e-6)
+    assert motion[-1] == pytest.approx(-0.02, abs=1e-12)
+
+
+def test_more_smoothing_than_is_kept_is_refused():
+    with pytest.raises(InputError, match="59 ms together at most; take less"):
+        (P(gain=1.0) + FlowFeedForward(velocity_gain=1.0, acceleration=1.0, smoothing=0.06)).build(PERIOD)
+
+
+def test_it_runs_compiled_as_in_python():
+    rig = load_rig("jack-10t")
+    setup = loop_setup(rig)
+    reference = np.full(200, 0.01)
+    runs = [
+        SampledLoop(setup.engine, rig, LOOP.build(PERIOD), setup.null, 3, compiled=compiled).run(reference)
+        for compiled in (True, False)
+    ]
+    assert runs[0].tripped is None
+    fast, slow = (run.record.signals["position"] for run in runs)
+    assert fast == pytest.approx(slow, abs=2e-6)
+    assert np.abs(slow[65:] - 0.01).max() < 4e-4
+
+
+def test_it_leaves_the_margins_alone():
+    setup = loop_setup(load_rig("jack-10t"))
+    without = P(gain=3.0) + PressureFeedback(gain="2e-4 1/bar", corner=2.6) + LapInverse(excess=2e-3, width=2e-3)
+    planned_loop, plain = (linear_loops(spec, setup).null for spec in (LOOP, without))
+    assert planned_loop.ms == pytest.approx(plain.ms, rel=1e-9)
+    assert planned_loop.gain_margin_db == pytest.approx(plain.gain_margin_db, rel=1e-9)

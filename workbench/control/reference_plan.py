@@ -1,0 +1,151 @@
+"""A reference that a controller plans for itself: a step becomes a motion within limits, and the command for its flow.
+
+    p+ = p + T v,  v+ = v + T a      a motion that follows the reference within speed and acceleration
+    r' = sum h_i p(k - i)            smoothed, and late by the lead of the command over it
+    u  = (v' + t a' + (1 - (x/h)^2) j'/w^2)/Kv sqrt(dp/(ps - pr - sign(.) m a'))
+
+v', a', j' are the slopes of the smoothed motion, t and w what lags between command and speed, m a' the load pressure;
+the oil is softest at mid stroke, x = 0, and stiffer towards the ends of its columns, h.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..linear.state_space import StateSpace
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+PAST = 64  # periods of the motion that are kept
+_FLOW_LEFT = 0.1  # of the declared pressure drop, which is counted on at least
+
+
+@dataclass(frozen=True)
+class FlowNumbers:
+    """The jack as the command for its flow has it: `velocity_gain` Kv [m/s] at the pressure `drop` [Pa] from supply to
+    return, lags t [s] and 1/w^2 [s^2] at mid stroke, load pressure over acceleration [Pa s^2/m]; return pressure [Pa],
+    the share of the measured supply that is believed; half the oil columns' length h [m] (0: the same all over) and the
+    position signal at `middle` stroke [m]."""
+
+    velocity_gain: float
+    lag: float
+    mode: float
+    inertia: float
+    drop: float
+    drain: float
+    measured: float
+    column: float = 0.0
+    middle: float = 0.0
+
+
+@dataclass(frozen=True)
+class ReferencePlan:
+    """A motion within `speed` [m/s] and `acceleration` [m/s^2], averaged over `smoothing` [s], the command ahead of it
+    by `lead` [s], at a `period` [s]. Raises InputError for more smoothing and lead than are kept."""
+
+    speed: float
+    acceleration: float
+    smoothing: float
+    lead: float
+    period: float
+    flow: FlowNumbers
+
+    def __post_init__(self) -> None:
+        if self.smoothing + self.lead > (longest := (PAST - 5) * self.period):
+            raise InputError(f"smoothing and lead: {1e3 * longest:g} ms together at most; take less")
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The signals that it sees."""
+        measured = {"supply": self.flow.measured, "position": self.flow.column}
+        return ("reference", *(name for name, needed in measured.items() if needed))
+
+    @property
+    def states(self) -> int:
+        """How many: the motion's positions, newest first, and its speed."""
+        return PAST + 1
+
+    def rest(self, reference: float) -> np.ndarray:
+        """The state at rest [n]."""
+        return np.append(np.full(PAST, reference), 0.0)
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """Weights of the kept positions for the reference, and for its three slopes; limits and the flow's numbers."""
+        ahead = _averaged(self.smoothing / self.period, 0.0)
+        slopes = [ahead]
+        for _ in range(3):
+            slopes.append(np.diff(slopes[-1], prepend=0.0) / self.period)
+        flow = self.flow
+        lagging = (slopes[1] + flow.lag * slopes[2]) / flow.velocity_gain
+        springing = flow.mode * slopes[3] / flow.velocity_gain
+        reference = _averaged(self.smoothing / self.period, self.lead / self.period)
+        limits = [self.speed, self.acceleration, self.period]
+        pressures = [flow.drop, flow.drain, flow.measured]
+        stroke = [1 / flow.column if flow.column else 0.0, flow.middle]
+        return np.concatenate((reference, lagging, springing, flow.inertia * slopes[2], limits, pressures, stroke))
+
+    def output(self, w: "ca.SX", signals: "ca.SX", q: "ca.SX") -> tuple["ca.SX", "ca.SX"]:
+        """The planned reference, and the command for its flow."""
+        import casadi as ca
+
+        base, line = w[0], w[:PAST] - w[0]
+        reference, lagging, springing, pressure = (ca.dot(q[i * PAST : (i + 1) * PAST], line) for i in range(4))
+        drop, drain, measured, column, middle = ca.vertsplit(q[4 * PAST + 3 :])
+        seen = dict(zip(self.inputs, ca.vertsplit(signals), strict=True))
+        supplied = measured * (seen["supply"] - drain - drop) if "supply" in seen else 0.0
+        share = (seen["position"] - middle) * column if "position" in seen else 0.0
+        flow = lagging + ca.fmax(1 - share**2, 0) * springing
+        left = ca.fmax(drop + supplied - ca.sign(flow) * pressure, _FLOW_LEFT * drop)
+        return base + reference, flow * ca.sqrt(drop / left)
+
+    def advance(self, w: "ca.SX", signals: "ca.SX", q: "ca.SX") -> "ca.SX":
+        """The state after a sample of the reference: time-optimal in discrete time (Han, From PID to active disturbance
+        rejection control, IEEE Trans. Industrial Electronics 56(3), 2009)."""
+        import casadi as ca
+
+        speed, acceleration, period = (q[4 * PAST + i] for i in range(3))
+        position, v = w[0], w[PAST]
+        move = acceleration * period**2
+        off = position - signals[0] + period * v
+        far = period * v + ca.sign(off) * (ca.sqrt(move * (move + 8 * ca.fabs(off))) - move) / 2
+        toward = ca.if_else(ca.fabs(off) <= move, period * v + off, far)
+        after = v - acceleration * period * ca.fmin(ca.fmax(toward / move, -1), 1)
+        after = ca.fmin(ca.fmax(after, -speed), speed)
+        return ca.vertcat(position + period * v, w[: PAST - 1], after)
+
+    @cached_property
+    def functions(self) -> tuple["ca.Function", "ca.Function"]:
+        """`output` and `advance` of numbers: (w, signals) -> (reference, command) and w."""
+        import casadi as ca
+
+        w, s = ca.SX.sym("w", self.states), ca.SX.sym("s", len(self.inputs))
+        q = ca.SX(ca.DM(self.numbers))
+        return ca.Function("output", [w, s], [*self.output(w, s, q)]), ca.Function(
+            "after", [w, s], [self.advance(w, s, q)]
+        )
+
+    @cached_property
+    def linear(self) -> StateSpace:
+        """About rest: from its inputs to the planned reference and the command; without limits."""
+        import casadi as ca
+
+        w, s = ca.SX.sym("w", self.states), ca.SX.sym("s", len(self.inputs))
+        q = ca.SX(ca.DM(self.numbers))
+        outputs, after = ca.vertcat(*self.output(w, s, q)), self.advance(w, s, q)
+        slopes = [ca.jacobian(y, of) for y in (after, outputs) for of in (w, s)]
+        at = ca.Function("slopes", [w, s], [ca.densify(slope) for slope in slopes])
+        rest = [self.flow.drop + self.flow.drain if name == "supply" else 0.0 for name in self.inputs]
+        a, b, c, d = (np.array(part) for part in at(self.rest(0.0), rest))
+        return StateSpace(a, b, c, d, self.period, list(self.inputs), ["reference", "command"])
+
+
+def _averaged(length: float, late: float) -> np.ndarray:
+    """Weights [PAST] of an average over so many periods, so many periods ago; parts of periods are interpolated."""
+    edges = np.arange(PAST + 1)
+    ramp = np.clip(edges - late, 0, max(length, 1.0))
+    return np.diff(ramp) / max(length, 1.0)
