@@ -9,16 +9,16 @@ from workbench.control.reference_plan import FlowNumbers, ReferencePlan
 
 
 class FlowFeedForward:
-    """u += (v + T a + (1 - (x/h)^2) j/w^2)/Kv sqrt(dp/(ps - pr - sign(u) m a)); the controller follows that motion.
+    """u += (v + T s/(s + c) a + (1 - (x/h)^2) j/w^2)/Kv sqrt(dp/(ps - pr - sign(u) m a)).
 
-    The reference goes through a motion within `speed` and `acceleration`, which is averaged over `smoothing`: that
-    limits its jerk to their quotient, and an average over a period of a mode does not excite it. v, a and j are the
-    slopes of the motion. The controller sees it later by the `lead`, which is what valve and computing take. T is what
-    the controller's own damping of the pressure answers to an acceleration, K m Kv for a pressure feedback K. w is the
-    mass on the oil at mid stroke, where that is softest: it is stiffer towards the ends of its columns h. The flow
-    through the lands goes with the root of the pressure that the load, m a, leaves for them; the supply is as declared,
-    or, as far as it is believed, as measured (Merritt, Hydraulic Control Systems, 1967; Jelali and Kroll, Hydraulic
-    Servo-Systems, 2003, ch. 6). An inverse of the lap stands around it.
+    The controller's reference is made a motion within `speed` and `acceleration`, averaged over `smoothing`: it limits
+    its jerk to their quotient, and an average over a period of a mode does not excite it. v, a and j are the slopes of
+    the motion; the controller sees it later by the `lead`, which is what valve and computing take. T is what the
+    controller's damping answers to an acceleration, K m Kv for a pressure feedback K above c. w is the mass on the oil
+    at mid stroke, where that is softest: it is stiffer towards the ends of its columns h. The flow through the lands
+    goes with the root of the pressure that the load, m a, leaves for them; the supply is as declared, or, as far as it
+    is believed, as measured (Merritt, Hydraulic Control Systems, 1967; Jelali and Kroll, Hydraulic Servo-Systems, 2003,
+    ch. 6). An inverse of the lap stands around it.
     """
 
     into: ClassVar[Literal["plan"]] = "plan"
@@ -32,7 +32,8 @@ class FlowFeedForward:
         smoothing: float = number("s", 0.0, 1.0, "over which the motion is averaged")
         speed: float = number("m/s", 1e-3, 10.0, "largest speed of the motion", 10.0)
         lead: float = number("s", 0.0, 0.1, "of the command over the controller's reference", 0.0)
-        lag: float = number("s", 0.0, 0.1, "speed that an acceleration takes besides T", 0.0)
+        lag: float = number("s", 0.0, 0.1, "speed that the damping takes off per acceleration T", 0.0)
+        corner: float = number("Hz", 0.0, 100.0, "corner of the damping's high pass c; 0: none", 0.0)
         mode: float = number("Hz", 0.1, 1e4, "natural frequency of the mass on the oil w", 1e4)
         inertia: float = number("Pa s^2/m", 0.0, 1e9, "load pressure per acceleration m: mass over area", 0.0)
         drop: float = number("Pa", 1e4, 1e9, "pressure from supply to return at which Kv was found", 2e7)
@@ -43,5 +44,7 @@ class FlowFeedForward:
 
     def __init__(self, design: Design, period: float) -> None:
         d, mode = design, 1 / (2 * np.pi * design.mode) ** 2
-        flow = FlowNumbers(d.velocity_gain, d.lag, mode, d.inertia, d.drop, d.drain, d.measured, d.column, d.middle)
+        flow = FlowNumbers(
+            d.velocity_gain, d.lag, mode, d.inertia, d.drop, d.drain, d.measured, d.corner, d.column, d.middle
+        )
         self.plan = ReferencePlan(d.speed, d.acceleration, d.smoothing, d.lead, period, flow)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import bilinear, lfilter
 
 from controllers import FlowFeedForward, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
@@ -18,6 +19,7 @@ FLOW = FlowFeedForward(
     speed=1.0,
     lead="2.5 ms",
     lag="3.3 ms",
+    corner=2.6,
     mode=27.4,
     inertia=2.141e5,
     drop="205.6 bar",
@@ -69,6 +71,9 @@ def test_lag_mode_load_and_drop_have_their_parts():
     j = np.diff(a, prepend=0.0) / PERIOD
     _, command = planned(np.full(200, 0.01), smoothing=0.02, lag=3e-3, mode=20.0)
     assert command == pytest.approx((v + 3e-3 * a + j / (2 * np.pi * 20) ** 2) / 5, abs=1e-9)
+    _, high = planned(np.full(200, 0.01), smoothing=0.02, lag=3e-3, corner=5.0)
+    passed = lfilter(*bilinear([1, 0], [1, 2 * np.pi * 5.0], 1 / PERIOD), a)
+    assert high == pytest.approx((v + 3e-3 * passed) / 5, abs=1e-6)
     _, loaded = planned(np.full(200, 0.01), smoothing=0.02, inertia=2e5, drop=2e7)
     assert loaded == pytest.approx(plain * np.sqrt(2e7 / (2e7 - np.sign(v) * 2e5 * a)), abs=1e-9)
 

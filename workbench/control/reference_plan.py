@@ -2,7 +2,7 @@
 
     p+ = p + T v,  v+ = v + T a      a motion that follows the reference within speed and acceleration
     r' = sum h_i p(k - i)            smoothed, and late by the lead of the command over it
-    u  = (v' + t a' + (1 - (x/h)^2) j'/w^2)/Kv sqrt(dp/(ps - pr - sign(.) m a'))
+    u  = (v' + t s/(s + c) a' + (1 - (x/h)^2) j'/w^2)/Kv sqrt(dp/(ps - pr - sign(.) m a'))
 
 v', a', j' are the slopes of the smoothed motion, t and w what lags between command and speed, m a' the load pressure;
 the oil is softest at mid stroke, x = 0, and stiffer towards the ends of its columns, h.
@@ -27,9 +27,9 @@ _FLOW_LEFT = 0.1  # of the declared pressure drop, which is counted on at least
 @dataclass(frozen=True)
 class FlowNumbers:
     """The jack as the command for its flow has it: `velocity_gain` Kv [m/s] at the pressure `drop` [Pa] from supply to
-    return, lags t [s] and 1/w^2 [s^2] at mid stroke, load pressure over acceleration [Pa s^2/m]; return pressure [Pa],
-    the share of the measured supply that is believed; half the oil columns' length h [m] (0: the same all over) and the
-    position signal at `middle` stroke [m]."""
+    return, the `drain`; lag t [s], above a `corner` c [Hz], and `mode` 1/w^2 [s^2] at mid stroke; `inertia`, load
+    pressure over acceleration [Pa s^2/m]; how far the `measured` supply is believed; half the oil `column`s' length h
+    [m] (0: the same all over) and the position signal at `middle` stroke [m]."""
 
     velocity_gain: float
     lag: float
@@ -38,6 +38,7 @@ class FlowNumbers:
     drop: float
     drain: float
     measured: float
+    corner: float = 0.0
     column: float = 0.0
     middle: float = 0.0
 
@@ -66,12 +67,12 @@ class ReferencePlan:
 
     @property
     def states(self) -> int:
-        """How many: the motion's positions, newest first, and its speed."""
-        return PAST + 1
+        """How many: the motion's positions, newest first, its speed, and that of the high pass."""
+        return PAST + 2
 
     def rest(self, reference: float) -> np.ndarray:
         """The state at rest [n]."""
-        return np.append(np.full(PAST, reference), 0.0)
+        return np.append(np.full(PAST, reference), (0.0, 0.0))
 
     @cached_property
     def numbers(self) -> np.ndarray:
@@ -81,25 +82,29 @@ class ReferencePlan:
         for _ in range(3):
             slopes.append(np.diff(slopes[-1], prepend=0.0) / self.period)
         flow = self.flow
-        lagging = (slopes[1] + flow.lag * slopes[2]) / flow.velocity_gain
+        moving, lagging = slopes[1] / flow.velocity_gain, flow.lag * slopes[2] / flow.velocity_gain
         springing = flow.mode * slopes[3] / flow.velocity_gain
         reference = _averaged(self.smoothing / self.period, self.lead / self.period)
         limits = [self.speed, self.acceleration, self.period]
+        turn = np.pi * flow.corner * self.period
+        high_pass = [1 / (1 + turn), (1 - turn) / (1 + turn)]
         pressures = [flow.drop, flow.drain, flow.measured]
         stroke = [1 / flow.column if flow.column else 0.0, flow.middle]
-        return np.concatenate((reference, lagging, springing, flow.inertia * slopes[2], limits, pressures, stroke))
+        return np.concatenate(
+            (reference, moving, springing, flow.inertia * slopes[2], lagging, limits, high_pass, pressures, stroke)
+        )
 
     def output(self, w: "ca.SX", signals: "ca.SX", q: "ca.SX") -> tuple["ca.SX", "ca.SX"]:
         """The planned reference, and the command for its flow."""
         import casadi as ca
 
         base, line = w[0], w[:PAST] - w[0]
-        reference, lagging, springing, pressure = (ca.dot(q[i * PAST : (i + 1) * PAST], line) for i in range(4))
-        drop, drain, measured, column, middle = ca.vertsplit(q[4 * PAST + 3 :])
+        reference, moving, springing, pressure = (ca.dot(q[i * PAST : (i + 1) * PAST], line) for i in range(4))
+        drop, drain, measured, column, middle = ca.vertsplit(q[-5:])
         seen = dict(zip(self.inputs, ca.vertsplit(signals), strict=True))
         supplied = measured * (seen["supply"] - drain - drop) if "supply" in seen else 0.0
         share = (seen["position"] - middle) * column if "position" in seen else 0.0
-        flow = lagging + ca.fmax(1 - share**2, 0) * springing
+        flow = moving + self._passed(w, q) + ca.fmax(1 - share**2, 0) * springing
         left = ca.fmax(drop + supplied - ca.sign(flow) * pressure, _FLOW_LEFT * drop)
         return base + reference, flow * ca.sqrt(drop / left)
 
@@ -108,7 +113,7 @@ class ReferencePlan:
         rejection control, IEEE Trans. Industrial Electronics 56(3), 2009)."""
         import casadi as ca
 
-        speed, acceleration, period = (q[4 * PAST + i] for i in range(3))
+        speed, acceleration, period = (q[5 * PAST + i] for i in range(3))
         position, v = w[0], w[PAST]
         move = acceleration * period**2
         off = position - signals[0] + period * v
@@ -116,7 +121,17 @@ class ReferencePlan:
         toward = ca.if_else(ca.fabs(off) <= move, period * v + off, far)
         after = v - acceleration * period * ca.fmin(ca.fmax(toward / move, -1), 1)
         after = ca.fmin(ca.fmax(after, -speed), speed)
-        return ca.vertcat(position + period * v, w[: PAST - 1], after)
+        passed = q[5 * PAST + 4] * self._passed(w, q) - self._lagging(w, q)
+        return ca.vertcat(position + period * v, w[: PAST - 1], after, passed)
+
+    def _passed(self, w: "ca.SX", q: "ca.SX") -> "ca.SX":
+        """What the lag takes of the command, above the corner: by Tustin's rule, as filters of controllers are."""
+        return self._lagging(w, q) + w[PAST + 1]
+
+    def _lagging(self, w: "ca.SX", q: "ca.SX") -> "ca.SX":
+        import casadi as ca
+
+        return q[5 * PAST + 3] * ca.dot(q[4 * PAST : 5 * PAST], w[:PAST] - w[0])
 
     @cached_property
     def functions(self) -> tuple["ca.Function", "ca.Function"]:

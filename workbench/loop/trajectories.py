@@ -35,7 +35,7 @@ class Driven(Piece):
 
     def at(self, t: np.ndarray) -> _Signals:
         """Position, speed, acceleration and jerk [k] at t [k] s from its start."""
-        first = np.arctanh(self.v / self.v0)
+        first = np.arctanh(np.array(self.v / self.v0))
         angle = first + self.a0 / self.v0 * t
         v = self.v0 * np.tanh(angle)
         x = self.x + self.v0**2 / self.a0 * (_log_cosh(angle) - _log_cosh(first))
@@ -132,5 +132,5 @@ def _way_up(top: float, start: float, acceleration: float, a0: float, v0: float)
     return way + v0**2 / (2 * a0) * float(np.log1p(-((first / v0) ** 2)) - np.log1p(-((top / v0) ** 2)))
 
 
-def _log_cosh(x: np.ndarray | float) -> np.ndarray | float:
-    return np.logaddexp(x, -np.asarray(x)) - np.log(2)
+def _log_cosh(x: np.ndarray) -> np.ndarray:
+    return np.logaddexp(x, -x) - np.log(2)
