@@ -9,7 +9,7 @@ from workbench.control.reference_plan import FlowNumbers, ReferencePlan
 
 
 class FlowFeedForward:
-    """u += (v + T s/(s + c) a + (1 - (x/h)^2) j/w^2)/Kv sqrt(dp/(ps - pr - sign(u) m a)).
+    """u += (v + (1 - (x/h)^2) (T s/(s + c) a + j/w^2))/Kv sqrt(dp/(ps - pr - sign(u) m a)).
 
     The controller's reference is made a motion within `speed` and `acceleration`, averaged over `smoothing`: it limits
     its jerk to their quotient, and an average over a period of a mode does not excite it. v, a and j are the slopes of
@@ -38,7 +38,7 @@ class FlowFeedForward:
         inertia: float = number("Pa s^2/m", 0.0, 1e9, "load pressure per acceleration m: mass over area", 0.0)
         drop: float = number("Pa", 1e4, 1e9, "pressure from supply to return at which Kv was found", 2e7)
         drain: float = number("Pa", 0.0, 1e8, "pressure of the return", 0.0)
-        column: float = number("m", 0.0, 100.0, "half the oil columns' length h; 0: the same mode all over", 0.0)
+        column: float = number("m", 0.0, 100.0, "half the oil columns' length h; 0: the same all over", 0.0)
         middle: float = number("m", -100.0, 100.0, "position signal at mid stroke", 0.0)
         measured: float = number("1", 0.0, 1.0, "how far the measured supply is believed; 0: not measured", 0.0)
 

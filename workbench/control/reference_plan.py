@@ -2,10 +2,10 @@
 
     p+ = p + T v,  v+ = v + T a      a motion that follows the reference within speed and acceleration
     r' = sum h_i p(k - i)            smoothed, and late by the lead of the command over it
-    u  = (v' + t s/(s + c) a' + (1 - (x/h)^2) j'/w^2)/Kv sqrt(dp/(ps - pr - sign(.) m a'))
+    u  = (v' + (1 - (x/h)^2) (t s/(s + c) a' + j'/w^2))/Kv sqrt(dp/(ps - pr - sign(.) m a'))
 
 v', a', j' are the slopes of the smoothed motion, t and w what lags between command and speed, m a' the load pressure;
-the oil is softest at mid stroke, x = 0, and stiffer towards the ends of its columns, h.
+the oil is softest at mid stroke, x = 0, and stiffer towards the ends of its columns, h; a damping is scheduled alike.
 """
 
 from dataclasses import dataclass
@@ -104,7 +104,7 @@ class ReferencePlan:
         seen = dict(zip(self.inputs, ca.vertsplit(signals), strict=True))
         supplied = measured * (seen["supply"] - drain - drop) if "supply" in seen else 0.0
         share = (seen["position"] - middle) * column if "position" in seen else 0.0
-        flow = moving + self._passed(w, q) + ca.fmax(1 - share**2, 0) * springing
+        flow = moving + ca.fmax(1 - share**2, 0) * (self._passed(w, q) + springing)
         left = ca.fmax(drop + supplied - ca.sign(flow) * pressure, _FLOW_LEFT * drop)
         return base + reference, flow * ca.sqrt(drop / left)
 
