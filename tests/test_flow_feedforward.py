@@ -7,6 +7,7 @@ from scipy.signal import bilinear, lfilter
 from controllers import FlowFeedForward, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
 from workbench.control.planned import Planned
+from workbench.loop.lane_laws import lane_laws
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.rigs.rig import load_rig
@@ -105,9 +106,19 @@ def test_it_runs_compiled_as_in_python():
     assert np.abs(slow[65:] - 0.01).max() < 4e-4
 
 
+WITHOUT = P(gain=3.0) + PressureFeedback(gain="2e-4 1/bar", corner=2.6) + LapInverse(excess=2e-3, width=2e-3)
+
+
+def test_a_law_of_a_loop_in_lanes_has_no_states_of_the_plan():
+    names = ("position", "pa", "pb", "supply", "command", "stiffness")
+    points = {name: np.array([0.0, 0.1]) for name in names}
+    planned_law, plain = (lane_laws(spec.build(PERIOD), points) for spec in (LOOP, WITHOUT))
+    assert planned_law.a.shape == plain.a.shape
+    assert planned_law.c == pytest.approx(plain.c)
+
+
 def test_it_leaves_the_margins_alone():
     setup = loop_setup(load_rig("jack-10t"))
-    without = P(gain=3.0) + PressureFeedback(gain="2e-4 1/bar", corner=2.6) + LapInverse(excess=2e-3, width=2e-3)
-    planned_loop, plain = (linear_loops(spec, setup).null for spec in (LOOP, without))
+    planned_loop, plain = (linear_loops(spec, setup).null for spec in (LOOP, WITHOUT))
     assert planned_loop.ms == pytest.approx(plain.ms, rel=1e-9)
     assert planned_loop.gain_margin_db == pytest.approx(plain.gain_margin_db, rel=1e-9)
