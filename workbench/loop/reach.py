@@ -53,7 +53,8 @@ def check_flow(scenario: Scenario, rig: Rig) -> None:
     accelerates."""
     if scenario.waveform is None or scenario.signal != "position" or not rig.is_jack:
         return
-    factor = too_fast(Waveform(*(np.array(part) for part in scenario.waveform)), capability(rig))
+    t, values = (np.array(part) for part in scenario.waveform)
+    factor = too_fast(Waveform(t, values), capability(rig))
     if factor > _ROUNDING:
         what = f"takes more acceleration and flow than {rig.name} has: it is too fast by a factor of {factor:.4g}"
         raise _error(scenario, f"{what}; ask for less, or slow a file down with slow = true")
