@@ -73,7 +73,7 @@ def test_lag_mode_load_and_drop_have_their_parts():
     _, command = planned(np.full(200, 0.01), smoothing=0.02, lag=3e-3, mode=20.0)
     assert command == pytest.approx((v + 3e-3 * a + j / (2 * np.pi * 20) ** 2) / 5, abs=1e-9)
     _, high = planned(np.full(200, 0.01), smoothing=0.02, lag=3e-3, corner=5.0)
-    passed = lfilter(*bilinear([1, 0], [1, 2 * np.pi * 5.0], 1 / PERIOD), a)
+    passed = np.asarray(lfilter(*bilinear([1, 0], [1, 2 * np.pi * 5.0], 1 / PERIOD), a))
     assert high == pytest.approx((v + 3e-3 * passed) / 5, abs=1e-6)
     _, loaded = planned(np.full(200, 0.01), smoothing=0.02, inertia=2e5, drop=2e7)
     assert loaded == pytest.approx(plain * np.sqrt(2e7 / (2e7 - np.sign(v) * 2e5 * a)), abs=1e-9)
