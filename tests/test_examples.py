@@ -25,5 +25,5 @@ def test_an_example_is_short_and_has_its_line_in_the_readme(script):
     assert f"| `{script.name}` |" in (FOLDER / "README.md").read_text()
 
 
-def test_there_are_eleven():
-    assert len(SCRIPTS) == 11
+def test_there_are_twelve():
+    assert len(SCRIPTS) == 12

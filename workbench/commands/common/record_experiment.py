@@ -92,7 +92,7 @@ def read_record_experiment(path: Path, rig: str | None, kind: str, *further: str
 
 def _scenario(top: Table, rigs: Mapping[str, Rig]) -> Scenario:
     """The record: a sine, a file or a road."""
-    scenario, *more = read_scenarios(top)
+    scenario, *more = read_scenarios(top, next(iter(rigs.values())))
     if more:
         raise top.complaint("scenarios", "one record is played; name one")
     if scenario.frequency is None and scenario.waveform is None:

@@ -1,1 +1,4 @@
-"""`jackbench learn EXPERIMENT`: the drive file of a record that a loop plays again and again."""
+"""`jackbench learn EXPERIMENT`: the drive file of a record that a loop plays again and again.
+
+measured   the closed loop's response, measured by a multisine
+"""
