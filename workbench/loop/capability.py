@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..linear.operating_point import equilibrium
-from ..plant import build
 from ..rigs.rig import Rig
 
 SHARE = 0.8  # of force and flow that a planned motion takes: the rest is the loop's
@@ -43,6 +41,9 @@ class Capability:
 
 def capability(rig: Rig, share: float = 1.0, load: float = 0.0) -> Capability:
     """What a rig gives with a share of its force and of its flow against a load [N]."""
+    from ..linear.operating_point import equilibrium  # here: what only reads an experiment builds no plant
+    from ..plant import build
+
     plant, weaker = build(rig), min(stall_force(rig, sign) for sign in (1.0, -1.0))
     v0 = min(abs(equilibrium(plant, command=sign).speed) for sign in (1.0, -1.0))
     mode = np.sqrt(oil_stiffness(rig) / rig["M"]) / (2 * np.pi)
