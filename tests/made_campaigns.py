@@ -12,7 +12,7 @@ from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.trace.study import run_trace
 from workbench.engine import Engine
 from workbench.identify.trace.findings import Trace
-from workbench.identify.trace.refit import estimation_problem
+from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.tracer import trace
 from workbench.linear import equilibrium
 from workbench.plant import build

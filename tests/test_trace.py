@@ -29,7 +29,9 @@ from workbench.commands.trace.study import effects_for, identity, run_trace, tra
 from workbench.commands.trace.tables import candidates_table
 from workbench.identify.fit.initial_states import predicted_states
 from workbench.identify.fit.normal_equations import numbers_at
-from workbench.identify.trace.refit import estimation_problem, evaluate_on_heldout, fit_rig, refit
+from workbench.identify.fit.rotation import Selection
+from workbench.identify.trace.problem import estimation_problem
+from workbench.identify.trace.refit import fit_rig, refit, with_selection
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
@@ -134,7 +136,7 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
         if candidate.effect.formula != "coulomb":
             if how == "raises":
                 raise np.linalg.LinAlgError("singular matrix")
-            return replace(model_fit, known=(candidate,), heldout=np.full(problem.heldout.count, np.inf))
+            return replace(model_fit, known=(candidate,), selection=Selection(np.full(2, np.inf), 2))
         return refit(problem, model_fit, candidate, again)
 
     monkeypatch.setattr("workbench.identify.trace.tracer.refit", spoilt)
@@ -156,7 +158,7 @@ def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch)
         x = good.fit.x + 0.4
         p = numbers_at(good.model, good.fit.free, x, good.fit.p)
         x0, squares = predicted_states(good.model, problem.train, p)
-        return evaluate_on_heldout(problem, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
+        return with_selection(problem, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
 
     monkeypatch.setattr("workbench.identify.trace.tracer.fit_rig", stuck)
     with one_blas_thread():
@@ -164,7 +166,7 @@ def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch)
         assert stuck(problem).chi2 > 1.5
         left = trace(problem, [find("load.spring", "linear")], no_checkpoint, lambda _: None)
     assert (left.verdict, left.effects) == ("none", ())
-    assert left.base.chi2 < 1.05
+    assert left.chi2[0] < 1.05
 
 
 def test_a_user_s_own_effect_is_found_and_its_file_is_kept(tmp_path):
@@ -193,7 +195,7 @@ def test_a_slice_of_a_practice_campaign_is_traced():
     whole = load_campaign(SHARED / "p02")
     steps, triangle = whole.train
     short = replace(
-        whole, train=(steps.slice(0.0, 1.0), triangle.slice(0.0, 1.0)), heldout=(whole.heldout[0].slice(0.0, 2.0),)
+        whole, train=(steps.slice(0.0, 2.0), triangle.slice(0.0, 2.0)), heldout=(whole.heldout[0].slice(0.0, 2.0),)
     )
     library = [find("main.deadband", "smooth"), find("jack.friction", "stribeck")]
     answer = run_trace(short, load_rig("jack-10t"), library, no_checkpoint, lambda _: None).metrics

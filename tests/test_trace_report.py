@@ -135,7 +135,7 @@ def test_candidates_are_ranked_with_what_the_rule_says():
 def test_the_rule_says_why_not(judged, chi2, said):
     (each,) = found().passes
     one = each.accepted[0]
-    model_fit = one.model_fit if chi2 is None else replace(one.model_fit, heldout=chi2 * each.before.heldout)
+    model_fit = one.model_fit if chi2 is None else replace(one.model_fit, selection=each.before.selection)
     other = replace(one, model_fit=model_fit, judgement=replace(one.judgement, chi2=2.0, **judged))
     assert words.reason(found(), each, other) == said
 

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from .fit.predict import Prediction, predict_free, predict_windows
     from .fit.repeats import FreeRunComparison, against_mean
     from .trace.findings import CandidateFit, Trace
-    from .trace.refit import EstimationProblem, FittedModel, estimation_problem, fit_rig
+    from .trace.problem import EstimationProblem, estimation_problem
+    from .trace.refit import FittedModel, fit_rig
 
 __all__ = [
     "CandidateFit",
@@ -49,6 +50,7 @@ __getattr__, __dir__ = lazy_names(
         "fit.predict": ("Prediction", "predict_free", "predict_windows"),
         "fit.repeats": ("FreeRunComparison", "against_mean"),
         "trace.findings": ("CandidateFit", "Trace"),
-        "trace.refit": ("EstimationProblem", "FittedModel", "estimation_problem", "fit_rig"),
+        "trace.problem": ("EstimationProblem", "estimation_problem"),
+        "trace.refit": ("FittedModel", "fit_rig"),
     },
 )

@@ -1,9 +1,9 @@
-"""Campaign folders: which records of one rig measure the noise, which are fitted, which only judge."""
+"""Campaign folders: which records of one rig measure the noise, are fitted, choose between models, only judge."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -17,19 +17,29 @@ from .read import read_record, record_name
 from .record import Record
 
 FILE = "campaign.toml"
-ROLES = ("static", "train", "heldout")
+_APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
+ROLES = ("static", "train", "select", "heldout")
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """Records of one rig: `rig` is a bundled rig's name or a rig file's full path; static and train may be empty."""
+    """Records of one rig: `rig` is a bundled rig's name or a rig file's full path; all but heldout may be empty.
+
+    `select` are records that choose between models; without any, parts of the train records do so in turn.
+    """
 
     path: Path
     rig: str
     static: tuple[Record, ...]
     train: tuple[Record, ...]
     heldout: tuple[Record, ...]
+    select: tuple[Record, ...] = ()
     sheets: tuple[FrequencySheet, ...] = ()
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """All of them, role by role."""
+        return tuple(record for role in ROLES for record in getattr(self, role))
 
 
 @dataclass(frozen=True)
@@ -102,9 +112,10 @@ def _entries(records: Table) -> dict[str, list[_Entry]]:
     entries = {role: _listed(records, role) for role in ROLES}
     if not entries["heldout"]:
         raise records.complaint("heldout", 'none; keep one record from the fit: heldout = ["..."]')
-    for fitted, judged in product(entries["train"], entries["heldout"]):
-        if fitted.overlaps(judged):
-            raise records.complaint("heldout", f"{judged.file} is also in train; a held-out record is never fitted")
+    moving = [(role, entry) for role in ROLES[1:] for entry in entries[role]]
+    for (first, used), (second, entry) in combinations(moving, 2):
+        if first != second and used.overlaps(entry):
+            raise records.complaint(second, f"{entry.file} is also in {first}; {_APART[second]}")
     return entries
 
 

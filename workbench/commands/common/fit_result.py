@@ -8,7 +8,8 @@ import numpy as np
 
 from ...base.units import from_si, to_si
 from ...identify.fit.solver import Fit
-from ...identify.trace.refit import EstimationProblem, FittedModel
+from ...identify.trace.problem import EstimationProblem
+from ...identify.trace.refit import FittedModel
 from ...plant.effects import Effect, EffectNumber
 from ...rigs.rig import EffectUse, Number, Rig
 

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ...base.units import from_si
 from ...identify.trace import rule as decide
-from ...identify.trace.refit import EstimationProblem
+from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table

@@ -6,7 +6,8 @@ from typing import Any
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_windows, predictions
-from ...identify.trace.refit import estimation_problem, fit_rig
+from ...identify.trace.problem import estimation_problem
+from ...identify.trace.refit import fit_rig, heldout_errors
 from ...identify.trace.stored import packed, unpacked
 from ...plant import build
 from ...records import Campaign
@@ -55,11 +56,12 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         model_fit = unpacked(stage("fit", lambda: packed(fit_rig(problem, starts, progress))), problem, ())
         progress("errors of the rig file and of the fit")
         declared = [predict_windows(build(rig), record, problem.floor) for record in campaign.heldout]
-    after = predictions(model_fit.model, problem.heldout, model_fit.x0, model_fit.fit.p)
+        heldout = heldout_errors(problem, model_fit)
+    after = predictions(model_fit.model, problem.heldout, heldout.x0, model_fit.fit.p)
     numbers = fitted(rig, model_fit.fit)
     metrics: dict[str, Any] = {
         "parameters": base_intervals(rig, model_fit.fit),
-        "chi2": {"train": model_fit.fit.chi2, "heldout": finite(model_fit.chi2)},
+        "chi2": {"train": model_fit.fit.chi2, "heldout": finite(heldout.chi2)},
         "rms": rms_of(problem.floor, declared, after),
         "unseen": [entry.number.name for entry in numbers if entry.unseen],
         "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],

@@ -53,7 +53,7 @@ def load(
         size = None if amplitude is None else float(to_si(amplitude, signal.unit, signal.si))
         return FrequencyTask(load_rig(rig), path.stem, pair, sheets=(read_sheet(path, size, *pair),))
     campaign = load_campaign(path)
-    every = {record.name: record for record in (*campaign.static, *campaign.train, *campaign.heldout)}
+    every = {record.name: record for record in campaign.records}
     for name in only:
         if name not in every:
             raise InputError(f'{path}: no record "{name}"; {nearest(name, every)}')

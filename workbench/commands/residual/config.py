@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...records import Campaign, Record, load_campaign
+from ...records.campaign import ROLES
 from ...rigs.rig import Rig, load_rig
 
 
@@ -18,9 +19,8 @@ def load(folder: str | Path, rig: str | None) -> tuple[Campaign, Rig]:
 
 def fingerprint(campaign: Campaign) -> dict[str, Any]:
     """What says that a campaign is the same one: its folder's name, and a digest of every record."""
-    roles = {"static": campaign.static, "train": campaign.train, "heldout": campaign.heldout}
     return {"name": campaign.path.resolve().name} | {
-        role: {record.name: _digest(record) for record in records} for role, records in roles.items()
+        role: {record.name: _digest(record) for record in getattr(campaign, role)} for role in ROLES
     }
 
 

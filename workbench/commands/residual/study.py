@@ -105,7 +105,7 @@ def _page(
     sections = [Section("Error", [summary, noise_table(floor)]), *more]
     sections += [Section(p.record.name, [_figure(p, name) for name in p.signals]) for p in predictions]
     sections.append(Section("Is it noise?", _whiteness_figures(floor, predictions)))
-    notes = [f"{r.name}: {note}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for note in r.notes]
+    notes = [f"{r.name}: {note}" for r in campaign.records for note in r.notes]
     failed = [f"{p.record.name}: the model failed in the window from {t:g} s" for p in predictions for t in p.failed]
     if notes or failed:
         sections.append(Section("What was mended, and what failed", [*failed, *notes]))

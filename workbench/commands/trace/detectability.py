@@ -10,7 +10,8 @@ from ...base.units import from_si
 from ...identify.fit.free_parameters import at_strength, extend_parameters, model_with, strengths
 from ...identify.fit.model import Model
 from ...identify.trace import rule as decide
-from ...identify.trace.refit import EstimationProblem, FittedModel
+from ...identify.trace.problem import EstimationProblem
+from ...identify.trace.refit import FittedModel
 from ...identify.trace.score import NuisanceProjection, initial_states_with_effect
 from ...plant.effects import Effect, EffectNumber, applies
 from ...report import Table
@@ -71,7 +72,7 @@ def _strength(
     plain: Sequence[np.ndarray],
 ) -> float | None:
     """The strength at which the misfit is as large as the gate asks for; None where the numbers' ranges end before."""
-    target = problem.train.samples * (decide.gate(problem.heldout.samples, problem.kappa) - 1)
+    target = problem.train.samples * (decide.gate(problem.train.samples, problem.kappa) - 1)
     model = model_with(problem.rig, (*model_fit.effects, effect), problem.train.names, brief=True)
     strength = 1.0
     for _ in range(_TRIES):

@@ -78,10 +78,11 @@ def failures(tried: Sequence[CandidateFit]) -> list[tuple[CandidateFit, str]]:
 def compared(trace: Trace) -> Both:
     """What the rig alone, and the rig with what was added, predict of every held-out record."""
     heldout = trace.problem.heldout
-    before = predictions(trace.base.model, heldout, trace.base.x0, trace.base.fit.p)
+    alone, added = trace.heldout
+    before = predictions(trace.base.model, heldout, alone.x0, trace.base.fit.p)
     if trace.final is trace.base:
         return before, before
-    return before, predictions(trace.final.model, heldout, trace.final.x0, trace.final.fit.p)
+    return before, predictions(trace.final.model, heldout, added.x0, trace.final.fit.p)
 
 
 def labels(trace: Trace) -> list[str]:

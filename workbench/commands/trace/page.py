@@ -125,7 +125,7 @@ def _could_show(library: Sequence[Effect], shown: Sequence[dict[str, Any]] | Non
 def _untested(trace: Trace, library: Sequence[Effect]) -> Section:
     tables = [untested_table(trace, library), unseen_signals(trace), records_table(trace.problem)]
     campaign = trace.problem.campaign
-    notes = [f"{r.name}: {n}" for r in (*campaign.static, *campaign.train, *campaign.heldout) for n in r.notes]
+    notes = [f"{r.name}: {n}" for r in campaign.records for n in r.notes]
     return Section("What was used, and what was not", [*(table for table in tables if table), *notes])
 
 

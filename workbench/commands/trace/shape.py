@@ -12,7 +12,8 @@ from ...identify.fit.model import Model
 from ...identify.fit.windows import Windows
 from ...identify.trace.localise import Evidence, LinearTimeVaryingModel, localise, smoothed
 from ...identify.trace.locate import locate_fault, opened, worst
-from ...identify.trace.refit import EstimationProblem, FittedModel
+from ...identify.trace.problem import EstimationProblem
+from ...identify.trace.refit import FittedModel, HeldoutErrors
 from ...identify.trace.shape import shape
 from ...plant.probes import probes
 from ...report import Curve, Figure, Panel, Table
@@ -56,16 +57,22 @@ class UnexplainedDisturbance:
 
 
 def unexplained_disturbance(
-    problem: EstimationProblem, model_fit: FittedModel, equation: str | None, stage: Stage, progress: Progress
+    problem: EstimationProblem,
+    model_fit: FittedModel,
+    heldout: HeldoutErrors,
+    equation: str | None,
+    stage: Stage,
+    progress: Progress,
 ) -> UnexplainedDisturbance:
     """The shape of what a fit leaves unexplained in an equation, which is sought where none is given.
 
-    It is taken from the windows with the largest errors.
+    It is taken from the windows with the largest errors: see `worst`.
     """
 
     def compute() -> dict[str, Any]:
         progress("shape of what is missing")
-        return asdict(_missing(problem, model_fit, equation or locate_fault(problem, model_fit).equation))
+        missing = equation or locate_fault(problem, model_fit, heldout).equation
+        return asdict(_missing(problem, model_fit, *worst(problem, model_fit, heldout), missing))
 
     return UnexplainedDisturbance(**stage("shape", compute))
 
@@ -99,18 +106,19 @@ def shape_tables(of: UnexplainedDisturbance) -> list[Table]:
     return [Table(f"What the missing {of.name} goes with", ["signal", "R2"], rows, note=note)]
 
 
-def _missing(problem: EstimationProblem, model_fit: FittedModel, equation: str) -> UnexplainedDisturbance:
-    period, parts = problem.train.records[0].period, worst(problem, model_fit)
-    groups = opened(problem, model_fit, parts)[equation]
+def _missing(
+    problem: EstimationProblem, model_fit: FittedModel, windows: Windows, x0: np.ndarray, equation: str
+) -> UnexplainedDisturbance:
+    period = problem.train.records[0].period
+    groups = opened(problem, model_fit, windows, x0)[equation]
     (best,) = localise({equation: groups}, period)
     smooth = [smoothed(*each, period, best.time) for each in zip(groups, _by_group(groups, best), strict=True)]
     rows = min(part.shape[1] for part in smooth)
     disturbance = np.concatenate([part[:, :rows] for part in smooth])
     if equation == "sensor":
         return UnexplainedDisturbance("sensor", sensors=_sensors(disturbance, problem.train.names, period))
-    signals = [_signals(model_fit, windows, x0, rows, period) for windows, x0 in parts]
-    together = {name: np.concatenate([group[name] for group in signals]) for name in signals[0]}
-    moving = {name: value for name, value in together.items() if np.isfinite(value).all() and np.ptp(value) > 0}
+    signals = _signals(model_fit, windows, x0, rows, period)
+    moving = {name: value for name, value in signals.items() if np.isfinite(value).all() and np.ptp(value) > 0}
     return _shaped(problem, best, disturbance, moving)
 
 

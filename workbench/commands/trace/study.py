@@ -8,7 +8,7 @@ from typing import Any
 
 from ...base.errors import InputError, nearest
 from ...base.process_pool import one_blas_thread
-from ...identify.trace.refit import estimation_problem
+from ...identify.trace.problem import estimation_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect, known_effects
 from ...records import Campaign, load_campaign
@@ -104,7 +104,8 @@ def _answer(
         lacks = {"unknown": result.equation, "incomplete": None}  # what is left may sit in another equation
         shape = None
         if result.verdict in lacks:
-            shape = unexplained_disturbance(result.problem, result.final, lacks[result.verdict], stage, progress)
+            after = result.heldout[1]
+            shape = unexplained_disturbance(result.problem, result.final, after, lacks[result.verdict], stage, progress)
         shown = (
             detectability(result.problem, result.final, library, stage, progress) if result.verdict == "none" else None
         )

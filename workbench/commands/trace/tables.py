@@ -8,7 +8,7 @@ from ...base.signals import MEASURED
 from ...base.units import from_si
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
-from ...identify.trace.refit import EstimationProblem
+from ...identify.trace.problem import EstimationProblem
 from ...plant.effects import Effect, applies, known_effects
 from ...records import Record
 from ...report import Table

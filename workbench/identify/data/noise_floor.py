@@ -64,9 +64,9 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
     sigma is never below the smallest step seen in any record / sqrt(12). Raises InputError for a signal that never
     changes: no floor can be given.
     """
-    records = (*campaign.static, *campaign.train, *campaign.heldout)
+    records = campaign.records
     rest = [runs for record in campaign.static for runs in _at_rest(record)]
-    again = _repeated((*campaign.train, *campaign.heldout))
+    again = _repeated((*campaign.train, *campaign.select, *campaign.heldout))
     sigma, kappa, source = {}, {}, {}
     for name in MEASURED:
         carriers = [record for record in records if name in record.signals]

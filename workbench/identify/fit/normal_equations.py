@@ -35,12 +35,12 @@ class Normal:
         return Normal(*(np.einsum("w,w...->w...", weights, part) for part in parts))
 
     def reduced(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Matrix and gradient of the numbers alone, and what eliminates each window's initial state."""
+        """Matrix and gradient of the numbers alone, window by window, and what eliminates each one's initial state."""
         inverse = np.linalg.inv(self.xx)
         carried = inverse @ self.xp
-        matrix = np.sum(self.pp - np.swapaxes(self.xp, 1, 2) @ carried, axis=0)
+        matrix = self.pp - np.swapaxes(self.xp, 1, 2) @ carried
         offset = np.einsum("wij,wj->wi", inverse, self.xe)
-        gradient = np.sum(self.pe - np.einsum("wxi,wx->wi", self.xp, offset), axis=0)
+        gradient = self.pe - np.einsum("wxi,wx->wi", self.xp, offset)
         return matrix, gradient, carried, offset
 
 
@@ -124,8 +124,17 @@ def number_step(
     """Changes of the initial states [w, n] (scaled) and of the numbers [k]; numbers at an end of a range stay there."""
     xx = normal.xx + damping * np.einsum("wii,ij->wij", normal.xx, np.eye(normal.xx.shape[1]))
     matrix, gradient, carried, offset = Normal(xx, normal.xp, normal.xe, normal.pp, normal.pe).reduced()
-    matrix, gradient = matrix + np.diag(width**-2), gradient + pull
+    matrix, gradient = matrix.sum(axis=0) + np.diag(width**-2), gradient.sum(axis=0) + pull
     matrix += damping * np.diag(np.diag(matrix))
+    step = bounded_step(matrix, gradient, x, ends)
+    return -offset - carried @ step, step
+
+
+def bounded_step(
+    matrix: np.ndarray, gradient: np.ndarray, x: np.ndarray, ends: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """The step [k] of least step' matrix step/2 + gradient' step; a number that would leave its range stays at the
+    end, the others go on from there."""
     low, high = ends
     step, free = np.zeros(len(x)), np.ones(len(x), bool)
     for _ in range(len(x)):
@@ -135,4 +144,4 @@ def number_step(
             break
         step[beyond] = np.clip(x + step, low, high)[beyond] - x[beyond]
         free &= ~beyond
-    return -offset - carried @ step, step
+    return step

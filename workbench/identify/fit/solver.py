@@ -7,6 +7,7 @@ import numpy as np
 
 from .determined import FreeParameter
 from .initial_states import REFRESHED, escape_bad_starts
+from .intervals import clustered, widest
 from .model import Model
 from .normal_equations import (
     FIRST_DAMPING,
@@ -35,8 +36,9 @@ _TRIES = 8  # dampings tried, each ten times the last, before a fit is given up
 class Fit:
     """Fitted numbers: distances x [k] of `free`, all parameters p, initial states [w, n], squared errors [w].
 
-    `covariance` [k, k] is of the distances, with coloured noise and misfit counted; `information` that of white noise
-    alone, without any prior. `at_bounds` are the names at an end of their range.
+    `covariance` [k, k] is of the distances, with coloured noise and misfit counted. `matrices` [w, k, k] and
+    `gradients` [w, k] say how the squared errors of each window go with the distances, initial states following, as
+    V + 2 g'd + d'A d. `at_bounds` are names at an end of their range.
     """
 
     free: tuple[FreeParameter, ...]
@@ -46,7 +48,8 @@ class Fit:
     squares: np.ndarray
     samples: int
     covariance: np.ndarray
-    information: np.ndarray
+    matrices: np.ndarray
+    gradients: np.ndarray
     at_bounds: tuple[str, ...]
 
     @property
@@ -181,26 +184,26 @@ def _finished(
     guess: np.ndarray,
     kappa: np.ndarray,
 ) -> Fit:
-    """The fit with its covariance: that of white noise, stretched for coloured noise and for misfit."""
+    """The fit with its covariance."""
     x, p, x0, squares = place.x, place.p, place.x0, place.squares
     low, high, width = ranges(free)
-    k = len(free)
+    k, w = len(free), windows.count
     if not np.isfinite(squares).all() or k == 0:
-        return Fit(free, x, p, x0, squares, windows.samples, np.full((k, k), np.inf), np.zeros((k, k)), ())
+        nothing = np.zeros((w, k, k)), np.zeros((w, k))
+        return Fit(free, x, p, x0, squares, windows.samples, np.full((k, k), np.inf), *nothing, ())
     slopes = model.slopes(windows, x0, p, directions(model, free, x))
     normal = accumulate(model, windows, slopes, model.errors(windows, x0, p), x0, guess)
-    _, _, carried, _ = normal.reduced()
-    n, scatter, information = model.plant.n, np.zeros((k, k)), np.zeros((k, k))
+    matrices, gradients, carried, _ = normal.reduced()
+    n, scatter = model.plant.n, np.zeros((k, k))
     weights = np.sqrt(kappa * max(1.0, float(squares.sum()) / windows.samples))
     for group, whole in zip(windows.groups, slopes, strict=True):
         reduced = whole[..., n:] - whole[..., :n] @ carried[group.which]
         stretched = reduced * np.tile(weights, reduced.shape[1] // len(weights))[:, None]
         scatter += np.tensordot(stretched, stretched, axes=([0, 1], [0, 1]))
-        information += np.tensordot(reduced, reduced, axes=([0, 1], [0, 1]))
-    inverse = np.linalg.inv(information + np.diag(width**-2))
-    covariance = inverse @ (scatter + np.diag(width**-2)) @ inverse
+    scatters = [scatter, *(clustered(gradients, windows, by_record) for by_record in (False, True))]
+    covariance = widest(np.linalg.inv(matrices.sum(axis=0) + np.diag(width**-2)), scatters, np.diag(width**-2))
     edge = 1e-6 * width
     at_bounds = tuple(
         f.name for f, v, a, b in zip(free, x, low, high, strict=True) if v <= a + edge.min() or v >= b - edge.min()
     )
-    return Fit(free, x, p, x0, squares, windows.samples, covariance, information, at_bounds)
+    return Fit(free, x, p, x0, squares, windows.samples, covariance, matrices, gradients, at_bounds)

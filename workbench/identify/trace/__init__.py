@@ -3,6 +3,7 @@
 tracer              fit, gate, localise, shortlist, refit, decide, and again
 localise, locate    in which equation the residual sits
 score, shortlist    which effects could explain it, without a refit
+problem             which records are fitted, which select, which judge
 refit, rule         each fitted, and the rule that names one
 several             which of several missing effects comes first
 shape               what an unknown looks like
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from .findings import CandidateFit, Pass, Trace
     from .localise import Evidence, LinearTimeVaryingModel
     from .locate import FaultLocation, locate_fault
-    from .refit import EstimationProblem, FittedModel, estimation_problem, evaluate_on_heldout, fit_rig
+    from .problem import EstimationProblem, estimation_problem
+    from .refit import FittedModel, HeldoutErrors, fit_rig, heldout_errors
     from .rule import Judgement
     from .shape import Shape
     from .tracer import trace
@@ -32,14 +34,15 @@ __all__ = [
     "Evidence",
     "FaultLocation",
     "FittedModel",
+    "HeldoutErrors",
     "Judgement",
     "LinearTimeVaryingModel",
     "Pass",
     "Shape",
     "Trace",
     "estimation_problem",
-    "evaluate_on_heldout",
     "fit_rig",
+    "heldout_errors",
     "locate_fault",
     "trace",
 ]
@@ -51,7 +54,8 @@ __getattr__, __dir__ = lazy_names(
         "findings": ("CandidateFit", "Pass", "Trace"),
         "localise": ("Evidence", "LinearTimeVaryingModel"),
         "locate": ("FaultLocation", "locate_fault"),
-        "refit": ("EstimationProblem", "FittedModel", "estimation_problem", "evaluate_on_heldout", "fit_rig"),
+        "problem": ("EstimationProblem", "estimation_problem"),
+        "refit": ("FittedModel", "HeldoutErrors", "fit_rig", "heldout_errors"),
         "rule": ("Judgement",),
         "shape": ("Shape",),
         "tracer": ("trace",),

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..fit.free_parameters import Candidate
-from .refit import EstimationProblem, FittedModel
+from .problem import EstimationProblem
+from .refit import FittedModel, HeldoutErrors
 from .rule import Judgement
 
 
@@ -44,13 +45,16 @@ class Pass:
 class Trace:
     """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
 
-    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; `parity_residuals`: chi2 of the
-    equations that measured signals test by themselves. Both are empty where chi2 is at the floor.
+    `heldout` are the errors of `base` and `final` on the held-out records. `refuted` are effects that explained what
+    was selected by, but not the held-out records: nothing is named. `evidence`: gain in log-likelihood of a disturbance
+    in each equation, most first; `parity_residuals`: chi2 of the equations that measured signals test by themselves.
+    Both are empty where chi2 is at the floor.
     """
 
     problem: EstimationProblem
     base: FittedModel
     final: FittedModel
+    heldout: tuple[HeldoutErrors, HeldoutErrors]
     verdict: str
     effects: tuple[CandidateFit, ...]
     tied: tuple[str, ...]
@@ -58,8 +62,10 @@ class Trace:
     evidence: tuple[tuple[str, float], ...]
     parity_residuals: Mapping[str, float]
     passes: tuple[Pass, ...]
+    refuted: tuple[CandidateFit, ...] = ()
 
     @property
     def chi2(self) -> tuple[float, float]:
         """Before and after, on held-out records."""
-        return self.base.chi2, self.final.chi2
+        before, after = self.heldout
+        return before.chi2, after.chi2

@@ -223,19 +223,19 @@ def _sensed(
     )
 
 
-def parity_residuals(model: Model, parts: Sequence[tuple[Windows, np.ndarray]], p: np.ndarray) -> dict[str, float]:
+def parity_residuals(model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -> dict[str, float]:
     """chi2 of equations that hold between measured signals, sample by sample, with no simulation in between.
 
     drive: the current that the spool loop makes of command and measured spool; force: the acceleration that measured
     pressures make. What is measured stands in for the model's state, its noise is counted; an equation whose signals
-    are not all there is left out. `parts` are windows with their initial states.
+    are not all there is left out.
     """
     chi2 = {}
     for equation, (tested, given) in _PARITY.items():
         if all(signal in model.names for signal in (tested, *given)):
-            sums = np.sum([_parity_sums(model, windows, x0, p, tested, given) for windows, x0 in parts], axis=0)
-            if sums[1] > 0:
-                chi2[equation] = float(sums[0] / sums[1])
+            square, count = _parity_sums(model, windows, x0, p, tested, given)
+            if count > 0:
+                chi2[equation] = square / count
     return chi2
 
 

@@ -1,13 +1,14 @@
 """Which equation lacks something: the windows with the largest errors, cut open, and what signals say directly."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..fit.windows import Windows
 from .localise import LinearTimeVaryingModel, equation_of, linearise_windows, localise, parity_residuals
-from .refit import EstimationProblem, FittedModel
+from .problem import EstimationProblem
+from .refit import FittedModel, HeldoutErrors
 
 _WINDOWS = 8  # with the largest errors, in which the equation is sought
 
@@ -21,37 +22,30 @@ class FaultLocation:
     parity_residuals: Mapping[str, float]
 
 
-def locate_fault(problem: EstimationProblem, model_fit: FittedModel) -> FaultLocation:
-    """The equation that lacks something, from the windows with the largest errors."""
-    parts = worst(problem, model_fit)
-    evidence = tuple(
-        (item.equation, item.gain)
-        for item in localise(opened(problem, model_fit, parts), problem.train.records[0].period)
-    )
-    parity = parity_residuals(model_fit.model, parts, model_fit.fit.p)
+def locate_fault(
+    problem: EstimationProblem, model_fit: FittedModel, heldout: HeldoutErrors | None = None
+) -> FaultLocation:
+    """The equation that lacks something, from the windows with the largest errors: see `worst`."""
+    windows, x0 = worst(problem, model_fit, heldout)
+    parts = opened(problem, model_fit, windows, x0)
+    evidence = tuple((item.equation, item.gain) for item in localise(parts, problem.train.records[0].period))
+    parity = parity_residuals(model_fit.model, windows, x0, model_fit.fit.p)
     return FaultLocation(equation_of(evidence, parity), evidence, parity)
 
 
-def worst(problem: EstimationProblem, model_fit: FittedModel) -> list[tuple[Windows, np.ndarray]]:
-    """The windows with the largest errors, fitted and held out, with their initial states."""
-    squares = np.append(model_fit.fit.squares, model_fit.heldout)
-    keep = np.sort(np.argsort(-squares)[:_WINDOWS])
-    split = problem.train.count
-    both = (
-        (problem.train, model_fit.fit.x0, keep[keep < split]),
-        (problem.heldout, model_fit.x0, keep[keep >= split] - split),
-    )
-    return [(windows.some(own.tolist()), x0[own]) for windows, x0, own in both if own.size]
+def worst(
+    problem: EstimationProblem, model_fit: FittedModel, heldout: HeldoutErrors | None = None
+) -> tuple[Windows, np.ndarray]:
+    """The train windows with the largest errors and their initial states, or held-out ones where those are larger."""
+    windows, x0, squares = problem.train, model_fit.fit.x0, model_fit.fit.squares
+    if heldout is not None and heldout.chi2 > model_fit.fit.chi2:
+        windows, x0, squares = problem.heldout, heldout.x0, heldout.squares
+    keep = np.sort(np.argsort(-squares, kind="stable")[:_WINDOWS])
+    return windows.some(keep.tolist()), x0[keep]
 
 
 def opened(
-    problem: EstimationProblem, model_fit: FittedModel, parts: Sequence[tuple[Windows, np.ndarray]]
+    problem: EstimationProblem, model_fit: FittedModel, windows: Windows, x0: np.ndarray
 ) -> dict[str, list[LinearTimeVaryingModel]]:
     """Windows cut open equation by equation, group after group."""
-    linearised = [
-        linearise_windows(problem.rig, model_fit.effects, w, x0, model_fit.fit.p, model_fit.model.plant)
-        for w, x0 in parts
-    ]
-    return {
-        equation: [group_model for part in linearised for group_model in part[equation]] for equation in linearised[0]
-    }
+    return linearise_windows(problem.rig, model_fit.effects, windows, x0, model_fit.fit.p, model_fit.model.plant)

@@ -1,75 +1,41 @@
-"""The fits of a trace: the rig alone, and with effects added, each judged on records that were never fitted."""
+"""The fits of a trace: the rig alone, and with effects added, each compared by what it did not see."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...base.errors import InputError
 from ...plant.effects import Effect
-from ...records import Campaign
-from ...rigs.rig import Rig
-from ..data.noise_floor import NoiseFloor, noise_floor
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import Candidate, extend_parameters, model_with, uncertain
 from ..fit.initial_states import predicted_states
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
+from ..fit.rotation import Selection, blocks, rotated
 from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
-from ..fit.windows import WINDOW, Windows, cut_windows
 from . import rule as decide
+from .problem import EstimationProblem
 from .score import initial_states_with_effect
 
-_SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
 _REFIT_ROUNDS = 12
-_MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
 _WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
 _GONE = 1e-4  # of the typical strength
 _ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
 
 
 @dataclass(frozen=True, eq=False)
-class EstimationProblem:
-    """What a trace or a fit of one campaign works on: windows to fit and windows to judge by."""
-
-    campaign: Campaign
-    rig: Rig
-    floor: NoiseFloor
-    train: Windows
-    heldout: Windows
-
-    def thinned(self) -> "EstimationProblem":
-        """With some windows only, evenly distributed, where there are more than a search needs; else itself."""
-        if max(self.train.count, self.heldout.count) <= _MOST:
-            return self
-        return replace(self, train=_spread(self.train), heldout=_spread(self.heldout))
-
-    @cached_property
-    def kappas(self) -> np.ndarray:
-        """Autocorrelation factor of each compared signal of the train windows [signals]."""
-        return np.array([self.floor.kappa[name] for name in self.train.names])
-
-    @property
-    def kappa(self) -> float:
-        """Autocorrelation factor over all signals."""
-        return float(np.mean(self.kappas))
-
-
-@dataclass(frozen=True, eq=False)
 class FittedModel:
-    """A model that was fitted, and judged: `known` are the effects added to the rig, with the numbers they started at.
+    """A model that was fitted: `known` are the effects added to the rig, with the numbers they started at.
 
-    `heldout` are squared errors [windows] of the held-out records, of `samples` in all, `x0` their initial states.
+    `selection` are its squared errors on what it is compared by with other models (see problem.py).
     """
 
     known: tuple[Candidate, ...]
     model: Model
     fit: Fit
-    x0: np.ndarray
-    heldout: np.ndarray
-    samples: int
+    selection: Selection
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -78,30 +44,33 @@ class FittedModel:
 
     @property
     def squares(self) -> float:
-        """All squared errors over sigma of the held-out records; infinite where a window failed."""
-        return float(self.heldout.sum())
+        """All squared errors over sigma of the selection; infinite where a window failed."""
+        return float(self.selection.squares.sum())
+
+    @property
+    def samples(self) -> int:
+        """Samples of the selection."""
+        return self.selection.samples
 
     @property
     def chi2(self) -> float:
-        """Squared errors of the held-out records over their samples."""
+        """Squared errors of the selection over its samples."""
         return self.squares / self.samples
 
 
-def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
-    """Windows and noise floor of a campaign. Raises InputError where it cannot be fitted, saying what to add."""
-    if not campaign.train:
-        raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
-    floor = noise_floor(campaign)
-    plant = model_with(rig, (), ()).plant
-    train = cut_windows(plant, campaign.train, floor, beside=campaign.heldout)
-    heldout = cut_windows(plant, campaign.heldout, floor, beside=campaign.train)
-    for role, windows in (("train", train), ("heldout", heldout)):
-        seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
-        if seconds < _SHORTEST * WINDOW - 1e-6:
-            raise InputError(
-                f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
-            )
-    return EstimationProblem(campaign, rig, floor, train, heldout)
+@dataclass(frozen=True, eq=False)
+class HeldoutErrors:
+    """Squared errors [windows] of the held-out records, of `samples` in all, from the initial states x0 [windows, n]
+    that fit them best."""
+
+    x0: np.ndarray
+    squares: np.ndarray
+    samples: int
+
+    @property
+    def chi2(self) -> float:
+        """Squared errors over samples; infinite where a window failed."""
+        return float(self.squares.sum()) / self.samples
 
 
 def fit_rig(
@@ -126,7 +95,7 @@ def fit_rig(
             f"{problem.campaign.path}: {problem.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant "
             "would be; check units, signs, and that the records are of this rig"
         )
-    return evaluate_on_heldout(problem, model, best, ())
+    return with_selection(problem, model, best, ())
 
 
 def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
@@ -138,7 +107,7 @@ def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candida
         other = _fitted(problem, model_fit, model, moved)
         if not fit.ok or other.squares.sum() < fit.squares.sum():
             fit, candidate = other, moved
-    return evaluate_on_heldout(problem, model, fit, (*model_fit.known, candidate))
+    return with_selection(problem, model, fit, (*model_fit.known, candidate))
 
 
 def refit_from_declared(problem: EstimationProblem, model_fit: FittedModel) -> FittedModel:
@@ -153,7 +122,7 @@ def refit_from_declared(problem: EstimationProblem, model_fit: FittedModel) -> F
     fit = fit_numbers(model_fit.model, problem.train, model_fit.fit.free, x, p, guess, problem.kappas)
     if not fit.squares.sum() < model_fit.fit.squares.sum():
         return model_fit
-    return evaluate_on_heldout(problem, model_fit.model, fit, model_fit.known)
+    return with_selection(problem, model_fit.model, fit, model_fit.known)
 
 
 def refit_without_last_effect(problem: EstimationProblem, before: FittedModel, after: FittedModel) -> FittedModel:
@@ -170,7 +139,7 @@ def refit_without_last_effect(problem: EstimationProblem, before: FittedModel, a
     fit = fit_numbers(before.model, problem.train, before.fit.free, after.fit.x[:own], p, x0, problem.kappas)
     if not fit.squares.sum() < before.fit.squares.sum():
         return before
-    return evaluate_on_heldout(problem, before.model, fit, before.known)
+    return with_selection(problem, before.model, fit, before.known)
 
 
 def is_switched_off(model_fit: FittedModel) -> bool:
@@ -191,23 +160,23 @@ def refit_all_windows(problem: EstimationProblem, model_fit: FittedModel) -> Fit
     fit = fit_numbers(
         model_fit.model, problem.train, model_fit.fit.free, model_fit.fit.x, model_fit.fit.p, guess, problem.kappas
     )
-    return evaluate_on_heldout(problem, model_fit.model, fit, model_fit.known)
+    return with_selection(problem, model_fit.model, fit, model_fit.known)
 
 
-def evaluate_on_heldout(
-    problem: EstimationProblem, model: Model, fit: Fit, known: tuple[Candidate, ...]
-) -> FittedModel:
-    """A fit with its errors on the held-out records, initial states refitted."""
+def with_selection(problem: EstimationProblem, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> FittedModel:
+    """A fit with its errors on what it did not see: the select windows, or blocks of the train windows in turn."""
+    if problem.select is None:
+        return FittedModel(known, model, fit, rotated(fit, blocks(problem.train)))
+    samples = problem.select.samples
     if not fit.ok:
-        x0 = np.zeros((problem.heldout.count, model.plant.n))
-        return FittedModel(known, model, fit, x0, np.full(problem.heldout.count, np.inf), problem.heldout.samples)
-    x0, squares = predicted_states(model, problem.heldout, fit.p)
-    return FittedModel(known, model, fit, x0, squares, problem.heldout.samples)
+        return FittedModel(known, model, fit, Selection(np.full(problem.select.count, np.inf), samples))
+    return FittedModel(known, model, fit, Selection(predicted_states(model, problem.select, fit.p)[1], samples))
 
 
-def _spread(windows: Windows) -> Windows:
-    """Some of many windows, evenly distributed: at a fixed stride they would meet repeats of a record at one place."""
-    return windows.some(np.linspace(0, windows.count - 1, min(_MOST, windows.count)).round().astype(int).tolist())
+def heldout_errors(problem: EstimationProblem, model_fit: FittedModel) -> HeldoutErrors:
+    """The errors of a fit on the held-out records: to be asked when all is decided."""
+    x0, squares = predicted_states(model_fit.model, problem.heldout, model_fit.fit.p)
+    return HeldoutErrors(x0, squares, problem.heldout.samples)
 
 
 def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> Fit:

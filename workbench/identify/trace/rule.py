@@ -1,7 +1,8 @@
-"""The rule that names an effect, or does not: pure functions of squared errors on held-out records.
+"""The rule that names an effect, or does not: pure functions of squared errors on records that a fit did not see.
 
 V0 and V are the squared errors over sigma before and with an effect, N their samples, kappa the autocorrelation factor
-of the noise. The numbers are those of the study in experiments/README.md; none may be loosened to name more.
+of the noise. A search compares by what was selected for it (see problem.py); held-out records then confirm its answer,
+or nothing is named. The numbers are those of the study in experiments/README.md; none may be loosened to name more.
 """
 
 from collections.abc import Sequence
@@ -36,12 +37,12 @@ class Judgement:
 
 
 def gate(samples: int, kappa: float) -> float:
-    """chi2 on held-out data above which something is missing."""
+    """chi2 on what a fit did not see, above which something is missing."""
     return 1 + max(MISFIT, 4 * float(np.sqrt(2 * kappa / samples)))
 
 
 def misfit(chi2: float, samples: int, kappa: float) -> bool:
-    """Whether chi2 on held-out data says that something is missing."""
+    """Whether chi2 on what a fit did not see says that something is missing."""
     return chi2 > gate(samples, kappa)
 
 
@@ -50,6 +51,11 @@ def explained(before: float, after: float, samples: int) -> float:
     if not np.isfinite(after) or before <= samples:
         return 0.0
     return max(0.0, (before - after) / (before - samples))
+
+
+def confirmed(before: float, after: float, samples: int, kappa: float) -> bool:
+    """Whether held-out records bear out what was found: with it nothing is missing, or NAMED of the misfit goes."""
+    return not misfit(after / samples, samples, kappa) or explained(before, after, samples) >= NAMED
 
 
 def worth_adding(fall: float, first: float, samples: int) -> bool:
@@ -63,12 +69,12 @@ def bic_fall(before: float, after: float, numbers: int, samples: int) -> float:
 
 
 def chance(before: float, after: float, kappa: float, candidates: int) -> float:
-    """At most how likely the best of all candidates gains as much from noise, on held-out records."""
+    """At most how likely the best of all candidates gains as much from noise, on what a fit did not see."""
     return min(1.0, candidates * float(ndtr(-np.sqrt(max(before - after, 0.0) / kappa))))
 
 
 def passes(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> bool:
-    """Whether an effect is no accident: BIC falls on train records, and the held-out gain is beyond chance."""
+    """Whether an effect is no accident: BIC falls on train records, and the gain elsewhere is beyond chance."""
     if not np.isfinite(after) or after >= before:
         return False
     return bic_fall > BIC * kappa and chance(before, after, kappa, candidates) < CHANCE

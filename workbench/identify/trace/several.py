@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from . import rule as decide
 from .findings import CandidateFit
-from .refit import EstimationProblem, FittedModel, is_switched_off
+from .problem import EstimationProblem
+from .refit import FittedModel, is_switched_off
 
 
 def best_of_several(

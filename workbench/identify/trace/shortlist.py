@@ -8,7 +8,8 @@ import numpy as np
 
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
-from .refit import EstimationProblem, FittedModel
+from .problem import EstimationProblem
+from .refit import FittedModel
 from .score import NuisanceProjection, Score, cosines, score, worst_windows
 from .stored import packed_candidate, unpacked_candidate
 

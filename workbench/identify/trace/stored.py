@@ -6,10 +6,12 @@ from typing import Any
 from ...base.errors import InputError
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, model_with, uncertain
+from ..fit.rotation import Selection
 from ..fit.solver import Fit
-from .refit import EstimationProblem, FittedModel
+from .problem import EstimationProblem
+from .refit import FittedModel
 
-_ARRAYS = ("x", "p", "x0", "squares", "covariance", "information")
+_ARRAYS = ("x", "p", "x0", "squares", "covariance", "matrices", "gradients")
 
 
 def packed(model_fit: FittedModel) -> dict[str, Any]:
@@ -18,9 +20,7 @@ def packed(model_fit: FittedModel) -> dict[str, Any]:
     return {
         "known": [packed_candidate(candidate) for candidate in model_fit.known],
         "fit": fit | {"samples": model_fit.fit.samples, "at_bounds": list(model_fit.fit.at_bounds)},
-        "x0": model_fit.x0,
-        "heldout": model_fit.heldout,
-        "samples": model_fit.samples,
+        "selection": {"squares": model_fit.selection.squares, "samples": model_fit.selection.samples},
     }
 
 
@@ -31,7 +31,7 @@ def unpacked(stored: Mapping[str, Any], problem: EstimationProblem, library: Seq
     free = (*uncertain(problem.rig), *(number for candidate in known for number in candidate.free()))
     arrays = {name: stored["fit"][name] for name in _ARRAYS}
     fit = Fit(free=free, samples=stored["fit"]["samples"], at_bounds=tuple(stored["fit"]["at_bounds"]), **arrays)
-    return FittedModel(known, model, fit, stored["x0"], stored["heldout"], stored["samples"])
+    return FittedModel(known, model, fit, Selection(**stored["selection"]))
 
 
 def packed_candidate(candidate: Candidate) -> dict[str, Any]:

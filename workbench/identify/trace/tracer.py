@@ -16,10 +16,12 @@ from ..fit.free_parameters import Candidate
 from . import rule as decide
 from .findings import CandidateFit, Pass, Trace
 from .locate import FaultLocation, locate_fault
+from .problem import EstimationProblem
 from .refit import (
-    EstimationProblem,
     FittedModel,
+    HeldoutErrors,
     fit_rig,
+    heldout_errors,
     is_switched_off,
     refit,
     refit_all_windows,
@@ -48,6 +50,7 @@ def trace(
 
     `several`: the rig is known to lack more than one; effects that explain only part of what is left are added too,
     the best first, until none passes. The verdict is then "incomplete" unless the residual reaches the floor.
+    Held-out records are looked at when all is decided: they confirm what was found, or nothing is named.
     """
     return _Tracer(
         problem, [effect for effect in library if applies(effect, problem.rig)], stage, report_progress, several
@@ -63,38 +66,26 @@ class _Tracer:
         report_progress: Progress,
         several: bool,
     ) -> None:
-        self._whole, self._problem = problem, problem.thinned()
+        self._whole = self._problem = problem
+        if problem.large:
+            self._problem = problem.only(stage("windows", problem.chosen))
         self._library, self._stage, self._report_progress, self._several = library, stage, report_progress, several
         self._passes: list[Pass] = []
 
     def run(self) -> Trace:
         """The whole trace."""
         base = self._stored("base", lambda: fit_rig(self._problem))
-        if not np.isfinite(base.squares):
-            raise InputError(
-                f"{self._problem.campaign.path}: {self._problem.rig.name} cannot follow the held-out records; "
-                "check them"
-            )
         while True:
-            self._report_progress(f"rig alone: chi2 {base.chi2:.4g} on held-out records")
+            self._report_progress(f"rig alone: chi2 {base.chi2:.4g} on what it did not see")
             if not self._misfit(base):
-                return self._result(base, base, "none", (), (), None)
-            place = self._located(base)
+                return self._result(base, (), (), None)
+            place = self._located("localise", base)
             if place.evidence[0][1] < decide.SIGNIFICANT * self._problem.kappa:
-                return self._result(base, base, "none", (), (), place)
+                return self._result(base, (), (), place)
             effects, tied, better = self._search(base)
             if better is None:
-                break
+                return self._result(base, effects, tied, place)
             base = better
-        final = self._again("final", effects[-1].model_fit or base) if effects else base
-        return self._result(base, final, self._verdict(final, effects, tied), effects, tied, place)
-
-    def _verdict(self, final: FittedModel, effects: tuple[CandidateFit, ...], tied: tuple[str, ...]) -> str:
-        if not effects:
-            return "unknown"
-        if self._misfit(final):
-            return "incomplete"
-        return "tied" if tied and len(effects) == 1 else "named"
 
     def _search(self, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[str, ...], FittedModel | None]:
         """Effects one after the other, until nothing is missing or nothing passes; the names that tie with the first.
@@ -221,7 +212,7 @@ class _Tracer:
         share: float,
         again: bool = False,
     ) -> CandidateFit:
-        effect, n = candidate.effect, self._problem.heldout.samples
+        effect, n = candidate.effect, model_fit.samples
         self._report_progress(f"pass {number}: fit with {effect.title}")
         try:
             refitted = self._stored(
@@ -242,14 +233,14 @@ class _Tracer:
         )
         return CandidateFit(candidate, share, judgement, refitted)
 
-    def _located(self, base: FittedModel) -> FaultLocation:
+    def _located(self, name: str, base: FittedModel, heldout: HeldoutErrors | None = None) -> FaultLocation:
         def compute() -> dict[str, Any]:
             self._report_progress("in which equation")
-            location = locate_fault(self._problem, base)
+            location = locate_fault(self._whole if heldout else self._problem, base, heldout)
             evidence = [list(gain) for gain in location.evidence]  # a stage keeps no tuples
             return asdict(location) | {"evidence": evidence}
 
-        stored = self._stage(f"localise-{len(self._passes)}" if self._passes else "localise", compute)
+        stored = self._stage(f"{name}-{len(self._passes)}" if self._passes else name, compute)
         return FaultLocation(
             stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["parity_residuals"]
         )
@@ -270,18 +261,32 @@ class _Tracer:
     def _result(
         self,
         base: FittedModel,
-        final: FittedModel,
-        verdict: str,
         effects: tuple[CandidateFit, ...],
         tied: tuple[str, ...],
         place: FaultLocation | None,
     ) -> Trace:
-        equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
+        """What held-out records make of the search, which ends before they are looked at."""
         alone = self._again("base, all windows", base)
+        final = self._again("final", effects[-1].refitted) if effects else alone
+        before = self._heldout("heldout before", alone)
+        if not np.isfinite(before.chi2):
+            raise InputError(
+                f"{self._problem.campaign.path}: {self._problem.rig.name} cannot follow the held-out records; "
+                "check them"
+            )
+        after = self._heldout("heldout after", final) if effects else before
+        refuted: tuple[CandidateFit, ...] = ()
+        if effects and not (self._several or self._confirmed(before, after)):
+            effects, tied, refuted, final, after = (), (), effects, alone, before
+        if place is None and decide.misfit(before.chi2, before.samples, self._problem.kappa):
+            place = self._located("localise held-out", alone, before)
+        verdict = self._verdict(after, effects, tied, place)
+        equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
         return Trace(
             problem=self._whole,
             base=alone,
-            final=alone if final is base else final,
+            final=final,
+            heldout=(before, after),
             verdict=verdict,
             effects=effects,
             tied=tied,
@@ -289,4 +294,26 @@ class _Tracer:
             evidence=place.evidence if place else (),
             parity_residuals=place.parity_residuals if place else {},
             passes=tuple(self._passes),
+            refuted=refuted,
         )
+
+    def _verdict(
+        self,
+        after: HeldoutErrors,
+        effects: tuple[CandidateFit, ...],
+        tied: tuple[str, ...],
+        place: FaultLocation | None,
+    ) -> str:
+        if not effects:
+            missing = place is not None and place.evidence[0][1] >= decide.SIGNIFICANT * self._problem.kappa
+            return "unknown" if missing else "none"
+        if decide.misfit(after.chi2, after.samples, self._problem.kappa):
+            return "incomplete"
+        return "tied" if tied and len(effects) == 1 else "named"
+
+    def _confirmed(self, before: HeldoutErrors, after: HeldoutErrors) -> bool:
+        squares = float(before.squares.sum()), float(after.squares.sum())
+        return decide.confirmed(*squares, after.samples, self._problem.kappa)
+
+    def _heldout(self, name: str, model_fit: FittedModel) -> HeldoutErrors:
+        return HeldoutErrors(**self._stage(name, lambda: asdict(heldout_errors(self._whole, model_fit))))

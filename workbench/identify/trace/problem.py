@@ -1,0 +1,78 @@
+"""What a fit or a trace of one campaign works on: windows to fit, to select by and to judge by.
+
+Three roles. Train windows are fitted. Where two models are compared, the records under `select` decide, or, where a
+campaign has none, blocks of the train windows in turn, each predicted by the others. Held-out windows are looked at
+once, when all is decided: every error that is quoted is theirs.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...records import Campaign
+from ...rigs.rig import Rig
+from ..data.noise_floor import NoiseFloor, noise_floor
+from ..fit.free_parameters import model_with, uncertain
+from ..fit.informative import informative
+from ..fit.windows import WINDOW, Windows, cut_windows
+
+_SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
+MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
+
+
+@dataclass(frozen=True, eq=False)
+class EstimationProblem:
+    """Windows of one campaign by role; without `select` the train windows are rotated (see fit/rotation.py)."""
+
+    campaign: Campaign
+    rig: Rig
+    floor: NoiseFloor
+    train: Windows
+    select: Windows | None
+    heldout: Windows
+
+    @property
+    def large(self) -> bool:
+        """Whether there are more windows than a search needs."""
+        return max(self.train.count, self.select.count if self.select else 0) > MOST
+
+    def chosen(self) -> dict[str, list[int]]:
+        """The windows that tell most of the rig's numbers, where there are more than a search needs, by role."""
+        roles = {"train": self.train} | ({"select": self.select} if self.select else {})
+        model, free = model_with(self.rig, (), self.train.names), uncertain(self.rig)
+        return {role: informative(model, windows, free, MOST) for role, windows in roles.items()}
+
+    def only(self, chosen: dict[str, list[int]]) -> "EstimationProblem":
+        """With these windows only."""
+        select = None if self.select is None else self.select.some(chosen["select"])
+        return replace(self, train=self.train.some(chosen["train"]), select=select)
+
+    @cached_property
+    def kappas(self) -> np.ndarray:
+        """Autocorrelation factor of each compared signal of the train windows [signals]."""
+        return np.array([self.floor.kappa[name] for name in self.train.names])
+
+    @property
+    def kappa(self) -> float:
+        """Autocorrelation factor over all signals."""
+        return float(np.mean(self.kappas))
+
+
+def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
+    """Windows and noise floor of a campaign. Raises InputError where it cannot be fitted, saying what to add."""
+    if not campaign.train:
+        raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
+    floor = noise_floor(campaign)
+    plant = model_with(rig, (), ()).plant
+    roles = {role: getattr(campaign, role) for role in ("train", "select", "heldout")}
+    every = [record for records in roles.values() for record in records]
+    cut = {role: cut_windows(plant, own, floor, beside=every) for role, own in roles.items() if own}
+    for role, windows in cut.items():
+        seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
+        if seconds < _SHORTEST * WINDOW - 1e-6:
+            raise InputError(
+                f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
+            )
+    return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"])
