@@ -63,6 +63,8 @@ def test_static_and_train_may_be_absent(tmp_path):
         ("heldout =", "holdout =", 'records.holdout: unknown key; did you mean "heldout"?'),
         ('heldout = ["multisine.csv"]', "", "heldout: none; keep one record from the fit"),
         ('["multisine.csv"]', '["steps.csv"]', "steps.csv is also in train"),
+        ("heldout =", 'select = ["steps.csv"]\nheldout =', "records.select: steps.csv is also in train; what selects"),
+        ("heldout =", 'select = ["multisine.csv"]\nheldout =', "records.heldout: multisine.csv is also in select"),
         ('["steps.csv"]', '["steps.csv", "steps.csv"]', "steps.csv is listed twice"),
         ('["steps.csv"]', '"steps.csv"', "must be a list of files"),
         ('["steps.csv"]', "[1]", "1 is no record"),

@@ -9,7 +9,9 @@ import pytest
 from made_campaigns import (
     LIBRARY,
     SIGMA,
+    commands,
     found,
+    made,
     named,
     none,
     rubbing,
@@ -203,6 +205,42 @@ def test_a_slice_of_a_practice_campaign_is_traced():
     assert answer["chi2"]["after"] < 1.15 < answer["chi2"]["before"]
 
 
+# --- which records may say what
+
+
+def test_what_is_found_does_not_depend_on_the_held_out_records():
+    """They are looked at when all is decided: other ones leave every fit and every choice as it is."""
+    of = rubbing_campaign()
+    other = replace(of, heldout=(made(rubbing(200.0), "other", 0.3 * commands(2.0)[2], 9),))
+    with one_blas_thread():
+        left = trace(estimation_problem(other, RIG), LIBRARY[:1], no_checkpoint, lambda _: None)
+    assert left.passes[0].tried[0].judgement == found().passes[0].tried[0].judgement
+    np.testing.assert_array_equal(left.passes[0].tried[0].refitted.fit.x, found().passes[0].tried[0].refitted.fit.x)
+    assert left.chi2[0] != found().chi2[0]
+
+
+def test_a_name_that_held_out_records_do_not_bear_out_is_not_given():
+    """They come from a rig without friction: with it they are further off, whatever the train records say."""
+    of = rubbing_campaign()
+    smooth = replace(of, heldout=(made(RIG, "smooth", commands(2.0)[2], 9),))
+    outcome = run_trace(smooth, RIG, LIBRARY[:1], no_checkpoint, lambda _: None)
+    assert (outcome.metrics["verdict"], outcome.metrics["effects"]) == ("unknown", [])
+    assert "the held-out records do not bear it out" in outcome.page.verdict
+    assert outcome.metrics["chi2"]["after"] == outcome.metrics["chi2"]["before"]
+
+
+def test_records_under_select_choose():
+    """Selected by records without friction, friction is not even a candidate."""
+    of = rubbing_campaign()
+    with one_blas_thread():
+        own = estimation_problem(replace(of, select=(made(rubbing(), "again", commands(2.0)[2], 8),)), RIG)
+        left = trace(own, LIBRARY[:1], no_checkpoint, lambda _: None)
+        wrong = estimation_problem(replace(of, select=(made(RIG, "smooth", commands(2.0)[2], 8),)), RIG)
+        right = trace(wrong, LIBRARY[:1], no_checkpoint, lambda _: None)
+    assert (left.verdict, left.final.samples) == ("named", own.select.samples)
+    assert not right.effects
+
+
 # --- verdicts as trace.json tells them
 
 
@@ -216,7 +254,9 @@ def test_an_unfinished_effect_is_listed():
 
 
 def test_nothing_is_listed_where_nothing_is_named():
-    answer = trace_json(replace(found(), verdict="unknown", effects=(), final=found().base))
+    before = found().heldout[0]
+    left = replace(found(), verdict="unknown", effects=(), final=found().base, heldout=(before, before))
+    answer = trace_json(left)
     assert answer["effects"] == []
     assert [one["effect"] for one in answer["ranking"]] == ["jack.friction"]
     assert answer["chi2"]["before"] == answer["chi2"]["after"]

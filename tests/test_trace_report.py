@@ -128,8 +128,8 @@ def test_candidates_are_ranked_with_what_the_rule_says():
     [
         ({"passes": True, "explained": 0.5}, None, "real, but explains less than 80 %"),
         ({"passes": True, "explained": 0.9}, None, "another formula explains more"),
-        ({"passes": False}, 1.5, "the held-out error does not fall"),
-        ({"passes": False}, None, "the held-out gain may be chance"),
+        ({"passes": False}, 1.5, "the error where nothing was fitted does not fall"),
+        ({"passes": False}, None, "the gain where nothing was fitted may be chance"),
     ],
 )
 def test_the_rule_says_why_not(judged, chi2, said):
@@ -142,9 +142,9 @@ def test_the_rule_says_why_not(judged, chi2, said):
 
 def test_the_rule_s_questions_are_answered():
     rows = {(row[0], row[1]): row for row in rule_table(found()).rows}
-    misfit = rows["the fitted rig misses something", "held-out chi2"]
-    assert misfit[2] == pytest.approx(found().chi2[0])
-    assert rows["jack.friction is no accident", "chance, held-out"][2] < 0.01
+    misfit = rows["the fitted rig misses something", "chi2, not fitted"]
+    assert misfit[2] == pytest.approx(found().base.chi2)
+    assert rows["jack.friction is no accident", "chance, not fitted"][2] < 0.01
     assert rows["nothing else is missing", "held-out chi2"][2] < 1.05
 
 

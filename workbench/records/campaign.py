@@ -1,13 +1,14 @@
 """Campaign folders: which records of one rig measure the noise, are fitted, choose between models, only judge."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import echo, nearest
+from ..base.errors import InputError, echo, nearest
 from ..base.signals import SIGNALS
 from ..base.table import Table
 from ..base.toml import read_toml
@@ -82,6 +83,26 @@ def load_campaign(folder: str | Path) -> Campaign:
     _check_mapped(signals, mapping, [record for group in records.values() for record in group])
     sheets = tuple(listed_sheet(entry, file.parent) for entry in top.tables("sheets"))
     return Campaign(file.parent, rig, **records, sheets=sheets)
+
+
+def judged_by(campaign: Campaign, patterns: Sequence[str]) -> Campaign:
+    """The campaign with the records whose names match a pattern such as "*_5V_*" held out, and the others fitted.
+
+    What the campaign has under static and select stays. Raises InputError where a pattern matches none, or all do.
+    """
+    moving = (*campaign.train, *campaign.heldout)
+    for pattern in patterns:
+        if not any(fnmatchcase(record.name, pattern) for record in moving):
+            known = ", ".join(record.name for record in moving)
+            raise InputError(f"--heldout {echo(pattern)}: no record is called that; there are {known}")
+    judging = [any(fnmatchcase(record.name, pattern) for pattern in patterns) for record in moving]
+    if all(judging):
+        raise InputError("--heldout: every record is held out, so nothing can be fitted; leave some")
+    train, heldout = (
+        tuple(record for record, judges in zip(moving, judging, strict=True) if judges is role)
+        for role in (False, True)
+    )
+    return replace(campaign, train=train, heldout=heldout)
 
 
 def _record(folder: Path, entry: _Entry, mapping: Mapping[str, ColumnMap]) -> Record:

@@ -1,20 +1,35 @@
 """What a command on a campaign folder reads: the campaign and a rig."""
 
+import argparse
 from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...records import Campaign, Record, load_campaign
-from ...records.campaign import ROLES
+from ...records.campaign import ROLES, judged_by
 from ...rigs.rig import Rig, load_rig
+from ..common.shipped import campaign as campaign_folder
 
 
-def load(folder: str | Path, rig: str | None) -> tuple[Campaign, Rig]:
-    """A campaign with its own rig, or with the one that is named instead."""
-    campaign = load_campaign(folder)
-    return campaign, load_rig(rig or campaign.rig)
+def on_campaign(parser: argparse.ArgumentParser) -> None:
+    """Which campaign a command works on, and which of its records judge."""
+    parser.add_argument("campaign", type=campaign_folder, help="folder with a campaign.toml")
+    parser.add_argument(
+        "--heldout",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help='records to hold out instead of the campaign\'s, by name or pattern ("*_5V_*"); the others are fitted',
+    )
+
+
+def load(options: argparse.Namespace) -> tuple[Campaign, Rig]:
+    """The campaign as asked for, with its own rig, or with the one that is named instead."""
+    campaign = load_campaign(options.campaign)
+    if options.heldout:
+        campaign = judged_by(campaign, options.heldout)
+    return campaign, load_rig(options.rig or campaign.rig)
 
 
 def fingerprint(campaign: Campaign) -> dict[str, Any]:

@@ -5,19 +5,18 @@ from functools import partial
 
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
-from ..common.shipped import campaign as campaign_folder
-from .config import fingerprint, load
+from .config import fingerprint, load, on_campaign
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("campaign", type=campaign_folder, help="folder with a campaign.toml")
+    on_campaign(parser)
     parser.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
     computes(parser, _residual)
 
 
 def _residual(options: argparse.Namespace, words: list[str]) -> None:
-    campaign, rig = load(options.campaign, options.rig)
+    campaign, rig = load(options)
     from .study import run_residual
 
     identity = {"command": "residual", "campaign": fingerprint(campaign), "rig": rig_table(rig)}

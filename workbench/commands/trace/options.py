@@ -5,13 +5,12 @@ from functools import partial
 from pathlib import Path
 
 from ..common.rig_out import finish_with_rig, leaves_rig
-from ..common.shipped import campaign as campaign_folder
-from ..residual.config import load
+from ..residual.config import load, on_campaign
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("campaign", type=campaign_folder, help="folder with a campaign.toml")
+    on_campaign(parser)
     parser.add_argument("--effects", type=Path, nargs="+", default=[], metavar="FILE.py", help="effects of your own")
     parser.add_argument("--without", nargs="+", default=[], metavar="NAME", help="effects that are not to be tried")
     parser.add_argument(
@@ -21,7 +20,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _trace(options: argparse.Namespace, words: list[str]) -> None:
-    campaign, rig = load(options.campaign, options.rig)
+    campaign, rig = load(options)
     from .study import effects_for, identity, run_trace
 
     files = [str(file.resolve()) for file in options.effects]

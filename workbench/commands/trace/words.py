@@ -121,15 +121,15 @@ def reason(trace: Trace, search: Pass, fit: CandidateFit) -> str:
         added = [other.candidate.effect.name for other in trace.effects]
         return f"another {'formula' if name in added else 'effect'} explains more"
     if model_fit.squares >= search.before.squares:
-        return "the held-out error does not fall"
+        return "the error where nothing was fitted does not fall"
     fall, _ = accident(trace, search, fit)
     if fall <= decide.BIC * trace.problem.kappa:
         return "too little gain on the train records for its numbers"
-    return "the held-out gain may be chance"
+    return "the gain where nothing was fitted may be chance"
 
 
 def accident(trace: Trace, search: Pass, fit: CandidateFit) -> tuple[float, float]:
-    """What speaks against an accident: fall of BIC on train records, chance of the gain on held-out records."""
+    """What speaks against an accident: fall of BIC on train records, chance of the gain where nothing was fitted."""
     model_fit, problem = fit.model_fit, trace.problem
     assert model_fit is not None
     squares = float(search.before.fit.squares.sum()), float(model_fit.fit.squares.sum())
@@ -177,7 +177,10 @@ def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     )
     said += "the noise"
     best = ranking(trace)
-    if best:
+    if trace.refuted:
+        names = listed([title(fit.candidate.effect) for fit in trace.refuted])
+        said += f"; {names} would explain the train records, but the held-out records do not bear it out"
+    elif best:
         fit, share = best[0]
         said += f", and the best effect, {title(fit.candidate.effect)}, takes away only {_percent(share)} of it"
         said += f" ({100 * decide.NAMED:.0f} % would name it)"
