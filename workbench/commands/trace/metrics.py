@@ -24,6 +24,10 @@ def trace_json(trace: Trace) -> dict[str, Any]:
         "ranking": [_ranked(trace, fit, share) for fit, share in ranking(trace)],
         "chi2": dict(zip(("before", "after"), map(finite, trace.chi2), strict=True)),
         "rms": rms_of(trace.problem.floor, *compared(trace)),
+        "learned": [
+            {"slot": each.slot, "kind": each.kind, "variables": list(each.variables), "chi2": each.chi2}
+            for each in trace.learned
+        ],
     }
 
 
@@ -97,7 +101,7 @@ def _fits(model_fit: FittedModel) -> bool:
 
 
 def _ranked(trace: Trace, fit: CandidateFit, share: float) -> dict[str, Any]:
-    effect, model_fit = fit.candidate.effect, trace.final if fit in trace.effects else fit.model_fit
+    effect, model_fit = fit.candidate.effect, trace.named if fit in trace.effects else fit.model_fit
     assert model_fit is not None
     numbers = effect_intervals(effect, model_fit.fit)
     return {"effect": effect.name, "formula": effect.formula, "explained": share, "parameters": numbers}

@@ -85,7 +85,7 @@ def numbers_table(trace: Trace) -> Table:
     """The numbers of the added and of the next best effects with intervals."""
     rows = []
     for fit, _ in ranking(trace)[:_NUMBERS]:
-        model_fit = trace.final if fit in trace.effects else fit.model_fit
+        model_fit = trace.named if fit in trace.effects else fit.model_fit
         assert model_fit is not None
         effect = fit.candidate.effect
         intervals = effect_intervals(effect, model_fit.fit)

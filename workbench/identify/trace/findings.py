@@ -1,10 +1,12 @@
 """What a trace finds: effects that were tried and what the rule said of them, pass by pass, and the answer."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors
@@ -41,10 +43,39 @@ class Pass:
     accepted: tuple[CandidateFit, ...]
 
 
+@dataclass(frozen=True)
+class LearnedShape:
+    """What was learned of an effect's shape, or beside all effects: the formula's words, and where in the plant.
+
+    `kind` is "sign", "over", "spline", "pole", "resonance" or "linear"; `variables` are those that it goes with; chi2
+    is that of the held-out records with it.
+    """
+
+    effect: Effect
+    words: str
+    chi2: float
+
+    @property
+    def slot(self) -> str:
+        """The slot in which it acts."""
+        return next(iter(self.effect.laws))
+
+    @property
+    def kind(self) -> str:
+        """The first word."""
+        return self.words.split()[0]
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Natural variables of the slot that it goes with; none for a linear element."""
+        return tuple(re.findall(r"(?:of|over|in) (\|?\w+\|?)", self.words))
+
+
 @dataclass(frozen=True, eq=False)
 class Trace:
     """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
 
+    `named` is the fit with them, `final` that with what was `learned` of their shape, or of an unknown, on top.
     `heldout` are the errors of `base` and `final` on the held-out records. `refuted` are effects that explained what
     was selected by, but not the held-out records: nothing is named. `evidence`: gain in log-likelihood of a disturbance
     in each equation, most first; `parity_residuals`: chi2 of the equations that measured signals test by themselves.
@@ -53,6 +84,7 @@ class Trace:
 
     problem: EstimationProblem
     base: FittedModel
+    named: FittedModel
     final: FittedModel
     heldout: tuple[HeldoutErrors, HeldoutErrors]
     verdict: str
@@ -63,6 +95,7 @@ class Trace:
     parity_residuals: Mapping[str, float]
     passes: tuple[Pass, ...]
     refuted: tuple[CandidateFit, ...] = ()
+    learned: tuple[LearnedShape, ...] = ()
 
     @property
     def chi2(self) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from ..data.noise_floor import NoiseFloor, noise_floor
 from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
 from ..fit.windows import WINDOW, Windows, cut_windows
+from .samples import variable_samples
 
 _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
 MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
@@ -48,6 +49,11 @@ class EstimationProblem:
         """With these windows only."""
         select = None if self.select is None else self.select.some(chosen["select"])
         return replace(self, train=self.train.some(chosen["train"]), select=select)
+
+    @cached_property
+    def samples(self) -> dict[str, np.ndarray]:
+        """Where the train records were: values [n] SI of the slots' natural variables, by word."""
+        return variable_samples(model_with(self.rig, (), ()).plant, self.campaign.train)
 
     @cached_property
     def kappas(self) -> np.ndarray:

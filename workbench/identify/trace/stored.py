@@ -1,10 +1,14 @@
 """Fits as what a stage of a run can keep, and back: arrays and names, no models."""
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from typing import Any
 
+import numpy as np
+
 from ...base.errors import InputError
-from ...plant.effects import Effect
+from ...plant.effects import Effect, refine_at
+from ...plant.effects.learned_pieces import PREFIX, find_learned
 from ..fit.free_parameters import Candidate, model_with, uncertain
 from ..fit.rotation import Selection
 from ..fit.solver import Fit
@@ -26,7 +30,7 @@ def packed(model_fit: FittedModel) -> dict[str, Any]:
 
 def unpacked(stored: Mapping[str, Any], problem: EstimationProblem, library: Sequence[Effect]) -> FittedModel:
     """The fit again."""
-    known = tuple(unpacked_candidate(item, library) for item in stored["known"])
+    known = tuple(unpacked_candidate(item, library, problem.samples) for item in stored["known"])
     model = model_with(problem.rig, [candidate.effect for candidate in known], problem.train.names)
     free = (*uncertain(problem.rig), *(number for candidate in known for number in candidate.free()))
     arrays = {name: stored["fit"][name] for name in _ARRAYS}
@@ -39,9 +43,19 @@ def packed_candidate(candidate: Candidate) -> dict[str, Any]:
     return {"name": candidate.effect.name, "formula": candidate.effect.formula, "start": dict(candidate.start)}
 
 
-def unpacked_candidate(stored: Mapping[str, Any], library: Sequence[Effect]) -> Candidate:
-    """The candidate again. Raises InputError where the library does not have it any more."""
+def unpacked_candidate(
+    stored: Mapping[str, Any], library: Sequence[Effect], samples: Mapping[str, np.ndarray] | None = None
+) -> Candidate:
+    """The candidate again, a refined or learned one by its words and the `samples` that it was placed on.
+
+    Raises InputError where the library does not have it any more.
+    """
+    name, formula = stored["name"], stored["formula"]
+    plain, *refinements = (words.strip() for words in formula.split(";"))
     for effect in library:
-        if (effect.name, effect.formula) == (stored["name"], stored["formula"]):
-            return Candidate(effect, stored["start"])
-    raise InputError(f"{stored['name']} {stored['formula']} is not in the library any more; start the trace anew")
+        if (effect.name, effect.formula) in ((name, formula), (name, plain)):
+            words = refinements if effect.formula == plain else ()
+            return Candidate(reduce(lambda e, said: refine_at(e, said, samples or {}), words, effect), stored["start"])
+    if name.startswith(PREFIX):
+        return Candidate(find_learned(name, formula, samples), stored["start"])
+    raise InputError(f"{name} {formula} is not in the library any more; start the trace anew")

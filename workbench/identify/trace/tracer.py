@@ -14,7 +14,7 @@ from ...base.errors import InputError
 from ...plant.effects import Effect, applies
 from ..fit.free_parameters import Candidate
 from . import rule as decide
-from .findings import CandidateFit, Pass, Trace
+from .findings import CandidateFit, LearnedShape, Pass, Trace
 from .locate import FaultLocation, locate_fault
 from .problem import EstimationProblem
 from .refit import (
@@ -29,6 +29,7 @@ from .refit import (
     refit_without_last_effect,
 )
 from .several import best_of_several
+from .shapes import ROUNDS, Shapes
 from .shortlist import Shortlist, score_effects, unpacked_shortlist
 from .stored import packed, unpacked
 
@@ -267,24 +268,28 @@ class _Tracer:
     ) -> Trace:
         """What held-out records make of the search, which ends before they are looked at."""
         alone = self._again("base, all windows", base)
-        final = self._again("final", effects[-1].refitted) if effects else alone
-        before = self._heldout("heldout before", alone)
+        named = self._again("final", effects[-1].refitted) if effects else alone
+        before = self._heldout("before", alone)
         if not np.isfinite(before.chi2):
             raise InputError(
                 f"{self._problem.campaign.path}: {self._problem.rig.name} cannot follow the held-out records; "
                 "check them"
             )
-        after = self._heldout("heldout after", final) if effects else before
+        after = self._heldout("named", named) if effects else before
         refuted: tuple[CandidateFit, ...] = ()
         if effects and not (self._several or self._confirmed(before, after)):
-            effects, tied, refuted, final, after = (), (), effects, alone, before
+            effects, tied, refuted, named, after = (), (), effects, alone, before
         if place is None and decide.misfit(before.chi2, before.samples, self._problem.kappa):
             place = self._located("localise held-out", alone, before)
         verdict = self._verdict(after, effects, tied, place)
+        final, learned = named, ()
+        if verdict in ("unknown", "incomplete"):
+            final, after, learned = self._shaped(effects[-1].refitted if effects else base, named, after)
         equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
         return Trace(
             problem=self._whole,
             base=alone,
+            named=named,
             final=final,
             heldout=(before, after),
             verdict=verdict,
@@ -295,7 +300,26 @@ class _Tracer:
             parity_residuals=place.parity_residuals if place else {},
             passes=tuple(self._passes),
             refuted=refuted,
+            learned=learned,
         )
+
+    def _shaped(
+        self, search: FittedModel, named: FittedModel, plain: HeldoutErrors
+    ) -> tuple[FittedModel, HeldoutErrors, tuple[LearnedShape, ...]]:
+        """The fit with what can be learned of the rig's shape, as far as the held-out records bear it out."""
+        model_fit, after, learned = named, plain, ()
+        shapes = Shapes(self._problem, self._library, self._stage, self._report_progress)
+        for number in range(1, ROUNDS + 1):
+            if not self._misfit(search) or (shape := shapes.best(number, search)) is None:
+                break
+            effect, search = shape
+            trial = self._again(f"shape {number}, all windows", search)
+            errors = self._heldout(f"shape {number}", trial)
+            if not errors.chi2 < after.chi2:
+                break
+            words = effect.formula.split("; ")[-1]
+            model_fit, after, learned = trial, errors, (*learned, LearnedShape(effect, words, errors.chi2))
+        return model_fit, after, learned
 
     def _verdict(
         self,
@@ -316,4 +340,4 @@ class _Tracer:
         return decide.confirmed(*squares, after.samples, self._problem.kappa)
 
     def _heldout(self, name: str, model_fit: FittedModel) -> HeldoutErrors:
-        return HeldoutErrors(**self._stage(name, lambda: asdict(heldout_errors(self._whole, model_fit))))
+        return HeldoutErrors(**self._stage(f"heldout {name}", lambda: asdict(heldout_errors(self._whole, model_fit))))
