@@ -7,29 +7,41 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from ...base.units import from_si
+from ...identify.fit.sessions import SessionDifference
 from ...identify.trace import rule as decide
 from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
 from ..common.fit_result import Fitted
+from ..common.sessions import sessions_sentence, sessions_table
 from ..residual.study import noise_table
 
 STRONG = 0.95  # a correlation above says that only a combination of two numbers is known
 _MOST = 10  # pairs listed
 
 
-def fit_page(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
+def fit_page(
+    problem: EstimationProblem,
+    numbers: Sequence[Fitted],
+    differences: Sequence[SessionDifference],
+    metrics: Mapping[str, Any],
+) -> tuple[Page, Figure]:
     """The page, and the figure of the numbers in their ranges."""
     picture, labels = ranges_figure({"fitted": numbers}), ["rig file", "fitted"]
     sections = [
         Section("Numbers", [picture, numbers_table(numbers)]),
         Section("Held-out error", [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels)]),
+        *([Section("Sessions", [sessions_table(differences)])] if differences else []),
         Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
         Section("Noise floor", [noise_table(problem.floor)]),
     ]
     name = problem.campaign.path.resolve().name
-    return Page(f"{problem.rig.name} fitted to {name}", _verdict(problem, numbers, metrics), sections), picture
+    return Page(
+        f"{problem.rig.name} fitted to {name}",
+        _verdict(problem, numbers, metrics) + sessions_sentence(differences),
+        sections,
+    ), picture
 
 
 def numbers_table(numbers: Sequence[Fitted]) -> Table:

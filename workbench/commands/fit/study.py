@@ -15,6 +15,7 @@ from ...rigs.rig import Rig, rig_text
 from ..common.error_page import record_tables, rms_of
 from ..common.fit_result import base_intervals, correlations, finite, fitted, fitted_rig
 from ..common.outcome import Answer, Outcome, Progress, Stage
+from ..common.sessions import sessions, sessions_json
 from .page import fit_page
 
 
@@ -58,16 +59,17 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         declared = [predict_windows(build(rig), record, problem.floor) for record in campaign.heldout]
         heldout = heldout_errors(problem, model_fit)
     after = predictions(model_fit.model, problem.heldout, heldout.x0, model_fit.fit.p)
-    numbers = fitted(rig, model_fit.fit)
+    numbers, differences = fitted(rig, model_fit.fit), sessions(problem, model_fit.fit)
     metrics: dict[str, Any] = {
         "parameters": base_intervals(rig, model_fit.fit),
         "chi2": {"train": model_fit.fit.chi2, "heldout": finite(heldout.chi2)},
         "rms": rms_of(problem.floor, declared, after),
         "unseen": [entry.number.name for entry in numbers if entry.unseen],
         "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],
+        "sessions": sessions_json(differences),
         "correlations": {"names": [entry.number.name for entry in numbers], "matrix": correlations(model_fit.fit)},
     }
-    page, picture = fit_page(problem, numbers, metrics)
+    page, picture = fit_page(problem, numbers, differences, metrics)
     tables = record_tables({"rig file": declared, "fitted": after})
     as_fitted = fitted_rig(problem, model_fit)
     return FitAnswer(as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}))

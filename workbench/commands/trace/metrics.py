@@ -10,6 +10,7 @@ from ...identify.trace.findings import CandidateFit, Trace
 from ...identify.trace.refit import FittedModel
 from ..common.error_page import rms_of
 from ..common.fit_result import base_intervals, effect_intervals, finite
+from ..common.sessions import sessions, sessions_json
 
 Both = tuple[Sequence[Prediction], Sequence[Prediction]]
 
@@ -38,6 +39,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
         "base": base_intervals(trace.problem.rig, trace.final.fit),
         "evidence": dict(trace.evidence),
         "cuts": dict(trace.parity_residuals),
+        "sessions": sessions_json(sessions(trace.problem, trace.final.fit)),
         "at_an_end": list(trace.final.fit.at_bounds),
         "failed": failed,
         "scores": [

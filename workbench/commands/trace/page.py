@@ -9,6 +9,7 @@ from ...plant.effects import Effect
 from ...report import Figure, Page, Section, Table
 from ..common.error_page import error_figure, error_table
 from ..common.fit_result import fitted
+from ..common.sessions import sessions, sessions_sentence, sessions_table
 from ..fit.page import ranges_figure
 from ..residual.study import noise_table
 from .detectability import seen_table, undetectable
@@ -47,7 +48,7 @@ def trace_page(
     pairs = list(zip(*both, strict=True))
     index, name, part = telling(pairs, floor, changed)
     first = signal_figure(pairs[index], name, floor, names, part)
-    picture = error_figure(answer["rms"], names)
+    picture, differences = error_figure(answer["rms"], names), sessions(trace.problem, trace.final.fit)
     sections = [
         Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
         *(_what(trace) if changed else _shape(shape)),
@@ -55,13 +56,15 @@ def trace_page(
         *_next(trace),
         *_where(trace),
         _own_numbers(trace, names),
+        *([Section("Sessions", [sessions_table(differences)])] if differences else []),
         *_could_show(library, shown),
         Section("Noise floor", [noise_table(floor)]),
         _untested(trace, library),
         *_signals(trace, pairs, names),
     ]
     title = f"{trace.problem.campaign.path.resolve().name} on {trace.problem.rig.name}: what the model lacks"
-    return Page(title, verdict(trace, shape, None if shown is None else undetectable(shown)), sections), picture
+    said = verdict(trace, shape, None if shown is None else undetectable(shown)) + sessions_sentence(differences)
+    return Page(title, said, sections), picture
 
 
 def _what(trace: Trace) -> list[Section]:
