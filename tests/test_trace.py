@@ -61,7 +61,8 @@ def test_friction_is_found_with_its_number():
 
 def test_the_answer_is_what_the_contract_says():
     answer = json.loads(named().files["trace.json"])
-    assert list(answer) == ["verdict", "effects", "equation", "ranking", "chi2", "rms"]
+    assert list(answer) == ["verdict", "effects", "equation", "ranking", "chi2", "rms", "learned"]
+    assert answer["learned"] == []
     assert list(answer["chi2"]) == ["before", "after"]
     for one in answer["ranking"]:
         assert list(one) == ["effect", "formula", "explained", "parameters"]
@@ -125,11 +126,13 @@ def test_a_rig_that_declares_the_effect_lacks_nothing():
     assert answer["chi2"]["before"] == answer["chi2"]["after"] < 1.05
 
 
-def test_without_the_effect_nothing_is_named():
+def test_without_the_effect_nothing_is_named_and_its_curve_is_learned():
     answer = unknown().metrics
     assert (answer["verdict"], answer["effects"], answer["equation"]) == ("unknown", [], "force")
     assert list(answer["failed"]) == ["load.bias weight"]
-    assert answer["chi2"]["after"] == answer["chi2"]["before"]
+    (learned,) = answer["learned"]
+    assert (learned["slot"], learned["kind"], learned["variables"]) == ("friction", "spline", ["|velocity|"])
+    assert answer["chi2"]["after"] == learned["chi2"] < 1.05
 
 
 @pytest.mark.parametrize("how", ["raises", "is infinite"])
@@ -255,7 +258,9 @@ def test_an_unfinished_effect_is_listed():
 
 def test_nothing_is_listed_where_nothing_is_named():
     before = found().heldout[0]
-    left = replace(found(), verdict="unknown", effects=(), final=found().base, heldout=(before, before))
+    left = replace(
+        found(), verdict="unknown", effects=(), final=found().base, named=found().base, heldout=(before,) * 3
+    )
     answer = trace_json(left)
     assert answer["effects"] == []
     assert [one["effect"] for one in answer["ranking"]] == ["jack.friction"]

@@ -84,7 +84,7 @@ def failures(tried: Sequence[CandidateFit]) -> list[tuple[CandidateFit, str]]:
 def compared(trace: Trace) -> Both:
     """What the rig alone, and the rig with what was added, predict of every held-out record."""
     heldout = trace.problem.heldout
-    alone, added = trace.heldout
+    alone, _, added = trace.heldout
     before = predictions(trace.base.model, heldout, alone.x0, trace.base.fit.p)
     if trace.final is trace.base:
         return before, before
@@ -93,9 +93,9 @@ def compared(trace: Trace) -> Both:
 
 def labels(trace: Trace) -> list[str]:
     """What the fitted rig is called, and the rig with what was added, where something was."""
-    if not trace.effects:
-        return ["fitted rig"]
-    return ["fitted rig alone", f"with {' and '.join(fit.candidate.effect.name for fit in trace.effects)}"]
+    names = [fit.candidate.effect.name for fit in trace.effects]
+    names += ["its learned shape" if names else "a learned piece"] if trace.learned else []
+    return ["fitted rig alone", f"with {' and '.join(names)}"] if names else ["fitted rig"]
 
 
 def _fits(model_fit: FittedModel) -> bool:

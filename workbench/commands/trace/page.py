@@ -44,7 +44,7 @@ def trace_page(
 
     `shape` is that of what is missing, `shown` what the records would have shown.
     """
-    changed, floor, names = bool(trace.effects), trace.problem.floor, labels(trace)
+    changed, floor, names = bool(trace.effects or trace.learned), trace.problem.floor, labels(trace)
     pairs = list(zip(*both, strict=True))
     index, name, part = telling(pairs, floor, changed)
     first = signal_figure(pairs[index], name, floor, names, part)

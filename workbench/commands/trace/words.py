@@ -67,6 +67,7 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
     text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
+    text += _learned(trace)
     ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
@@ -74,9 +75,35 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
 
 
 def times_noise(trace: Trace) -> tuple[float, float]:
-    """Held-out error over the noise before and after, all signals together."""
-    before, after = trace.chi2
-    return float(np.sqrt(before)), float(np.sqrt(after))
+    """Held-out error over the noise before, and with what was named, all signals together."""
+    before, named, _ = trace.heldout
+    return float(np.sqrt(before.chi2)), float(np.sqrt(named.chi2))
+
+
+def _learned(trace: Trace) -> str:
+    """What was learned of the rig's own shape."""
+    if not trace.learned:
+        return ""
+    shapes = listed([shape_words(shape.effect, shape.words) for shape in trace.learned])
+    after = _times(float(np.sqrt(trace.chi2[1])))
+    beside = "Its shape is learned" if trace.effects else "A learned piece, which is no name, stands in for it"
+    return f" {beside}: {shapes}; with that the held-out error is {after} times the noise."
+
+
+def shape_words(effect: Effect, words: str) -> str:
+    """A refinement or a learned piece in plain words: "jack.friction differs with the sign of velocity"."""
+    kind, _, rest = words.partition(" ")
+    variable = rest.split(" ")[-1].replace("_", " ")
+    magnitude = f"the magnitude of {variable.strip('|')}" if "|" in variable else variable
+    said = {
+        "sign": f"differs with the sign of {variable}",
+        "over": f"goes with {magnitude}",
+        "spline": f"follows a curve of its own over {magnitude}",
+        "pole": "acts through a further lag",
+        "resonance": "acts through a resonance",
+        "linear": "acts through a linear element",
+    }
+    return f"{effect.name} {said.get(kind, words)}"
 
 
 def _times(value: float) -> str:
@@ -213,7 +240,7 @@ def _explains(trace: Trace) -> str:
     """Which effects explain how much."""
     effects = [fit.candidate.effect for fit in trace.effects]
     words = listed([EFFECT.get(effect.name, f"{effect.name} acts") for effect in effects])
-    before, after = trace.chi2
+    before, after, _ = (errors.chi2 for errors in trace.heldout)
     share = (before - after) / (before - 1)
     verb = "explains" if len(effects) == 1 else "explain together"
     return (

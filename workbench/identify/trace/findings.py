@@ -76,17 +76,17 @@ class Trace:
     """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
 
     `named` is the fit with them, `final` that with what was `learned` of their shape, or of an unknown, on top.
-    `heldout` are the errors of `base` and `final` on the held-out records. `refuted` are effects that explained what
-    was selected by, but not the held-out records: nothing is named. `evidence`: gain in log-likelihood of a disturbance
-    in each equation, most first; `parity_residuals`: chi2 of the equations that measured signals test by themselves.
-    Both are empty where chi2 is at the floor.
+    `heldout` are the errors of `base`, `named` and `final` on the held-out records. `refuted` are effects that
+    explained what was selected by, but not the held-out records: nothing is named. `evidence`: gain in log-likelihood
+    of a disturbance in each equation, most first; `parity_residuals`: chi2 of the equations that measured signals test
+    by themselves. Both are empty where chi2 is at the floor.
     """
 
     problem: EstimationProblem
     base: FittedModel
     named: FittedModel
     final: FittedModel
-    heldout: tuple[HeldoutErrors, HeldoutErrors]
+    heldout: tuple[HeldoutErrors, HeldoutErrors, HeldoutErrors]
     verdict: str
     effects: tuple[CandidateFit, ...]
     tied: tuple[str, ...]
@@ -100,5 +100,4 @@ class Trace:
     @property
     def chi2(self) -> tuple[float, float]:
         """Before and after, on held-out records."""
-        before, after = self.heldout
-        return before.chi2, after.chi2
+        return self.heldout[0].chi2, self.heldout[-1].chi2

@@ -275,23 +275,24 @@ class _Tracer:
                 f"{self._problem.campaign.path}: {self._problem.rig.name} cannot follow the held-out records; "
                 "check them"
             )
-        after = self._heldout("named", named) if effects else before
+        plain = self._heldout("named", named) if effects else before
         refuted: tuple[CandidateFit, ...] = ()
-        if effects and not (self._several or self._confirmed(before, after)):
-            effects, tied, refuted, named, after = (), (), effects, alone, before
+        if effects and not (self._several or self._confirmed(before, plain)):
+            effects, tied, refuted, named, plain = (), (), effects, alone, before
         if place is None and decide.misfit(before.chi2, before.samples, self._problem.kappa):
             place = self._located("localise held-out", alone, before)
-        verdict = self._verdict(after, effects, tied, place)
-        final, learned = named, ()
+        verdict = self._verdict(plain, effects, tied, place)
+        final, after, learned = named, plain, ()
         if verdict in ("unknown", "incomplete"):
-            final, after, learned = self._shaped(effects[-1].refitted if effects else base, named, after)
+            search = effects[-1].refitted if effects else self._nearest(base)
+            final, after, learned = self._shaped(search, named, plain)
         equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
         return Trace(
             problem=self._whole,
             base=alone,
             named=named,
             final=final,
-            heldout=(before, after),
+            heldout=(before, plain, after),
             verdict=verdict,
             effects=effects,
             tied=tied,
@@ -303,23 +304,33 @@ class _Tracer:
             learned=learned,
         )
 
+    def _nearest(self, base: FittedModel) -> FittedModel:
+        """What an unknown's shape is sought from: the effect that passes and explains most of it, or the rig alone."""
+        part = self._part(self._passes[0], decide.PARTIAL) if self._passes else None
+        return part.refitted if part else base
+
     def _shaped(
         self, search: FittedModel, named: FittedModel, plain: HeldoutErrors
     ) -> tuple[FittedModel, HeldoutErrors, tuple[LearnedShape, ...]]:
-        """The fit with what can be learned of the rig's shape, as far as the held-out records bear it out."""
-        model_fit, after, learned = named, plain, ()
+        """The fit with what can be learned of the rig's shape, if the held-out records bear it out; else as named."""
         shapes = Shapes(self._problem, self._library, self._stage, self._report_progress)
+        found: list[tuple[Effect, FittedModel]] = []
         for number in range(1, ROUNDS + 1):
             if not self._misfit(search) or (shape := shapes.best(number, search)) is None:
                 break
-            effect, search = shape
-            trial = self._again(f"shape {number}, all windows", search)
-            errors = self._heldout(f"shape {number}", trial)
-            if not errors.chi2 < after.chi2:
-                break
-            words = effect.formula.split("; ")[-1]
-            model_fit, after, learned = trial, errors, (*learned, LearnedShape(effect, words, errors.chi2))
-        return model_fit, after, learned
+            found.append(shape)
+            search = shape[1]
+        if not found:
+            return named, plain, ()
+        fits = [self._again(f"shape {number}, all windows", fit) for number, (_, fit) in enumerate(found, 1)]
+        errors = [self._heldout(f"shape {number}", fit) for number, fit in enumerate(fits, 1)]
+        if not errors[-1].chi2 < plain.chi2:
+            return named, plain, ()
+        learned = tuple(
+            LearnedShape(effect, effect.formula.split("; ")[-1], each.chi2)
+            for (effect, _), each in zip(found, errors, strict=True)
+        )
+        return fits[-1], errors[-1], learned
 
     def _verdict(
         self,
