@@ -13,7 +13,7 @@ from ..common.record_experiment import RecordExperiment, read_record_experiment
 
 @dataclass(frozen=True)
 class InverseConfig:
-    """A record, an inverse of the loops on the rigs `over`, and the system from measured signals to the reference.
+    """A record, inverses of loops on the rigs `over`, and the system from measured signals to the reference.
 
     preview, taps: samples; band [Hz]: within which references move. `outer` is None where the reference is given.
     """
@@ -26,10 +26,10 @@ class InverseConfig:
     outer: StateSpace | None
 
 
-def load_inverse(path: str | Path, rig: str | None = None) -> InverseConfig:
-    """Read the file; `rig` replaces the one it names. Raises InputError with file and key."""
+def load_inverse(path: str | Path, rig: str | None = None, plants: int | None = None) -> InverseConfig:
+    """Read the file; `rig` and `plants` replace what it says. Raises InputError with file and key."""
     further = ("over", "preview", "length", "band", "outer")
-    top, record = read_record_experiment(Path(path), rig, "inverse", *further)
+    top, record = read_record_experiment(Path(path), rig, plants, "inverse", *further)
     over = top.words("over", "nominal")
     for name in over:
         if name not in record.rigs:

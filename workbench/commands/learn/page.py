@@ -13,6 +13,8 @@ from ...records.excitation import Excitation, excitation_text
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ..common.record_experiment import RecordExperiment
+from .config import LearnConfig
+from .drawn import DrawnLearning, drawn_sections
 
 SPECTRUM_SHARE = 1.5  # of the cut-off: as far as frequency plots go
 
@@ -91,8 +93,9 @@ def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dic
     return files
 
 
-def figure(record: RecordExperiment, learned: Mapping[str, Learned]) -> Figure:
+def figure(config: LearnConfig, learned: Mapping[str, Learned]) -> Figure:
     """RMS of the measured error over the iterations that were kept, and what does not repeat."""
+    record = config.record
     curves = []
     for name, each in learned.items():
         kept = [(n, each.error(i)) for n, i in enumerate(each.iterations) if i.kept]
@@ -101,13 +104,21 @@ def figure(record: RecordExperiment, learned: Mapping[str, Learned]) -> Figure:
     floor = float(shown(record, max(each.floor for each in learned.values())))
     marks = [Mark(floor, "does not repeat")] if floor else []
     panel = Panel(f"RMS error [{record.signal.unit}]", curves, log_y=True, marks=marks)
-    return Figure(f"{record.scenario.name} by {record.controller.name}: error", "iteration [1]", [panel])
+    return Figure(f"{record.scenario.name} by {config.controller.name}: error", "iteration [1]", [panel])
 
 
-def page(record: RecordExperiment, convergence: Convergence, learned: Mapping[str, Learned], picture: Figure) -> Page:
+def page(
+    config: LearnConfig,
+    convergence: Convergence,
+    learned: Mapping[str, Learned],
+    picture: Figure,
+    drawn: DrawnLearning | None,
+) -> Page:
     """The report."""
+    record = config.record
     falls = ", ".join(f"{each.fall_db:.1f} dB in {_count(each)} on {name}" for name, each in learned.items())
-    verdict = f"The error of {record.scenario.name} by {record.controller.name} falls by {falls}.{_limits(learned)}"
+    verdict = f"The error of {record.scenario.name} by {config.controller.name} falls by {falls}.{_limits(learned)}"
+    sections = drawn_sections(config, drawn) if drawn else []
     return Page(
         f"Learning the drive file of {record.scenario.name} on {record.rig.name}",
         verdict,
@@ -118,6 +129,7 @@ def page(record: RecordExperiment, convergence: Convergence, learned: Mapping[st
                 Section(name, [_time(record, each), _spectrum(record, convergence, each)])
                 for name, each in learned.items()
             ),
+            *sections,
         ],
     )
 

@@ -9,8 +9,8 @@ from ...base.units import from_si
 from ...loop.rows import MOVING
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.judged import judged_words
+from ..common.plant_draw import PlantDraw
 from .config import RobustnessConfig
-from .draw import PlantDraw
 from .linear_page import linear_items
 
 _COLUMNS = {
@@ -99,11 +99,5 @@ def _worst(rows: list[dict[str, Any]]) -> Table:
 
 
 def _drawn(config: RobustnessConfig, draw: PlantDraw) -> Table:
-    rows = [
-        [name, float(values.min()), float(values.max()), config.rig.numbers[name].si]
-        for name, values in draw.numbers.items()
-    ]
     delays = [config.conditions.delay(spec, config.rig) for spec in config.controllers]
-    rows.append(["computing delay", min(delays), max(delays), "s"])
-    rows.append(["position", float(draw.position.min()), float(draw.position.max()), "m"])
-    return Table("Uniform within these ranges", ["number", "least", "largest", "unit"], rows)
+    return draw.table(config.rig, ["computing delay", min(delays), max(delays), "s"])
