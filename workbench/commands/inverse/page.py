@@ -14,6 +14,7 @@ from ...loop.margins import LinearLoop
 from ...loop.rows import LinearLoops
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section, Table, bode
+from ..common.fitted_plant import with_fit
 from .config import InverseConfig
 from .drawn import DrawnErrors
 
@@ -78,7 +79,8 @@ def page(
         sections.append(
             Section("The loop through the reference", [_outer_table(metrics), *(_outer_figure(each) for each in parts)])
         )
-    return Page(f"An inverse before {' and '.join(inverted)} on {record.rig.name}", verdict, sections)
+    title = f"An inverse before {' and '.join(inverted)} on {record.rig.name}"
+    return with_fit(Page(title, verdict, sections), record.rig)
 
 
 def _outer_verdict(metrics: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from ...base.units import from_si
 from ...loop.rows import MOVING
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from ..common.plant_draw import PlantDraw
 from .config import RobustnessConfig
@@ -55,7 +56,8 @@ def robustness_page(
         Section("The worst plant of each controller", [_worst(rows)]),
         Section("What was drawn", [_drawn(config, draw)]),
     ]
-    return Page(f"Robustness on {config.rig.name}", _verdict(rows), sections, {"seed": str(config.conditions.seed)})
+    seed = {"seed": str(config.conditions.seed)}
+    return with_fit(Page(f"Robustness on {config.rig.name}", _verdict(rows), sections, seed), config.rig)
 
 
 def _verdict(rows: list[dict[str, Any]]) -> str:

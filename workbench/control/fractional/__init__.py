@@ -8,7 +8,7 @@ polynomial          such a sum, with exact orders
 stability           poles, Matignon's theorem; winding: the argument principle, for orders with nothing in common
 norm                the H2 norm, by residues or by an integral with its error
 time_response       inverse Laplace transform on contours
-realisation         state spaces over a band, by Oustaloup's cells or by vector_fitting, with their errors
+realisation         state spaces over a band, by Oustaloup's cells or by vector fitting, with their errors
 fit                 a fractional system of a measured frequency response
 """
 
