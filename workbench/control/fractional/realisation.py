@@ -120,6 +120,8 @@ def least_squares_realisation(
 def _check(system: "FractionalTransferFunction", low: float, high: float) -> None:
     if not 0 < low < high < np.inf:
         raise InputError(f"band {low:g} to {high:g} Hz: must rise from above 0")
+    if system.delay:
+        raise InputError(f"{system}: a delay has no state space; realise it without, .delayed({-system.delay:g})")
     if not system.numerator.terms or system.numerator.highest > system.denominator.highest:
         raise InputError(
             f"{system}: has no state space, as its numerator is 0 or of a higher order; divide by a power of s"
