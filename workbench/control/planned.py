@@ -12,7 +12,8 @@ from ..base.errors import InputError
 from ..linear.interconnect import parallel, select, series
 from ..linear.state_space import StateSpace
 from .around import Around
-from .protocol import Controller, linear_view
+from .lane_compensators import PlannedLanes
+from .protocol import Controller, LaneController, lane_controller, linear_view
 from .scheduled_law import ScheduledLaw
 
 if TYPE_CHECKING:
@@ -77,6 +78,11 @@ class Planned(Around):
     def scheduled_law(self) -> ScheduledLaw:
         """None: raises InputError."""
         raise InputError("what makes the reference is no filter, and coefficients cannot have it; leave it out")
+
+    def lanes(self) -> LaneController | None:
+        """The inner controller's form in lanes within the plan."""
+        inner = lane_controller(self._inner)
+        return inner and PlannedLanes(inner, self._plan)
 
     def graph_law(self) -> "GraphLaw | None":
         """Both together as a graph, where the inner controller has data or a graph."""
