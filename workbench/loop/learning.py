@@ -92,7 +92,7 @@ class Iteration:
     measured: np.ndarray
     command: np.ndarray
     saturated: float
-    lowest_pressure: float
+    lowest_pressure: float | None
     tripped: str | None
     gain: float = 1.0
     kept: bool = True

@@ -57,7 +57,7 @@ class RepeatedRecord:
             logged(signals, setup.rig, setup.engine.plant.outputs, seed)[name] - self.level,
             signals["command"],
             metrics.saturated_time(run.record.t, run.demanded, signals["command"]),
-            float(signals["lowest_pressure"].min()),
+            float(signals["lowest_pressure"].min()) if setup.rig.is_jack else None,
             run.tripped,
             gain,
         )

@@ -29,7 +29,7 @@ from .rig_sets import check_variations, read_rig_set
 from .scenario_tables import check_scenarios, read_scenarios
 
 KEYS = (
-    *("experiment", "rig", "rigs", "variation", "specimen", "scenarios", "scenario", "from", "controllers"),
+    *("experiment", "rig", "plant", "rigs", "variation", "specimen", "scenarios", "scenario", "from", "controllers"),
     *("rest", "fade", "ideal", "seed", *DRAWN_KEYS),
 )
 
@@ -95,7 +95,7 @@ def read_record_experiment(
     rigs = read_rig_set(top, "rigs", top, nominal)
     check_variations(top, rigs)
     scenario = _scenario(top, rigs)
-    tables, controllers = _controllers(top, path)
+    tables, controllers = _controllers(top, path, nominal)
     for controller in controllers:
         signal = controller.build(nominal.period.value).measures[0]
         if signal != scenario.signal:
@@ -136,10 +136,10 @@ def _fade(top: Table, scenario: Scenario) -> float:
     return fade
 
 
-def _controllers(top: Table, path: Path) -> tuple[dict[str, Table], tuple[ControllerSpec, ...]]:
-    """The controllers of the file, its own or other files', with their tables by name."""
+def _controllers(top: Table, path: Path, rig: Rig) -> tuple[dict[str, Table], tuple[ControllerSpec, ...]]:
+    """The controllers of the file, its own or other files', for the rig, with their tables by name."""
     own = top.optional_table("controllers")
     tables = borrowed_controllers(top.optional_table("from"), path.parent) | {name: own.table(name) for name in own}
     if not tables:
         raise top.complaint("controllers", "none; name one here or under [from]")
-    return tables, tuple(controller_spec(name, table) for name, table in tables.items())
+    return tables, tuple(controller_spec(name, table).knowing(rig) for name, table in tables.items())

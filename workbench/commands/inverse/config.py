@@ -50,7 +50,7 @@ def _outer(table: Table, rig: Rig, period: float) -> StateSpace:
     """The transfer function of a table from a signal to the reference, sampled by Tustin's rule; SI."""
     table.allow("signal", "numerator", "denominator")
     signal = table.word("signal", rig.sensors, "force")
-    if signal == "force" and not rig["ks"]:
+    if signal == "force" and not rig.specimen_stiffness:
         raise table.complaint("signal", "a force has nothing to act on; add a table [specimen]")
     numerator, denominator = (table.numbers(key, "[1.0, 20.0, 400.0]") for key in ("numerator", "denominator"))
     if not denominator[0]:

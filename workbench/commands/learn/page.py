@@ -85,7 +85,7 @@ def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dic
         drive = each.best.drive
         t = np.arange(len(drive)) * record.rig.period.value
         if record.signal.name == "position":
-            rest = record.rig["xmid"] + record.scenario.position(record.rig.limit("stroke"))
+            rest = record.rig.middle + record.scenario.position(record.rig.limit("stroke"))
             played = Excitation(name, record.rig.period.value, rest + drive, np.zeros(len(drive)))
             files[f"drive-{name}.csv"] = excitation_text(played)
         else:
@@ -139,13 +139,18 @@ def shown(record: RecordExperiment, values: float | np.ndarray) -> np.ndarray:
     return from_si(values, record.signal.unit, record.signal.si)
 
 
+def _bar(pressure: float | None) -> float | None:
+    """A pressure [Pa] in bar; None of a plant without chambers."""
+    return None if pressure is None else pressure / 1e5
+
+
 def _limits(learned: Mapping[str, Learned]) -> str:
     """Where what was learned is beyond what a rig can do, in words."""
     sentences = ""
     for name, each in learned.items():
         best = each.best
-        lowest = best.lowest_pressure / 1e5
-        if lowest < 0:
+        lowest = _bar(best.lowest_pressure)
+        if lowest is not None and lowest < 0:
             sentences += f" Out of reach on {name}: a chamber falls to {lowest:.3g} bar, where no model holds."
         if best.saturated:
             sentences += f" On {name} the command is limited for {best.saturated:.3g} s."
@@ -170,7 +175,7 @@ def _table(record: RecordExperiment, learned: Mapping[str, Learned]) -> Table:
             *(row["rig"], row["iteration"], float(shown(record, row["error_rms"])), row["error_db"]),
             *(float(shown(record, row[key])) for key in ("true_error_rms", "true_error_peak")),
             *(row["gain"], row["kept"], float(shown(record, row["peak_drive"])), row["peak_command"]),
-            *(row["saturated_s"], row["lowest_pressure"] / 1e5),
+            *(row["saturated_s"], _bar(row["lowest_pressure"])),
         ]
         for row in rows(learned)
     ]
