@@ -12,7 +12,7 @@ from .protocol import LaneController
 if TYPE_CHECKING:
     import casadi as ca
 
-    from .reference_plan import ReferencePlan
+    from .plan import Plan
 
 Signals = Mapping[str, np.ndarray]
 
@@ -135,7 +135,7 @@ class OnLoadCellLanes(_LanesAround):
 class PlannedLanes(_LanesAround):
     """A controller in lanes within a plan of its references; it learns what was realised less what the plan added."""
 
-    def __init__(self, inner: LaneController, plan: "ReferencePlan") -> None:
+    def __init__(self, inner: LaneController, plan: "Plan") -> None:
         super().__init__(inner)
         self._plan, self._added = plan, np.zeros(0)
         self._state, self._signals = np.zeros((plan.states, 0)), np.zeros((len(plan.inputs), 0))
