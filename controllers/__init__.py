@@ -11,6 +11,7 @@ compensators, to be added to a law
     VelocityCompensation                gives a force loop the flow that the jack's motion takes
     FeedForward, Shaping                of the reference
     FlowFeedForward                     plans the reference, and gives the command for its flow
+    AmplitudePhase                      corrects sines by what was measured of them
     ForceLag                            makes up for what a force loop leaks
     LapInverse                          takes the lap's gain at null out of the command path
 Switched                                changes over between controllers while they run
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from .switched import Switched
 
     AccelerationFeedback: ControllerType
+    AmplitudePhase: ControllerType
     Crone1: ControllerType
     Crone2: ControllerType
     Crone3: ControllerType
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
     VelocityCompensation: ControllerType
 
 _FILES = {
+    "AmplitudePhase": "amplitude_phase",
     "AccelerationFeedback": "acceleration",
     "Crone1": "crone1",
     "Crone2": "crone2",
@@ -75,6 +78,7 @@ _FILES = {
 
 __all__ = [
     "AccelerationFeedback",
+    "AmplitudePhase",
     "Crone1",
     "Crone2",
     "Crone3",

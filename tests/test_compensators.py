@@ -125,6 +125,9 @@ def test_feed_forward_and_shaping_are_their_formulas():
     assert complex(feed.law(z)) == pytest.approx((0.14 * s + 2e-3 * s**2) / (s / (100 * np.pi) + 1) ** 2, rel=1e-4)
     shaping = Shaping(Shaping.Design(corner=30, lead=0.02), PERIOD)
     assert complex(shaping.law(z)) == pytest.approx((0.02 * s + 1) / (s / (60 * np.pi) + 1) ** 2, rel=1e-4)
+    notch = Shaping(Shaping.Design(corner=30, lead=0.02, notch=20), PERIOD)
+    zeros = (s / (40 * np.pi)) ** 2 + 0.02 * s + 1
+    assert complex(notch.law(z)) == pytest.approx(zeros / (s / (60 * np.pi) + 1) ** 2, rel=1e-4)
 
 
 def test_shaping_changes_what_follows_a_reference_and_no_pole():

@@ -1,11 +1,17 @@
 """The inverse before a loop and what it promises; a loop that closes through its reference, linear and simulated."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy.linalg import eigvals
 
 from workbench.base.errors import InputError
+from workbench.commands.run.config import load_config
 from workbench.control.compensators import compensated
 from workbench.control.controller_type import controller
+from workbench.control.protocol import linear_view
+from workbench.linear.interconnect import feedback, select
 from workbench.linear.state_space import StateSpace, state_space, transfer_function, tustin
 from workbench.loop.designed_inverse import designed_inverse
 from workbench.loop.margins import with_margins
@@ -15,6 +21,7 @@ from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
 
 PERIOD = 1e-3
+TUNED = Path(__file__).parents[1] / "experiments/position_tuned.toml"
 LOOP = controller("controllers.p:P", gain=3.5) + controller(
     "controllers.pressure:PressureFeedback", gain=1.6e-9, corner=0.25
 )
@@ -65,6 +72,32 @@ def test_it_is_the_least_squares_of_its_own_sum(loops):
     for _ in range(20):
         other = random.standard_normal(80)
         assert cost(inverse.taps + 1e-2 * (other - other.mean())) > cost(inverse.taps)
+
+
+def test_it_leaves_less_than_zero_phase_error_tracking(rig):
+    """Which cancels all poles and zeros but those outside the unit circle, whose phase it undoes (Tomizuka, 1987)."""
+    (spec,) = (each for each in load_config(TUNED).controllers if each.name == "p-dp")
+    setup = loop_setup(with_delay(rig, 3e-4))
+    null, law = linear_loops(spec, setup).null, linear_view(spec.build(PERIOD), setup.null_plant.signals)
+    plant = select(setup.null_plant.model, ["command"], list(law.input_labels[1:]))
+    closed = select(feedback(plant, law), ["reference"], ["position"])
+    (outside,) = [z for z in zeros(closed) if abs(z) > 1 and z.real > 0]
+    assert outside == pytest.approx(1.164, abs=1e-3)
+    f = np.array([5.0, 15.0])
+    z = np.exp(2j * np.pi * f * PERIOD)
+    zero_phase = np.abs(z - outside) ** 2 / abs(1 - outside) ** 2
+    assert np.abs(1 - zero_phase) == pytest.approx([0.043, 0.383], rel=0.02)
+    inverse = designed_inverse([null], PERIOD, 80, 300)
+    left = np.interp(f, null.f, np.abs(inverse.left(null)))
+    assert left == pytest.approx([0.002, 0.156], rel=0.3)
+
+
+def zeros(system):
+    """Finite zeros of a state space."""
+    n = len(system.A)
+    left = np.block([[system.A, system.B], [system.C, system.D]])
+    roots = eigvals(left, np.diag([1.0] * n + [0.0]))
+    return roots[np.isfinite(roots)]
 
 
 def test_it_undoes_the_lag_on_plants_that_it_was_designed_on_and_on_others(loops):

@@ -1,18 +1,25 @@
 """Flow feed-forward: a planned reference within its limits, and the command that its flow takes."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.signal import bilinear, lfilter
 
 from controllers import FlowFeedForward, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
+from workbench.commands.run.config import load_config
 from workbench.control.planned import Planned
+from workbench.linear.equilibria import Equilibria
 from workbench.loop.lane_laws import lane_laws
+from workbench.loop.lane_loop import play_lanes
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.rigs.rig import load_rig
 
 PERIOD = 1e-3
+TUNED = Path(__file__).parents[1] / "experiments" / "position_tuned.toml"
 FLOW = FlowFeedForward(
     velocity_gain=7.6,
     acceleration=60.0,
@@ -104,6 +111,21 @@ def test_it_runs_compiled_as_in_python():
     fast, slow = (run.record.signals["position"] for run in runs)
     assert fast == pytest.approx(slow, abs=2e-6)
     assert np.abs(slow[65:] - 0.01).max() < 4e-4
+
+
+def test_mpc_within_a_plan_runs_in_lanes_as_alone():
+    (tuned,) = (spec for spec in load_config(TUNED).controllers if spec.name == "mpc")
+    plan = LOOP.compensators[1]
+    controller = replace(tuned, compensators=(plan, *tuned.compensators[:2]))
+    rig = load_rig("jack-10t")
+    setup = loop_setup(rig)
+    null, p = setup.null, np.tile(setup.engine.plant.p, (2, 1))
+    points = Equilibria(np.tile(null.x, (2, 1)), np.tile(null.u, (2, 1)), np.ones(2, bool))
+    steps = np.array([[0.01], [-0.02]]) * np.ones(80)
+    ((_, lanes),) = play_lanes(setup.engine, rig, controller.build(PERIOD), points, p, steps, ("position",))
+    for step, position in zip(steps, lanes.signals["position"], strict=True):
+        alone = SampledLoop(setup.engine, rig, controller.build(PERIOD), null).run(step)
+        assert position == pytest.approx(alone.record.signals["position"], abs=2e-6)
 
 
 WITHOUT = P(gain=3.0) + PressureFeedback(gain="2e-4 1/bar", corner=2.6) + LapInverse(excess=2e-3, width=2e-3)

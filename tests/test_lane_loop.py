@@ -1,4 +1,4 @@
-"""MPC in lanes is MPC one plant after another: the same commands, plans, trips and noise."""
+"""Loops in lanes are the loops one by one, compiled or in a form of their own: points, commands, trips, noise."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,24 +7,29 @@ import numpy as np
 import pytest
 
 from controllers.lap_inverse import LapInverse
-from controllers.mpc import Mpc
 from controllers.shaping import Shaping
 from workbench.commands.run.config import load_config
 from workbench.control.compensators import Compensated, Mapped, OnLoadCell
-from workbench.control.protocol import lane_controller
+from workbench.control.protocol import lane_controller, sampled_law
 from workbench.engine import Engine
-from workbench.linear import Equilibrium
+from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
-from workbench.loop.lane_loop import play_lanes, plays_in_lanes
+from workbench.loop import step_metrics
+from workbench.loop.batch import run_lanes
+from workbench.loop.lane_loop import play_lanes
+from workbench.loop.lane_metrics import step_lanes
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
 from workbench.rigs.rig import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
-SPECS = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_mpc.toml").controllers}
-JACK = ("velocity_gain", "jack_frequency", "jack_damping", "valve_frequency", "valve_damping", "delay")
-LANES, INSTANTS, PERIOD = 6, 300, 1e-3
+SPECS = {
+    spec.name: spec
+    for name in ("position_tuned.toml", "position_mpc.toml")
+    for spec in load_config(EXPERIMENTS / name).controllers
+}
+LANES, INSTANTS, PERIOD, STEP = 6, 300, 1e-3, 0.01
 
 
 @pytest.fixture(scope="module")
@@ -39,81 +44,129 @@ def plant(rig):
 
 @pytest.fixture(scope="module")
 def drawn(plant):
-    """Parameters [lanes, k] and operating points."""
+    """Parameters [lanes, k] and places in the stroke [lanes] m."""
     random, p = np.random.default_rng(2), np.tile(plant.p, (LANES, 1))
     for name, low, high in (("M", 0.5, 1.5), ("beta", 0.5, 1.15), ("Ps", 0.8, 1.03)):
         p[:, plant.parameters.index(name)] *= random.uniform(low, high, LANES)
-    return p, equilibria(plant, p, np.linspace(-0.216, 0.12, LANES))
+    return p, np.linspace(-0.216, 0.12, LANES)
 
 
-def both(rig, plant, drawn, name, step, seed=None, lanes=range(LANES), force=5e3):
-    """What lanes did, and each of some by itself, along a step [m] from where they stand, and a step of force [N]."""
-    (p, points), load = drawn, {"disturbance": np.where(np.arange(INSTANTS) < 150, 0.0, force)}
-    reference = np.full(INSTANTS, step)
-    measured = ("position", "pa")
-    ((_, together),) = play_lanes(
-        Engine(plant), rig, SPECS[name].build(PERIOD), points, p, reference, measured, seed, load
-    )
+@pytest.mark.parametrize("speed", [0.0, 0.1])
+def test_operating_points_in_lanes_are_those_one_by_one(plant, drawn, speed):
+    p, places = drawn
+    points = equilibria(plant, p, places, speed)
+    assert points.ok.all()
+    for lane in range(LANES):
+        alone = equilibrium(plant, speed=speed, position=places[lane], p=p[lane])
+        assert points.x[lane] / plant.scale == pytest.approx(alone.x / plant.scale, abs=1e-7)
+        assert points.u[lane, 0] == pytest.approx(alone.u[0], abs=1e-8)
+
+
+@pytest.mark.parametrize("command", [0.0, 0.3])
+def test_moving_points_in_lanes_have_the_speed_that_a_command_gives(plant, drawn, command):
+    p, places = drawn
+    points = equilibria(plant, p, places, command=command)
+    assert points.ok.all()
+    for lane in range(3):
+        alone = equilibrium(plant, command=command, position=places[lane], p=p[lane])
+        assert points.x[lane] / plant.scale == pytest.approx(alone.x / plant.scale, abs=1e-7)
+        assert points.u[lane] == pytest.approx(alone.u)
+
+
+def both(rig, plant, drawn, spec, step, seed=None, lanes=range(LANES), force=5e3):
+    """What lanes did, and some of them each by itself in Python, along a step [m] from where they stand and a step of
+    force [N]. `spec`: one controller, or one for each lane, such as designs of one."""
+    (p, places), load = drawn, {"disturbance": np.where(np.arange(INSTANTS) < 150, 0.0, force)}
+    points, reference, measured = equilibria(plant, p, places), np.full(INSTANTS, step), ("position", "pa")
+    designs = spec if isinstance(spec, list) else [spec] * LANES
+    start = Engine(plant), rig
+    if isinstance(spec, list):
+        laws = [sampled_law(design.build(PERIOD)) for design in spec]
+        ((_, together),) = run_lanes(*start, laws, points, p, reference, measured, seed, load)
+    else:
+        ((_, together),) = play_lanes(*start, spec.build(PERIOD), points, p, reference, measured, seed, load)
     alone = {}
     for lane in lanes:
-        start = Equilibrium(points.x[lane], points.u[lane], 0.0)
-        loop = SampledLoop(Engine(replace(plant, p=p[lane])), rig, SPECS[name].build(PERIOD), start, seed)
-        position = plant.observe(start.x, start.u, p[lane])[0, plant.output("position")]
+        at, engine = Equilibrium(points.x[lane], points.u[lane], 0.0), Engine(replace(plant, p=p[lane]))
+        loop = SampledLoop(engine, rig, designs[lane].build(PERIOD), at, seed, compiled=False)
+        position = plant.observe(at.x, at.u, p[lane])[0, plant.output("position")]
         alone[lane] = loop.run(position + reference, load)
     return together, alone
 
 
-def same(together, alone, step):
+def same(together, alone, position, command):
+    """To so much, in m and in 1."""
     for lane, run in alone.items():
-        assert np.abs(together.signals["position"][lane] - run.record.signals["position"]).max() < 1e-9 * step
-        assert np.abs(together.demanded[lane] - run.demanded).max() < 1e-9
-        assert np.abs(together.sent[lane] - run.record.signals["command"]).max() < 1e-9
+        assert np.abs(together.signals["position"][lane] - run.record.signals["position"]).max() < position
+        assert np.abs(together.demanded[lane] - run.demanded).max() < command
+        assert np.abs(together.sent[lane] - run.record.signals["command"]).max() < command
+
+
+@pytest.mark.parametrize("name", ["p", "p-dp", "crone3"])
+@pytest.mark.parametrize("seed", [None, 4])
+def test_a_compiled_lane_is_the_loop_by_itself(rig, plant, drawn, name, seed):
+    lanes = (0, LANES - 1) if seed is None else (0,)  # the seed of lane 0 is a loop's own
+    same(*both(rig, plant, drawn, SPECS[name], STEP, seed, lanes), 1e-6 * STEP, 1e-6)
 
 
 @pytest.mark.parametrize("name", ["mpc", "mpc-preview", "mpc-bare"])
 @pytest.mark.parametrize("step", [0.01, 0.1])
-def test_every_lane_is_the_loop_by_itself(rig, plant, drawn, name, step):
-    together, alone = both(rig, plant, drawn, name, step)
-    same(together, alone, step)
+def test_every_lane_of_a_programme_is_the_loop_by_itself(rig, plant, drawn, name, step):
+    together, alone = both(rig, plant, drawn, SPECS[name], step)
+    same(together, alone, 1e-9 * step, 1e-9)
     assert not together.failed.any()
     assert not together.trip.any()
+
+
+def test_designs_run_in_lanes_as_they_do_one_by_one(rig, plant, drawn):
+    spec = SPECS["p-dp"]
+    designs = [replace(spec, design=replace(spec.design, gain=gain)) for gain in np.linspace(1, 4, LANES)]
+    same(*both(rig, plant, drawn, designs, STEP, lanes=(0, 3, LANES - 1)), 1e-6 * STEP, 1e-6)
+
+
+def test_laws_of_different_forms_are_no_lanes(rig, plant, drawn):
+    p, places = drawn
+    laws = [sampled_law(SPECS[name].build(PERIOD)) for name in ("p", "p-dp")]
+    with pytest.raises(ValueError, match="same signals"):
+        next(run_lanes(Engine(plant), rig, laws, equilibria(plant, p, places), p, np.zeros(9), ("position",)))
 
 
 def test_limits_bind_in_a_step_of_100_mm(rig, plant, drawn):
     free = SPECS["mpc"].design
     free = replace(free, pressure=1e8, speed=100.0, command_rate=1e4)
     spec = replace(SPECS["mpc"], design=free)
+    p, points = drawn[0], equilibria(plant, *drawn)
     demanded = [
-        next(play_lanes(Engine(plant), rig, each.build(PERIOD), drawn[1], drawn[0], np.full(100, 0.1), ()))[1].demanded
+        next(play_lanes(Engine(plant), rig, each.build(PERIOD), points, p, np.full(100, 0.1), ()))[1].demanded
         for each in (SPECS["mpc"], spec)
     ]
     assert np.abs(demanded[1] - demanded[0]).max(axis=1).min() > 0.02
 
 
 def test_the_noise_of_the_first_lane_is_that_of_a_loop(rig, plant, drawn):
-    same(*both(rig, plant, drawn, "mpc", 0.1, seed=5, lanes=[0]), 0.1)
+    same(*both(rig, plant, drawn, SPECS["mpc"], 0.1, seed=5, lanes=[0]), 1e-10, 1e-9)
 
 
-def test_a_lane_that_trips_goes_to_command_0_and_leaves_the_others_alone(rig, plant, drawn):
-    p, _ = drawn
-    far = p, equilibria(plant, p, np.where(np.arange(LANES) == 3, 0.2395, -0.1))
-    together, alone = both(rig, plant, far, "mpc", 0.0, lanes=[1, 3], force=-6e4)
+@pytest.mark.parametrize(("name", "position", "command"), [("p-dp", 1e-7, 1e-6), ("mpc", 1e-10, 1e-9)])
+def test_a_lane_that_trips_goes_to_command_0_and_leaves_the_others_alone(rig, plant, drawn, name, position, command):
+    far = drawn[0], np.where(np.arange(LANES) == 3, 0.2395, -0.1)
+    together, alone = both(rig, plant, far, SPECS[name], 0.0, lanes=[1, 3], force=-6e4)
     assert together.why(3) == "stroke"
     assert alone[3].tripped.startswith("position beyond")
     assert not np.delete(together.trip, 3).any()
+    assert not together.failed.any()
     assert together.sent[3, -1] == 0.0
-    same(together, alone, 0.1)
+    same(together, alone, position, command)
 
 
-def test_a_lane_that_cannot_be_simulated_has_no_signals_from_there_on(rig, plant, drawn):
-    p, points = drawn
+@pytest.mark.parametrize("name", ["p-dp", "mpc"])
+def test_a_lane_that_cannot_be_simulated_has_no_signals_from_there_on(rig, plant, drawn, name):
+    p, points = drawn[0], equilibria(plant, *drawn)
     broken = p.copy()
     broken[4, plant.parameters.index("Ps")] = np.nan
-    ((_, lanes),) = play_lanes(
-        Engine(plant), rig, SPECS["mpc"].build(PERIOD), points, broken, np.full(50, 0.01), ("position",)
-    )
-    ((_, sound),) = play_lanes(
-        Engine(plant), rig, SPECS["mpc"].build(PERIOD), points, p, np.full(50, 0.01), ("position",)
+    ((_, lanes), (_, sound)) = (
+        next(play_lanes(Engine(plant), rig, SPECS[name].build(PERIOD), points, each, np.full(50, 0.01), ("position",)))
+        for each in (broken, p)
     )
     others = np.arange(LANES) != 4
     assert lanes.failed.tolist() == (~others).tolist()
@@ -122,7 +175,7 @@ def test_a_lane_that_cannot_be_simulated_has_no_signals_from_there_on(rig, plant
 
 
 def test_what_is_around_a_controller_is_in_lanes_as_well(rig, plant, drawn):
-    p, points = drawn
+    p, points = drawn[0], equilibria(plant, *drawn)
     inner = SPECS["mpc"].build(PERIOD)
 
     def made():
@@ -139,57 +192,16 @@ def test_what_is_around_a_controller_is_in_lanes_as_well(rig, plant, drawn):
     assert lane_controller(OnLoadCell(inner, 1e7)) is not None
 
 
-def courses(spec, measurements, references):
-    """Commands [lanes, k] in lanes and one by one, on the same signals; the drives do what is demanded."""
-    names, lanes = ("position", "pa", "pb"), measurements.shape[0]
-    together, alone = lane_controller(spec.build(PERIOD)), [spec.build(PERIOD) for _ in range(lanes)]
-    first = dict(zip(names, measurements[:, 0].T, strict=True))
-    together.reset(references[:, 0], first, np.zeros(lanes))
-    for lane, controller in enumerate(alone):
-        controller.reset(references[lane, 0], {name: first[name][lane] for name in names}, 0.0)
-    commands = [[], []]
-    for k in range(measurements.shape[1]):
-        signals = dict(zip(names, measurements[:, k].T, strict=True))
-        demanded = together.compute(references[:, k], signals)
-        together.update(demanded)
-        commands[0].append(demanded)
-        each = [
-            controller.compute(references[lane, k], {name: signals[name][lane] for name in names})
-            for lane, controller in enumerate(alone)
-        ]
-        for controller, command in zip(alone, each, strict=True):
-            controller.update(command)
-        commands[1].append(each)
-    return np.array(commands), alone
-
-
-def random_signals(lanes, instants):
-    random, measurements = np.random.default_rng(1), np.full((lanes, instants, 3), 1e7)
-    measurements += random.normal(0, 1e5, measurements.shape)
-    measurements[..., 0] = random.normal(0, 0.02, (lanes, 1)) + random.normal(0, 1e-4, (lanes, instants))
-    return measurements, np.tile(random.normal(0, 0.1, (lanes, 1)), (1, instants))
-
-
-def test_bad_samples_touch_their_own_lane_only():
-    measurements, references = random_signals(4, 60)
-    measurements[1, 20:23, 1], measurements[2, 30, 0], references[3, 10:15] = np.nan, np.inf, np.nan
-    (together, alone), _ = courses(SPECS["mpc"], measurements, references)
-    assert np.isfinite(together).all()
-    assert together == pytest.approx(alone, abs=1e-9)
-
-
-def test_a_solver_that_does_not_arrive_falls_back_in_lanes_as_well():
-    spec = replace(SPECS["mpc-bare"], design=replace(SPECS["mpc-bare"].design, pressure=5e6, iterations=10))
-    (together, alone), controllers = courses(spec, *random_signals(4, 60))
-    assert sum(controller.fallbacks for controller in controllers) > 0
-    assert together == pytest.approx(alone, abs=1e-9)
-
-
-def test_a_controller_that_computes_in_another_way_has_no_lanes():
-    class Other(Mpc):
-        def compute(self, reference, measurement):
-            return 0.0
-
-    other = Other(Mpc.Design(**{name: getattr(SPECS["mpc-bare"].design, name) for name in ("inertia", *JACK)}), PERIOD)
-    assert not plays_in_lanes(other)
-    assert plays_in_lanes(SPECS["mpc-bare"].build(PERIOD))
+def test_metrics_in_lanes_are_those_one_by_one():
+    random, t = np.random.default_rng(1), np.arange(1000) * 1e-3
+    rate, swing = random.uniform(5, 60, 20), random.uniform(0, 0.5, 20)
+    y = 0.02 + STEP * (1 - np.exp(-rate[:, None] * t) * (1 + swing[:, None] * np.sin(60 * t)))
+    lanes = step_lanes(1e-3, y, np.full(20, 0.02), STEP, 0.02 * STEP)
+    for row, settling, overshoot, oscillation in zip(
+        y, lanes.settling, lanes.overshoot, lanes.oscillation, strict=True
+    ):
+        alone = step_metrics.settling_time(t, row, 0.02 + STEP, 0.02 * STEP)
+        assert np.isnan(settling) if alone is None else settling == pytest.approx(alone)
+        assert overshoot == pytest.approx(step_metrics.overshoot(row, 0.02, 0.02 + STEP), abs=1e-9)
+        expected = step_metrics.residual_oscillation(t, row, STEP)
+        assert oscillation == pytest.approx(expected, rel=1e-6, abs=1e-12)

@@ -10,7 +10,7 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.robustness.config import load_robustness
-from workbench.commands.robustness.draw import draw_plants
+from workbench.commands.robustness.draw import drawn
 from workbench.commands.robustness.drawn_plants import drawn_plants
 from workbench.commands.robustness.linear_loops import linear_loops
 from workbench.commands.robustness.study import run_robustness
@@ -73,18 +73,18 @@ def test_hunting_is_an_oscillation_that_stays():
 def test_plants_are_drawn_within_bounds_and_factors_from_the_seed():
     config = load_robustness(SHIPPED, plants=500)
     plant = build(config.rig)
-    drawn, again = draw_plants(config, plant), draw_plants(config, plant)
-    assert np.array_equal(drawn.p, again.p)
-    assert np.array_equal(drawn.p[0], plant.p)
-    for name, values in drawn.numbers.items():
+    first, again = drawn(config, plant), drawn(config, plant)
+    assert np.array_equal(first.p, again.p)
+    assert np.array_equal(first.p[0], plant.p)
+    for name, values in first.numbers.items():
         number = config.rig.numbers[name]
         low, high = config.factors.get(name, (None, None))
         low, high = (number.low, number.high) if low is None else (low * number.value, high * number.value)
         assert values.min() >= low
         assert values.max() <= high
         assert np.ptp(values) > 0.9 * (high - low)
-    assert {"M", "beta", "Ps", "Kp", "V0"} <= drawn.numbers.keys()
-    assert np.abs(drawn.position + config.step / 2).max() <= 0.9 * config.rig.limit("stroke")
+    assert {"M", "beta", "Ps", "Kp", "V0"} <= first.numbers.keys()
+    assert np.abs(first.position + config.step / 2).max() <= 0.9 * config.rig.limit("stroke")
 
 
 def few(folder, controllers):
@@ -208,7 +208,7 @@ def test_force_loops_hold_on_specimens_a_decade_apart_over_the_stroke(tmp_path):
     (tmp_path / "force.toml").write_text(text.replace('"force_tuned.toml"', f'"{EXPERIMENTS}/force_tuned.toml"'))
     config = load_robustness(tmp_path / "force.toml", plants=200)
     assert (config.signal.name, config.step) == ("force", 20e3)
-    stiffness = draw_plants(config, build(config.rig)).numbers["ks"]
+    stiffness = drawn(config, build(config.rig)).numbers["ks"]
     assert 1e6 <= stiffness.min() < 1.2e6
     assert 8e6 < stiffness.max() <= 1e7
     assert np.median(stiffness) == pytest.approx(10**6.5, rel=0.2)  # even over the decade

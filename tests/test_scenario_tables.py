@@ -1,12 +1,18 @@
 """Scenarios of an experiment's own: what its tables say, and what is refused in one line."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.step_experiment import load_steps
+from workbench.loop.reach import check_flow
+from workbench.loop.rig_variations import variation
 from workbench.loop.rows import judge, linear_loops, loop_setup, play
+from workbench.loop.scenarios import Scenario
+from workbench.rigs.rig import load_rig
 
 HEAD = """
 experiment = "step"
@@ -81,6 +87,23 @@ def test_a_record_beyond_the_rig_is_refused_by_how_much_or_slowed(tmp_path):
     assert slow.slowed == pytest.approx(1.815, abs=0.02)
     assert slow.duration == pytest.approx(slow.slowed, abs=1e-3)
     assert slow.remarks[0].startswith("own is slowed by a factor of 1.8")
+    assert slow.remarks[0].endswith("jack-10t cannot follow it faster.")
+
+
+def test_a_motion_that_any_rig_of_a_set_cannot_make_is_refused_for_the_weakest():
+    rig = load_rig("jack-10t")
+    rigs = [variation(rig, name) for name in ("nominal", "supply-20", "mass+50")]
+    t = np.arange(201) * 1e-3
+    record = Scenario(
+        "own", "position", 0.02, 0.2, waveform=(tuple(t.tolist()), tuple((5e-3 * np.sin(2 * np.pi * 20 * t)).tolist()))
+    )
+    check_flow(record, rigs[:1])
+    with pytest.raises(
+        InputError, match=r"than mass\+50 has, the weakest of 3 rigs: it is too fast by a factor of 1\.1"
+    ):
+        check_flow(record, rigs)
+    with pytest.raises(InputError, match="slowed for nominal alone; slow its file down"):
+        check_flow(replace(record, slowed=1.5, slowed_for="nominal"), rigs)
 
 
 def test_a_motion_from_rest_to_rest_within_what_the_rig_can_give(tmp_path):

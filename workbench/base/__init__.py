@@ -7,5 +7,6 @@ lazy            names of a package, loaded when first used
 checkpoint      stages of a long computation, and progress
 cores, process_pool    processors, and worker processes that share them
 gain_phase      gain in decibels and phase in degrees of a complex response
+vector_fitting  a rational function fitted to a frequency response
 columns         named columns, and as a pandas table
 """

@@ -12,6 +12,7 @@ COMMANDS = {
     "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
     "learn": "learn the drive file of a record that a loop plays again and again",
     "inverse": "design an inverse before a loop; judge a loop that closes through its reference",
+    "sines": "amplitude and phase control of sines, with their harmonics taken out",
     "time": "how long controllers compute, and an experiment that knows it",
     "residual": "hold a rig's model against recordings",
     "fit": "fit a rig's numbers to recordings",

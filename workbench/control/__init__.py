@@ -6,7 +6,9 @@ controller_type        the same for Python: a law called with its numbers
 compensators           filters and static maps that stack on any controller
 around, measured_stiffness    what stands around a controller; force loops scaled by the stiffness that they measure
 lane_compensators      the same around a controller in lanes
-reference_plan, planned    a motion planned of a reference, with the command for its flow; a controller within one
+plan, planned          what a reference goes through that is no filter; a controller within one
+reference_plan         a motion planned of a reference, with the command for its flow
+sine_control           amplitude, phase and harmonics of sines corrected as measured
 discrete_filter, second_order_sections, section_controller    sampled linear laws
 linear_law             sampled linear laws as data, for compiled loops
 graph_law, piecewise_linear    laws that are not linear as graphs, for compiled loops; schedules and maps of the command

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import control
 
     from .graph_law import GraphLaw
-    from .reference_plan import ReferencePlan
+    from .plan import Plan
 
 
 Into = Literal["command", "reference", "map", "plan"]
@@ -69,7 +69,7 @@ class PlansReference(Protocol):
     into: ClassVar[Into]
 
     @property
-    def plan(self) -> "ReferencePlan":
+    def plan(self) -> "Plan":
         """The plan, at the loop's period."""
         ...
 

@@ -1,13 +1,18 @@
 """Compensators around a controller in lanes: as in `compensators`, every signal an array [lanes]."""
 
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from .discrete_filter import Filter
 from .piecewise_linear import CommandMap, PiecewiseLinear
 from .protocol import LaneController
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from .plan import Plan
 
 Signals = Mapping[str, np.ndarray]
 
@@ -125,3 +130,50 @@ class OnLoadCellLanes(_LanesAround):
 
     def _deflected(self, measurement: Signals) -> dict[str, np.ndarray]:
         return {**measurement, "position": measurement["force"] / self._stiffness}
+
+
+class PlannedLanes(_LanesAround):
+    """A controller in lanes within a plan of its references; it learns what was realised less what the plan added."""
+
+    def __init__(self, inner: LaneController, plan: "Plan") -> None:
+        super().__init__(inner)
+        self._plan, self._added = plan, np.zeros(0)
+        self._state, self._signals = np.zeros((plan.states, 0)), np.zeros((len(plan.inputs), 0))
+
+    def reset(self, reference: np.ndarray, measurement: Signals, command: np.ndarray) -> None:
+        """Start without a bump: the plans rest at the references."""
+        self._state = np.array([self._plan.rest(each) for each in reference]).T
+        self._signals, self._added = np.zeros((len(self._plan.inputs), len(reference))), np.zeros(len(reference))
+        self._look(reference, measurement)
+        self._inner.reset(reference, measurement, command)
+
+    def compute(self, reference: np.ndarray, measurement: Signals) -> np.ndarray:
+        """The inner controller's commands at the planned references, with those for their flow."""
+        self._look(reference, measurement)
+        planned, self._added = (_row(part) for part in self._plan.functions[0](self._state, self._signals))
+        return self._inner.compute(planned, measurement) + self._added
+
+    def update(self, realised: np.ndarray) -> None:
+        """Advance both by one period."""
+        self._inner.update(realised - self._added)
+        self._state = np.array(self._plan.functions[1](self._state, self._signals))
+
+    def set_preview(self, future: np.ndarray) -> None:
+        """The references [preview + 1, lanes] that the inner controller will see."""
+        output, advance = self._plan.functions
+        state, planned = self._state, np.empty_like(future)
+        for i, reference in enumerate(future):
+            signals = np.vstack((reference, self._signals[1:]))
+            planned[i] = _row(output(state, signals)[0])
+            state = np.array(advance(state, signals))
+        super().set_preview(planned)
+
+    def _look(self, reference: np.ndarray, measurement: Signals) -> None:
+        """What the plans see; what is not finite leaves the last signals."""
+        signals = np.array([reference, *(measurement[name] for name in self._plan.inputs[1:])])
+        self._signals = np.where(np.isfinite(signals).all(axis=0), signals, self._signals)
+
+
+def _row(part: "ca.DM") -> np.ndarray:
+    """Numbers [lanes] of a row."""
+    return np.array(part).ravel()

@@ -12,20 +12,21 @@ from ..base.errors import InputError
 from ..linear.interconnect import parallel, select, series
 from ..linear.state_space import StateSpace
 from .around import Around
-from .protocol import Controller, linear_view
+from .lane_compensators import PlannedLanes
+from .protocol import Controller, LaneController, lane_controller, linear_view
 from .scheduled_law import ScheduledLaw
 
 if TYPE_CHECKING:
     import casadi as ca
 
     from .graph_law import GraphLaw
-    from .reference_plan import ReferencePlan
+    from .plan import Plan
 
 
 class Planned(Around):
     """A controller within a plan of its reference: it learns the realised command less what the plan added."""
 
-    def __init__(self, inner: Controller, plan: "ReferencePlan") -> None:
+    def __init__(self, inner: Controller, plan: "Plan") -> None:
         super().__init__(inner)
         self._plan = plan
         self.measures = tuple(dict.fromkeys((*inner.measures, *plan.inputs[1:])))
@@ -76,7 +77,12 @@ class Planned(Around):
 
     def scheduled_law(self) -> ScheduledLaw:
         """None: raises InputError."""
-        raise InputError("a planned reference has limits, which coefficients cannot have; leave the plan out")
+        raise InputError("what makes the reference is no filter, and coefficients cannot have it; leave it out")
+
+    def lanes(self) -> LaneController | None:
+        """The inner controller's form in lanes within the plan."""
+        inner = lane_controller(self._inner)
+        return inner and PlannedLanes(inner, self._plan)
 
     def graph_law(self) -> "GraphLaw | None":
         """Both together as a graph, where the inner controller has data or a graph."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..linear.state_space import StateSpace
+from .plan import Plan
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -44,7 +45,7 @@ class FlowNumbers:
 
 
 @dataclass(frozen=True)
-class ReferencePlan:
+class ReferencePlan(Plan):
     """A motion within `speed` [m/s] and `acceleration` [m/s^2], averaged over `smoothing` [s], the command ahead of it
     by `lead` [s], at a `period` [s]. Raises InputError for more smoothing and lead than are kept."""
 
@@ -132,17 +133,6 @@ class ReferencePlan:
         import casadi as ca
 
         return q[5 * PAST + 3] * ca.dot(q[4 * PAST : 5 * PAST], w[:PAST] - w[0])
-
-    @cached_property
-    def functions(self) -> tuple["ca.Function", "ca.Function"]:
-        """`output` and `advance` of numbers: (w, signals) -> (reference, command) and w."""
-        import casadi as ca
-
-        w, s = ca.SX.sym("w", self.states), ca.SX.sym("s", len(self.inputs))
-        q = ca.SX(ca.DM(self.numbers))
-        return ca.Function("output", [w, s], [*self.output(w, s, q)]), ca.Function(
-            "after", [w, s], [self.advance(w, s, q)]
-        )
 
     @cached_property
     def linear(self) -> StateSpace:

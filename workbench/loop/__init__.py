@@ -15,6 +15,8 @@ energy, moving_end        energy from the supply; force error of a specimen's mo
 compute_time              how long a controller computes
 batch, lane_loop, lane_metrics, lane_laws, lane_margins    loops of laws on many plants at once
 learning, repeated_record    a drive file learned by repeating a record
+lane_learning, repeated_lanes    the same on many plants at once
+sines                     amplitude, phase and harmonics of sines; the controller that corrects them
 designed_inverse, outer_loop    an inverse before a loop; a loop that closes through its reference
 plant_lanes, envelope, hard_goals, hardest, limits    many plants; those that a loop has to hold on; goals to meet there
 """

@@ -30,6 +30,13 @@ class Lanes:
     trip: np.ndarray
     failed: np.ndarray
 
+    @classmethod
+    def of(cls, out: np.ndarray, recorded: tuple[str, ...], failed: np.ndarray) -> "Lanes":
+        """Of what compiled laws put out [lanes, k, j]: OUT, then what is recorded."""
+        columns = dict(zip((*OUT, *recorded), np.moveaxis(out, 2, 0), strict=True))
+        trip = np.nan_to_num(columns["trip"]).max(axis=1)
+        return cls({name: columns[name] for name in recorded}, columns["sent"], columns["demanded"], trip, failed)
+
     def why(self, lane: int) -> str:
         """The limit that tripped a lane: stroke, speed, force or command."""
         return TRIPS[int(self.trip[lane])]
@@ -126,7 +133,4 @@ def _run_chunk(
     given = np.stack(np.broadcast_arrays(level + chunk.reference, 0.0), axis=2)  # no command is added to the law's
     rows = np.concatenate((given, chunk.others, chunk.normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)
-    columns = dict(zip((*OUT, *ready.shape.recorded), np.moveaxis(out, 2, 0), strict=True))
-    trip = columns["trip"][np.arange(len(p)), np.where(batch.ok, k - 1, batch.failed)]
-    signals = {name: columns[name] for name in ready.shape.recorded}
-    return Lanes(signals, columns["sent"], columns["demanded"], trip, ~batch.ok)
+    return Lanes.of(out, ready.shape.recorded, ~batch.ok)

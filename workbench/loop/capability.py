@@ -32,6 +32,21 @@ class Capability:
         """The most [m/s] at an acceleration [m/s^2] up to a0, within the rig's limit."""
         return min(self.limit, self.v0 * float(np.sqrt(max(0.0, 1 - acceleration / self.a0))))
 
+    def sine_amplitude(self, frequency: float) -> float:
+        """The most [m] at a frequency [Hz]: at its ends a sine takes a0 at most, in between what speed leaves of it."""
+        w = 2 * np.pi * frequency
+        accelerated = self.a0 / w**2
+        if accelerated > self.v0**2 / (2 * self.a0):  # where the valve saturates is in between
+            accelerated = self.v0 / w * float(np.sqrt(max(0.0, 1 - (w * self.v0 / (2 * self.a0)) ** 2)))
+        return min(accelerated, self.limit / w)
+
+    def sine_frequency(self, amplitude: float) -> float:
+        """The highest [Hz] at which an amplitude [m] is within reach: where the valve saturates."""
+        square = self.a0 / amplitude
+        if amplitude > self.v0**2 / (2 * self.a0):
+            square = self.a0 / (self.a0 * (amplitude / self.v0) ** 2 + self.v0**2 / (4 * self.a0))
+        return min(float(np.sqrt(square)), self.limit / amplitude) / (2 * np.pi)
+
     @property
     def corner(self) -> tuple[float, float]:
         """Speed and acceleration at which the valve gives the most power, or at the rig's speed limit."""

@@ -74,7 +74,7 @@ def lane_laws(controller: Controller, points: Mapping[str, np.ndarray]) -> LawLa
         parts = law.linearised_lanes(points)
     else:
         parts = _one_by_one(controller, points)
-    a, b, c, d = _heard(*parts)
+    a, b, c, d = _heard(*_telling(*parts))
     if _same(a) and _same(b):
         a, b = a[:1], b[:1]
     return LawLanes(a, b, c, d, tuple(controller.measures))
@@ -86,6 +86,18 @@ def _one_by_one(controller: Controller, points: Mapping[str, np.ndarray]) -> lis
     views = [linear_view(controller, dict(zip(points, at, strict=True))) for at in every]
     a, b, c, d = (np.array([view.matrices[i] for view in views]) for i in range(4))
     return [a, b, c[:, 0], d[:, 0]]
+
+
+def _telling(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> list[np.ndarray]:
+    """Without states that do not move the command, such as what is learned of sines at rest, where these only add up:
+    no part of a loop, stable or not. Those that are stable stay."""
+    telling, moved = (np.abs(c) > _SAME * np.abs(c).max(initial=0.0)).any(axis=0), (a != 0).any(axis=0)
+    for _ in range(len(telling)):
+        telling = telling | telling @ moved
+    silent = a[:, ~telling][:, :, ~telling]
+    if telling.all() or np.abs(np.linalg.eigvals(silent)).max() <= _STABLE:
+        return [a, b, c, d]
+    return [a[:, telling][:, :, telling], b[:, telling], c[:, telling], d]
 
 
 def _heard(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> list[np.ndarray]:

@@ -133,8 +133,4 @@ class _Plants:
 
     def record(self) -> Lanes:
         """What they did."""
-        columns = dict(zip((*OUT, *self._ready.shape.recorded), np.moveaxis(self._out, 2, 0), strict=True))
-        columns = {name: column.T for name, column in columns.items()}
-        trips = np.nan_to_num(columns["trip"]).max(axis=1)
-        signals = {name: columns[name] for name in self._ready.shape.recorded}
-        return Lanes(signals, columns["sent"], columns["demanded"], trips, self._failed)
+        return Lanes.of(self._out.swapaxes(0, 1), self._ready.shape.recorded, self._failed)

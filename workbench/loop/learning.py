@@ -18,6 +18,12 @@ FALL = 1.0  # dB: an iteration that changes the error by less is the last
 LEAST_GAIN = 0.25
 _CUTOFFS = 400  # tried, over all frequencies
 _LOWEST = 0.1  # Hz
+STOPS = (
+    "",
+    "what is left of the error does not repeat",
+    "a smaller gain makes the error no smaller",
+    f"the error changes by less than {FALL:g} dB",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +39,8 @@ class LearningFilter:
     cutoff: float
     samples: int
 
-    def corrected(self, drive: np.ndarray, error: np.ndarray, gain: float = 1.0) -> np.ndarray:
-        """The next drive [samples], from the last one and the error that it left."""
+    def corrected(self, drive: np.ndarray, error: np.ndarray, gain: float | np.ndarray = 1.0) -> np.ndarray:
+        """The next drives [.., samples] from the last ones and the errors that they left; `gain` may be [.., 1]."""
         proposed = self._filtered(self.q, drive) + self._filtered(self.q * self.inverse, error)
         return drive + gain * (proposed - drive)
 
@@ -43,10 +49,11 @@ class LearningFilter:
         return np.abs(self.q * (1 - self.inverse * response))
 
     def _filtered(self, gains: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Values [samples] through gains [k], padded by a line from their end back to their start."""
+        """Values [.., samples] through gains [k], padded by a line from their end back to their start."""
         whole = 2 * (len(self.f) - 1)
-        back = np.linspace(values[-1], values[0], whole - self.samples + 2)[1:-1]
-        return np.fft.irfft(np.fft.rfft(np.append(values, back)) * gains, whole)[: self.samples]
+        back = np.linspace(values[..., -1], values[..., 0], whole - self.samples + 2, axis=-1)[..., 1:-1]
+        padded = np.concatenate((values, back), axis=-1)
+        return np.fft.irfft(np.fft.rfft(padded) * gains, whole)[..., : self.samples]
 
 
 def record_frequencies(samples: int, period: float) -> np.ndarray:
@@ -85,7 +92,7 @@ class Iteration:
     measured: np.ndarray
     command: np.ndarray
     saturated: float
-    lowest_pressure: float
+    lowest_pressure: float | None
     tripped: str | None
     gain: float = 1.0
     kept: bool = True
@@ -121,6 +128,18 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def stops(
+    best: np.ndarray | float, floor: np.ndarray | float, gain: np.ndarray | float, change_db: np.ndarray | float
+) -> np.ndarray:
+    """Places in STOPS [..]: why there is nothing more to learn, 0 where there is.
+
+    Of the RMS error of the `best` iteration and of what does not repeat, the gain of the next one, and by how much
+    the last one changed the error; NaN where it tripped, or is the first.
+    """
+    at_floor, weak = best <= floor * 10 ** (FALL / 20), np.asarray(gain) < LEAST_GAIN
+    return np.select([at_floor, weak, np.abs(change_db) < FALL], [1, 2, 3], 0)
+
+
 def learn(
     learning: LearningFilter, reference: np.ndarray, play: Callable[[int, np.ndarray, float], Iteration], most: int
 ) -> Learned:
@@ -148,10 +167,7 @@ def _stopped(learned: Learned, gain: float) -> str:
     *before, last = learned.iterations
     if learned.iterations[0].tripped:
         return f"the record itself trips the guard: {last.tripped}"
-    if learned.error(learned.best) <= learned.floor * 10 ** (FALL / 20):
-        return "what is left of the error does not repeat"
-    if gain < LEAST_GAIN:
-        return "a smaller gain makes the error no smaller"
     kept = [iteration for iteration in before if iteration.kept]
-    change = 20 * np.log10(learned.error(last) / learned.error(kept[-1])) if kept else np.inf
-    return f"the error changes by less than {FALL:g} dB" if last.tripped is None and abs(change) < FALL else ""
+    judged = kept and last.tripped is None
+    change = 20 * np.log10(learned.error(last) / learned.error(kept[-1])) if judged else np.nan
+    return STOPS[int(stops(learned.error(learned.best), learned.floor, gain, change))]

@@ -22,8 +22,9 @@ STIFFNESS = (0.0, 1e5, 1e6, 1e7)  # N/m
 def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, float | None]]:
     """Overshoot [percent] of a linear step by what varies and by how much; None where the loop is unstable.
 
-    "gain" is of the controller alone, "speed" the operating point; M, beta and ks are the rig's. Compensators stay as
-    they are. Raises InputError for a controller that measures more than the position.
+    "gain" is of the controller alone, "speed" the operating point; M, beta and ks are the rig's. Of a linear plant, at
+    rest, every number with bounds is at their ends. Compensators stay as they are. Raises InputError for a controller
+    that measures more than the position.
     """
     period, plant = rig.period.value, build(rig)
     smooth = plant.without_dry_friction()
@@ -32,11 +33,19 @@ def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, floa
         raise InputError(f"{spec.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
     parts = [cast("Compensator | MapsCommand", part.build(period)) for part in spec.compensators]
 
-    def over(name: str = "", value: float = 0.0, speed: float = SPEED, gains: Sequence[float] = (1.0,)) -> list[Any]:
+    nominal = SPEED if rig.is_jack else 0.0
+
+    def over(name: str = "", value: float = 0.0, speed: float = nominal, gains: Sequence[float] = (1.0,)) -> list[Any]:
         p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth
         return overshoots(inner_loop_closed(plant, equilibrium(plant, speed=speed, p=p), period, parts, p), law, gains)
 
     spread = {"gain": {f"x{gain:g}": value for gain, value in zip(GAINS, over(gains=GAINS), strict=True)}}
+    if not rig.is_jack:
+        for number in rig.numbers.values():
+            if number.low is not None and number.high is not None:
+                ends = (number.low, number.value, number.high)
+                spread[f"plant {number.name}"] = {f"{end:g}": over(number.name, end)[0] for end in ends}
+        return spread
     spread["speed"] = {f"{speed:g} m/s": over(speed=speed)[0] for speed in (0.0, SPEED)}
     for name, factors in FACTORS.items():
         spread[name] = {f"x{factor:g}": over(name, factor * rig[name])[0] for factor in factors}

@@ -1,5 +1,7 @@
 """Whether a rig can do what a scenario asks for: its limits of position, speed, force and flow."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..base.errors import InputError
@@ -48,16 +50,22 @@ def _check_linear(scenario: Scenario, rig: Rig) -> None:
         raise _error(scenario, f"no force acts on {rig.name}; give it [signals] load, or E in [state_space]")
 
 
-def check_flow(scenario: Scenario, rig: Rig) -> None:
+def check_flow(scenario: Scenario, rigs: Sequence[Rig]) -> None:
     """Raises InputError for a course of position that takes more acceleration than a rig has, or more flow while it
-    accelerates."""
-    if scenario.waveform is None or scenario.signal != "position" or not rig.is_jack:
+    accelerates, naming the weakest of them."""
+    if scenario.waveform is None or scenario.signal != "position":
         return
     t, values = (np.array(part) for part in scenario.waveform)
-    factor = too_fast(Waveform(t, values), capability(rig))
-    if factor > _ROUNDING:
-        what = f"takes more acceleration and flow than {rig.name} has: it is too fast by a factor of {factor:.4g}"
-        raise _error(scenario, f"{what}; ask for less, or slow a file down with slow = true")
+    factors = {rig.name: too_fast(Waveform(t, values), capability(rig)) for rig in rigs if rig.is_jack}
+    weakest = max(factors, key=lambda name: factors[name], default="")
+    if not weakest or factors[weakest] <= _ROUNDING:
+        return
+    among = f", the weakest of {len(factors)} rigs" if len(factors) > 1 else ""
+    remedy = "ask for less, or slow a file down with slow = true"
+    if scenario.slowed_for:
+        remedy = f"it is slowed for {scenario.slowed_for} alone; slow its file down"
+    what = f"takes more acceleration and flow than {weakest} has{among}"
+    raise _error(scenario, f"{what}: it is too fast by a factor of {factors[weakest]:.4g}; {remedy}")
 
 
 def _speed(scenario: Scenario, t: np.ndarray) -> float:

@@ -24,6 +24,11 @@ def faded(scenario: Scenario, rest: float, fade: float, period: float) -> np.nda
     return np.sin(np.pi / 2 * share) ** 2 * course
 
 
+def noise_seed(seed: int | None, number: int) -> int | None:
+    """The seed of the noise of the nth time, from -2, that a record is played."""
+    return None if seed is None else int(np.random.SeedSequence([seed, number + 2]).generate_state(1)[0])
+
+
 @dataclass(frozen=True)
 class RepeatedRecord:
     """A controller that plays drive files of a signal where a scenario starts; `seed` is that of its sensors' noise."""
@@ -41,7 +46,7 @@ class RepeatedRecord:
 
     def play(self, number: int, drive: np.ndarray, gain: float) -> Iteration:
         """The nth time, from -2: another drive [k], and other noise. `gain` is that by which it was corrected."""
-        seed = None if self.seed is None else int(np.random.SeedSequence([self.seed, number + 2]).generate_state(1)[0])
+        seed = noise_seed(self.seed, number)
         setup, start = self.setup, self.setup.where(self.scenario).null
         controller = self.spec.build(setup.rig.period.value)
         run = SampledLoop(setup.engine, setup.rig, controller, start, seed).run(self.level + drive)
@@ -52,7 +57,7 @@ class RepeatedRecord:
             logged(signals, setup.rig, setup.engine.plant.outputs, seed)[name] - self.level,
             signals["command"],
             metrics.saturated_time(run.record.t, run.demanded, signals["command"]),
-            float(signals["lowest_pressure"].min()),
+            float(signals["lowest_pressure"].min()) if setup.rig.is_jack else None,
             run.tripped,
             gain,
         )

@@ -19,8 +19,8 @@ class Scenario:
 
     `size` (SI) is a step's; with a `rate` (SI per s) a ramp's, with a `frequency` [Hz] a sine's amplitude, with a
     `waveform` what it spans: times [s] and values (SI, deviations from the start), linear between them, held beyond;
-    one with a `stands` [s] stays at `size` from then on. A recorded one may be `slowed` by a factor, and have
-    `left_out` a part of its energy, which is above the control's Nyquist frequency.
+    one with a `stands` [s] stays at `size` from then on. A recorded one may be `slowed` by a factor, which is
+    `slowed_for` a rig, and have `left_out` a part of its energy, which is above the control's Nyquist frequency.
     With a `travel` [m] the specimen's far end leaves at 0.5 s, moves so far at `speed` [m/s], and stands again. A
     `load` [N] pushes at the jack from `load_at` [s] on. The jack starts at `start` [m] from mid stroke, or a
     `start_share` of the stroke limit.
@@ -41,6 +41,7 @@ class Scenario:
     load_at: float = _LOADED
     stands: float | None = None
     slowed: float = 1.0
+    slowed_for: str = ""
     left_out: float = 0.0
 
     @property
@@ -65,7 +66,8 @@ class Scenario:
         """What a report says of a reference that is not what its file has."""
         remarks = []
         if self.slowed != 1:
-            remarks.append(f"{self.name} is slowed by a factor of {self.slowed:.4g}: the rig cannot follow it faster.")
+            why = f"{self.slowed_for} cannot follow it faster"
+            remarks.append(f"{self.name} is slowed by a factor of {self.slowed:.4g}: {why}.")
         if self.left_out > _TOLD:
             share = f"{100 * self.left_out:.3g} % of its energy"
             remarks.append(f"{self.name} is without {share}, above half the control rate: a low pass takes that out.")

@@ -36,6 +36,25 @@ def logged(
     return dict(zip(sensors.names, sensors.readings(true, noise).T, strict=True))
 
 
+def logged_lanes(values: np.ndarray, signal: str, rig: Rig, outputs: tuple[str, ...], seed: int | None) -> np.ndarray:
+    """The readings [lanes, k] of one sensor that loops in lanes with a seed acted on, of its true values [lanes, k]."""
+    if seed is None:
+        return values
+    names, sensor = [name for name in outputs if name in rig.sensors], rig.sensors[signal]
+    shape = 1 + values.shape[1], len(names)  # a loop measures once before its first sample
+    normal = [draws(seed, lane).standard_normal(shape)[1:, names.index(signal)] for lane in range(len(values))]
+    return _disturbed(values, np.array(normal), sensor.noise, sensor.resolution)
+
+
+def _disturbed(
+    readings: np.ndarray, normal: np.ndarray, noise: np.ndarray | float, resolution: np.ndarray | float
+) -> np.ndarray:
+    """Readings with standard normal numbers as their noise, in steps of the resolution; 0 is no step."""
+    step = np.where(np.asarray(resolution) > 0, resolution, 1.0)
+    noisy = readings + noise * normal
+    return np.where(np.asarray(resolution) > 0, np.round(noisy / step) * step, noisy)
+
+
 class Sensors:
     """What the rig's sensors say of the plant's outputs: with a seed, each with its white noise and resolution."""
 
@@ -63,9 +82,7 @@ class Sensors:
 
     def disturbed(self, readings: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Readings [.., sensors] with standard normal numbers as their noise, in steps of the resolution."""
-        step = np.where(self.resolution > 0, self.resolution, 1.0)
-        noisy = readings + self.noise * normal
-        return np.where(self.resolution > 0, np.round(noisy / step) * step, noisy)
+        return _disturbed(readings, normal, self.noise, self.resolution)
 
     def noise_rows(self, instants: int) -> np.ndarray:
         """The standard normal numbers [instants, sensors] that the next so many readings draw; none without a seed."""

@@ -15,6 +15,7 @@ from .table import DataTable, open_table
 
 _CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*\[(?P<unit>[^\[\]]*)\]")
 FEWEST = 2  # frequencies
+_DECIBEL = "dB"
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,20 +47,43 @@ def read_sheet(path: str | Path, amplitude: float | None, input: str, output: st
         if name not in SIGNALS:
             raise InputError(f'{path}: unknown signal "{name}"; {nearest(name, SIGNALS)}')
     sheet = Columns(path)
+    relative = sheet.unit("gain") == _DECIBEL
+    f, response = _response(sheet, _gain_unit(input, output))
+    size = _amplitude(sheet, amplitude, SIGNALS[input].si)
+    return FrequencySheet(path.stem, input, output, size, f, response / response[0] if relative else response, relative)
+
+
+def read_response(path: str | Path, unit: str, si: str) -> tuple[np.ndarray, np.ndarray]:
+    """f [k] in Hz and the complex response [k], output in `unit` over the input, of a sheet of any linear plant.
+
+    Its gain is `[dB]` or `[1]`, and then in `unit` already, or a unit of the output that converts to `si` as `unit`
+    does, that of the input after a stroke: `gain [mm/V]`. Raises InputError with file, row and column.
+    """
+    sheet = Columns(Path(path))
+    written = sheet.unit("gain")
+    f, response = _response(sheet, None)
+    if written in (_DECIBEL, "1"):
+        return f, response
+    try:
+        return f, response * float(to_si(1.0, written.partition("/")[0], si) / to_si(1.0, unit, si))
+    except InputError as error:
+        raise InputError(f'{path}: column "gain [{written}]": {error}; write dB, 1, or {unit} over the input') from None
+
+
+def _response(sheet: "Columns", si: str | None) -> tuple[np.ndarray, np.ndarray]:
+    """f and the response, its gain in the unit `si` where it is not in decibels."""
     f = sheet.values("frequency", "Hz")
     late = np.flatnonzero(np.diff(f, prepend=0.0) <= 0)
     if late.size:
         raise InputError(f"{sheet.where(late[0], 'frequency')}: frequencies must be above 0 and rise; sort the rows")
     if f.size < FEWEST:
-        raise InputError(f"{path}: {f.size} rows; a sheet needs at least {FEWEST} frequencies")
-    relative = sheet.unit("gain") == "dB"
-    gain = 10 ** (sheet.values("gain") / 20) if relative else sheet.values("gain", _gain_unit(input, output))
+        raise InputError(f"{sheet.path}: {f.size} rows; a sheet needs at least {FEWEST} frequencies")
+    relative = sheet.unit("gain") == _DECIBEL
+    gain = 10 ** (sheet.values("gain") / 20) if relative else sheet.values("gain", si)
     bad = np.flatnonzero(gain <= 0)
     if bad.size:
         raise InputError(f"{sheet.where(bad[0], 'gain')}: must be above 0; a sign belongs into the phase")
-    response = gain * np.exp(1j * sheet.values("phase", "rad"))
-    size = _amplitude(sheet, amplitude, SIGNALS[input].si)
-    return FrequencySheet(path.stem, input, output, size, f, response / response[0] if relative else response, relative)
+    return f, gain * np.exp(1j * sheet.values("phase", "rad"))
 
 
 def listed_sheet(entry: Table, folder: Path) -> FrequencySheet:

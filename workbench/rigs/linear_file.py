@@ -1,9 +1,9 @@
 """Files of linear plants.
 
-A file has one of the tables [state_space], [transfer_function] and [chain], each with a factor `gain` on all of it,
-then [signals] (what full command is in the model's input, the units of its outputs, the delay of the command, what a
-force amounts to), [limits] (the stroke at least), [control], [sensors.NAME], and [bounds] of numbers that are
-uncertain.
+A file has one of the tables [state_space], [transfer_function], [chain] and [frequency_response], the last with a
+sheet that a transfer function and a delay are fitted to, each with a factor `gain` on all of it, then [signals] (what
+full command is in the model's input, the units of its outputs, the delay of the command, what a force amounts to),
+[limits] (the stroke at least), [control], [sensors.NAME], and [bounds] of numbers that are uncertain.
 """
 
 from collections.abc import Mapping
@@ -15,14 +15,18 @@ from ..base.errors import nearest
 from ..base.signals import SIGNALS
 from ..base.table import Table
 from ..base.units import Spec, quantity, to_si
+from ..records.rational_fit import RationalFit
 from . import schema
 from .linear_form import ChainForm, LinearForm, StateSpaceForm, TransferFunctionForm
 from .linear_rig import GAIN, LOAD, LinearRig
+from .linear_sheet import fit_sheet
 from .rig import COMPUTING_DELAY, Number, Sensor, read_sensors
 
-FORMS = ("state_space", "transfer_function", "chain")
+FREQUENCY_RESPONSE = "frequency_response"
+FORMS = ("state_space", "transfer_function", "chain", FREQUENCY_RESPONSE)
 _TABLES = (*FORMS, "signals", "limits", "control", "sensors", "bounds")
 _NONE = "none"  # of its kinds of valve, spool loop and jack
+_DELAY = Spec("s", 0.0, 0.1, "delay of the command")
 _TITLES = ("name", "title", "source")
 _MEASURED = ("position", "velocity", "acceleration")
 
@@ -33,8 +37,10 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
     given = [name for name in FORMS if name in top]
     if len(given) != 1:
         raise top.error(f"has {' and '.join(given)}; a plant is written in one way")
-    form, values = _READ[given[0]](top.table(given[0]))
     signals = top.optional_table("signals", "command", "delay", "load", *_MEASURED)
+    late = signals.quantity("delay", _DELAY) if "delay" in signals else None
+    fit = _fit(top.table(given[0]), signals, late) if given[0] == FREQUENCY_RESPONSE else None
+    form, values = _fitted(fit) if fit else _READ[given[0]](top.table(given[0]))
     units = tuple(_unit(signals, name) for name in form.outputs)
     numbers = {"gain": top.table(given[0]).number("gain", 1.0), **values}
     specs = {**form.specs(), "gain": GAIN, "load": LOAD}
@@ -43,12 +49,11 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
         numbers["load"] = signals.quantity("load", LOAD)
     bounds = _bounds(top.optional_table("bounds"), numbers)
     control = top.table("control", *schema.CONTROL)
-    delay = signals.quantity("delay", Spec("s", 0.0, 0.1, "delay of the command")) if "delay" in signals else 0.0
-    late, ideal = COMPUTING_DELAY.name, {name: Sensor(0.0, 0.0) for name in form.outputs}
+    ideal = {name: Sensor(0.0, 0.0) for name in form.outputs}
     return LinearRig(
         name=top.text("name", stem),
         title=top.text("title", ""),
-        source=top.text("source", ""),
+        source=top.text("source", str(fit) if fit else ""),
         valve=_NONE,
         corrector=_NONE,
         jack=_NONE,
@@ -56,11 +61,12 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
         limits=_limits(top.table("limits")),
         period=_plain(control, "period", schema.CONTROL["period"]),
         sensors=read_sensors(top.table("sensors", *form.outputs)) if "sensors" in top else ideal,
-        computing_delay=_plain(control, late, schema.CONTROL[late]) if late in control else COMPUTING_DELAY,
+        computing_delay=_computing_delay(control),
         form=form,
         full_command=full,
         units=units,
-        delay=Number("delay", delay, "s", "s", ""),
+        delay=Number("delay", fit.delay if fit else late or 0.0, "s", "s", ""),
+        fit=fit,
     )
 
 
@@ -77,6 +83,11 @@ def _number(name: str, spec: Spec, value: float, low: float | None = None, high:
 
 def _plain(table: Table, name: str, spec: Spec) -> Number:
     return _number(name, spec, table.quantity(name, spec, "source"))
+
+
+def _computing_delay(control: Table) -> Number:
+    name = COMPUTING_DELAY.name
+    return _plain(control, name, schema.CONTROL[name]) if name in control else COMPUTING_DELAY
 
 
 def _limits(table: Table) -> dict[str, Number]:
@@ -177,8 +188,25 @@ def _transfer_function(table: Table) -> tuple[LinearForm, dict[str, float]]:
             raise table.complaint(name, "begins with 0; begin with the highest power of s that there is")
     if not len(num) < len(den):
         raise table.complaint("numerator", "must be of lower order than the denominator; add a fast lag to the model")
+    return _polynomials(num, den)
+
+
+def _polynomials(num: tuple[float, ...], den: tuple[float, ...]) -> tuple[LinearForm, dict[str, float]]:
     values = {f"num_{i}": value for i, value in enumerate(num)} | {f"den_{i}": value for i, value in enumerate(den)}
     return TransferFunctionForm(len(num) - 1, len(den) - 1, _pace(den)), values
+
+
+def _fit(table: Table, signals: Table, delay: float | None) -> RationalFit:
+    """The model of a sheet. Raises InputError for one that is too far from it, or too late."""
+    fit = fit_sheet(table, _unit(signals, "position"), SIGNALS["position"].si, delay)
+    if problem := _DELAY.problem(fit.delay):
+        raise table.error(f"the delay fitted: {problem}; give the delay of [signals]")
+    return fit
+
+
+def _fitted(fit: RationalFit) -> tuple[LinearForm, dict[str, float]]:
+    """Its transfer function, of SI units."""
+    return _polynomials(tuple(fit.numerator.tolist()), tuple(fit.denominator.tolist()))
 
 
 def _pace(den: tuple[float, ...]) -> float:

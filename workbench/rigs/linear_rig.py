@@ -1,7 +1,7 @@
 """A linear plant of the user's own in the place of a rig: its model, limits, sensors and control period."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.signals import SIGNALS
 from ..base.units import Spec, to_si
+from ..records.rational_fit import RationalFit
 from .jack import JackKind
 from .linear_form import ANY, LinearForm
 from .rig import Number, Rig, number_entry, sensor_entry
@@ -25,13 +26,15 @@ class LinearRig(Rig):
     on its command.
 
     `full_command` is the model's input at command 1, `units` those of its outputs, `delay` is
-    by how much its command is late. All plants of a set have the same delay.
+    by how much its command is late. All plants of a set have the same delay. `fit`: the model beside the frequency
+    response that it was fitted to, where it was.
     """
 
     form: LinearForm
     full_command: float
     units: tuple[str, ...]
     delay: Number
+    fit: RationalFit | None = field(default=None, compare=False)
 
     @property
     def kind(self) -> str:

@@ -34,7 +34,7 @@ def benchmark_entry(controller: ControllerSpec, loop: BenchLoop, setup: LoopSetu
     runs = {scenario.name: (scenario, run) for scenario, (run, _) in zip(loop.scenarios, judged, strict=True)}
     pair = {"controller": controller.name, "rig": setup.rig.name}
     first = setup.rig.name == loop.first
-    linear = loops.null.stable and loops.null.margins == "linear"
+    linear = setup.rig.takes_load and loops.null.stable and loops.null.margins == "linear"
     stiffness = np.abs(dynamic_stiffness(controller, setup, STIFFNESS_HZ)) if linear else None
     return {
         "rows": [row for _, row in judged],

@@ -7,6 +7,7 @@ from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from ..common.bench_experiment import BenchConfig, BenchLoop
+from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from .entry import Entries
 from .figures import excursion, linear_figures, sine_figures, spread_scatter, stiffness_figure, time_responses
@@ -42,7 +43,7 @@ def bench_page(config: BenchConfig, entries: Entries, clouds: Clouds, metrics: M
             Section(f"{title}: every row", [_every(loop, metrics)]),
         ]
     sections = [section for section in (*sections, numbers_section(config)) if section.items]
-    return Page(f"Bench on {config.rig.name}", _verdict(config, metrics), sections)
+    return with_fit(Page(f"Bench on {config.rig.name}", _verdict(config, metrics), sections), config.rig)
 
 
 def bench_picture(config: BenchConfig, entries: Entries) -> Figure:

@@ -10,7 +10,7 @@ from ...identify.data.noise_floor import NoiseFloor
 from ...identify.fit.predict import Prediction
 from ...report import Curve, Figure, Panel, Table
 from ...report.figures import Mark
-from .fit_result import finite
+from .numbers import finite
 
 GIVEN, BEFORE, AFTER = "#8c959f", "#d55e00", "#0072b2"  # what is given is grey, as in every report
 _FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis

@@ -13,8 +13,10 @@ from ...control.controller_spec import read_numbers
 from ...control.load_class import absolute
 from ...control.protocol import design_numbers, number
 from ...loop.conditions import Conditions
-from ...rigs.linear_file import FORMS
+from ...rigs.linear_file import FORMS, FREQUENCY_RESPONSE, read_linear_rig
 from ...rigs.rig import Rig, load_rig
+
+_SHEET = ".csv"
 
 
 @dataclass(frozen=True)
@@ -83,19 +85,37 @@ def data_files(source: Mapping[str, Any]) -> dict[str, str]:
 
 def rig_of(top: Table, path: Path, rig: str | None) -> Rig:
     """The rig that an experiment names, or the one that is to replace it."""
-    return load_rig(rig) if rig else load_rig(rig_name(top), path.parent)
+    if rig:
+        return load_rig(rig)
+    name = rig_name(top)
+    return _measured_plant(top.table("plant"), name) if name.endswith(_SHEET) else load_rig(name, path.parent)
 
 
 def rig_name(top: Table) -> str:
-    """The rig that an experiment names: `rig`, or the file of a linear plant under the table [plant]."""
+    """The rig that an experiment names: `rig`, or the file of a linear plant under the table [plant].
+
+    With a sheet, `frequency_response = "axis.csv"` or a table with this `file`, the table has the rest of the plant.
+    """
     if "plant" not in top:
         return top.text("rig")
     if "rig" in top:
         raise top.complaint("plant", "there is a rig, too; remove one")
-    files = top.table("plant", *FORMS)
-    if len(files) != 1:
-        raise files.error('name one file, such as state_space = "plant.toml"')
-    return files.text(next(iter(files)))
+    plant = top.table("plant")
+    if isinstance(sheet := plant.values.get(FREQUENCY_RESPONSE), Mapping) and "file" in sheet:
+        return plant.table(FREQUENCY_RESPONSE).text("file")
+    if str(sheet).endswith(_SHEET):
+        return plant.text(FREQUENCY_RESPONSE)
+    plant.allow(*FORMS)
+    if len(plant) != 1:
+        raise plant.error('name one file, such as state_space = "plant.toml"')
+    return plant.text(next(iter(plant)))
+
+
+def _measured_plant(plant: Table, sheet: str) -> Rig:
+    """The plant of a sheet, whose other tables are those of a plant's file."""
+    model = plant.values[FREQUENCY_RESPONSE]
+    tables = {**plant.values, FREQUENCY_RESPONSE: model if isinstance(model, Mapping) else {"file": sheet}}
+    return read_linear_rig(plant.replaced(tables), Path(sheet).stem)
 
 
 def read_conditions(top: Table) -> Conditions:

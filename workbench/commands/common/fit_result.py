@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel
 from ...plant.effects import Effect, EffectNumber
 from ...rigs.rig import EffectUse, Number, Rig
+from .numbers import finite
 
 UNSEEN = 0.8  # of the declared range: a 95 % interval that is not shorter says that the records do not tell
 Interval = list[float | None]
@@ -102,11 +102,6 @@ def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequen
         effects=(*problem.rig.effects, *uses),
         effect_files=tuple(dict.fromkeys((*problem.rig.effect_files, *files))),
     )
-
-
-def finite(value: Any) -> float | None:
-    """The number, or None where there is none."""
-    return float(value) if np.isfinite(value) else None
 
 
 def _value(fit: Fit, index: int) -> float:

@@ -1,47 +1,56 @@
-"""Experiments in which one controller plays one record on a set of rigs: a sine, a file or a road, faded in and out."""
+"""Experiments in which controllers play one record on a set of rigs, and on drawn ones: a sine, a file or a road."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...base.signals import SIGNALS, Signal
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
+from ...engine import Engine
 from ...loop.conditions import Conditions
+from ...loop.lane_loop import plays_in_lanes
+from ...loop.repeated_lanes import RepeatedLanes, repeated_lanes
 from ...loop.repeated_record import RepeatedRecord, faded
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, loop_setup
 from ...loop.scenarios import Scenario
+from ...plant import build
 from ...rigs.rig import Rig
+from .drawn_record import KEYS as DRAWN_KEYS
+from .drawn_record import DrawnConfig, read_drawn
 from .experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
 from .rig_sets import check_variations, read_rig_set
 from .scenario_tables import check_scenarios, read_scenarios
 
 KEYS = (
-    *("experiment", "rig", "rigs", "variation", "specimen", "scenarios", "scenario", "from", "controllers"),
-    *("rest", "fade", "ideal", "seed"),
+    *("experiment", "rig", "plant", "rigs", "variation", "specimen", "scenarios", "scenario", "from", "controllers"),
+    *("rest", "fade", "ideal", "seed", *DRAWN_KEYS),
 )
 
 
 @dataclass(frozen=True)
 class RecordExperiment:
-    """A scenario that a controller plays on each rig of a set, by name, with `rest` [s] before and after.
+    """A scenario that each controller plays on each rig of a set, by name, with `rest` [s] before and after.
 
-    It fades in and out over `fade` [s]. `source` is the experiment as it was read, with its controller.
+    It fades in and out over `fade` [s]. `drawn`: plants that play it besides, or None. `source` is the experiment as it
+    was read, with its controllers.
     """
 
     rig: Rig
     rigs: Mapping[str, Rig]
     signal: Signal
-    controller: ControllerSpec
+    controllers: tuple[ControllerSpec, ...]
     scenario: Scenario
     rest: float
     fade: float
     conditions: Conditions
+    drawn: DrawnConfig | None
     source: Mapping[str, Any]
 
     @property
@@ -49,20 +58,34 @@ class RecordExperiment:
         """The record [k], SI from the start."""
         return faded(self.scenario, self.rest, self.fade, self.rig.period.value)
 
-    def setups(self) -> dict[str, LoopSetup]:
-        """The rigs with the loop's computing delay. Raises InputError where one has no operating point."""
-        delay = self.conditions.delay(self.controller, self.rig)
+    def setups(self, spec: ControllerSpec) -> dict[str, LoopSetup]:
+        """The rigs with a loop's computing delay. Raises InputError where one has no operating point."""
+        delay = self.conditions.delay(spec, self.rig)
         return {name: loop_setup(with_delay(rig, delay)) for name, rig in self.rigs.items()}
 
-    def repeated(self, setup: LoopSetup) -> RepeatedRecord:
+    def repeated(self, spec: ControllerSpec, setup: LoopSetup) -> RepeatedRecord:
         """What plays drives of the record on a rig."""
-        return RepeatedRecord(self.controller, self.scenario, setup, self.conditions.noise)
+        return RepeatedRecord(spec, self.scenario, setup, self.conditions.noise)
+
+    def lanes(self, spec: ControllerSpec, drawn: DrawnConfig) -> Iterator[RepeatedLanes]:
+        """What plays drives of the record on the drawn plants, some hundreds at a time.
+
+        Raises InputError for a controller that does not run in lanes.
+        """
+        if not plays_in_lanes(spec.build(self.rig.period.value)):
+            raise InputError(f"{spec.name}: does not run on drawn plants, in lanes; choose another")
+        rig = with_delay(self.rig, self.conditions.delay(spec, self.rig))
+        engine = Engine(build(rig))
+        draw = drawn.draw(engine.plant)
+        return repeated_lanes(rig, engine, spec, self.signal.name, draw.p, draw.position, self.conditions.noise)
 
 
-def read_record_experiment(path: Path, rig: str | None, kind: str, *further: str) -> tuple[Table, RecordExperiment]:
-    """An experiment of a kind, which may have `further` keys, and its document; `rig` replaces the one it names.
+def read_record_experiment(
+    path: Path, rig: str | None, plants: int | None, kind: str, *further: str
+) -> tuple[Table, RecordExperiment]:
+    """An experiment of a kind, which may have `further` keys, and its document.
 
-    Raises InputError with file and key.
+    `rig` and `plants` replace what it says. Raises InputError with file and key.
     """
     top = read_experiment(path)
     top.word("experiment", [kind])
@@ -72,21 +95,26 @@ def read_record_experiment(path: Path, rig: str | None, kind: str, *further: str
     rigs = read_rig_set(top, "rigs", top, nominal)
     check_variations(top, rigs)
     scenario = _scenario(top, rigs)
-    table, controller = _controller(top, path)
-    signal = controller.build(nominal.period.value).measures[0]
-    if signal != scenario.signal:
-        raise top.complaint("scenarios", f"asks for a {scenario.signal}, {controller.name} controls the {signal}")
+    tables, controllers = _controllers(top, path, nominal)
+    for controller in controllers:
+        signal = controller.build(nominal.period.value).measures[0]
+        if signal != scenario.signal:
+            raise top.complaint("scenarios", f"asks for a {scenario.signal}, {controller.name} controls the {signal}")
     source = {key: value for key, value in top.values.items() if key != "from"}
+    rest = top.quantity("rest", Spec("s", 0.1, 60.0, "rest before and after the record"))
+    fade, conditions = _fade(top, scenario), read_conditions(top)
+    reference = faded(scenario, rest, fade, nominal.period.value)
     return top, RecordExperiment(
         rig=nominal,
         rigs=rigs,
-        signal=SIGNALS[signal],
-        controller=controller,
+        signal=SIGNALS[scenario.signal],
+        controllers=controllers,
         scenario=scenario,
-        rest=top.quantity("rest", Spec("s", 0.1, 60.0, "rest before and after the record")),
-        fade=_fade(top, scenario),
-        conditions=read_conditions(top),
-        source={**source, "controllers": {controller.name: table.values}},
+        rest=rest,
+        fade=fade,
+        conditions=conditions,
+        drawn=read_drawn(top, nominal, conditions.seed, SIGNALS[scenario.signal], reference, plants),
+        source={**source, "controllers": {name: table.values for name, table in tables.items()}},
     )
 
 
@@ -108,11 +136,10 @@ def _fade(top: Table, scenario: Scenario) -> float:
     return fade
 
 
-def _controller(top: Table, path: Path) -> tuple[Table, ControllerSpec]:
-    """The one controller of the file, its own or another file's, and its table."""
+def _controllers(top: Table, path: Path, rig: Rig) -> tuple[dict[str, Table], tuple[ControllerSpec, ...]]:
+    """The controllers of the file, its own or other files', for the rig, with their tables by name."""
     own = top.optional_table("controllers")
     tables = borrowed_controllers(top.optional_table("from"), path.parent) | {name: own.table(name) for name in own}
-    if len(tables) != 1:
-        raise top.complaint("controllers", f"{len(tables)} of them; name one here or under [from]")
-    ((name, table),) = tables.items()
-    return table, controller_spec(name, table)
+    if not tables:
+        raise top.complaint("controllers", "none; name one here or under [from]")
+    return tables, tuple(controller_spec(name, table).knowing(rig) for name, table in tables.items())

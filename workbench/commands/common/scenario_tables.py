@@ -37,12 +37,12 @@ def read_scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
 
 def check_scenarios(top: Table, scenarios: Iterable[Scenario], rigs: Iterable[Rig]) -> None:
     """Raises InputError for a scenario that is out of the reach of one of the rigs, and for a course of one's own that
-    takes more flow than the first of them has."""
-    first, *others = rigs
+    takes more flow than the weakest of them has."""
+    every = list(rigs)
     for each in scenarios:
-        for rig in (first, *others):
+        for rig in every:
             top.about("scenarios", lambda each=each, rig=rig: check_reach(each, rig))
-        top.about("scenarios", lambda each=each: check_flow(each, first))
+        top.about("scenarios", lambda each=each: check_flow(each, every))
 
 
 def _own(name: str, tables: Table, rig: Rig) -> Scenario:
@@ -156,7 +156,8 @@ def _waveform(name: str, table: Table, signal: str, further: dict[str, Any], rig
     span, duration = float(np.ptp(record.values)), float(record.t[-1])
     if "duration" in table:
         duration = table.quantity("duration", DURATION)
-    further |= {"slowed": record.slowed, "left_out": record.left_out}
+    slowed_for = rig.name if record.slowed != 1 else ""
+    further |= {"slowed": record.slowed, "slowed_for": slowed_for, "left_out": record.left_out}
     return Scenario(
         name, signal, span, duration, waveform=(tuple(record.t.tolist()), tuple(record.values.tolist())), **further
     )

@@ -13,7 +13,8 @@ from ...plant import build
 from ...records import Campaign
 from ...rigs.rig import Rig, rig_text
 from ..common.error_page import record_tables, rms_of
-from ..common.fit_result import base_intervals, correlations, finite, fitted, fitted_rig
+from ..common.fit_result import base_intervals, correlations, fitted, fitted_rig
+from ..common.numbers import finite
 from ..common.outcome import Answer, Outcome, Progress, Stage
 from ..common.sessions import sessions, sessions_json
 from .page import fit_page

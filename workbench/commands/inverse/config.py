@@ -13,7 +13,7 @@ from ..common.record_experiment import RecordExperiment, read_record_experiment
 
 @dataclass(frozen=True)
 class InverseConfig:
-    """A record, an inverse of the loops on the rigs `over`, and the system from measured signals to the reference.
+    """A record, inverses of loops on the rigs `over`, and the system from measured signals to the reference.
 
     preview, taps: samples; band [Hz]: within which references move. `outer` is None where the reference is given.
     """
@@ -26,10 +26,10 @@ class InverseConfig:
     outer: StateSpace | None
 
 
-def load_inverse(path: str | Path, rig: str | None = None) -> InverseConfig:
-    """Read the file; `rig` replaces the one it names. Raises InputError with file and key."""
+def load_inverse(path: str | Path, rig: str | None = None, plants: int | None = None) -> InverseConfig:
+    """Read the file; `rig` and `plants` replace what it says. Raises InputError with file and key."""
     further = ("over", "preview", "length", "band", "outer")
-    top, record = read_record_experiment(Path(path), rig, "inverse", *further)
+    top, record = read_record_experiment(Path(path), rig, plants, "inverse", *further)
     over = top.words("over", "nominal")
     for name in over:
         if name not in record.rigs:
@@ -50,7 +50,7 @@ def _outer(table: Table, rig: Rig, period: float) -> StateSpace:
     """The transfer function of a table from a signal to the reference, sampled by Tustin's rule; SI."""
     table.allow("signal", "numerator", "denominator")
     signal = table.word("signal", rig.sensors, "force")
-    if signal == "force" and not rig["ks"]:
+    if signal == "force" and not rig.specimen_stiffness:
         raise table.complaint("signal", "a force has nothing to act on; add a table [specimen]")
     numerator, denominator = (table.numbers(key, "[1.0, 20.0, 400.0]") for key in ("numerator", "denominator"))
     if not denominator[0]:

@@ -14,54 +14,73 @@ from ...loop.margins import LinearLoop
 from ...loop.rows import LinearLoops
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section, Table, bode
+from ..common.fitted_plant import with_fit
 from .config import InverseConfig
+from .drawn import DrawnErrors
 
 LOWEST, HIGHEST = 0.1, 100.0  # Hz, of figures
 
 
 @dataclass(frozen=True, eq=False)
 class Inverted:
-    """The inverse, the linear loops of each rig, the record as it is and filtered, and the outer loops by rig."""
+    """The inverse before a controller, the linear loops of each rig, the record as it is and filtered, the outer loops
+    by rig, and the errors on drawn plants."""
 
+    controller: str
     inverse: ReferenceInverse
     loops: Mapping[str, LinearLoops]
     runs: Mapping[str, Mapping[str, Iteration]]
     outers: Mapping[str, Mapping[tuple[str, str], LinearLoop]]
+    drawn: DrawnErrors | None
 
 
-def table(inverse: ReferenceInverse) -> dict[str, dict[str, np.ndarray]]:
-    """The taps, and how many samples ahead each looks."""
-    return {"taps": {"ahead": inverse.preview - np.arange(len(inverse.taps)), "tap": inverse.taps}}
+def tables(config: InverseConfig, inverted: Mapping[str, Inverted]) -> dict[str, dict[str, np.ndarray]]:
+    """The taps of each inverse, and how many samples ahead they look; the errors on the drawn plants."""
+    ahead = config.preview - np.arange(config.taps)
+    taps = {f"taps-{name}": {"ahead": ahead, "tap": each.inverse.taps} for name, each in inverted.items()}
+    plants = {
+        f"plants-{name}": each.drawn.draw.columns(config.record.rig)
+        | {"error_rms": each.drawn.as_it_is, "error_rms_inverse": each.drawn.inverse}
+        for name, each in inverted.items()
+        if each.drawn is not None
+    }
+    return taps | plants
 
 
-def drive_file(config: InverseConfig, inverse: ReferenceInverse) -> dict[str, str]:
-    """The filtered record, deviations from the start."""
-    drive = inverse.filtered(config.record.reference)
+def drive_file(config: InverseConfig, inverted: Inverted) -> dict[str, str]:
+    """The record as one inverse filters it, deviations from the start."""
+    drive = inverted.inverse.filtered(config.record.reference)
     t = np.arange(len(drive)) * config.record.rig.period.value
-    return {"drive.csv": table_text({"t": t, config.record.signal.name: drive})}
+    return {f"drive-{inverted.controller}.csv": table_text({"t": t, config.record.signal.name: drive})}
 
 
-def pictures(config: InverseConfig, inverted: Inverted) -> list[Figure]:
-    """What is left of a reference at each frequency; the gain of the inverse; the record on the first rig."""
-    return [_left(inverted), gain_figure(inverted.inverse), _record(config, inverted)]
-
-
-def page(config: InverseConfig, inverted: Inverted, metrics: Mapping[str, Any], shown: list[Figure]) -> Page:
-    """The report."""
-    record, factors = config.record, [row["factor"] for row in metrics["rows"]]
-    ahead = config.preview * record.rig.period.value * 1e3
+def page(
+    config: InverseConfig, inverted: Mapping[str, Inverted], metrics: Mapping[str, Any], drawn: list[Section]
+) -> Page:
+    """The report; `drawn`: its section of drawn plants."""
+    record, ahead = config.record, config.preview * config.record.rig.period.value * 1e3
+    factors = {name: [row["factor"] for row in metrics["rows"] if row["controller"] == name] for name in inverted}
+    ranges = ", ".join(f"{min(each):.3g} to {max(each):.3g} for {name}" for name, each in factors.items())
     verdict = (
-        f"Looking {ahead:g} ms ahead, the inverse divides the error of {record.scenario.name} by {min(factors):.3g} to "
-        f"{max(factors):.3g} on {len(factors)} rigs; it is designed on {len(config.over)} of them."
+        f"Looking {ahead:g} ms ahead, the inverse divides the error of {record.scenario.name} by {ranges}, on "
+        f"{len(record.rigs)} rigs; it is designed on {len(config.over)} of them."
     )
+    parts = inverted.values()
     sections = [
-        Section("The record", [_errors(config, metrics), shown[2]]),
-        Section("The inverse", [shown[1], shown[0]]),
+        Section("The record", [_errors(config, metrics), *(_record(config, each) for each in parts)]),
+        *drawn,
+        Section(
+            "The inverse",
+            [figure for each in parts for figure in (gain_figure(each.inverse, each.controller), left_figure(each))],
+        ),
     ]
-    if inverted.outers:
+    if config.outer is not None:
         verdict += f" {_outer_verdict(metrics)}"
-        sections.append(Section("The loop through the reference", [_outer_table(metrics), _outer_figure(inverted)]))
-    return Page(f"An inverse before {record.controller.name} on {record.rig.name}", verdict, sections)
+        sections.append(
+            Section("The loop through the reference", [_outer_table(metrics), *(_outer_figure(each) for each in parts)])
+        )
+    title = f"An inverse before {' and '.join(inverted)} on {record.rig.name}"
+    return with_fit(Page(title, verdict, sections), record.rig)
 
 
 def _outer_verdict(metrics: Mapping[str, Any]) -> str:
@@ -79,14 +98,14 @@ def _errors(config: InverseConfig, metrics: Mapping[str, Any]) -> Table:
     signal = config.record.signal
     rows = [
         [
-            *(row["rig"], row["rig"] in config.over),
+            *(row["controller"], row["rig"], row["rig"] in config.over),
             *(float(from_si(row[key], signal.unit, signal.si)) for key in ("error_rms", "error_rms_inverse")),
             *(row["factor"], row["peak_command"], row["tripped"]),
         ]
         for row in metrics["rows"]
     ]
-    heads = ["rig", "designed on", f"RMS error [{signal.unit}]", f"with the inverse [{signal.unit}]", "factor [1]",
-             "command, peak [1]", "tripped"]  # fmt: skip
+    heads = ["controller", "rig", "designed on", f"RMS error [{signal.unit}]", f"with the inverse [{signal.unit}]",
+             "factor [1]", "command, peak [1]", "tripped"]  # fmt: skip
     return Table("Error of the record", heads, rows, "True errors, noise and computing delay on.")
 
 
@@ -94,7 +113,7 @@ def _seen(f: np.ndarray) -> np.ndarray:
     return (f >= LOWEST) & (f <= HIGHEST)
 
 
-def _left(inverted: Inverted) -> Figure:
+def left_figure(inverted: Inverted) -> Figure:
     """|1 - H T| of each rig at null, and |1 - T| of the first."""
     curves = []
     for name, loops in inverted.loops.items():
@@ -105,18 +124,22 @@ def _left(inverted: Inverted) -> Figure:
         band = _seen(first.f)
         curves.append(Curve("as it is", first.f[band], gain_db(1 - first.closed)[band], "dash"))
     panel = Panel("error over reference [dB]", curves, marks=[Mark(0.0)])
-    return Figure("What is left of a reference, linear at null", "frequency [Hz]", [panel], log_x=True)
+    return Figure(
+        f"{inverted.controller}: what is left of a reference, linear at null", "frequency [Hz]", [panel], log_x=True
+    )
 
 
-def gain_figure(inverse: ReferenceInverse) -> Figure:
-    """Gain and phase of an inverse."""
+def gain_figure(inverse: ReferenceInverse, controller: str = "") -> Figure:
+    """Gain and phase of an inverse, before a `controller`."""
     f = np.geomspace(LOWEST, min(HIGHEST, 0.5 / inverse.period), 500)
     h = inverse.response(f)
     panels = [
         Panel("gain [dB]", [Curve("inverse", f, gain_db(h))]),
         Panel("phase [deg]", [Curve("inverse", f, phase_deg(h))]),
     ]
-    return Figure("The inverse", "frequency [Hz]", panels, log_x=True)
+    return Figure(
+        f"The inverse before {controller}" if controller else "The inverse", "frequency [Hz]", panels, log_x=True
+    )
 
 
 def _record(config: InverseConfig, inverted: Inverted) -> Figure:
@@ -131,12 +154,12 @@ def _record(config: InverseConfig, inverted: Inverted) -> Figure:
     courses = [curve("reference", reference), *(curve(how, each.true) for how, each in run.items())]
     errors = [curve(how, reference[: len(each.true)] - each.true) for how, each in run.items()]
     panels = [Panel(signal.label, courses), Panel(f"error [{signal.unit}]", errors)]
-    return Figure(f"{config.record.scenario.name} on {name}", "time [s]", panels)
+    return Figure(f"{config.record.scenario.name} by {inverted.controller} on {name}", "time [s]", panels)
 
 
 def _outer_table(metrics: Mapping[str, Any]) -> Table:
-    heads = ["rig", "operating point", "reference", "stable", "Ms", "gain margin [dB]", "phase margin [deg]",
-             "inner Ms", "inner gain margin [dB]"]  # fmt: skip
+    heads = ["controller", "rig", "operating point", "reference", "stable", "Ms", "gain margin [dB]",
+             "phase margin [deg]", "inner Ms", "inner gain margin [dB]"]  # fmt: skip
     note = "The loop opened at the reference, its poles together with those of the inner loop."
     return Table("Margins", heads, [list(row.values()) for row in metrics["outer"]], note)
 
@@ -149,4 +172,4 @@ def _outer_figure(inverted: Inverted) -> Figure:
         if point == "null":
             band = _seen(loop.f)
             curves.append(FrequencyCurve(how, loop.f[band], loop.open[band]))
-    return bode("The loop through the reference, opened there, first rig at null", curves)
+    return bode(f"{inverted.controller}: the loop through the reference, opened there, first rig at null", curves)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
+from ...control.controller_spec import ControllerSpec
 from ...loop.designed_inverse import ReferenceInverse, designed_inverse
 from ...loop.learning import Iteration, rms
 from ...loop.margins import LinearLoop
@@ -15,58 +16,70 @@ from ...loop.outer_loop import outer_loop
 from ...loop.rows import LinearLoops, LoopSetup, linear_loops
 from ..common.outcome import Outcome, Progress, Stage
 from .config import InverseConfig
-from .page import Inverted, drive_file, page, pictures, table
+from .drawn import drawn_errors, drawn_rows, drawn_section
+from .page import Inverted, drive_file, left_figure, page, tables
 
 Loops = Mapping[str, LinearLoops]
 
 
 def run_inverse(config: InverseConfig, stage: Stage, progress: Progress) -> Outcome:
-    """The inverse of the loops on `over`; the record with and without it, and the outer loop, on every rig."""
-    record, setups = config.record, config.record.setups()
-    loops = {name: linear_loops(record.controller, setup) for name, setup in setups.items()}
-    inverse = _designed(config, loops)
+    """For each controller the inverse of its loops on `over`; the record with and without it, and the outer loop."""
+    record = config.record
+    inverted = {spec.name: _inverted(config, spec, stage, progress) for spec in record.controllers}
+    drawn = {name: each.drawn for name, each in inverted.items() if each.drawn is not None}
+    metrics = {
+        "rows": [row for name, each in inverted.items() for row in _rows(name, record.reference, each.runs)],
+        "outer": [row for name, each in inverted.items() for row in _outer_rows(name, each)],
+        "plants": drawn_rows(config, drawn),
+    }
+    report = page(config, inverted, metrics, [drawn_section(config, drawn)] if drawn else [])
+    files = {name: text for each in inverted.values() for name, text in drive_file(config, each).items()}
+    return Outcome(metrics, report, left_figure(next(iter(inverted.values()))), tables(config, inverted), files)
+
+
+def _inverted(config: InverseConfig, spec: ControllerSpec, stage: Stage, progress: Progress) -> Inverted:
+    """The inverse of one controller's loops, and what it does."""
+    setups = config.record.setups(spec)
+    loops = {name: linear_loops(spec, setup) for name, setup in setups.items()}
+    inverse = _designed(config, spec, loops)
     runs = {}
     for name, setup in setups.items():
-        progress(f"{name}: with and without the inverse")
-        runs[name] = _played(config, name, setup, inverse, stage)
-    outers = {name: _outers(config, setup, inverse) for name, setup in setups.items()} if config.outer else {}
-    inverted = Inverted(inverse, loops, runs, outers)
-    metrics = {"rows": _rows(record.reference, runs), "outer": _outer_rows(outers, loops)}
-    shown = pictures(config, inverted)
-    return Outcome(
-        metrics, page(config, inverted, metrics, shown), shown[0], table(inverse), drive_file(config, inverse)
-    )
+        progress(f"{spec.name}, {name}: with and without the inverse")
+        runs[name] = _played(config, spec, name, setup, inverse, stage)
+    outers = {name: _outers(config, spec, setup, inverse) for name, setup in setups.items()} if config.outer else {}
+    return Inverted(spec.name, inverse, loops, runs, outers, drawn_errors(config, spec, inverse, stage, progress))
 
 
-def _designed(config: InverseConfig, loops: Loops) -> ReferenceInverse:
+def _designed(config: InverseConfig, spec: ControllerSpec, loops: Loops) -> ReferenceInverse:
     """At null and moving. Raises InputError for a loop that is unstable on one of the rigs."""
     both = {f"{name}, {point}": getattr(loops[name], point) for name in loops for point in ("null", "moving")}
     for where, loop in both.items():
         if loop.closed is None:
-            raise InputError(f"{config.record.controller.name}: no linear stable loop on {where}; choose another")
+            raise InputError(f"{spec.name}: no linear stable loop on {where}; choose another")
     designed = [both[f"{name}, {point}"] for name in config.over for point in ("null", "moving")]
     return designed_inverse(designed, config.record.rig.period.value, config.preview, config.taps, config.band)
 
 
 def _played(
-    config: InverseConfig, name: str, setup: LoopSetup, inverse: ReferenceInverse, stage: Stage
+    config: InverseConfig, spec: ControllerSpec, name: str, setup: LoopSetup, inverse: ReferenceInverse, stage: Stage
 ) -> dict[str, Iteration]:
     """The record as it is and filtered, with the same noise."""
-    repeated, reference = config.record.repeated(setup), config.record.reference
+    repeated, reference = config.record.repeated(spec, setup), config.record.reference
     drives = {"as it is": reference, "inverse": inverse.filtered(reference)}
 
     def play(drive: np.ndarray) -> dict[str, Any]:
         return asdict(repeated.play(0, drive, 1.0))
 
-    return {how: Iteration(**stage(f"{name}-{how}", partial(play, drive))) for how, drive in drives.items()}
+    return {how: Iteration(**stage(f"{spec.name} {name}-{how}", partial(play, drive))) for how, drive in drives.items()}
 
 
-def _rows(reference: np.ndarray, runs: Mapping[str, Mapping[str, Iteration]]) -> list[dict[str, Any]]:
+def _rows(controller: str, reference: np.ndarray, runs: Mapping[str, Mapping[str, Iteration]]) -> list[dict[str, Any]]:
     """A row a rig; errors are true ones, SI."""
     rows = []
     for name, run in runs.items():
         without, filtered = (rms(reference[: len(each.true)] - each.true) for each in run.values())
         rows.append({
+            "controller": controller,
             "rig": name,
             "error_rms": without,
             "error_rms_inverse": filtered,
@@ -77,10 +90,12 @@ def _rows(reference: np.ndarray, runs: Mapping[str, Mapping[str, Iteration]]) ->
     return rows
 
 
-def _outers(config: InverseConfig, setup: LoopSetup, inverse: ReferenceInverse) -> dict[tuple[str, str], LinearLoop]:
+def _outers(
+    config: InverseConfig, spec: ControllerSpec, setup: LoopSetup, inverse: ReferenceInverse
+) -> dict[tuple[str, str], LinearLoop]:
     """The outer loop by operating point, without and with the inverse."""
     assert config.outer is not None
-    controller = config.record.controller.build(config.record.rig.period.value)
+    controller = spec.build(config.record.rig.period.value)
     plants = {"null": setup.null_plant, "moving": setup.moving_plant}
     return {
         (point, how): outer_loop(plant, controller, config.outer, before)
@@ -89,10 +104,11 @@ def _outers(config: InverseConfig, setup: LoopSetup, inverse: ReferenceInverse) 
     }
 
 
-def _outer_rows(outers: Mapping[str, Mapping[tuple[str, str], LinearLoop]], loops: Loops) -> list[dict[str, Any]]:
+def _outer_rows(controller: str, inverted: Inverted) -> list[dict[str, Any]]:
     """A row a rig, operating point and reference, with the margins of the inner loop there."""
     return [
         {
+            "controller": controller,
             "rig": name,
             "point": point,
             "reference": how,
@@ -100,9 +116,9 @@ def _outer_rows(outers: Mapping[str, Mapping[tuple[str, str], LinearLoop]], loop
             "ms": loop.ms,
             "gain_margin_db": loop.gain_margin_db,
             "phase_margin_deg": loop.phase_margin_deg,
-            "inner_ms": getattr(loops[name], point).ms,
-            "inner_gain_margin_db": getattr(loops[name], point).gain_margin_db,
+            "inner_ms": getattr(inverted.loops[name], point).ms,
+            "inner_gain_margin_db": getattr(inverted.loops[name], point).gain_margin_db,
         }
-        for name, each in outers.items()
+        for name, each in inverted.outers.items()
         for (point, how), loop in each.items()
     ]

@@ -6,6 +6,7 @@ from pathlib import Path
 from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import Spec
+from ...control.controller_spec import ControllerSpec
 from ...rigs.rig import Rig
 from ..common.record_experiment import RecordExperiment, read_record_experiment
 
@@ -23,21 +24,25 @@ class MeasureConfig:
 
 @dataclass(frozen=True)
 class LearnConfig:
-    """A record that is repeated at most so often; the filter is that of the first rig.
+    """A record that a controller repeats at most so often; the filter is that of the first rig.
 
     With `measure` the filter is made of a measured response, else of the linear loop.
     """
 
     record: RecordExperiment
+    controller: ControllerSpec
     iterations: int
     measure: MeasureConfig | None
 
 
-def load_learning(path: str | Path, rig: str | None = None) -> LearnConfig:
-    """Read the file; `rig` replaces the one it names. Raises InputError with file and key."""
-    top, record = read_record_experiment(Path(path), rig, "learn", "iterations", "measure")
+def load_learning(path: str | Path, rig: str | None = None, plants: int | None = None) -> LearnConfig:
+    """Read the file; `rig` and `plants` replace what it says. Raises InputError with file and key."""
+    top, record = read_record_experiment(Path(path), rig, plants, "learn", "iterations", "measure")
+    controller, *more = record.controllers
+    if more:
+        raise top.complaint("controllers", f"{1 + len(more)} of them; name one here or under [from]")
     measure = _measure(top.table("measure"), record.signal, record.rig) if "measure" in top else None
-    return LearnConfig(record, top.count("iterations"), measure)
+    return LearnConfig(record, controller, top.count("iterations"), measure)
 
 
 def _measure(table: Table, signal: Signal, rig: Rig) -> MeasureConfig:

@@ -13,6 +13,8 @@ from ...records.excitation import Excitation, excitation_text
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ..common.record_experiment import RecordExperiment
+from .config import LearnConfig
+from .drawn import DrawnLearning, drawn_sections
 
 SPECTRUM_SHARE = 1.5  # of the cut-off: as far as frequency plots go
 
@@ -83,7 +85,7 @@ def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dic
         drive = each.best.drive
         t = np.arange(len(drive)) * record.rig.period.value
         if record.signal.name == "position":
-            rest = record.rig["xmid"] + record.scenario.position(record.rig.limit("stroke"))
+            rest = record.rig.middle + record.scenario.position(record.rig.limit("stroke"))
             played = Excitation(name, record.rig.period.value, rest + drive, np.zeros(len(drive)))
             files[f"drive-{name}.csv"] = excitation_text(played)
         else:
@@ -91,8 +93,9 @@ def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dic
     return files
 
 
-def figure(record: RecordExperiment, learned: Mapping[str, Learned]) -> Figure:
+def figure(config: LearnConfig, learned: Mapping[str, Learned]) -> Figure:
     """RMS of the measured error over the iterations that were kept, and what does not repeat."""
+    record = config.record
     curves = []
     for name, each in learned.items():
         kept = [(n, each.error(i)) for n, i in enumerate(each.iterations) if i.kept]
@@ -101,13 +104,21 @@ def figure(record: RecordExperiment, learned: Mapping[str, Learned]) -> Figure:
     floor = float(shown(record, max(each.floor for each in learned.values())))
     marks = [Mark(floor, "does not repeat")] if floor else []
     panel = Panel(f"RMS error [{record.signal.unit}]", curves, log_y=True, marks=marks)
-    return Figure(f"{record.scenario.name} by {record.controller.name}: error", "iteration [1]", [panel])
+    return Figure(f"{record.scenario.name} by {config.controller.name}: error", "iteration [1]", [panel])
 
 
-def page(record: RecordExperiment, convergence: Convergence, learned: Mapping[str, Learned], picture: Figure) -> Page:
+def page(
+    config: LearnConfig,
+    convergence: Convergence,
+    learned: Mapping[str, Learned],
+    picture: Figure,
+    drawn: DrawnLearning | None,
+) -> Page:
     """The report."""
+    record = config.record
     falls = ", ".join(f"{each.fall_db:.1f} dB in {_count(each)} on {name}" for name, each in learned.items())
-    verdict = f"The error of {record.scenario.name} by {record.controller.name} falls by {falls}.{_limits(learned)}"
+    verdict = f"The error of {record.scenario.name} by {config.controller.name} falls by {falls}.{_limits(learned)}"
+    sections = drawn_sections(config, drawn) if drawn else []
     return Page(
         f"Learning the drive file of {record.scenario.name} on {record.rig.name}",
         verdict,
@@ -118,6 +129,7 @@ def page(record: RecordExperiment, convergence: Convergence, learned: Mapping[st
                 Section(name, [_time(record, each), _spectrum(record, convergence, each)])
                 for name, each in learned.items()
             ),
+            *sections,
         ],
     )
 
@@ -127,13 +139,18 @@ def shown(record: RecordExperiment, values: float | np.ndarray) -> np.ndarray:
     return from_si(values, record.signal.unit, record.signal.si)
 
 
+def _bar(pressure: float | None) -> float | None:
+    """A pressure [Pa] in bar; None of a plant without chambers."""
+    return None if pressure is None else pressure / 1e5
+
+
 def _limits(learned: Mapping[str, Learned]) -> str:
     """Where what was learned is beyond what a rig can do, in words."""
     sentences = ""
     for name, each in learned.items():
         best = each.best
-        lowest = best.lowest_pressure / 1e5
-        if lowest < 0:
+        lowest = _bar(best.lowest_pressure)
+        if lowest is not None and lowest < 0:
             sentences += f" Out of reach on {name}: a chamber falls to {lowest:.3g} bar, where no model holds."
         if best.saturated:
             sentences += f" On {name} the command is limited for {best.saturated:.3g} s."
@@ -158,7 +175,7 @@ def _table(record: RecordExperiment, learned: Mapping[str, Learned]) -> Table:
             *(row["rig"], row["iteration"], float(shown(record, row["error_rms"])), row["error_db"]),
             *(float(shown(record, row[key])) for key in ("true_error_rms", "true_error_peak")),
             *(row["gain"], row["kept"], float(shown(record, row["peak_drive"])), row["peak_command"]),
-            *(row["saturated_s"], row["lowest_pressure"] / 1e5),
+            *(row["saturated_s"], _bar(row["lowest_pressure"])),
         ]
         for row in rows(learned)
     ]

@@ -20,6 +20,7 @@ from ...loop.learning import (
 from ...loop.rows import LoopSetup, linear_loops
 from ..common.outcome import Outcome, Progress, Stage
 from .config import LearnConfig
+from .drawn import drawn_row, learned_on_drawn
 from .measured import measured_loop
 from .page import Convergence, drive_files, figure, page, rows, shown, tables
 
@@ -29,15 +30,16 @@ Setups = Mapping[str, LoopSetup]
 
 
 def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outcome:
-    """The filter of the first rig, that it converges on all of them, and what is learned on each."""
+    """The filter of the first rig, that it converges on all; what is learned on each of them and on drawn plants."""
     record = config.record
-    setups, reference = record.setups(), record.reference
+    setups, reference = record.setups(config.controller), record.reference
     convergence = _convergence(config, setups, len(reference), stage)
     progress(convergence.verdict)
     learned = {
         name: _learned(config, name, setup, convergence.learning, reference, stage, progress)
         for name, setup in setups.items()
     }
+    drawn = learned_on_drawn(config, convergence.learning, stage, progress)
     metrics = {
         "cutoff_hz": convergence.learning.cutoff,
         "contraction": convergence.largest,
@@ -46,10 +48,12 @@ def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outco
             for name, each in learned.items()
         ],
         "rows": rows(learned),
+        "plants": [drawn_row(config, drawn)] if drawn else [],
     }
-    picture = figure(record, learned)
-    report = page(record, convergence, learned, picture)
-    return Outcome(metrics, report, picture, tables(record, learned), drive_files(record, learned))
+    picture = figure(config, learned)
+    report = page(config, convergence, learned, picture, drawn)
+    lanes = {"plants": drawn.draw.columns(record.rig) | dict(drawn.lanes)} if drawn else {}
+    return Outcome(metrics, report, picture, tables(record, learned) | lanes, drive_files(record, learned))
 
 
 def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage) -> Convergence:
@@ -57,7 +61,7 @@ def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage
 
     Raises InputError for a loop that is unstable, or without a linear view, and where no cut-off converges.
     """
-    period, controller = config.record.rig.period.value, config.record.controller
+    period, controller = config.record.rig.period.value, config.controller
     f = record_frequencies(samples, period)
     responses: dict[str, np.ndarray] = {}
     for name, setup in setups.items():
@@ -68,7 +72,7 @@ def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage
             responses[f"{name}, {point}"] = np.interp(f, loop.f, loop.closed)
     design, highest = np.array(list(responses.values())[:2]), HIGHEST / period
     if config.measure is not None:
-        repeated = config.record.repeated(next(iter(setups.values())))
+        repeated = config.record.repeated(config.controller, next(iter(setups.values())))
         measure = config.measure
         line = stage("measured", lambda: measured_loop(config.record, measure, repeated))
         design, highest = np.interp(f, line["f"], line["response"])[None], line["f"][-1]
@@ -90,7 +94,7 @@ def _learned(
     progress: Progress,
 ) -> Learned:
     """What is learned on one rig, each iteration a stage."""
-    repeated = config.record.repeated(setup)
+    repeated = config.record.repeated(config.controller, setup)
 
     def play(number: int, drive: np.ndarray, gain: float) -> Iteration:
         def compute() -> dict[str, Any]:

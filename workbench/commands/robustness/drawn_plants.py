@@ -9,8 +9,9 @@ from ...loop.rig_variations import with_delay
 from ...loop.rows import MOVING
 from ...plant import build
 from ...rigs.rig import Rig
+from ..common.plant_draw import PlantDraw
 from .config import RobustnessConfig
-from .draw import PlantDraw, draw_plants
+from .draw import drawn
 
 
 @dataclass(frozen=True)
@@ -31,11 +32,11 @@ def drawn_plants(config: RobustnessConfig, delay: float) -> DrawnPlants:
     """Draw and balance them, for a computing delay [s]. Raises InputError where the nominal one has no such point."""
     rig = with_delay(config.rig, delay)
     engine = Engine(build(rig))
-    plant, draw = engine.plant, draw_plants(config, engine.plant)
-    p, drawn = draw.p, draw.position  # a specimen is relaxed there
+    plant, draw = engine.plant, drawn(config, engine.plant)
+    p, at = draw.p, draw.position  # a specimen is relaxed there
     points = {
-        "null": equilibria(plant, p, drawn, None, None, **far_end(plant, drawn)),
-        "moving": equilibria(plant, p, drawn, MOVING, None, **far_end(plant, drawn, MOVING)),
+        "null": equilibria(plant, p, at, None, None, **far_end(plant, at)),
+        "moving": equilibria(plant, p, at, MOVING, None, **far_end(plant, at, MOVING)),
     }
     stroke = rig.limit("stroke")
     places = tuple(share * stroke for share in config.positions if rig.is_jack)

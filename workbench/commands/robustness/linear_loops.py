@@ -10,6 +10,7 @@ from ...control.protocol import Controller
 from ...linear.equilibria import Equilibria, moved
 from ...loop.lane_laws import lane_laws, signals_at
 from ...loop.lane_margins import LaneMargins, lane_margins, sampled_lanes
+from ..common.numbers import finite, quantile
 from ..common.outcome import Progress, Stage
 from .drawn_plants import DrawnPlants
 
@@ -79,17 +80,12 @@ def _row(name: str, place: PlaceMargins) -> dict[str, Any]:
         "position": place.position,
         "point": place.point,
         "unstable": int(unstable.sum()),
-        "ms_p50": finite(np.quantile(np.where(unstable, np.inf, margins.ms), 0.5, method="higher")),
+        "ms_p50": quantile(np.where(unstable, np.inf, margins.ms), 0.5),
         "ms_worst": finite(margins.ms.max()) if whole else None,
         "gain_margin_worst_db": finite(np.fmin.reduce(margins.gain_margin_db)) if whole else None,
         "phase_margin_worst_deg": finite(np.fmin.reduce(margins.phase_margin_deg)) if whole else None,
         "radius_worst": finite(margins.radius.max()),
     }
-
-
-def finite(value: Any) -> float | None:
-    """A number for metrics.json: None for one that does not exist."""
-    return float(value) if np.isfinite(value) else None
 
 
 def _at(

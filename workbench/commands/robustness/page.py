@@ -8,9 +8,10 @@ import numpy as np
 from ...base.units import from_si
 from ...loop.rows import MOVING
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
+from ..common.plant_draw import PlantDraw
 from .config import RobustnessConfig
-from .draw import PlantDraw
 from .linear_page import linear_items
 
 _COLUMNS = {
@@ -55,7 +56,8 @@ def robustness_page(
         Section("The worst plant of each controller", [_worst(rows)]),
         Section("What was drawn", [_drawn(config, draw)]),
     ]
-    return Page(f"Robustness on {config.rig.name}", _verdict(rows), sections, {"seed": str(config.conditions.seed)})
+    seed = {"seed": str(config.conditions.seed)}
+    return with_fit(Page(f"Robustness on {config.rig.name}", _verdict(rows), sections, seed), config.rig)
 
 
 def _verdict(rows: list[dict[str, Any]]) -> str:
@@ -99,11 +101,5 @@ def _worst(rows: list[dict[str, Any]]) -> Table:
 
 
 def _drawn(config: RobustnessConfig, draw: PlantDraw) -> Table:
-    rows = [
-        [name, float(values.min()), float(values.max()), config.rig.numbers[name].si]
-        for name, values in draw.numbers.items()
-    ]
     delays = [config.conditions.delay(spec, config.rig) for spec in config.controllers]
-    rows.append(["computing delay", min(delays), max(delays), "s"])
-    rows.append(["position", float(draw.position.min()), float(draw.position.max()), "m"])
-    return Table("Uniform within these ranges", ["number", "least", "largest", "unit"], rows)
+    return draw.table(config.rig, ["computing delay", min(delays), max(delays), "s"])

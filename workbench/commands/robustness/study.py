@@ -14,11 +14,13 @@ from ...loop.lane_loop import play_lanes, plays_in_lanes
 from ...loop.lane_metrics import hunting_lanes, step_lanes
 from ...loop.sensors import settling_band
 from ...plant import build
+from ..common.numbers import finite, quantile
 from ..common.outcome import Outcome, Progress, Stage
+from ..common.plant_draw import PlantDraw
 from .config import RobustnessConfig
-from .draw import PlantDraw, draw_plants
+from .draw import drawn
 from .drawn_plants import DrawnPlants, drawn_plants
-from .linear_loops import PlaceMargins, finite, linear_loops, linear_rows, worst_places
+from .linear_loops import PlaceMargins, linear_loops, linear_rows, worst_places
 from .page import robustness_figure, robustness_page
 
 HUNTING = 0.002  # of the step, peak to peak over the last 0.3 s: as a search has it
@@ -52,7 +54,7 @@ def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress) -
         "left_out": [name for name in delays if name not in judged],
         "timing": {"closed_loop_seconds_per_cpu_second": {name: part.rate for name, part in rows.items()}},
     }
-    draw = draw_plants(config, build(config.rig))
+    draw = drawn(config, build(config.rig))
     return _outcome(config, draw, metrics, {name: part.lanes for name, part in rows.items()})
 
 
@@ -84,11 +86,8 @@ def _outcome(
     config: RobustnessConfig, draw: PlantDraw, metrics: dict[str, Any], lanes: dict[str, dict[str, np.ndarray]]
 ) -> Outcome:
     tables = {f"plants_{name}".replace("-", "_"): columns for name, columns in lanes.items()}
-    drawn = {"position [m]": draw.position} | {
-        f"{name} [{config.rig.numbers[name].si}]": values for name, values in draw.numbers.items()
-    }
     page = robustness_page(config, metrics, lanes, draw)
-    return Outcome(metrics, page, robustness_figure(lanes), {"drawn": drawn, **tables})
+    return Outcome(metrics, page, robustness_figure(lanes), {"drawn": draw.columns(config.rig), **tables})
 
 
 def _judged(
@@ -140,7 +139,7 @@ def _row(
 ) -> dict[str, Any]:
     """One row: quantiles count a plant that never settles as the slowest; None where that is one."""
     settling = np.where(np.isnan(columns["settling_s"]) | columns["tripped"], np.inf, columns["settling_s"])
-    p50, p99, worst = (finite(np.quantile(settling, q, method="higher")) for q in (0.5, 0.99, 1.0))
+    p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
     bad = columns["unstable"] * 4.0 + columns["tripped"] * 2.0 + columns["hunting"] * 1.0
     lane = int(np.lexsort((np.nan_to_num(columns["ms"], nan=np.inf), settling, bad))[-1])
     unstable = bool(columns["unstable"].any())
@@ -161,11 +160,7 @@ def _row(
 
 def _drawn(lane: int, config: RobustnessConfig, plants: DrawnPlants, place: PlaceMargins | None) -> dict[str, float]:
     """The numbers of a plant, and its position: at `place`, else where it was drawn."""
-    position = float(plants.draw.position[lane])
+    numbers = plants.draw.plant(lane, config.rig)
     if place is not None and place.position is not None:
-        position = place.position
-    numbers = {
-        f"{number} [{config.rig.numbers[number].si}]": float(values[lane])
-        for number, values in plants.draw.numbers.items()
-    }
-    return {"x [m]": position} | numbers
+        numbers["x [m]"] = place.position
+    return numbers

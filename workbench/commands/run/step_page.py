@@ -10,6 +10,7 @@ from ...loop.rows import MOVING, LinearLoops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
+from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from ..common.sines import Sines, closed_loop_figure
 from ..common.step_experiment import StepConfig
@@ -24,7 +25,7 @@ def step_page(
     sines: dict[str, Sines],
 ) -> Page:
     """The report, from rows of metrics.json, runs by controller and scenario, linear loops and sines by controller."""
-    return Page(
+    page = Page(
         f"{config.signal.name.capitalize()} loops on {config.rig.name}",
         _verdict(config.scenarios, rows),
         [
@@ -34,6 +35,7 @@ def step_page(
             Section("Sensitivity", [_sensitivity(loops)]),
         ],
     )
+    return with_fit(page, config.rig)
 
 
 def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:

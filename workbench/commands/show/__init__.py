@@ -1,5 +1,6 @@
 """`jackbench show RIG`: every number of a rig, and what follows from them.
 
 describe    the numbers and what follows from them
+linear_plant    what follows from the numbers of a linear plant
 rig_file    the rig as a TOML file
 """

@@ -9,9 +9,12 @@ from ...base.units import from_si
 from ...linear import Equilibrium, equilibrium, linearise
 from ...loop.capability import oil_stiffness, stall_force
 from ...plant import Plant, build
-from ...rigs.rig import Number, Rig, number_specs
+from ...rigs.linear_rig import LinearRig
+from ...rigs.rig import Number, Rig
 from ...rigs.schema import CONTROL, LIMITS
+from ...rigs.valve import VALVES
 from ..common.columns import columns
+from .linear_plant import plant_rows
 
 _DROP = 70e5  # Pa: over both lands, at which servo-valves are rated
 _SMALL = 1e-5  # command: well inside any lap
@@ -22,9 +25,9 @@ def describe(rig: Rig) -> dict[str, Any]:
     """Every number of a rig in the unit it was written in, and what follows from them; JSON-able.
 
     `derived` rows: natural frequency and damping at mid stroke by formula and from the linearised model, rated flow,
-    speed, stall force, velocity gain.
+    speed, stall force, velocity gain; of a linear plant its poles, its gain and its delay.
     """
-    specs = number_specs(rig.valve, rig.corrector, rig.jack) | LIMITS | CONTROL
+    specs = {**rig.specs, **LIMITS, **CONTROL}
     numbers = [_number(number, specs[number.name].meaning) for number in rig.numbers.values()]
     numbers += [_number(number, f"limit: {LIMITS[number.name].meaning}") for number in rig.limits.values()]
     numbers += [_number(number, CONTROL[number.name].meaning) for number in (rig.period, rig.computing_delay)]
@@ -34,12 +37,12 @@ def describe(rig: Rig) -> dict[str, Any]:
     ]
     kinds = {"valve": rig.valve, "corrector": rig.corrector, "jack": rig.jack}
     head = {"name": rig.name, "title": rig.title, "source": rig.source, **kinds}
-    return {**head, "numbers": numbers, "effects": effects, "derived": derived(rig)}
+    return {**head, "numbers": numbers, "effects": effects, "derived": _derived(rig)}
 
 
 def describe_text(table: Mapping[str, Any]) -> str:
     """What `describe` found, for people."""
-    kind = f"{table['valve']} valve, {table['jack']} jack"
+    kind = f"{table['valve']} valve, {table['jack']} jack" if table["valve"] in VALVES else "linear plant"
     lines = [f"{table['name']}: {table['title']}", kind, table["source"], "", "Derived"]
     lines.append(columns([[row["name"], f"{row['value']:.4g} {row['unit']}", row["how"]] for row in table["derived"]]))
     lines += ["", "Numbers"]
@@ -51,6 +54,10 @@ def describe_text(table: Mapping[str, Any]) -> str:
             columns([_number_cells(row) for row in use["numbers"]]),
         ]
     return "\n".join(line.rstrip() for line in "\n".join(lines).splitlines())
+
+
+def _derived(rig: Rig) -> list[dict[str, Any]]:
+    return plant_rows(rig) if isinstance(rig, LinearRig) else derived(rig)
 
 
 def derived(rig: Rig) -> list[dict[str, Any]]:

@@ -25,5 +25,5 @@ def _time(options: argparse.Namespace, words: list[str]) -> None:
     from .study import run_timing
 
     identity = {"command": "time", "experiment": config.source, "rig": rig_table(config.rig)}
-    study = partial(run_timing, config, options.rig or config.source["rig"])
+    study = partial(run_timing, config, options.rig or config.source.get("rig", ""))
     finish(options, words, f"time-{path.stem}", identity, study)

@@ -61,7 +61,7 @@ def _measured(loop: tuple[Rig, Sequence[ControllerSpec], Sequence[Scenario]], st
 
 def _timed(source: Mapping[str, Any], timing: Mapping[str, Mapping[str, float]], rig: str) -> str:
     """The experiment, on a rig by name, with the delay of each controller."""
-    table = {**deepcopy(dict(source)), "rig": rig}
+    table = {**{key: part for key, part in deepcopy(dict(source)).items() if key != "plant"}, "rig": rig}
     for name, percentiles in timing.items():
         table["controllers"][name]["computing_delay"] = {"value": round(percentiles["solve_p99_us"], 1), "unit": "us"}
     return (

@@ -9,7 +9,8 @@ from ...identify.fit.predict import Prediction, predictions
 from ...identify.trace.findings import CandidateFit, Trace
 from ...identify.trace.refit import FittedModel
 from ..common.error_page import rms_of
-from ..common.fit_result import base_intervals, effect_intervals, finite
+from ..common.fit_result import base_intervals, effect_intervals
+from ..common.numbers import finite
 from ..common.sessions import sessions, sessions_json
 
 Both = tuple[Sequence[Prediction], Sequence[Prediction]]

@@ -10,6 +10,7 @@ from ...loop.envelope import DRAWN
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from ..common.time_figure import time_figure
 from .config import WEIGHTS, TuneConfig
@@ -28,7 +29,7 @@ def tune_page(
         goals_table(nearest),
         *([_rows(config, rows)] if rows else []),
     ]
-    return Page(
+    page = Page(
         f"{config.name} tuned on {config.rig_name}",
         _verdict(config, trials, nearest, rows),
         [
@@ -37,6 +38,7 @@ def tune_page(
             Section("The search", [cost_figure(trials), _missed(trials)]),
         ],
     )
+    return with_fit(page, config.start.rig)
 
 
 def _verdict(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, rows: Sequence[Mapping[str, Any]]) -> str:

@@ -6,13 +6,15 @@
 transfer_function   sums of fractional powers of s over such sums: arithmetic, exact response, steps and impulses
 polynomial          such a sum, with exact orders
 stability           poles, Matignon's theorem; winding: the argument principle, for orders with nothing in common
+margins             Nyquist margins of the loop around one, with a delay
 norm                the H2 norm, by residues or by an integral with its error
 time_response       inverse Laplace transform on contours
-realisation         state spaces over a band, by Oustaloup's cells or by vector_fitting, with their errors
+realisation         state spaces over a band, by Oustaloup's cells or by vector fitting, with their errors
 fit                 a fractional system of a measured frequency response
 """
 
 from .fit import FractionalFit, fit_fractional, fit_orders
+from .margins import FractionalMargins
 from .norm import H2Norm
 from .polynomial import FractionalPolynomial
 from .realisation import Realisation
@@ -21,6 +23,7 @@ from .transfer_function import FractionalTransferFunction
 
 __all__ = [
     "FractionalFit",
+    "FractionalMargins",
     "FractionalPolynomial",
     "FractionalTransferFunction",
     "H2Norm",

@@ -131,9 +131,9 @@ def _system(numbers: np.ndarray, zeros: int, order: Fraction, centre: float) -> 
 def fit_orders(f: np.ndarray, response: np.ndarray, start: FractionalTransferFunction) -> FractionalFit:
     """Every coefficient and every order above 0 of `start` moved to bring it near to a response [k] at f [k] in Hz.
 
-    By nonlinear least squares of ln(G/response), so that every frequency counts alike; signs stay, and so does the
-    leading coefficient below. Orders come out with four digits, and need no commensurate order. Raises InputError for
-    fewer frequencies than numbers to be found.
+    By nonlinear least squares of ln(G/response), so that every frequency counts alike; signs stay, and so do the
+    leading coefficient below and a delay. Orders come out with four digits, and need no commensurate order. Raises
+    InputError for fewer frequencies than numbers to be found.
     """
     from scipy.optimize import least_squares
 
@@ -163,4 +163,4 @@ def _moved(start: FractionalTransferFunction, sizes: np.ndarray, orders: np.ndar
     above, below = start.numerator, start.denominator
     factors, moved = iter(np.append(np.exp(sizes), 1.0)), iter(orders)
     parts = [[(next(moved) if k else 0, a * next(factors)) for k, a in part.terms] for part in (above, below)]
-    return FractionalTransferFunction.of(*parts)
+    return FractionalTransferFunction.of(*parts).delayed(start.delay)

@@ -10,10 +10,10 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.gain_phase import gain_db
+from ...base.vector_fitting import vector_fit
 from ...linear.state_space import StateSpace, state_space
 from ..crone.oustaloup import power
 from ..second_order_sections import Factors
-from .vector_fitting import vector_fit
 
 if TYPE_CHECKING:
     import control
@@ -113,12 +113,15 @@ def least_squares_realisation(
         raise InputError("least squares: the system is unstable; take oustaloup")
     f = _band(low, high)
     direct = system.numerator.highest == system.denominator.highest
-    return _realised(vector_fit(f, system.response(f), states, direct), system, low, high)
+    a, b, c, d = vector_fit(f, system.response(f), states, direct)
+    return _realised(state_space(a, b[:, None], c[None], [[d]], 0.0, ["u"], ["y"]), system, low, high)
 
 
 def _check(system: "FractionalTransferFunction", low: float, high: float) -> None:
     if not 0 < low < high < np.inf:
         raise InputError(f"band {low:g} to {high:g} Hz: must rise from above 0")
+    if system.delay:
+        raise InputError(f"{system}: a delay has no state space; realise it without, .delayed({-system.delay:g})")
     if not system.numerator.terms or system.numerator.highest > system.denominator.highest:
         raise InputError(
             f"{system}: has no state space, as its numerator is 0 or of a higher order; divide by a power of s"

@@ -1,7 +1,7 @@
-"""Explicit fractional transfer functions: sums of fractional powers of s over sums of fractional powers."""
+"""Explicit fractional transfer functions: sums of fractional powers of s over such sums, and a pure delay."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, ClassVar, Union
 
@@ -15,6 +15,7 @@ from .time_response import inverse_laplace
 
 if TYPE_CHECKING:
     from ...report.figures import Figure
+    from .margins import FractionalMargins
     from .realisation import Realisation
 
 Operand = Union["FractionalTransferFunction", float]
@@ -22,20 +23,25 @@ Operand = Union["FractionalTransferFunction", float]
 
 @dataclass(frozen=True)
 class FractionalTransferFunction:
-    """G(s) = sum of b_k s^beta_k / sum of a_k s^alpha_k, s in rad/s, real coefficients, rational orders kept exactly.
+    """G(s) = exp(-s delay) sum of b_k s^beta_k / sum of a_k s^alpha_k, s in rad/s, `delay` in s, real coefficients,
+    rational orders kept exactly.
 
     `FractionalTransferFunction.s` is s itself: `1/(0.8*s**2.2 + 0.5*s**0.9 + 1)` writes one down. Powers that numerator
-    and denominator share are divided out; common roots are not. Raises InputError for a denominator of 0.
+    and denominator share are divided out; common roots are not. Raises InputError for a denominator of 0, for a delay
+    below 0, and where a sum or a loop would have terms of different delays.
     """
 
     numerator: FractionalPolynomial
     denominator: FractionalPolynomial
+    delay: float = 0.0
     s: ClassVar["FractionalTransferFunction"]
     __array_ufunc__: ClassVar[None] = None  # a numpy number times a system is a system
 
     def __post_init__(self) -> None:
         if not self.denominator.terms:
             raise InputError("a fractional transfer function was divided by 0; give it a denominator")
+        if not (np.isfinite(self.delay) and self.delay >= 0):
+            raise InputError(f"a delay of {self.delay:g} s would look ahead; make it finite and 0 or more")
         lowest = min(part.lowest for part in (self.numerator, self.denominator) if part.terms)
         for name in ("numerator", "denominator"):
             object.__setattr__(self, name, getattr(self, name).shifted(-lowest))
@@ -56,7 +62,18 @@ class FractionalTransferFunction:
 
     def __call__(self, s: complex | np.ndarray) -> np.ndarray:
         """G at s [...] [rad/s] of the principal sheet, complex."""
-        return self.numerator(s) / self.denominator(s)
+        value = self.numerator(s) / self.denominator(s)
+        return np.exp(-self.delay * np.asarray(s)) * value if self.delay else value
+
+    def delayed(self, seconds: float) -> "FractionalTransferFunction":
+        """The same, later by so much [s]; a negative number takes a delay away, at most the whole."""
+        return replace(self, delay=self.delay + seconds)
+
+    def margins(self) -> "FractionalMargins":
+        """Of the loop that unit negative feedback closes around it, its delay exact; raises InputError as there."""
+        from .margins import nyquist_margins
+
+        return nyquist_margins(self)
 
     def response(self, f: np.ndarray) -> np.ndarray:
         """The exact frequency response at f [k] > 0 in Hz, complex [k]."""
@@ -104,6 +121,8 @@ class FractionalTransferFunction:
     def feedback(self, other: Operand = 1.0) -> "FractionalTransferFunction":
         """G/(1 + G H): G with `other` H in negative feedback."""
         back = _as_system(other)
+        if self.delay or back.delay:
+            raise InputError("a loop with a delay in it is no fractional transfer function; see margins()")
         n, d = self.numerator * back.denominator, self.denominator * back.denominator
         return FractionalTransferFunction(n, d + self.numerator * back.numerator)
 
@@ -111,27 +130,31 @@ class FractionalTransferFunction:
         if not isinstance(other, _OPERANDS):
             return NotImplemented
         b = _as_system(other)
+        if self.delay != b.delay:
+            raise InputError(f"a sum of delays of {self.delay:g} and {b.delay:g} s is no fractional transfer function")
         if self.denominator == b.denominator:
-            return FractionalTransferFunction(self.numerator + b.numerator, self.denominator)
+            return FractionalTransferFunction(self.numerator + b.numerator, self.denominator, self.delay)
         crossed = self.numerator * b.denominator + b.numerator * self.denominator
-        return FractionalTransferFunction(crossed, self.denominator * b.denominator)
+        return FractionalTransferFunction(crossed, self.denominator * b.denominator, self.delay)
 
     def __mul__(self, other: Operand) -> "FractionalTransferFunction":
         if not isinstance(other, _OPERANDS):
             return NotImplemented
         b = _as_system(other)
-        return FractionalTransferFunction(self.numerator * b.numerator, self.denominator * b.denominator)
+        above, below = self.numerator * b.numerator, self.denominator * b.denominator
+        return FractionalTransferFunction(above, below, self.delay + b.delay)
 
     def __truediv__(self, other: Operand) -> "FractionalTransferFunction":
         if not isinstance(other, _OPERANDS):
             return NotImplemented
         b = _as_system(other)
-        return FractionalTransferFunction(self.numerator * b.denominator, self.denominator * b.numerator)
+        above, below = self.numerator * b.denominator, self.denominator * b.numerator
+        return FractionalTransferFunction(above, below, self.delay - b.delay)
 
     def __pow__(self, exponent: float | Fraction) -> "FractionalTransferFunction":
         """A whole power of any, a fractional one of a single positive power of s over another."""
         power = order_of(exponent)
-        if len(self.numerator.terms) == len(self.denominator.terms) == 1:
+        if len(self.numerator.terms) == len(self.denominator.terms) == 1 and not self.delay:
             (above, b), (below, a) = self.numerator.terms[0], self.denominator.terms[0]
             if b / a > 0 or power.denominator == 1:
                 return FractionalTransferFunction.of([((above - below) * power, (b / a) ** float(power))], [(0, 1.0)])
@@ -161,9 +184,9 @@ class FractionalTransferFunction:
 
     def __repr__(self) -> str:
         above, below = str(self.numerator), str(self.denominator)
-        if below == "1":
-            return above
-        return f"{above if len(self.numerator.terms) < 2 else f'({above})'}/({below})"
+        late = f" exp(-{self.delay:g} s)" if self.delay else ""
+        above = f"({above})" if len(self.numerator.terms) > 1 and (late or below != "1") else above
+        return f"{above}{late}" if below == "1" else f"{above}/({below}){late}"
 
     def _over_time(self, t: np.ndarray, integrations: int) -> np.ndarray:
         t = np.asarray(t, float)
@@ -171,9 +194,10 @@ class FractionalTransferFunction:
             raise InputError("times must be finite and not below 0")
         if not self.numerator.terms:
             return np.zeros_like(t)
-        y = np.full(t.shape, self._at_start(integrations))
+        prompt, t = replace(self, delay=0.0), t - self.delay
+        y = np.where(t < 0, 0.0, self._at_start(integrations))
         later = t > 0
-        y[later] = inverse_laplace(lambda s: self(s) / s**integrations, self.poles(), t[later])
+        y[later] = inverse_laplace(lambda s: prompt(s) / s**integrations, self.poles(), t[later])
         return y
 
     def _at_start(self, integrations: int) -> float:

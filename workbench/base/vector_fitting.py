@@ -2,19 +2,22 @@
 
 import numpy as np
 
-from ...base.errors import InputError
-from ...linear.state_space import StateSpace, state_space
+from .errors import InputError
 
 _ROUNDS = 30
 _SETTLED = 1e-10  # relative move of the poles
 
 
-def vector_fit(f: np.ndarray, response: np.ndarray, states: int, direct: bool) -> StateSpace:
-    """State space of so many `states` near a response [k] at f [k] in Hz, relative error weighed evenly.
+Realised = tuple[np.ndarray, np.ndarray, np.ndarray, float]
+
+
+def vector_fit(f: np.ndarray, response: np.ndarray, states: int, direct: bool, mirrored: bool = True) -> Realised:
+    """A [n, n], b [n], c [n] and d of n `states` near a response [k] at f [k] in Hz, relative error weighed evenly.
 
     In each round sum c_i/(s - p_i) + d = (1 + sum e_i/(s - p_i)) G is solved for c, d, e; the zeros of the right factor
-    are the next poles, those right of the imaginary axis mirrored (Gustavsen and Semlyen, IEEE Trans. Power Delivery
-    14(3), 1999). `direct` says whether there is a d. Raises InputError for fewer points than numbers to be found.
+    are the next poles, those right of the imaginary axis `mirrored` or not (Gustavsen and Semlyen, IEEE Trans. Power
+    Delivery 14(3), 1999). `direct` says whether there is a d. Raises InputError for fewer points than numbers to be
+    found.
     """
     if not 1 <= states <= len(f) // 2:
         raise InputError(f"{states} states: must be 1 to {len(f) // 2}, half of the points of the response")
@@ -25,7 +28,7 @@ def vector_fit(f: np.ndarray, response: np.ndarray, states: int, direct: bool) -
         basis = _basis(s, poles)
         own = np.column_stack((basis, np.ones(len(s)))) if direct else basis
         solution = _least_squares(np.column_stack((own, -response[:, None] * basis)), response, weight)
-        moved = _sorted(_zeros(poles, solution[own.shape[1] :]))
+        moved = _sorted(_zeros(poles, solution[own.shape[1] :], mirrored))
         settled = np.abs(moved - poles).max() < _SETTLED * np.abs(poles).max()
         poles = moved
         if settled:
@@ -34,7 +37,7 @@ def vector_fit(f: np.ndarray, response: np.ndarray, states: int, direct: bool) -
     solution = _least_squares(own, response, weight)
     a, b = _modal(poles)
     d = solution[-1] if direct else 0.0
-    return state_space(centre * a, centre * b[:, None], solution[None, : len(a)], [[d]], 0.0, ["u"], ["y"])
+    return centre * a, centre * b, solution[: len(a)], float(d)
 
 
 def _basis(s: np.ndarray, poles: np.ndarray) -> np.ndarray:
@@ -64,11 +67,11 @@ def _modal(poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return a, b
 
 
-def _zeros(poles: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Zeros of 1 + sum of shares over the basis, mirrored into the left half plane."""
+def _zeros(poles: np.ndarray, shares: np.ndarray, mirrored: bool) -> np.ndarray:
+    """Zeros of 1 + sum of shares over the basis, mirrored into the left half plane where that is asked for."""
     a, b = _modal(poles)
     zeros = np.linalg.eigvals(a - np.outer(b, shares)).astype(complex)
-    return -np.abs(np.real(zeros)) + 1j * np.imag(zeros)
+    return -np.abs(np.real(zeros)) + 1j * np.imag(zeros) if mirrored else zeros
 
 
 def _sorted(poles: np.ndarray) -> np.ndarray:
