@@ -12,7 +12,7 @@ sensor                      of the pressure transducers
 
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
-from .known import LIBRARY, applies, find, known_effects, load_effects, resolve
+from .known import LIBRARY, applies, declared_numbers, find, known_effects, load_effects, resolve
 from .slots import SLOTS, Slot, valves_with
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "Scope",
     "Slot",
     "applies",
+    "declared_numbers",
     "effect",
     "find",
     "known_effects",
