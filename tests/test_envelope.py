@@ -21,7 +21,7 @@ from workbench.loop.rows import MOVING, loop_setup, play
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.scenarios import SCENARIOS
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig import EffectUse, Number, load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 TUNED, MID_STROKE = (
@@ -222,3 +222,15 @@ def test_a_rig_without_an_operating_point_misses_its_goals_and_leaves_the_others
     assert goals["Ms on the nominal rig"].miss == 0
     played = steps(space.varied, law, TEN, None, 0.5)
     assert np.isnan(played.settling).tolist() == [False, False, True, True]
+
+
+def test_linear_loops_of_a_rig_that_rubs_are_without_dry_friction():
+    """As everywhere: at rest it would pass for damping, and its falling part for an unstable plant."""
+    rig = load_rig("jack-10t")
+    force = Number("Fc", 500.0, "N", "N", "made up")
+    rubbing = replace(rig, effects=(EffectUse("jack.friction", "coulomb", {"Fc": force}),))
+    spaces = [envelope({"nominal": each}, (0.0, 0.9)).varied for each in (rig, rubbing)]
+    loops = [space.margins(TUNED["p-dp"].build(rig.period.value)) for space in spaces]
+    for smooth, rubs in zip(*loops, strict=True):
+        assert rubs.ms == pytest.approx(smooth.ms, rel=1e-6)
+        assert rubs.radius == pytest.approx(smooth.radius, rel=1e-9)

@@ -103,6 +103,7 @@ def test_the_rig_file_has_the_fitted_numbers(tmp_path):
     rig = load_rig(tmp_path / "fitted.toml")
     assert rig.numbers["K3"].source.startswith("fitted to made")
     assert (rig.numbers["K3"].low, rig.numbers["K3"].high) == pytest.approx((2e-5, 2e-4))
+    assert rig.numbers["K3"].interval == pytest.approx(tuple(fitted().metrics["parameters"]["K3 [m^2/s/Pa^0.5]"][1:]))
     assert rig.numbers["z3max"] == RIG.numbers["z3max"]
     chi2 = run_residual(quiet(), rig, no_checkpoint, lambda _: None).metrics["chi2"]
     assert chi2 == pytest.approx(fitted().metrics["chi2"]["heldout"], rel=1e-4)

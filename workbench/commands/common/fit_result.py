@@ -105,11 +105,11 @@ def _value(fit: Fit, index: int) -> float:
 
 
 def _as_fitted(entry: Fitted, campaign: str) -> Number:
-    """The number with its fitted value and where that comes from."""
+    """The number with its fitted value, its interval and where they come from."""
     end = ", at an end of its range" if entry.at_bounds else ""
     low, high = (float(from_si(v, entry.number.unit, entry.number.si)) for v in (entry.low, entry.high))
     source = f"fitted to {campaign}: 95 % from {low:.4g} to {high:.4g}{end}; it was {entry.number.shown:.4g}"
-    return replace(entry.number, value=entry.value, source=source)
+    return replace(entry.number, value=entry.value, source=source, interval=(entry.low, entry.high))
 
 
 def _refitted(use: EffectUse, numbers: Mapping[str, Number]) -> EffectUse:

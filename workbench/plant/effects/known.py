@@ -148,4 +148,5 @@ def _in_si(use: EffectUse, spec: EffectNumber, given: Number) -> Number:
         return value
 
     low, high = (None if end is None else si(end) for end in (given.low, given.high))
-    return replace(given, value=si(given.value), si=spec.si, low=low, high=high)
+    interval = None if given.interval is None else (si(given.interval[0]), si(given.interval[1]))
+    return replace(given, value=si(given.value), si=spec.si, low=low, high=high, interval=interval)
