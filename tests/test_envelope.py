@@ -133,7 +133,7 @@ def test_of_the_drawn_plants_every_second_is_at_a_position(space):
 
 def test_the_hardest_drawn_plants_are_the_worst_of_their_kind(space):
     thin, controller = space.with_drawn(range(300)), TUNED["p-dp"].build(1e-3)
-    kinds = hardest(thin, controller, [TEN], 4)
+    kinds = hardest(thin, controller, [TEN], 4, Limits())
     every = LinearWorst.of(thin.drawn, thin.drawn.margins(controller))
     calm = steps(thin.drawn, controller, TEN, None, 1.0)
     assert [len(kind) for kind in kinds] == [4, 4, 4]
@@ -144,7 +144,9 @@ def test_the_hardest_drawn_plants_are_the_worst_of_their_kind(space):
 
 def test_what_trips_or_does_not_settle_is_harder_than_what_settles(space):
     thin = space.with_drawn(range(300))
-    kinds = hardest(thin, MID_STROKE["p-dp"].build(1e-3), [TEN], 4)  # fixed pressure feedback: hunts at the ends
+    kinds = hardest(
+        thin, MID_STROKE["p-dp"].build(1e-3), [TEN], 4, Limits()
+    )  # fixed pressure feedback: hunts at the ends
     worst = thin.drawn.some([kind[0] for kind in kinds])
     assert np.all(np.abs(worst.position) > 0.15)
 

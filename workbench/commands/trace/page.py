@@ -25,7 +25,7 @@ from .tables import (
     unseen_signals,
     untested_table,
 )
-from .words import EQUATION, next_records, verdict
+from .words import EQUATION, RETUNE, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 Item = Figure | Table | str
@@ -53,6 +53,7 @@ def trace_page(
         *(_what(trace) if changed else _shape(shape)),
         *(_shape(shape) if changed else _what(trace)),
         *_next(trace),
+        Section("What it buys", [RETUNE]),
         *_where(trace),
         _own_numbers(trace, names),
         *_could_show(library, shown),
