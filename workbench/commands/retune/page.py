@@ -102,10 +102,12 @@ def _rows_table(config: RetuneConfig, rows: Rows) -> Table:
         "scenario": ("scenario", None), "rig": ("rig", None), "controller": ("controller", None),
         "settling_s": ("settling [s]", 1.0), "overshoot_percent": ("overshoot [%]", 1.0),
         "steady_state_error": (f"final error [{signal.unit}]", shown), "iae": (f"IAE [{signal.unit} s]", shown),
+        "peak_deviation": (f"peak deviation [{signal.unit}]", shown),
         "residual_oscillation": ("oscillation [% of step]", 100.0), "ms": ("Ms [1]", 1.0),
         "gain_margin_db": ("gain margin [dB]", 1.0), "phase_margin_deg": ("phase margin [deg]", 1.0),
         "margins": ("margins by", None), "stable": ("stable", None), "tripped": ("tripped", None),
     }  # fmt: skip
+    heads = {key: head for key, head in heads.items() if any(row[key] is not None for row in rows)}
     order = {name: i for i, name in enumerate(dict.fromkeys(row["scenario"] for row in rows))}
     lines = sorted(rows, key=lambda row: (order[row["scenario"]], row["rig"] != "found", row["controller"] != "old"))
     cells = [
