@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.base.units import to_si
 from workbench.plant import Plant
-from workbench.plant.effects import find
+from workbench.plant.effects import declared_numbers
 from workbench.rigs.rig import Rig
 
 from .references import Family
@@ -70,15 +69,8 @@ def _motion(motion: SpecimenMotion, random: np.random.Generator, t: np.ndarray) 
 
 
 def _bounded(rig: Rig, plant: Plant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places in the parameter vector of the rig's numbers that have bounds, and these [SI]."""
-    bounds = [(name, n.low, n.high) for name, n in rig.numbers.items()]
-    for use in rig.effects:
-        effect = find(use.name, use.formula, rig.effect_files)
-        si = {number.name: number.si for number in effect.numbers}
-        bounds += [
-            (effect.key(name), *(b if b is None else float(to_si(b, n.unit, si[name])) for b in (n.low, n.high)))
-            for name, n in use.numbers.items()
-        ]
-    bounded = [(plant.parameters.index(name), low, high) for name, low, high in bounds if low is not None]
+    """Places in the parameter vector of the numbers that are uncertain, and their ends [SI]."""
+    numbers = {**rig.numbers, **declared_numbers(rig)}
+    bounded = [(plant.parameters.index(name), *n.uncertain) for name, n in numbers.items() if n.uncertain is not None]
     table = np.array(bounded, dtype=float).reshape(-1, 3)
     return table[:, 0].astype(int), table[:, 1], table[:, 2]

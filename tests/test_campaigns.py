@@ -1,5 +1,7 @@
 """Campaign folders: records in their roles, nothing fitted that judges, and every mistake in the file named."""
 
+import gzip
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +18,8 @@ needs_campaigns = pytest.mark.skipif(not (SHARED / "campaigns").is_dir(), reason
 
 
 def a_campaign(folder, text, names=("static", "steps", "multisine")):
-    lines = ["t [s],command [1],pa [bar]", *(f"{k / 1000:.3f},{0.01 * k:g},{100 + k}" for k in range(60))]
-    for name in names:
+    for start, name in enumerate(names, 100):
+        lines = ["t [s],command [1],pa [bar]", *(f"{k / 1000:.3f},{0.01 * k:g},{start + k}" for k in range(60))]
         (folder / f"{name}.csv").write_text("\n".join(lines))
     (folder / "campaign.toml").write_text(text)
     return folder
@@ -93,6 +95,29 @@ def test_a_bad_campaign_is_refused_in_one_line(tmp_path, old, new, message):
     assert message in str(caught.value)
     assert str(folder) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("listed", "message"),
+    [
+        ('train = ["steps.csv", "again.csv"]', "train: again.csv has the samples of steps.csv in train"),
+        ('train = ["steps.csv"]\nheldout = ["packed.csv.gz"]', "heldout: packed.csv.gz has the samples of steps.csv"),
+        ('train = ["steps.csv"]\nheldout = ["link.csv"]', "link.csv has the samples of steps.csv in train"),
+        ('train = ["steps.csv", "./steps.csv"]', "./steps.csv is listed twice"),
+        ('train = [{file = "steps.csv", to = 0.03}, {file = "steps.csv", from = 0.02}]', "steps.csv is listed twice"),
+        ('static = ["again.csv"]\ntrain = ["steps.csv"]', "steps.csv has the samples of again.csv in static"),
+        ('static = ["steps.csv", "again.csv"]', "again.csv has the samples of steps.csv in static"),
+    ],
+)
+def test_the_same_samples_twice_are_refused(tmp_path, listed, message):
+    heldout = "" if "heldout" in listed else 'heldout = ["multisine.csv"]'
+    folder = a_campaign(tmp_path, f'rig = "r"\n[records]\n{listed}\n{heldout}\n')
+    samples = (folder / "steps.csv").read_bytes()
+    (folder / "again.csv").write_bytes(samples)
+    (folder / "packed.csv.gz").write_bytes(gzip.compress(samples))
+    (folder / "link.csv").symlink_to(folder / "steps.csv")
+    with pytest.raises(InputError, match=re.escape(message)):
+        load_campaign(folder)
 
 
 def test_half_a_record_may_be_fitted_and_the_other_half_held_out(tmp_path):

@@ -21,7 +21,7 @@ from workbench.loop.rows import MOVING, loop_setup, play
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.scenarios import SCENARIOS
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig import EffectUse, Number, load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 TUNED, MID_STROKE = (
@@ -133,7 +133,7 @@ def test_of_the_drawn_plants_every_second_is_at_a_position(space):
 
 def test_the_hardest_drawn_plants_are_the_worst_of_their_kind(space):
     thin, controller = space.with_drawn(range(300)), TUNED["p-dp"].build(1e-3)
-    kinds = hardest(thin, controller, [TEN], 4)
+    kinds = hardest(thin, controller, [TEN], 4, Limits())
     every = LinearWorst.of(thin.drawn, thin.drawn.margins(controller))
     calm = steps(thin.drawn, controller, TEN, None, 1.0)
     assert [len(kind) for kind in kinds] == [4, 4, 4]
@@ -144,7 +144,9 @@ def test_the_hardest_drawn_plants_are_the_worst_of_their_kind(space):
 
 def test_what_trips_or_does_not_settle_is_harder_than_what_settles(space):
     thin = space.with_drawn(range(300))
-    kinds = hardest(thin, MID_STROKE["p-dp"].build(1e-3), [TEN], 4)  # fixed pressure feedback: hunts at the ends
+    kinds = hardest(
+        thin, MID_STROKE["p-dp"].build(1e-3), [TEN], 4, Limits()
+    )  # fixed pressure feedback: hunts at the ends
     worst = thin.drawn.some([kind[0] for kind in kinds])
     assert np.all(np.abs(worst.position) > 0.15)
 
@@ -222,3 +224,15 @@ def test_a_rig_without_an_operating_point_misses_its_goals_and_leaves_the_others
     assert goals["Ms on the nominal rig"].miss == 0
     played = steps(space.varied, law, TEN, None, 0.5)
     assert np.isnan(played.settling).tolist() == [False, False, True, True]
+
+
+def test_linear_loops_of_a_rig_that_rubs_are_without_dry_friction():
+    """As everywhere: at rest it would pass for damping, and its falling part for an unstable plant."""
+    rig = load_rig("jack-10t")
+    force = Number("Fc", 500.0, "N", "N", "made up")
+    rubbing = replace(rig, effects=(EffectUse("jack.friction", "coulomb", {"Fc": force}),))
+    spaces = [envelope({"nominal": each}, (0.0, 0.9)).varied for each in (rig, rubbing)]
+    loops = [space.margins(TUNED["p-dp"].build(rig.period.value)) for space in spaces]
+    for smooth, rubs in zip(*loops, strict=True):
+        assert rubs.ms == pytest.approx(smooth.ms, rel=1e-6)
+        assert rubs.radius == pytest.approx(smooth.radius, rel=1e-9)

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_campaigns import campaign, rubbing_campaign, written
+from made_campaigns import campaign, rubbing, rubbing_campaign, written
 
+from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.fit_result import _inside
 from workbench.commands.common.outcome import Outcome, no_checkpoint
@@ -16,6 +17,7 @@ from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.fit.page import groups
 from workbench.commands.fit.study import run_fit
 from workbench.commands.residual.study import run_residual
+from workbench.plant import build
 from workbench.plant.effects import LIBRARY
 from workbench.records import Campaign
 from workbench.report import render
@@ -101,6 +103,7 @@ def test_the_rig_file_has_the_fitted_numbers(tmp_path):
     rig = load_rig(tmp_path / "fitted.toml")
     assert rig.numbers["K3"].source.startswith("fitted to made")
     assert (rig.numbers["K3"].low, rig.numbers["K3"].high) == pytest.approx((2e-5, 2e-4))
+    assert rig.numbers["K3"].interval == pytest.approx(tuple(fitted().metrics["parameters"]["K3 [m^2/s/Pa^0.5]"][1:]))
     assert rig.numbers["z3max"] == RIG.numbers["z3max"]
     chi2 = run_residual(quiet(), rig, no_checkpoint, lambda _: None).metrics["chi2"]
     assert chi2 == pytest.approx(fitted().metrics["chi2"]["heldout"], rel=1e-4)
@@ -173,3 +176,38 @@ def test_numbers_that_are_known_only_together_are_told_as_groups():
     matrix[1, 4] = matrix[4, 1] = 0.9
     assert groups({"names": ["beta", "M", "V0A", "V0B", "b"], "matrix": matrix.tolist()}) == [["beta", "V0A", "V0B"]]
     assert groups({"names": ["beta", "M"], "matrix": np.eye(2).tolist()}) == []
+
+
+# --- numbers of an effect that the rig declares
+
+
+def rubbing_within(low: float, high: float, start: float) -> Rig:
+    """The cylinder with a friction to be found."""
+    rig = rubbing(start)
+    (use,) = rig.effects
+    bounded = replace(use.numbers["Fc"], unit="kN", low=low, high=high)
+    return replace(rig, effects=(replace(use, numbers={"Fc": bounded}),))
+
+
+def test_a_declared_effect_with_bounds_is_fitted(tmp_path):
+    outcome = run_fit(rubbing_campaign(), rubbing_within(0.0, 200.0, 20.0), 1, no_checkpoint, lambda _: None)
+    value, low, high = outcome.metrics["parameters"]["jack.friction.Fc [N]"]
+    assert low < value < high
+    assert value == pytest.approx(60.0, rel=0.05)
+    (tmp_path / "fitted.toml").write_text(outcome.files["rig.toml"])
+    (use,) = load_rig(tmp_path / "fitted.toml").effects
+    assert use.numbers["Fc"].value == pytest.approx(1e-3 * value)  # in kN, as it was declared
+    assert (use.numbers["Fc"].low, use.numbers["Fc"].high) == pytest.approx((0.0, 0.2))
+    assert "it was 0.02" in use.numbers["Fc"].source
+
+
+def test_a_rig_with_effects_is_the_same_plant_before_and_after_its_file(tmp_path):
+    save_rig(rubbing_within(0.0, 200.0, 20.0), tmp_path / "rig.toml")
+    for rig in (rubbing_within(0.0, 200.0, 20.0), load_rig(tmp_path / "rig.toml")):
+        plant = build(rig)
+        assert plant.p[plant.parameters.index("jack.friction.Fc")] == pytest.approx(20.0)
+
+
+def test_bounds_beyond_what_an_effect_can_be_are_refused():
+    with pytest.raises(InputError, match=r"jack.friction: Fc = -5 N is outside 0 to"):
+        build(rubbing_within(-5.0, 200.0, 20.0))

@@ -108,10 +108,18 @@ def test_the_residual_study_reports_it(runs, plant):
     assert rows["pa"]["records"] == ["run 0", "run 1"]
     assert rows["position"]["whole"] < 0.3
     assert rows["position"]["repeatability"]["whole"] == pytest.approx(0.3, rel=0.15)
-    assert "Free run against the mean of repeats" in [section.title for section in outcome.page.sections]
-    alone = run_residual(replace(campaign, heldout=(runs[0],)), rig, no_checkpoint, lambda _: None, free_run=True)
-    assert alone.metrics["free_run"] == []
+    assert "Free run" in [section.title for section in outcome.page.sections]
     assert "free_run" not in run_residual(campaign, rig, no_checkpoint, lambda _: None).metrics
+
+
+def test_a_record_without_repeats_has_the_error_of_its_own_free_run(runs):
+    campaign = Campaign(Path("made"), "festo-tp511", (), (), (runs[0],))
+    outcome = run_residual(campaign, load_rig("festo-tp511"), no_checkpoint, lambda _: None, free_run=True)
+    rows = outcome.metrics["free_run"]
+    assert [(row["records"], row["signal"]) for row in rows] == [(["run 0"], "pa"), (["run 0"], "position")]
+    assert [row["whole"] for row in rows] == pytest.approx([row["free_run_rms"] for row in outcome.metrics["rows"]])
+    assert rows[0]["repeatability"] == {"whole": None, "moving": None, "standing": None}
+    assert f"position {rows[1]['whole']:.3g} mm in run 0." in outcome.page.verdict
 
 
 @pytest.mark.skipif(not DATA.is_dir(), reason="no real recordings here")

@@ -1,7 +1,7 @@
 """Rig files: the bundled ones carry the published and declared numbers, and every mistake is named where it is."""
 
 import re
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from importlib.resources import files
 
 import numpy as np
@@ -278,6 +278,25 @@ def test_bounds_go_with_a_value_that_leaves_them(rig):
     assert (mass.low, mass.high) == pytest.approx((1800, 2200))
     inside = rig.with_values(M=1050.0).numbers["M"]
     assert (inside.low, inside.high) == pytest.approx((900, 1100))
+
+
+def test_an_interval_of_a_fit_is_kept_goes_with_the_value_and_is_what_is_uncertain(tmp_path, rig):
+    number = rig.numbers["M"]
+    known = replace(number, interval=(0.9 * number.value, 1.2 * number.value))
+    assert (known.uncertain, replace(known, interval=None).uncertain) == (known.interval, (number.low, number.high))
+    fitted = replace(rig, numbers={**rig.numbers, "M": known})
+    save_rig(fitted, tmp_path / "fitted.toml")
+    assert load_rig(tmp_path / "fitted.toml").numbers["M"].interval == pytest.approx(known.interval)
+    heavier = fitted.with_values(M=2 * number.value).numbers["M"]
+    assert heavier.interval == pytest.approx((1.8 * number.value, 2.4 * number.value))
+
+
+def test_a_value_outside_its_interval_is_refused(tmp_path, rig):
+    number = rig.numbers["M"]
+    known = replace(number, interval=(1.1 * number.value, 1.2 * number.value))
+    save_rig(replace(rig, numbers={**rig.numbers, "M": known}), tmp_path / "fitted.toml")
+    with pytest.raises(InputError, match=r"load\.M\.interval: the value is outside its own interval"):
+        load_rig(tmp_path / "fitted.toml")
 
 
 def test_a_changed_rig_can_be_saved(tmp_path, rig):

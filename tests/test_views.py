@@ -1,5 +1,7 @@
 """Views: every one of them shows the same plant, and the plant has the modes and gains it should have."""
 
+from pathlib import Path
+
 import control
 import numpy as np
 import pytest
@@ -8,8 +10,10 @@ from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
 from workbench.base.gain_phase import gain_db
+from workbench.commands.show.describe import describe
+from workbench.control.jack_model import fit_jack_model
 from workbench.engine import Engine
-from workbench.linear import equilibrium, linearise, nonlinear_system, null_pressure, valve_blocks
+from workbench.linear import discretise, equilibrium, linearise, nonlinear_system, null_pressure, valve_blocks
 from workbench.linear.frequency_response import linear_response
 from workbench.plant import build, build_valve_bench
 from workbench.rigs.rig import bundled, load_rig
@@ -255,3 +259,30 @@ def test_a_valve_bench_gives_the_published_flow(rig):
         point = equilibrium(bench, command=command)
         flow = bench.observe(point.x, point.u)[0, bench.output("flow")] * 60000
         assert flow == pytest.approx(600 * command, rel=0.01)
+
+
+FITTED = load_rig(Path(__file__).parent / "festo_found.toml")  # five effects, air in the oil among them
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize("asked", [{"command": -1.0}, {"command": 0.2}, {"command": 1.0}, {"speed": 0.1}], ids=str)
+def test_a_rig_with_soft_oil_has_its_operating_points(asked, smooth):
+    plant = build(FITTED)
+    p = plant.without_dry_friction() if smooth else plant.p
+    point = equilibrium(plant, p=p, **asked)
+    assert np.delete(rates(plant, point, p), plant.state("x")) == pytest.approx(0.0, abs=1e-5)
+    assert FITTED["Pr"] < point.x[:2].min() < point.x[:2].max() < FITTED["Ps"]
+
+
+def test_a_fitted_rig_is_described():
+    rows = {row["name"]: row["value"] for row in describe(FITTED)["derived"]}
+    assert rows["no-load speed, extending"] == pytest.approx(0.39, abs=0.01)
+    assert rows["no-load speed, retracting"] == pytest.approx(0.285, abs=0.01)
+
+
+def test_the_jack_model_of_a_valve_that_is_too_fast_to_see_stays_in_range():
+    plant = build(FITTED)
+    rest = equilibrium(plant, p=plant.without_dry_friction())
+    model = fit_jack_model(discretise(plant, rest, 1e-3, p=plant.without_dry_friction()))
+    assert model.valve_frequency == pytest.approx(1000.0)
+    assert model.jack_frequency == pytest.approx(43.3, abs=0.5)

@@ -10,6 +10,7 @@ COMMANDS = {
     "bench": "controllers on a set of rigs in scenarios",
     "robustness": "every controller on thousands of drawn plants",
     "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
+    "retune": "tune a controller anew on a rig as found: what that buys",
     "learn": "learn the drive file of a record that a loop plays again and again",
     "inverse": "design an inverse before a loop; judge a loop that closes through its reference",
     "sines": "amplitude and phase control of sines, with their harmonics taken out",

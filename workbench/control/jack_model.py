@@ -1,6 +1,6 @@
 """The jack in six numbers, as a position controller sees it: what CRONE and LQG designs know of their plant."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 FIT = (0.2, 60.0)  # Hz: a fit sees these frequencies
 _POINTS = 100
+_SEARCHED = ("velocity_gain", "jack_frequency", "valve_frequency", "jack_damping", "valve_damping", "delay")
+_LEAST = 1e-9  # of a number that may be 0 and is searched by its logarithm
 _START = (30.0, 100.0, 0.5, 0.5, 1e-3)  # of a search: the two modes [Hz], their damping, the delay [s]
 
 
@@ -95,11 +97,14 @@ def fit_jack_model(plant: "StateSpace | control.StateSpace") -> JackModel:
 
     start = np.log((float(np.abs(response[0]) * 2 * np.pi * f[0]), *_START))
     fit = least_squares(off, start, x_scale=0.1)
+    bounds = {n.name: (max(n.metadata["low"], _LEAST), n.metadata["high"]) for n in fields(JackModel)}
+    low, high = np.log([bounds[name] for name in _SEARCHED]).T
+    if not np.array_equal(fit.x, np.clip(fit.x, low, high)):  # a mode far above FIT, which does not tell where
+        fit = least_squares(off, np.clip(fit.x, low, high), x_scale=0.1, bounds=(low, high))
     worst = 20 / np.log(10) * float(np.abs(fit.fun[: len(f)]).max())
     if not worst < 1.0:
         raise InputError(f"the jack: an integrator with two modes is {worst:.1f} dB off; damp the jack first")
-    gain, jack, valve, jack_damping, valve_damping, delay = np.exp(fit.x).tolist()
-    return JackModel(gain, jack, jack_damping, valve, valve_damping, delay)
+    return JackModel(**dict(zip(_SEARCHED, np.exp(fit.x).tolist(), strict=True)))
 
 
 def _modes(jack: float, jack_damping: float, valve: float, valve_damping: float) -> np.ndarray:

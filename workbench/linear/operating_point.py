@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from ..plant import Plant
 
 
+_BALANCED = 1e-7  # of each equation's largest slope: below it a rate has vanished
+_ON_THE_WAY = 16  # steps from rest to a point that no search reaches at once
+
 T = TypeVar("T", float, np.ndarray)
 
 
@@ -56,9 +59,11 @@ def equilibrium(
         base[plant.state("v")] = speed or 0.0
     solve = _Balance(plant, p, base, columns, balanced)
     best = min((solve.search(start) for start in solve.starts()), key=lambda solution: solution.cost)
+    if np.abs(solve.residual(best.x)).max() > _BALANCED:
+        best = solve.followed_from_rest()
     residual = solve.residual(best.x)
     worst = int(np.argmax(np.abs(residual)))
-    if abs(residual[worst]) > 1e-7:
+    if abs(residual[worst]) > _BALANCED:
         name = plant.states[balanced[worst]].name
         raise InputError(f"{plant.name}: no equilibrium there, {name}' cannot be brought to zero; ask for less")
     x, u = solve.unpack(best.x)
@@ -127,6 +132,18 @@ class _Balance:
             return [start]
         command = np.arange(len(start)) == self.columns.index(self.plant.n)
         return [start + command * level for level in (0.0, 0.02, -0.02)]
+
+    def followed_from_rest(self) -> "OptimizeResult":
+        """The last of searches in which what is given of speed and inputs grows from 0, each from where the last ended.
+
+        For points that a search from far away misses: at low pressure soft oil makes every rate small.
+        """
+        whole, solution = self.base, self.search(self.starts()[0])
+        moves = np.array([state.name == "v" for state in self.plant.states] + [True] * len(self.plant.inputs))
+        for share in np.arange(_ON_THE_WAY + 1) / _ON_THE_WAY:
+            self.base = np.where(moves, share * whole, whole)
+            solution = self.search(solution.x)
+        return solution
 
     def search(self, start: np.ndarray) -> "OptimizeResult":
         """A damped Gauss-Newton search from these scaled unknowns."""

@@ -11,7 +11,6 @@ from .limits import Limits
 from .plant_lanes import PlantLanes
 from .scenarios import Scenario
 
-SECONDS = 1.0  # of a scenario that a goal watches
 _NO_NUMBER = 1e3  # how far a goal is missed whose number does not exist
 
 
@@ -57,7 +56,7 @@ def motion_goals(
     noise = command_noise(lanes, controller, scenarios[0].signal)
     yield _largest("noise of the command", noise, limits.command_noise, lanes)
     for scenario in scenarios:
-        calm = steps(lanes, controller, scenario, None, SECONDS)
+        calm = steps(lanes, controller, scenario, None, limits.seconds)
         for what, lost in (("trips", calm.tripped), ("hunts", calm.hunting)):
             where = lanes.names[int(np.argmax(lost))] if lost.any() else ""
             yield Goal(f"{scenario.name}: nowhere {what}", None, None, where, float(lost.sum()))

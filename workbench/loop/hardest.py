@@ -6,16 +6,18 @@ import numpy as np
 
 from ..control.protocol import Controller
 from .envelope import Envelope, steps
-from .hard_goals import SECONDS
 from .lane_loop import plays_in_lanes
+from .limits import Limits
 from .plant_lanes import PlantLanes
 from .scenarios import Scenario
 
 _CHUNK = 200  # plants linearised at a time: their responses take half a megabyte each
 
 
-def hardest(envelope: Envelope, controller: Controller, scenarios: Sequence[Scenario], count: int) -> list[list[int]]:
-    """Numbers of the `count` hardest drawn plants by kind, the hardest first.
+def hardest(
+    envelope: Envelope, controller: Controller, scenarios: Sequence[Scenario], count: int, limits: Limits
+) -> list[list[int]]:
+    """Numbers of the `count` hardest drawn plants by kind, the hardest first, in the seconds that `limits` watch.
 
     Kinds: the largest Ms, and in each scenario without noise the slowest to settle and the largest overshoot; what is
     unstable, trips or hunts is harder than all others. A controller that does not run in lanes is judged by Ms alone.
@@ -25,7 +27,7 @@ def hardest(envelope: Envelope, controller: Controller, scenarios: Sequence[Scen
         return []
     kinds = [_largest_ms(envelope.drawn, controller)]
     if plays_in_lanes(controller):
-        kinds += _in_motion(envelope.drawn, controller, scenarios)
+        kinds += _in_motion(envelope.drawn, controller, scenarios, limits.seconds)
     return [np.argsort(-kind, kind="stable")[:count].tolist() for kind in kinds]
 
 
@@ -37,10 +39,12 @@ def _largest_ms(lanes: PlantLanes, controller: Controller) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def _in_motion(lanes: PlantLanes, controller: Controller, scenarios: Sequence[Scenario]) -> Iterator[np.ndarray]:
+def _in_motion(
+    lanes: PlantLanes, controller: Controller, scenarios: Sequence[Scenario], seconds: float
+) -> Iterator[np.ndarray]:
     for scenario in scenarios:
-        calm = steps(lanes, controller, scenario, None, SECONDS)
+        calm = steps(lanes, controller, scenario, None, seconds)
         lost = calm.tripped | calm.hunting
-        yield np.where(lost, np.inf, np.nan_to_num(calm.settling, nan=SECONDS))
+        yield np.where(lost, np.inf, np.nan_to_num(calm.settling, nan=seconds))
         if scenario.size:
             yield np.where(lost, np.inf, np.nan_to_num(calm.overshoot, nan=np.inf))

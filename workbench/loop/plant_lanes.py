@@ -26,7 +26,7 @@ class PlantLanes:
     from mid stroke.
 
     `null` and `moving`: where they stand there, and where they pass at 0.1 m/s. The rig gives limits, sensors and the
-    period to all of them.
+    period to all of them. Linear loops are without dry friction.
     """
 
     rig: Rig
@@ -43,7 +43,7 @@ class PlantLanes:
         Raises InputError where the controller has no linear view.
         """
         null, moving = (
-            lane_margins(sampled, lane_laws(controller, signals_at(self.engine, points, self.p))).where(
+            lane_margins(sampled, lane_laws(controller, signals_at(self.engine, points, self._smooth))).where(
                 points.ok, _NONE
             )
             for sampled, points in zip(self._sampled, (self.null, self.moving), strict=True)
@@ -52,7 +52,7 @@ class PlantLanes:
 
     def open_loops(self, controller: Controller, f: np.ndarray) -> np.ndarray:
         """At null, broken at the command: loops [lanes, k] at frequencies [k], Hz. Raises InputError as `margins`."""
-        law = lane_laws(controller, signals_at(self.engine, self.null, self.p))
+        law = lane_laws(controller, signals_at(self.engine, self.null, self._smooth))
         return open_loops(self._sampled[0], law, f)
 
     def some(self, lanes: Sequence[int]) -> "PlantLanes":
@@ -63,18 +63,23 @@ class PlantLanes:
         return PlantLanes(self.rig, self.engine, names, self.p[index], self.position[index], null, moving)
 
     @cached_property
+    def _smooth(self) -> np.ndarray:
+        return self.engine.plant.without_dry_friction(self.p)
+
+    @cached_property
     def _sampled(self) -> tuple[SampledLanes, SampledLanes]:
         """Linearised at both points, from the command to every sensor."""
         plant, period = self.engine.plant, self.rig.period.value
         measures = tuple(name for name in plant.outputs if name in self.rig.sensors)
-        null, moving = (sampled_lanes(plant, at, self.p, measures, period) for at in (self.null, self.moving))
+        null, moving = (sampled_lanes(plant, at, self._smooth, measures, period) for at in (self.null, self.moving))
         return null, moving
 
 
 def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, position: np.ndarray) -> PlantLanes:
     """Plants with their operating points, specimens relaxed there. Raises InputError where the nominal one has none."""
     null = equilibria(engine.plant, p, position, None, None, **far_end(engine.plant, position))
-    moving = equilibria(engine.plant, p, position, MOVING, None, **far_end(engine.plant, position, MOVING))
+    smooth = engine.plant.without_dry_friction(p)
+    moving = equilibria(engine.plant, smooth, position, MOVING, None, **far_end(engine.plant, position, MOVING))
     return PlantLanes(rig, engine, tuple(names), p, position, null, moving)
 
 
@@ -96,12 +101,14 @@ def drawn_evenly(random: np.random.Generator, low: float, high: float, count: in
 
 
 def uncertain(rig: Rig, plant: Plant, factors: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """What is uncertain of a rig, [low, high] by name, SI: factors on numbers, and every other that has bounds."""
+    """What is uncertain of a rig, [low, high] by name, SI: factors on numbers, and every other that has bounds or, once
+    fitted, an interval."""
     ranges = {}
     for name, number in rig.numbers.items():
-        low, high = number.low, number.high
+        ends = number.uncertain
         if name in factors:
-            low, high = (factor * number.value for factor in factors[name])
-        if low is not None and high is not None and name in plant.parameters:
-            ranges[name] = (low, high)
+            low, high = factors[name]
+            ends = low * number.value, high * number.value
+        if ends is not None and name in plant.parameters:
+            ranges[name] = ends
     return ranges

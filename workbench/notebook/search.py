@@ -8,7 +8,7 @@ from typing import Any
 from ..base.checkpoint import no_checkpoint
 from ..base.errors import InputError, nearest
 from ..base.units import quantity
-from ..commands.tune.config import read_weights
+from ..commands.tune.config import USUAL_WEIGHTS, read_weights
 from ..commands.tune.goals import Trial
 from ..commands.tune.page import cost_figure, numbers_table
 from ..commands.tune.problem import OF_THE_LOOP, Searched, TuneProblem, with_number
@@ -23,7 +23,6 @@ from ..rigs.rig import Rig
 from .closed_loop import ClosedLoop, Quantity
 
 SCENARIOS = {"position": ("position-10mm",), "force": ("force-20kn",)}
-WEIGHTS = {"settling": 10.0, "iae": 10.0, "overshoot": 0.05, "robustness": 0.2}  # as in experiments/tune_p_dp.toml
 _DECADE = 10.0  # a range of a decade and more is searched on a logarithmic scale
 Path = tuple[str | int, ...]
 
@@ -68,7 +67,7 @@ def tune(
     designs: int = 40,
     rigs: Sequence[str] = ("nominal",),
     scenarios: Sequence[str | Scenario] | None = None,
-    weights: Mapping[str, float] = WEIGHTS,
+    weights: Mapping[str, float] = USUAL_WEIGHTS,
     seed: int = 1,
     jobs: int = 1,
     positions: Sequence[float] = POSITIONS,

@@ -97,7 +97,7 @@ class Plant:
         """The parameter vector, the plant's own or `p`, with some SI values replaced."""
         p = (self.p if p is None else p).copy()
         for name, value in values.items():
-            p[self.parameters.index(name)] = value
+            p[..., self.parameters.index(name)] = value
         return p
 
     def lateness(self, p: np.ndarray | None = None) -> float:
@@ -105,7 +105,8 @@ class Plant:
         return 0.0 if self.delay is None else float((self.p if p is None else p)[self.parameters.index(self.delay)])
 
     def without_dry_friction(self, p: np.ndarray | None = None) -> np.ndarray:
-        """Parameters for a linearisation: tanh friction would pass for heavy damping at rest."""
+        """Parameters, of one plant or of lanes [lanes, k], for a linearisation: tanh friction would pass for damping
+        at rest."""
         return self.parameter_values(p, **dict.fromkeys(self.dry_friction, 0.0))
 
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:

@@ -1,9 +1,12 @@
 """Campaign folders: which records of one rig measure the noise, are fitted, choose between models, only judge."""
 
+import gzip
 import math
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
+from hashlib import sha256
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -54,16 +57,24 @@ class _Entry:
     @property
     def name(self) -> str:
         name = (Path(self.file).parent / record_name(Path(self.file))).as_posix()
-        if self.start is None and self.stop is None:
+        if self.is_whole:
             return name
         return (
             f"{name} {0 if self.start is None else self.start:g}-{'end' if self.stop is None else f'{self.stop:g} s'}"
         )
 
+    @property
+    def is_whole(self) -> bool:
+        return self.start is None and self.stop is None
+
     def overlaps(self, other: "_Entry") -> bool:
+        return Path(self.file) == Path(other.file) and self.meets(other)
+
+    def meets(self, other: "_Entry") -> bool:
+        """Whether they have times in common."""
         low = max(-math.inf if entry.start is None else entry.start for entry in (self, other))
         high = min(math.inf if entry.stop is None else entry.stop for entry in (self, other))
-        return Path(self.file) == Path(other.file) and low < high
+        return low < high
 
 
 def load_campaign(folder: str | Path) -> Campaign:
@@ -78,7 +89,9 @@ def load_campaign(folder: str | Path) -> Campaign:
     rig = _rig(top, file.parent)
     signals = top.optional_table("signals")
     mapping = {name: _mapped(signals.table(name)) for name in signals.allow(*SIGNALS)}
-    entries = _entries(top.optional_table("records", *ROLES))
+    listed = top.optional_table("records", *ROLES)
+    entries = _entries(listed)
+    _check_copies(listed, entries, file.parent)
     records = {role: tuple(_record(file.parent, entry, mapping) for entry in entries[role]) for role in ROLES}
     _check_mapped(signals, mapping, [record for group in records.values() for record in group])
     sheets = tuple(listed_sheet(entry, file.parent) for entry in top.tables("sheets"))
@@ -140,6 +153,25 @@ def _entries(records: Table) -> dict[str, list[_Entry]]:
     return entries
 
 
+def _check_copies(records: Table, entries: Mapping[str, list[_Entry]], folder: Path) -> None:
+    """Raises InputError for samples that are there again under another name or in another role: repeats that differ by
+    nothing make the noise floor 0. A part of a record that moves may be the rest."""
+    files = [(role, entry, _content(folder / entry.file)) for role in entries for entry in entries[role]]
+    for (role, entry, content), (again, copy, copied) in combinations(files, 2):
+        part_at_rest = role == "static" != again and not entry.is_whole
+        if content == copied and entry.meets(copy) and not part_at_rest:
+            raise records.complaint(again, f"{copy.file} has the samples of {entry.file} in {role}; list them once")
+
+
+def _content(path: Path) -> str:
+    """What says that files have the same samples: a digest, unpacked; the path of one that cannot be read."""
+    try:
+        data = path.read_bytes()
+        return sha256(gzip.decompress(data) if path.suffix == ".gz" else data).hexdigest()
+    except (OSError, EOFError, zlib.error):
+        return str(path)
+
+
 def _listed(records: Table, role: str) -> list[_Entry]:
     """A role's files, or parts of them."""
     items = records.values.get(role, [])
@@ -147,7 +179,7 @@ def _listed(records: Table, role: str) -> list[_Entry]:
         raise records.complaint(role, 'must be a list of files; write ["steps.csv"]')
     entries = [_entry(records, role, item) for item in items]
     for index, entry in enumerate(entries):
-        if entry in entries[:index]:
+        if any(entry.overlaps(other) for other in entries[:index]):
             raise records.complaint(role, f"{entry.file} is listed twice; remove one")
     return entries
 

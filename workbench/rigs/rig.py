@@ -3,7 +3,7 @@
 A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load`, `limits`,
 `control`, `sensors.NAME` and `effects`; `effect_files` lists Python files beside it with a user's own effects. A number
 is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are how far a fit may
-move it. Everything is SI once read.
+move it, `interval` within what a fit knows it (95 %). Everything is SI once read.
 """
 
 from collections.abc import Mapping
@@ -32,7 +32,8 @@ TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensor
 
 @dataclass(frozen=True)
 class Number:
-    """A number with its SI value, the unit it was written in, where it comes from and its declared range [SI]."""
+    """A number with its SI value, the unit it was written in, where it comes from, its declared range [SI], and the
+    interval [SI] in which a fit knows it."""
 
     name: str
     value: float
@@ -41,6 +42,14 @@ class Number:
     source: str
     low: float | None = None
     high: float | None = None
+    interval: tuple[float, float] | None = None
+
+    @property
+    def uncertain(self) -> tuple[float, float] | None:
+        """Between what it lies, SI: the interval of a fit, or else the declared range."""
+        if self.interval is not None or self.low is None or self.high is None:
+            return self.interval
+        return self.low, self.high
 
     @property
     def shown(self) -> float:
@@ -164,7 +173,7 @@ class Rig:
         return self.limits[name].value
 
     def with_values(self, **values: float) -> "Rig":
-        """A copy with other SI values; a value beyond its fit bounds takes them along in proportion.
+        """A copy with other SI values; a value beyond its fit bounds or interval takes them along in proportion.
 
         Raises InputError for an unknown name or an impossible value.
         """
@@ -181,11 +190,18 @@ class Rig:
 
 def _moved(number: Number, value: float) -> Number:
     """The number with another value; a range that it leaves goes with it, in proportion."""
-    if number.low is None or number.high is None or number.low <= value <= number.high:
-        return replace(number, value=value)
     shift = value / number.value if number.value else 1.0
-    low, high = sorted((number.low * shift, number.high * shift))
-    return replace(number, value=value, low=min(low, value), high=max(high, value))
+
+    def moved(low: float, high: float) -> tuple[float, float]:
+        if low <= value <= high:
+            return low, high
+        low, high = sorted((low * shift, high * shift))
+        return min(low, value), max(high, value)
+
+    ends = None if number.low is None or number.high is None else moved(number.low, number.high)
+    interval = None if number.interval is None else moved(*number.interval)
+    low, high = ends or (number.low, number.high)
+    return replace(number, value=value, low=low, high=high, interval=interval)
 
 
 def number_specs(valve: str, corrector: str, jack: str) -> dict[str, Spec]:
@@ -257,19 +273,20 @@ def read_number(table: Table, name: str, spec: Spec, source: str = "") -> Number
     """One `{value, unit, source, bounds}` of a table; `source` is where it comes from if it does not say."""
     if not isinstance(table.values.get(name), Mapping | None):
         raise table.complaint(name, f'write {{value = ..., unit = "{spec.unit}", source = "..."}}')
-    value = table.quantity(name, spec, "source", "bounds")
+    value = table.quantity(name, spec, "source", "bounds", "interval")
     entry = table.table(name)
-    low, high = _bounds(entry, value, spec.unit) if "bounds" in entry else (None, None)
-    return Number(name, value, entry.text("unit", ""), spec.unit, entry.text("source", source), low, high)
+    low, high = _ends(entry, "bounds", value, spec.unit) if "bounds" in entry else (None, None)
+    interval = _ends(entry, "interval", value, spec.unit) if "interval" in entry else None
+    return Number(name, value, entry.text("unit", ""), spec.unit, entry.text("source", source), low, high, interval)
 
 
-def _bounds(entry: Table, value: float, si: str) -> tuple[float, float]:
-    bounds = entry.numbers("bounds", "[low, high]")
-    if len(bounds) != 2:
-        raise entry.complaint("bounds", "must be two numbers, [low, high], in the number's unit")
-    low, high = (float(to_si(bound, entry.text("unit", ""), si)) for bound in bounds)
+def _ends(entry: Table, key: str, value: float, si: str) -> tuple[float, float]:
+    ends = entry.numbers(key, "[low, high]")
+    if len(ends) != 2:
+        raise entry.complaint(key, "must be two numbers, [low, high], in the number's unit")
+    low, high = (float(to_si(end, entry.text("unit", ""), si)) for end in ends)
     if not low <= value <= high:
-        raise entry.complaint("bounds", "the value is outside its own bounds")
+        raise entry.complaint(key, f"the value is outside its own {key}")
     return low, high
 
 
@@ -354,6 +371,8 @@ def number_entry(number: Number) -> dict[str, Any]:
         entry["source"] = number.source
     if number.low is not None and number.high is not None:
         entry["bounds"] = [shown(number.low), shown(number.high)]
+    if number.interval is not None:
+        entry["interval"] = [shown(end) for end in number.interval]
     return entry
 
 

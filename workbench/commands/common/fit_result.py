@@ -1,6 +1,6 @@
 """What a fit found: numbers with intervals in the units that people read, and the rig file with them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,7 @@ from ...base.units import from_si, to_si
 from ...identify.fit.solver import Fit
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel
-from ...plant.effects import Effect, EffectNumber
+from ...plant.effects import Effect, EffectNumber, declared_numbers
 from ...rigs.rig import EffectUse, Number, Rig
 from .numbers import finite
 
@@ -47,10 +47,11 @@ class Fitted:
 
 
 def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
-    """The rig's own numbers that a fit moved."""
-    own = [(index, free) for index, free in enumerate(fit.free) if free.name in rig.numbers]
+    """The rig's own numbers that a fit moved, those of the effects that it declares included."""
+    numbers = {**rig.numbers, **declared_numbers(rig)}
+    own = [(index, free) for index, free in enumerate(fit.free) if free.name in numbers]
     return [
-        Fitted(rig.numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.at_bounds)
+        Fitted(numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.at_bounds)
         for index, free in own
     ]
 
@@ -88,18 +89,13 @@ def correlations(fit: Fit) -> np.ndarray:
 def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequence[str] = ()) -> Rig:
     """The rig with the numbers of a fit and the effects that were added; `files` have effects beside the library's."""
     name = problem.campaign.path.resolve().name
-    numbers = dict(problem.rig.numbers)
-    for entry in fitted(problem.rig, model_fit.fit):
-        end = ", at an end of its range" if entry.at_bounds else ""
-        low, high = (float(from_si(v, entry.number.unit, entry.number.si)) for v in (entry.low, entry.high))
-        source = f"fitted to {name}: 95 % from {low:.4g} to {high:.4g}{end}; it was {entry.number.shown:.4g}"
-        numbers[entry.number.name] = replace(entry.number, value=entry.value, source=source)
+    numbers = {entry.number.name: _as_fitted(entry, name) for entry in fitted(problem.rig, model_fit.fit)}
     uses = tuple(_use(effect, model_fit.fit, f"fitted to {name}") for effect in model_fit.effects)
     return replace(
         problem.rig,
         name=f"{problem.rig.name}-{name}",
-        numbers=numbers,
-        effects=(*problem.rig.effects, *uses),
+        numbers={key: numbers.get(key, number) for key, number in problem.rig.numbers.items()},
+        effects=(*(_refitted(use, numbers) for use in problem.rig.effects), *uses),
         effect_files=tuple(dict.fromkeys((*problem.rig.effect_files, *files))),
     )
 
@@ -107,6 +103,20 @@ def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequen
 def _value(fit: Fit, index: int) -> float:
     free = fit.free[index]
     return min(max(free.value(float(fit.x[index])), free.low), free.high)
+
+
+def _as_fitted(entry: Fitted, campaign: str) -> Number:
+    """The number with its fitted value, its interval and where they come from."""
+    end = ", at an end of its range" if entry.at_bounds else ""
+    low, high = (float(from_si(v, entry.number.unit, entry.number.si)) for v in (entry.low, entry.high))
+    source = f"fitted to {campaign}: 95 % from {low:.4g} to {high:.4g}{end}; it was {entry.number.shown:.4g}"
+    return replace(entry.number, value=entry.value, source=source, interval=(entry.low, entry.high))
+
+
+def _refitted(use: EffectUse, numbers: Mapping[str, Number]) -> EffectUse:
+    """A declared effect with those of its numbers that were fitted."""
+    changed = {name: numbers.get(f"{use.name}.{name}", number) for name, number in use.numbers.items()}
+    return replace(use, numbers={name: replace(number, name=name) for name, number in changed.items()})
 
 
 def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:

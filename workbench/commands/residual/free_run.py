@@ -1,4 +1,4 @@
-"""One free run beside the mean of repeats: rows, table and figures for the report of a residual."""
+"""One free run beside a record, or the mean of its repeats: rows, table and figures for the report of a residual."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,8 +17,11 @@ PHASES = (WHOLE, MOVING, STANDING)
 
 
 def free_runs(plant: Plant, records: Sequence[Record], floor: NoiseFloor) -> list[FreeRunComparison]:
-    """Every signal of every group of repeats among the records, beside one free run."""
-    return [comparison for group in repeated(records) for comparison in against_mean(plant, group, floor)]
+    """Every signal of every group of repeats among the records, and of those without any, beside one free run."""
+    groups = repeated(records)
+    in_groups = {record.name for group in groups for record in group}
+    groups += [(record,) for record in records if record.name not in in_groups]
+    return [comparison for group in groups for comparison in against_mean(plant, group, floor)]
 
 
 def free_run_rows(comparisons: Sequence[FreeRunComparison]) -> list[dict[str, Any]]:
@@ -35,6 +38,16 @@ def free_run_rows(comparisons: Sequence[FreeRunComparison]) -> list[dict[str, An
     ]
 
 
+def free_run_sentence(comparisons: Sequence[FreeRunComparison]) -> str:
+    """The error of every free run, signal by signal."""
+    by_records: dict[str, list[str]] = {}
+    for row in free_run_rows(comparisons):
+        error = "unknown, the run fails" if row[WHOLE] is None else f"{row[WHOLE]:.3g} {row['unit']}"
+        by_records.setdefault(_of(row["records"]), []).append(f"{row['signal']} {error}")
+    each = "; ".join(f"{', '.join(errors)} in {of}" for of, errors in by_records.items())
+    return f"One free run leaves, RMS: {each}."
+
+
 def free_run_section(comparisons: Sequence[FreeRunComparison]) -> Section:
     """The table of errors beside the repeatability, and each mean with its free run."""
     rows = []
@@ -43,15 +56,19 @@ def free_run_section(comparisons: Sequence[FreeRunComparison]) -> Section:
         numbers = [number for phase in PHASES for number in (row[phase], repeatability[phase])]
         rows.append([", ".join(row["records"]), row["signal"], row["unit"], *numbers])
     table = Table(
-        "RMS distance of one free run to the mean of the repeats",
-        ["repeats", "signal", "unit", *(text for phase in PHASES for text in (phase, "repeats differ by"))],
+        "RMS distance of one free run to the record, or to the mean of its repeats",
+        ["record", "signal", "unit", *(text for phase in PHASES for text in (phase, "repeats differ by"))],
         rows,
         note="One run through the whole record, driven by the recorded command alone, from the state that fits its "
         "first 0.5 s. Moving: the measured position's speed over 0.05 s is above a tenth of the fastest; standing is "
         "the rest, on the end stops. Clipped samples are not compared. Repeats differ by: the standard deviation of a "
         "repeat, RMS over the same samples.",
     )
-    return Section("Free run against the mean of repeats", [table, *map(_figure, comparisons)])
+    return Section("Free run", [table, *map(_figure, comparisons)])
+
+
+def _of(records: Sequence[str]) -> str:
+    return records[0] if len(records) == 1 else f"mean of {', '.join(records)}"
 
 
 def _shown(comparison: FreeRunComparison, value: float | None) -> float | None:
@@ -64,10 +81,10 @@ def _figure(comparison: FreeRunComparison) -> Figure:
     mean, model = (from_si(values, signal.unit, signal.si) for values in (comparison.mean, comparison.model))
     left = np.where(comparison.compared, mean - model, np.nan)
     return Figure(
-        f"{comparison.name}: mean of {len(comparison.records)} repeats and one free run",
+        f"{comparison.name}: {_of(comparison.records)} and one free run",
         "time [s]",
         [
-            Panel(signal.label, [Curve("mean of repeats", comparison.t, mean), Curve("free run", comparison.t, model)]),
-            Panel(f"mean - free run [{signal.unit}]", [Curve("difference", comparison.t, left)]),
+            Panel(signal.label, [Curve("measured", comparison.t, mean), Curve("free run", comparison.t, model)]),
+            Panel(f"measured - free run [{signal.unit}]", [Curve("difference", comparison.t, left)]),
         ],
     )

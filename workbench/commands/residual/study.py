@@ -1,5 +1,6 @@
 """The residual of a campaign: what a rig's model leaves unexplained of the held-out records."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,13 @@ from ...records import Campaign, Record
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
-from .free_run import free_run_rows, free_run_section, free_runs
+from .free_run import free_run_rows, free_run_section, free_run_sentence, free_runs
 
 
 def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress, free_run: bool = False) -> Outcome:
     """Predict every held-out record and compare, signal by signal; `free_run` adds one run through each record.
 
-    Where held-out records repeat a command, one free run is held against their mean too.
+    Held-out records that repeat a command are held against one free run by their mean.
     """
     floor = noise_floor(campaign)
     plant = build(rig)
@@ -42,14 +43,16 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
         free = [predict_free(plant, record, floor) for record in campaign.heldout]
         for row, other in zip(rows, (row for prediction in free for row in _rows(prediction, floor)), strict=True):
             row["free_run_rms"] = other["rms"]
-    repeats = free_runs(plant, campaign.heldout, floor) if free_run else []
+    runs = free_runs(plant, campaign.heldout, floor) if free_run else []
     metrics: dict[str, Any] = {"rows": rows, "chi2": chi2(predictions, floor)}
     if free_run:
-        metrics["free_run"] = free_run_rows(repeats)
+        metrics["free_run"] = free_run_rows(runs)
     tables = {f"residual-{p.record.name.replace('/', '-')}": _table(p) for p in predictions}
     telling = _figure(predictions[0], next(iter(predictions[0].signals)))
-    more = [free_run_section(repeats)] if repeats else []
-    return Outcome(metrics, _page(campaign, rig, floor, predictions, metrics, more), telling, tables)
+    page = _page(campaign, rig, floor, predictions, metrics, [free_run_section(runs)] if runs else [])
+    if runs:
+        page = replace(page, verdict=f"{page.verdict} {free_run_sentence(runs)}")
+    return Outcome(metrics, page, telling, tables)
 
 
 def chi2(predictions: list[Prediction], floor: NoiseFloor) -> float | None:

@@ -33,10 +33,10 @@ def drawn_plants(config: RobustnessConfig, delay: float) -> DrawnPlants:
     rig = with_delay(config.rig, delay)
     engine = Engine(build(rig))
     plant, draw = engine.plant, drawn(config, engine.plant)
-    p, at = draw.p, draw.position  # a specimen is relaxed there
+    smooth, at = plant.without_dry_friction(draw.p), draw.position  # a specimen is relaxed there
     points = {
-        "null": equilibria(plant, p, at, None, None, **far_end(plant, at)),
-        "moving": equilibria(plant, p, at, MOVING, None, **far_end(plant, at, MOVING)),
+        "null": equilibria(plant, draw.p, at, None, None, **far_end(plant, at)),
+        "moving": equilibria(plant, smooth, at, MOVING, None, **far_end(plant, at, MOVING)),
     }
     stroke = rig.limit("stroke")
     places = tuple(share * stroke for share in config.positions if rig.is_jack)

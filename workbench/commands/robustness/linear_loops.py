@@ -106,7 +106,8 @@ def _chunks(
     measures = tuple(dict.fromkeys(name for law in controllers.values() for name in law.measures))
     for first in range(0, len(points.ok), _CHUNK):
         lanes = slice(first, first + _CHUNK)
-        p, about = plants.draw.p[lanes], Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
+        p = plant.without_dry_friction(plants.draw.p[lanes])
+        about = Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
         if position is not None:  # a specimen is relaxed there too
             about = moved(plant, p, about, position, specimen_position=position)
         sampled = sampled_lanes(plant, about, p, measures, period)

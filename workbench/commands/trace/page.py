@@ -26,7 +26,7 @@ from .tables import (
     unseen_signals,
     untested_table,
 )
-from .words import EQUATION, next_records, verdict
+from .words import EQUATION, RETUNE, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 Item = Figure | Table | str
@@ -54,6 +54,7 @@ def trace_page(
         *(_what(trace) if changed else _shape(shape)),
         *(_shape(shape) if changed else _what(trace)),
         *_next(trace),
+        Section("What it buys", [RETUNE]),
         *_where(trace),
         _own_numbers(trace, names),
         *([Section("Sessions", [sessions_table(differences)])] if differences else []),

@@ -13,6 +13,10 @@ from .shape import UnexplainedDisturbance
 
 _FAR = 0.3  # explained share below which the next best is no rival
 
+RETUNE = (
+    "A controller tuned anew on the rig as found, beside the old one: jackbench retune EXPERIMENT --found rig.toml. "
+    "rig.toml lies beside this page; EXPERIMENT is one of tune, run or bench on this rig."
+)
 EQUATION = {
     "drive": "the drive (amplifier and spool loop)",
     "pilot": "the torque motor and pilot stage",

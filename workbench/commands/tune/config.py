@@ -20,6 +20,7 @@ from .problem import Searched, TuneProblem
 
 _OF_THE_SEARCH = ("rigs", "variation", "weights", "trials", "positions", "draw", "goals")
 WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}
+USUAL_WEIGHTS = {"settling": 10.0, "iae": 10.0, "overshoot": 0.05, "robustness": 0.2}  # where nobody gives any
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,11 @@ def load_tune(path: str | Path, rig: str | None = None) -> TuneConfig:
     if (kind := top.text("experiment")) != "tune":
         other = "bench" if kind == "bench" else "run"
         raise top.complaint("experiment", f'{echo(kind)} is not "tune"; jackbench {other} takes it')
-    return _tune(top, rig or rig_name(top), rig_of(top, path, rig))
+    return tune_config(top, rig or rig_name(top), rig_of(top, path, rig))
 
 
-def _tune(top: Table, named: str, rig: Rig) -> TuneConfig:
+def tune_config(top: Table, named: str, rig: Rig) -> TuneConfig:
+    """The tables of a tune experiment on a rig, which was `named` so. Raises InputError."""
     tables = top.optional_table("controllers")
     if len(tables) != 1:
         raise top.complaint("controllers", "tunes one controller; give it one table [controllers.NAME]")

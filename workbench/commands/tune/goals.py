@@ -10,7 +10,7 @@ from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
 from ...loop.envelope import Envelope, envelope, steps
-from ...loop.hard_goals import SECONDS, Goal, linear_goals, motion_goals
+from ...loop.hard_goals import Goal, linear_goals, motion_goals
 from ...loop.hardest import hardest
 from ...loop.rig_variations import with_delay
 from ...loop.scenarios import Scenario
@@ -86,7 +86,7 @@ class Goals:
         if spec is None:
             return []
         controller = spec.build(self.problem.rig.period.value)
-        return hardest(self.envelope, controller, self.problem.scenarios, _HARDEST)
+        return hardest(self.envelope, controller, self.problem.scenarios, _HARDEST, self.problem.limits)
 
     @property
     def _count(self) -> int:
@@ -121,12 +121,13 @@ class Goals:
     def _numbers(self, envelope: Envelope, controller: Controller, scenario: Scenario) -> dict[str, float]:
         """Of a step settling [s], all of the run where it never settles, and overshoot [%]; IAE over the step, or over
         the band of a load [s]: that of a load is finite where a loop without integral action never makes up for it."""
-        noisy = steps(envelope.played(controller), controller, scenario, self.problem.conditions.noise, SECONDS)
+        seconds = self.problem.limits.seconds
+        noisy = steps(envelope.played(controller), controller, scenario, self.problem.conditions.noise, seconds)
         size = abs(scenario.size) or settling_band(self.problem.rig, scenario.signal, 0.0)
         nominal = envelope.are_nominal(noisy.names)
         numbers = {"iae": _worst(noisy.iae / size, nominal)}
         if scenario.size:
-            numbers["settling"] = _worst(np.nan_to_num(noisy.settling, nan=SECONDS), nominal)
+            numbers["settling"] = _worst(np.nan_to_num(noisy.settling, nan=seconds), nominal)
             numbers["overshoot"] = _worst(noisy.overshoot, nominal)
         return numbers
 

@@ -40,7 +40,7 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
         "trials": [_line(config, trial) for trial in trials],
     }
     page = tune_page(config, trials, nearest, runs, rows)
-    files = {} if best is None else _files(config, best)
+    files = {} if best is None else tuned_files(config, best)
     tables = {
         f"step-{what}-{name}": {"t [s]": run.record.t, **run.record.signals}
         for what, by_scenario in runs.items()
@@ -97,7 +97,7 @@ def _line(config: TuneConfig, trial: Trial) -> dict[str, Any]:
     return {"trial": trial.number, **result, "drawn": trial.drawn, "numbers": _numbers(config, trial.values)}
 
 
-def _files(config: TuneConfig, best: Trial) -> dict[str, str]:
+def tuned_files(config: TuneConfig, best: Trial) -> dict[str, str]:
     """tuned.toml, a step experiment of the best design, and beside it the rig where that is no bundled one."""
     bundled = config.rig_name in bundled_rigs()
     table = config.step_table(best.values, config.rig_name if bundled else "rig.toml")

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...plant import Plant, build
-from ...plant.effects import Effect, EffectNumber
+from ...plant.effects import Effect, EffectNumber, declared_numbers
 from ...rigs.rig import Rig
 from .determined import FreeParameter
 from .model import Model
@@ -28,10 +28,13 @@ class Candidate:
 
 
 def uncertain(rig: Rig) -> tuple[FreeParameter, ...]:
-    """The rig's numbers that have bounds. Raises InputError where there are none."""
+    """The numbers of a rig and of the effects that it declares that have bounds, by the plant's names.
+
+    Raises InputError where there are none.
+    """
     free = tuple(
         FreeParameter(n.name, n.value, n.low, n.high, _scale(n.low, n.high), "declared range")
-        for n in rig.numbers.values()
+        for n in {**rig.numbers, **declared_numbers(rig)}.values()
         if n.low is not None and n.high is not None and n.high > n.low
     )
     if not free:

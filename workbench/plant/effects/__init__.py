@@ -17,7 +17,7 @@ sensor                      of the pressure transducers
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
 from .grammar import refine
-from .known import LIBRARY, applies, find, known_effects, load_effects, resolve
+from .known import LIBRARY, applies, declared_numbers, find, known_effects, load_effects, resolve
 from .learned_pieces import learned
 from .options import refine_at, refinements, start_from
 from .slots import SLOTS, Slot, valves_with
@@ -33,6 +33,7 @@ __all__ = [
     "Scope",
     "Slot",
     "applies",
+    "declared_numbers",
     "effect",
     "find",
     "known_effects",

@@ -1,16 +1,17 @@
 """All effects that a rig can name, those of the library and those of its own files, and the ones it declares."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
 from ...base.errors import InputError, nearest
-from ...base.units import to_si
-from ...rigs.rig import EffectUse, Rig
+from ...base.units import from_si, to_si
+from ...rigs.rig import EffectUse, Number, Rig
 from . import air, compliance, drive, friction, lands, leakage, load, pilot, sensor, supply
 from .curves import check_knots
 from .decorator import check, declared
-from .effect import Effect
+from .effect import Effect, EffectNumber
 from .grammar import refined_by
 from .learned_pieces import PREFIX, find_learned
 
@@ -131,11 +132,33 @@ def _resolve(use: EffectUse, known: tuple[Effect, ...]) -> tuple[Effect, Mapping
     for name, given in use.numbers.items():
         if name not in specs:
             raise InputError(f'{use.name}: no number "{name}"; {nearest(name, specs)}')
-        spec = specs[name]
-        values[name] = float(to_si(given.value, given.unit, spec.si))
-        if not spec.low <= values[name] <= spec.high:
-            raise InputError(
-                f"{use.name}: {name} = {values[name]:g} {spec.si} is outside {spec.low:g} to {spec.high:g} {spec.si}"
-            )
+        values[name] = _in_si(use, specs[name], given).value
     check_knots(effect, values)
     return effect, values
+
+
+def declared_numbers(rig: Rig) -> dict[str, Number]:
+    """The numbers of its effects that a rig declares, by the plant's names for them, SI. Raises InputError."""
+    known, numbers = known_effects(rig.effect_files), {}
+    for use in rig.effects:
+        effect, _ = _resolve(use, known)
+        specs = {number.name: number for number in effect.numbers}
+        for name, given in use.numbers.items():
+            numbers[effect.key(name)] = replace(_in_si(use, specs[name], given), name=effect.key(name))
+    return numbers
+
+
+def _in_si(use: EffectUse, spec: EffectNumber, given: Number) -> Number:
+    """A declared number and its bounds in the SI unit of the effect, within whose range they must be."""
+
+    def si(value: float) -> float:
+        value = float(to_si(from_si(value, given.unit, given.si), given.unit, spec.si))
+        if not spec.low <= value <= spec.high:
+            raise InputError(
+                f"{use.name}: {spec.name} = {value:g} {spec.si} is outside {spec.low:g} to {spec.high:g} {spec.si}"
+            )
+        return value
+
+    low, high = (None if end is None else si(end) for end in (given.low, given.high))
+    interval = None if given.interval is None else (si(given.interval[0]), si(given.interval[1]))
+    return replace(given, value=si(given.value), si=spec.si, low=low, high=high, interval=interval)

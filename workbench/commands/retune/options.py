@@ -1,0 +1,36 @@
+"""`jackbench retune EXPERIMENT --found RIG`: a controller tuned anew on the rig as found, and the old one beside it."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from ...base.errors import InputError
+from ...rigs.rig import rig_table
+from ..common.experiment import data_files
+from ..common.options import computes, finish, jobs, works
+from ..common.shipped import experiment
+from .config import load_retune
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("experiment", type=experiment, help="such as experiments/tune_p_dp.toml; or of run, or bench")
+    parser.add_argument("--found", required=True, metavar="RIG", help="the rig as fit or trace left it, a .toml file")
+    parser.add_argument("--controller", metavar="NAME", help="which one, where the experiment has several")
+    parser.add_argument("--trials", type=int, metavar="N", help="designs that are tried (default: the experiment's)")
+    works(parser)
+    computes(parser, _retune)
+
+
+def _retune(options: argparse.Namespace, words: list[str]) -> None:
+    if options.trials is not None and options.trials < 1:
+        raise InputError(f"--trials {options.trials}: must be 1 or more")
+    config = load_retune(options.experiment, options.found, options.rig, options.controller, options.trials)
+    from .study import run_retune
+
+    rigs = {"rig": rig_table(config.declared.start.rig), "found": rig_table(config.found.start.rig)}
+    identity = {"command": "retune", "experiment": config.found.source, "trials": config.found.trials, **rigs}
+    if files := data_files(config.found.source):
+        identity["files"] = files
+    name = f"retune-{Path(options.experiment).stem}"
+    finish(options, words, name, identity, partial(run_retune, config, jobs=jobs(options)))
