@@ -40,7 +40,7 @@ def continuity(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.S
     """Pressure rates: valve flow, leakage past the piston, and the volume that it sweeps. x is 0 at mid stroke."""
     pa, pb = jack.pa, jack.pb
     across = b["Cl"] * (pa - pb)
-    outside = b.slot("leakage", (ca.SX(0), ca.SX(0)), pa=pa, pb=pb, drain=drain)
+    outside = b.slot("leakage", (ca.SX(0), ca.SX(0)), pa=pa, pb=pb, drain=drain, position=x)
     into_a = b["n"] * valve.into_a - across - jack.area_a * v - outside[0]
     into_b = jack.area_b * v + across - b["n"] * valve.out_of_b - outside[1]
     half = b["S"] / 2

@@ -347,7 +347,7 @@ def rig_text(rig: Rig) -> str:
 
 def number_entry(number: Number) -> dict[str, Any]:
     def shown(value: float) -> float:
-        return float(f"{float(from_si(value, number.unit, number.si)):.14g}")
+        return _shortest(value, number.unit, number.si)
 
     entry: dict[str, Any] = {"value": shown(number.value), "unit": number.unit}
     if number.source:
@@ -355,6 +355,13 @@ def number_entry(number: Number) -> dict[str, Any]:
     if number.low is not None and number.high is not None:
         entry["bounds"] = [shown(number.low), shown(number.high)]
     return entry
+
+
+def _shortest(value: float, unit: str, si: str) -> float:
+    """A value [SI] in a unit with 14 digits, or as few more as give it back to the last bit, where any do."""
+    written = float(from_si(value, unit, si))
+    texts = [float(f"{written:.{digits}g}") for digits in (14, 15, 16)]
+    return next((text for text in texts if float(to_si(text, unit, si)) == value), written)
 
 
 def sensor_entry(name: str, sensor: Sensor) -> dict[str, Any]:

@@ -4,6 +4,10 @@ Whoever writes one imports `effect`, `number` and `state` from here; SLOTS says 
 
 decorator, effect, slots    how an effect is written, what it is, where it acts
 known                       the library, a user's own effects, and those that a rig declares
+grammar, options            refinements of any effect by their words, and which an effect can take
+natural, reshape            what numbers and curves of a slot may depend on; how a refinement is put on an effect
+modulation, dynamics, spline, curves    the refinements
+learned_pieces, learned_curves     curves and linear elements where no effect has the shape
 drive, lag, pilot           of the drive and the pilot stage
 lands, supply, leakage, air    of the flows
 friction, load, compliance    of the forces
@@ -12,7 +16,10 @@ sensor                      of the pressure transducers
 
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
+from .grammar import refine
 from .known import LIBRARY, applies, find, known_effects, load_effects, resolve
+from .learned_pieces import learned
+from .options import refine_at, refinements, start_from
 from .slots import SLOTS, Slot, valves_with
 
 __all__ = [
@@ -29,9 +36,14 @@ __all__ = [
     "effect",
     "find",
     "known_effects",
+    "learned",
     "load_effects",
     "number",
+    "refine",
+    "refine_at",
+    "refinements",
     "resolve",
+    "start_from",
     "state",
     "valves_with",
 ]

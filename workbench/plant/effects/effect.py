@@ -1,6 +1,7 @@
 """What an effect is: a physical cause that a plant may lack, put into named slots of the graph."""
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,7 @@ class EffectNumber:
     value at which the effect is gone; a number that only shapes the effect has none. `tried` are values from which a
     search starts, besides `typical`, where no fit finds the way from there: those of a frequency. `given`: recordings
     rarely tell it from the others, so that a fit leaves it where it is typical; a rig file may declare another value.
+    `refines`: it is of a refinement, whose effect without it is the plain formula.
     """
 
     name: str
@@ -34,6 +36,7 @@ class EffectNumber:
     off: float | None = None
     tried: tuple[float, ...] = ()
     given: bool = False
+    refines: bool = False
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,12 @@ class Scope:
     def u(self, name: str) -> ca.SX:
         """An input of this effect."""
         return self._known(self._u, name, "input")
+
+    def with_numbers(self, values: Mapping[str, ca.SX]) -> "Scope":
+        """The same scope where some numbers of this effect are expressions."""
+        changed = copy(self)
+        changed._p = self._p | dict(values)
+        return changed
 
     def rate(self, name: str, expression: ca.SX) -> None:
         """The time derivative of a state of this effect."""

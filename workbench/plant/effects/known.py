@@ -8,8 +8,11 @@ from ...base.errors import InputError, nearest
 from ...base.units import to_si
 from ...rigs.rig import EffectUse, Rig
 from . import air, compliance, drive, friction, lands, leakage, load, pilot, sensor, supply
+from .curves import check_knots
 from .decorator import check, declared
 from .effect import Effect
+from .grammar import refined_by
+from .learned_pieces import PREFIX, find_learned
 
 _MODULES = (drive, pilot, friction, lands, supply, air, leakage, load, compliance, sensor)
 LIBRARY: tuple[Effect, ...] = declared(value for module in _MODULES for value in vars(module).values())
@@ -86,11 +89,16 @@ def _line(at: TracebackType | None, path: str | Path) -> int:
 
 
 def find(name: str, formula: str, files: Iterable[str | Path] = ()) -> Effect:
-    """An effect of the library or of a rig's files; an empty formula takes the name's first. Raises InputError."""
+    """An effect of the library or of a rig's files, or a learned piece; refined where its formula says so after a ";".
+
+    An empty formula takes the name's first. Raises InputError.
+    """
     return _find(known_effects(files), name, formula)
 
 
 def _find(known: Iterable[Effect], name: str, formula: str) -> Effect:
+    if name.startswith(PREFIX):
+        return find_learned(name, formula)
     known = tuple(known)
     named = [effect for effect in known if effect.name == name]
     if not named:
@@ -98,6 +106,9 @@ def _find(known: Iterable[Effect], name: str, formula: str) -> Effect:
     for effect in named:
         if formula in ("", effect.formula):
             return effect
+    plain, refined, refinements = formula.partition(";")
+    if refined:
+        return refined_by(_find(known, name, plain.strip()), refinements)
     raise InputError(f'{name}: no formula "{formula}"; {nearest(formula, [effect.formula for effect in named])}')
 
 
@@ -126,4 +137,5 @@ def _resolve(use: EffectUse, known: tuple[Effect, ...]) -> tuple[Effect, Mapping
             raise InputError(
                 f"{use.name}: {name} = {values[name]:g} {spec.si} is outside {spec.low:g} to {spec.high:g} {spec.si}"
             )
+    check_knots(effect, values)
     return effect, values

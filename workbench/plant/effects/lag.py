@@ -7,22 +7,24 @@ from .effect import Scope
 FAST = 1e-5  # s: no slower than the fastest oil of a valve, so an integrator hardly notices
 
 
-def first_order(value: ca.SX, s: Scope, state: str) -> ca.SX:
+def first_order(value: ca.SX, s: Scope, state: str, prefix: str = "") -> ca.SX:
     """(1 + T0 d/dt) value = (1 + (tau + T0) d/dt) y with T0 = 10 us: y lags by tau exactly, and is value at tau = 0.
 
-    `state` [unit of value] is the slow part of y; `tau` [s] a number of the effect.
+    `state` [unit of value] is the slow part of y; `prefix`tau [s] a number of the effect.
     """
-    slow, length = s.x(state), s.p("tau") + FAST
+    slow, length = s.x(state), s.p(f"{prefix}tau") + FAST
     s.rate(state, (value - slow) / length)
     return slow + FAST / length * (value - slow)
 
 
-def second_order(value: ca.SX, s: Scope, state: str) -> ca.SX:
+def second_order(value: ca.SX, s: Scope, state: str, prefix: str = "") -> ca.SX:
     """T^2 y'' + 2 zeta T y' + y = value, T = tau + 10 us, read out so that it is exactly value at tau = 0.
 
-    States `state` (y) and `state`_rate (T y') [unit of value]; `tau` [s] and `zeta` [1] are numbers of the effect.
+    States `state` (y) and `state`_rate (T y') [unit of value]; `prefix`tau [s] and `prefix`zeta [1] are numbers of the
+    effect.
     """
-    y, w, length, zeta = s.x(state), s.x(f"{state}_rate"), s.p("tau") + FAST, s.p("zeta")
+    y, w = s.x(state), s.x(f"{state}_rate")
+    length, zeta = s.p(f"{prefix}tau") + FAST, s.p(f"{prefix}zeta")
     bend = value - y - 2 * zeta * w  # T^2 y''
     s.rate(state, w / length)
     s.rate(f"{state}_rate", bend / length)

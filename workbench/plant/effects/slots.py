@@ -24,14 +24,14 @@ _VALVE = {
     "motor_current": Slot("current [A] that makes torque in the motor"),
     "main_friction": Slot("dry friction [N] against the main spool's motion", ("spool", "velocity")),
     "main_openings": Slot("openings (o(z), o(-z)) [m] of the main lands", ("spool", "lap", "travel")),
-    "main_flows": Slot("flows (into A, out of B) [m^3/s] of one valve"),
+    "main_flows": Slot("flows (into A, out of B) [m^3/s] of one valve", ("opening",)),
 }
 """Slots inside a valve, of which each kind has its own."""
 
 _PLANT = {
     "supply": Slot("supply pressure [Pa] at the valve"),
     "supply_flow": Slot("nothing: here the flow [m^3/s] drawn from the supply is known", ("flow", "rated", "supply")),
-    "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain")),
+    "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
     "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop")),
     "load": Slot("load-cell force [N], against positive motion", ("position", "velocity")),

@@ -48,7 +48,8 @@ def main_openings(b: Assembly, z: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 def main_flows(b: Assembly, openings: tuple[ca.SX, ca.SX], lands: Lands) -> tuple[ca.SX, ca.SX]:
     """Flow into port A and out of port B [m^3/s] through the main lands of one valve."""
-    return b.slot("main_flows", land_flows(openings, b["K3"], (lands.a, lands.b), lands.supply, lands.drain))
+    flows = land_flows(openings, b["K3"], (lands.a, lands.b), lands.supply, lands.drain)
+    return b.slot("main_flows", flows, opening=openings[0] - openings[1])
 
 
 def rated_flow(b: Assembly) -> ca.SX:

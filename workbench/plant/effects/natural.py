@@ -1,0 +1,178 @@
+"""The natural variables of each slot: what the numbers and curves of an effect may depend on, and what passes there.
+
+A variable is named in a formula by its word, or by its word between bars for its magnitude: "velocity", "|velocity|".
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import casadi as ca
+
+from ...base.errors import InputError, nearest
+from .effect import Effect, Scope
+
+Reader = Callable[[Any, Scope], ca.SX]
+"""Takes what passes through a slot, and the scope; returns the variable."""
+
+
+@dataclass(frozen=True)
+class NaturalVariable:
+    """A variable of a slot: SI unit, unit that people read, its usual `reach` and the widest that a file may state.
+
+    `small` is what its sign is spread over; None where it cannot be negative. `passes`: it is what passes itself.
+    """
+
+    word: str
+    si: str
+    shown: str
+    reach: float
+    widest: float
+    small: float | None
+    read: Reader
+    passes: bool = False
+
+    @property
+    def is_magnitude(self) -> bool:
+        """Whether it is one between bars."""
+        return self.word.startswith("|")
+
+    @property
+    def usual(self) -> tuple[float, float]:
+        """The usual range, from end to end."""
+        return (0.0 if self.small is None else -self.reach), self.reach
+
+    @property
+    def key(self) -> str:
+        """Its word as part of a number's name."""
+        return f"abs_{self.word[1:-1]}" if self.is_magnitude else self.word
+
+    @property
+    def magnitude(self) -> "NaturalVariable":
+        """The same without its sign."""
+        read = self.read
+        return replace(self, word=f"|{self.word}|", small=None, read=lambda value, s: ca.fabs(read(value, s)))
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of what passes through a slot: SI unit, a magnitude that is large for it, a plausible value at rest."""
+
+    unit: str
+    scale: float
+    start: float = 0.0
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A slot as refinements see it: the parts that pass, and its natural variables.
+
+    `signal`: what an effect passes on is a signal as a whole, rather than something that is added to others.
+    `repeated`: passed several times in one plant, so that no state can be added there.
+    """
+
+    parts: tuple[Part, ...]
+    variables: tuple[NaturalVariable, ...]
+    signal: bool = False
+    repeated: bool = False
+
+
+def _given(name: str) -> Reader:
+    return lambda _, s: s[name]
+
+
+def _passing(value: Any, _: Scope) -> ca.SX:
+    return value
+
+
+_velocity = partial(NaturalVariable, "velocity", "m/s", "m/s", read=_given("velocity"))
+_position = partial(NaturalVariable, "position", "m", "mm", read=_given("position"))
+_drop = partial(NaturalVariable, "drop", "Pa", "bar", 1e7, 1e9, 2e5)
+_current = NaturalVariable("current", "A", "mA", 0.02, 20.0, 5e-4, _passing, passes=True)
+_pressure = partial(NaturalVariable, "pressure", "Pa", "bar", 2e7, 1e9, None)
+_opening = partial(NaturalVariable, "opening", "m", "mm", 2e-3, 0.1, 1e-5)
+
+_PISTON = (_velocity(1.0, 50.0, 5e-3), _position(0.1, 50.0, 2e-3))
+_FORCE = Passage((Part("N", 1e4),), _PISTON)
+_AMPERES = Passage((Part("A", 0.02),), (_current,), signal=True)
+_TRANSDUCER = Passage((Part("Pa", 1e7, 1e7),), (_pressure(_passing, passes=True),), signal=True)
+
+PASSAGES: Mapping[str, Passage] = {
+    "command": Passage(
+        (Part("1", 1.0),), (NaturalVariable("command", "1", "1", 1.0, 10.0, 0.02, _passing, passes=True),), signal=True
+    ),
+    "corrector": Passage(
+        (Part("1", 1.0),), (NaturalVariable("error", "1", "1", 0.2, 10.0, 0.02, _given("error")),), signal=True
+    ),
+    "current": _AMPERES,
+    "motor_current": _AMPERES,
+    "main_friction": Passage(
+        (Part("N", 1e3),),
+        (
+            NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity")),
+            NaturalVariable("spool", "m", "mm", 2e-3, 0.1, 1e-5, _given("spool")),
+        ),
+    ),
+    "main_openings": Passage((Part("m", 1e-3),) * 2, (_opening(_given("spool"), passes=True),), signal=True),
+    "main_flows": Passage((Part("m^3/s", 1e-3),) * 2, (_opening(_given("opening")),)),
+    "supply": Passage(
+        (Part("Pa", 1e7, 1e7),),
+        (NaturalVariable("supply", "Pa", "bar", 2e7, 1e9, None, _passing, passes=True),),
+        signal=True,
+    ),
+    "supply_flow": Passage(
+        (), (NaturalVariable("draw", "1", "%", 1.0, 100.0, None, lambda _, s: s["flow"] / s["rated"]),)
+    ),
+    "leakage": Passage(
+        (Part("m^3/s", 1e-4),) * 2,
+        (_drop(lambda _, s: s["pa"] - s["pb"]), _position(0.1, 50.0, 2e-3)),
+    ),
+    "modulus": Passage((Part("Pa", 1e9),), (_pressure(_given("pressure")),), repeated=True),
+    "friction": Passage((Part("N", 1e3),), (*_PISTON, _drop(_given("drop")))),
+    "load": _FORCE,
+    "body_force": _FORCE,
+    "acceleration": Passage(
+        (Part("m/s^2", 10.0),), (NaturalVariable("acceleration", "m/s^2", "m/s^2", 5.0, 1e4, 0.2, _passing),)
+    ),
+    "piston": Passage(
+        (Part("m", 0.1), Part("m/s", 1.0)),
+        (
+            _velocity(1.0, 50.0, 5e-3, read=lambda motion, _: motion[1]),
+            _position(0.1, 50.0, 2e-3, read=lambda motion, _: motion[0]),
+        ),
+    ),
+    "sensor_pa": _TRANSDUCER,
+    "sensor_pb": _TRANSDUCER,
+}
+"""Every slot, by name."""
+
+
+def variables(effect: Effect) -> tuple[NaturalVariable, ...]:
+    """The natural variables of an effect: those of the slot that its first law is in; none without a law."""
+    first = next(iter(effect.laws), None)
+    return () if first is None else PASSAGES[first].variables
+
+
+def variable(effect: Effect, word: str) -> NaturalVariable:
+    """A natural variable by its word, with or without bars. Raises InputError where the effect has none of that name.
+
+    Bars around what has no sign are refused, too: a formula has one way to say a thing.
+    """
+    plain, known = word.strip("|"), {each.word: each for each in variables(effect)}
+    if plain not in known:
+        hint = nearest(plain, known) if known else "it has none"
+        raise InputError(f'{effect.title}: nothing there depends on "{word}"; {hint}')
+    if word == plain:
+        return known[plain]
+    if word != f"|{plain}|" or known[plain].small is None:
+        raise InputError(f'{effect.title}: write "{plain}" without bars, it has no sign')
+    return known[plain].magnitude
+
+
+def at(slot: str, of: NaturalVariable) -> NaturalVariable | None:
+    """The same variable as another slot reads it; None where that one has none."""
+    for own in PASSAGES[slot].variables:
+        if own.word == of.word.strip("|"):
+            return own.magnitude if of.is_magnitude else own
+    return None
