@@ -26,11 +26,12 @@ def by_sign(effect: Effect, word: str) -> Effect:
     there or has no sign, and for an effect without a strength.
     """
     of = variable(effect, word)
-    if of.small is None:
+    small = of.small
+    if small is None:
         raise InputError(f'{effect.title}: "{word}" has no sign')
 
     def factor(k: ca.SX, q: ca.SX, _: Scope) -> ca.SX:
-        return 1 + k * ca.tanh(q / of.small)
+        return 1 + k * ca.tanh(q / small)
 
     ks = [
         _share(f"{n.name}_sign_{of.key}", meaning=f"excess of {n.name} at positive {word}")
