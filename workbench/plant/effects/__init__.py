@@ -8,6 +8,7 @@ grammar, options            refinements of any effect by their words, and which 
 natural, reshape            what numbers and curves of a slot may depend on; how a refinement is put on an effect
 modulation, dynamics, spline, curves    the refinements
 learned_pieces, learned_curves     curves and linear elements where no effect has the shape
+shapes                      an effect as a curve with its slopes, or as gains over frequency
 drive, lag, pilot           of the drive and the pilot stage
 lands, supply, leakage, air    of the flows
 friction, load, compliance    of the forces
@@ -19,7 +20,9 @@ from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, S
 from .grammar import refine
 from .known import LIBRARY, applies, find, known_effects, load_effects, resolve
 from .learned_pieces import learned
+from .natural import natural_samples
 from .options import refine_at, refinements, start_from
+from .shapes import StaticCurve, small_signal, static_curve
 from .slots import SLOTS, Slot, valves_with
 
 __all__ = [
@@ -32,18 +35,22 @@ __all__ = [
     "EffectState",
     "Scope",
     "Slot",
+    "StaticCurve",
     "applies",
     "effect",
     "find",
     "known_effects",
     "learned",
     "load_effects",
+    "natural_samples",
     "number",
     "refine",
     "refine_at",
     "refinements",
     "resolve",
+    "small_signal",
     "start_from",
     "state",
+    "static_curve",
     "valves_with",
 ]

@@ -21,7 +21,6 @@ from .natural import NaturalVariable
 KNOTS = 5  # of a curve, where nobody asks for another number
 FEWEST, MOST = 3, 15
 _KNOT = re.compile(r"(\w+_knot)(\d+)")
-OUTER = (0.02, 0.98)  # quantiles of the samples at which the outer knots are
 _NARROWEST = 0.02  # of an even distance: nearer knots tell nothing apart
 _MOVED = 1e-3  # of its usual reach: a variable that spreads less shows no dependence
 
@@ -72,20 +71,20 @@ def _falling(at: ca.SX, b: ca.SX, c: ca.SX) -> ca.SX:
 
 
 def knots_at(of: NaturalVariable, samples: ArrayLike, count: int) -> list[float]:
-    """Places of `count` knots on quantiles of what a variable was [SI]; over a magnitude they begin at 0.
+    """Places of `count` knots over what a variable was [SI], half-way between quantiles and an even division.
 
-    Where a curve bends most about 0 they are at u^2 of the way there and back at most, u even from -1 or 0 to 1. They
-    rise, also where the samples are few values: none is nearer to the next than a fiftieth of the even distance.
+    The rare extremes are inside, for they tell most of a curve; over a magnitude the knots begin at 0. Where a curve
+    bends most about 0 they are within u^2 of the way to an end, u even. They rise, also where the samples are few
+    values: none is nearer to the next than a fiftieth of the even distance.
     """
     values = np.ravel(np.asarray(samples, dtype=float))
-    values = np.abs(values) if of.is_magnitude else values
-    low, high = np.quantile(values, OUTER)
-    low = 0.0 if of.is_magnitude else low
-    places = np.quantile(values, np.linspace(*OUTER, count))
-    places[0] = low
+    values = np.append(np.abs(values), 0.0) if of.is_magnitude else values
+    low, high = float(values.min()), float(values.max())
+    share = np.linspace(0, 1, count)
+    places = (np.quantile(values, share) + low + (high - low) * share) / 2
     if of.turns:
         places = _toward_zero(places, low, high)
-    nearest = _NARROWEST * max(float(high - low), 1e-12) / (count - 1)
+    nearest = _NARROWEST * max(high - low, 1e-12) / (count - 1)
     gaps = np.maximum(np.diff(places), nearest)
     return [float(place) for place in places[0] + np.concatenate(([0.0], np.cumsum(gaps)))]
 

@@ -8,6 +8,7 @@ refinement is the plain formula.
     over Q              strengths depend on Q, or on its magnitude |Q|
     pole, resonance     what it puts in passes one or two poles more                               dynamics
     linear N            what it puts in passes N = 1 to 3 real poles with zeros; "linear pair": a complex pair
+    offset              the signal that it passes on is offset                                     spline
     spline N in Q       its static curve is bent by a spline of N knots in Q or |Q|                spline
 """
 
@@ -20,7 +21,7 @@ from .dynamics import linear_element, linear_pair, pole, resonance
 from .effect import Effect
 from .modulation import by_sign, over
 from .reshape import SEPARATOR
-from .spline import bent
+from .spline import bent, offset
 
 _Maker = Callable[[Effect, tuple[str, ...], Sequence[float]], Effect]
 _WORD = r"(\w+|\|\w+\|)"
@@ -33,6 +34,7 @@ _GRAMMAR: tuple[tuple[re.Pattern[str], str, _Maker], ...] = (
     (re.compile("resonance"), "resonance", lambda e, _, __: resonance(e)),
     (re.compile("linear pair"), "linear pair", lambda e, _, __: linear_pair(e)),
     (re.compile(r"linear (\d+)"), "linear 2", lambda e, w, _: linear_element(e, int(w[0]))),
+    (re.compile("offset"), "offset", lambda e, _, __: offset(e)),
     (SPLINE, "spline 5 in |velocity|", lambda e, w, places: bent(e, int(w[0]), w[1], places)),
 )
 
