@@ -49,7 +49,9 @@ CASES = (
     ("jack.friction", "coulomb", "spline 5 in |velocity|"),
     ("load.spring", "linear", "linear pair"),
     ("load.compliance", "mount", "pole"),
+    ("sensor.lag", "first order", "apart"),
     ("sensor.lag", "first order", "resonance"),
+    ("sensor.lag", "line", "offset"),
 )
 by_case = pytest.mark.parametrize(("name", "formula", "words"), CASES, ids=[f"{n} {f}; {w}" for n, f, w in CASES])
 

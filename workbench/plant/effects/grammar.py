@@ -6,6 +6,7 @@ refinement is the plain formula.
 
     sign of Q           strengths differ with the sign of a natural variable Q of the slot         modulation
     over Q              strengths depend on Q, or on its magnitude |Q|
+    apart               strengths differ from one slot of the effect to the next                   modulation
     pole, resonance     what it puts in passes one or two poles more                               dynamics
     linear N            what it puts in passes N = 1 to 3 real poles with zeros; "linear pair": a complex pair
     offset              the signal that it passes on is offset                                     spline
@@ -19,7 +20,7 @@ from ...base.errors import InputError
 from .decorator import check
 from .dynamics import linear_element, linear_pair, pole, resonance
 from .effect import Effect
-from .modulation import by_sign, over
+from .modulation import apart, by_sign, over
 from .reshape import SEPARATOR
 from .spline import bent, offset
 
@@ -30,6 +31,7 @@ SPLINE = re.compile(rf"spline (\d+) in {_WORD}")
 _GRAMMAR: tuple[tuple[re.Pattern[str], str, _Maker], ...] = (
     (re.compile(rf"sign of {_WORD}"), "sign of velocity", lambda e, w, _: by_sign(e, w[0])),
     (OVER, "over position", lambda e, w, places: over(e, w[0], places)),
+    (re.compile("apart"), "apart", lambda e, _, __: apart(e)),
     (re.compile("pole"), "pole", lambda e, _, __: pole(e)),
     (re.compile("resonance"), "resonance", lambda e, _, __: resonance(e)),
     (re.compile("linear pair"), "linear pair", lambda e, _, __: linear_pair(e)),

@@ -14,7 +14,7 @@ from .grammar import OVER, SPLINE, refine
 from .natural import PASSAGES, NaturalVariable, variable, variables
 from .slots import SLOTS
 
-_ANYWHERE = ("offset", "pole", "resonance", "linear 1", "linear 2", "linear 3", "linear pair")
+_ANYWHERE = ("apart", "offset", "pole", "resonance", "linear 1", "linear 2", "linear 3", "linear pair")
 
 
 def refine_at(effect: Effect, words: str, samples: Mapping[str, ArrayLike]) -> Effect:
