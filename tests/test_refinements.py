@@ -18,8 +18,10 @@ from workbench.plant import build
 from workbench.plant.effects import (
     LIBRARY,
     SLOTS,
+    FormulaShape,
     applies,
     find,
+    formula_shape,
     load_effects,
     refine,
     refine_at,
@@ -177,6 +179,16 @@ def test_a_start_leaves_the_refinement_off():
     refined = refine(find("jack.friction", "stribeck"), "linear 1")
     start = start_from(refined, {"Fc": 100.0, "Fs": 150.0, "vs": 0.1})
     assert start == {"Fc": 100.0, "Fs": 150.0, "vs": 0.1, "linear_gain1": 0.0, "linear_T1": 1e-3}
+
+
+def test_a_formula_says_its_shape():
+    shape = formula_shape(find("jack.friction", "stribeck; sign of velocity; spline 5 in |position|; pole"))
+    assert shape == FormulaShape("friction", "sign and curve and linear", ("velocity", "|position|"))
+    assert formula_shape(find("jack.friction", "stribeck")) is None
+    assert formula_shape(find("learned.drive", "command; linear 2")) == FormulaShape("command", "linear", ())
+    assert formula_shape(find("learned.flow", "spline 5 in opening")) == FormulaShape(
+        "main_flows", "curve", ("opening",)
+    )
 
 
 def test_a_user_s_own_effect_is_refined_too(rig, tmp_path):

@@ -17,7 +17,7 @@ sensor                      of the pressure transducers
 
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
-from .grammar import refine
+from .grammar import FormulaShape, formula_shape, refine
 from .known import LIBRARY, applies, find, known_effects, load_effects, resolve
 from .learned_pieces import learned
 from .natural import natural_samples
@@ -33,12 +33,14 @@ __all__ = [
     "EffectInput",
     "EffectNumber",
     "EffectState",
+    "FormulaShape",
     "Scope",
     "Slot",
     "StaticCurve",
     "applies",
     "effect",
     "find",
+    "formula_shape",
     "known_effects",
     "learned",
     "load_effects",

@@ -21,7 +21,7 @@ from .natural import NaturalVariable
 KNOTS = 5  # of a curve, where nobody asks for another number
 FEWEST, MOST = 3, 15
 _KNOT = re.compile(r"(\w+_knot)(\d+)")
-_NARROWEST = 0.02  # of an even distance: nearer knots tell nothing apart
+_NARROWEST = 0.002  # of an even distance: nearer knots tell nothing apart
 _MOVED = 1e-3  # of its usual reach: a variable that spreads less shows no dependence
 
 
@@ -74,25 +74,25 @@ def knots_at(of: NaturalVariable, samples: ArrayLike, count: int) -> list[float]
     """Places of `count` knots over what a variable was [SI], half-way between quantiles and an even division.
 
     The rare extremes are inside, for they tell most of a curve; over a magnitude the knots begin at 0. Where a curve
-    bends most about 0 they are within u^2 of the way to an end, u even. They rise, also where the samples are few
-    values: none is nearer to the next than a fiftieth of the even distance.
+    bends most about 0 they are within u^2 or u^3 of the way to an end, u even. They rise, also where the samples are
+    few values: none is nearer to the next than 1/500 of the even distance.
     """
     values = np.ravel(np.asarray(samples, dtype=float))
     values = np.append(np.abs(values), 0.0) if of.is_magnitude else values
     low, high = float(values.min()), float(values.max())
     share = np.linspace(0, 1, count)
     places = (np.quantile(values, share) + low + (high - low) * share) / 2
-    if of.turns:
-        places = _toward_zero(places, low, high)
+    if of.crowding > 1:
+        places = _toward_zero(places, low, high, of.crowding)
     nearest = _NARROWEST * max(high - low, 1e-12) / (count - 1)
     gaps = np.maximum(np.diff(places), nearest)
     return [float(place) for place in places[0] + np.concatenate(([0.0], np.cumsum(gaps)))]
 
 
-def _toward_zero(places: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Places no further from 0 than the square of an even division has them, on the side that it has them on."""
+def _toward_zero(places: np.ndarray, low: float, high: float, power: int) -> np.ndarray:
+    """Places no further from 0 than a power of an even division has them, on the side that it has them on."""
     share = np.linspace(0.0 if low >= 0 else -1.0, 1.0, len(places))
-    even = share * np.abs(share) * np.where(share < 0, -min(low, 0.0), high)
+    even = np.sign(share) * np.abs(share) ** power * np.where(share < 0, -min(low, 0.0), high)
     same = np.sign(places) == np.sign(even)
     return np.where(same & (np.abs(places) < np.abs(even)), places, even)
 

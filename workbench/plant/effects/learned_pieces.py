@@ -14,13 +14,12 @@ from numpy.typing import ArrayLike
 from ...base.errors import InputError, nearest
 from .curves import KNOTS, moved, sampled_knots
 from .effect import EQUATIONS, Effect, Scope
-from .grammar import SPLINE
+from .grammar import LEARNED, SPLINE
 from .learned_curves import CURVES, SOURCE
 from .natural import variable, variables
 from .options import refine_at
 from .reshape import SEPARATOR
 
-PREFIX = "learned."
 MORE = 2  # knots over a variable with its sign than over its magnitude
 _FAST = "steps and fast multisine on the command, with current, spool and both pressures recorded"
 _STEADY = "steady moves in both directions at several openings, with spool, position and both pressures recorded"
@@ -32,7 +31,7 @@ def _unchanged(value: Any, _: Scope) -> Any:
 
 
 def _signal(name: str, formula: str, equation: str, shows: str, *slots: str) -> Effect:
-    return Effect(f"{PREFIX}{name}", formula, equation, SOURCE, shows, dict.fromkeys(slots, _unchanged))
+    return Effect(f"{LEARNED}{name}", formula, equation, SOURCE, shows, dict.fromkeys(slots, _unchanged))
 
 
 SIGNALS = (

@@ -24,7 +24,8 @@ class NaturalVariable:
     """A variable of a slot: SI unit, unit that people read, its usual `reach` and the widest that a file may state.
 
     `small` is what its sign is spread over; None where it cannot be negative. `passes`: it is what passes itself.
-    `turns`: what depends on it bends most about 0, as friction over velocity does.
+    Where `crowding` is above 1, what depends on it bends most about 0, as friction over velocity does: knots are within
+    u^crowding of the way to an end, u even.
     """
 
     word: str
@@ -35,7 +36,7 @@ class NaturalVariable:
     small: float | None
     read: Reader
     passes: bool = False
-    turns: bool = False
+    crowding: int = 1
 
     @property
     def is_magnitude(self) -> bool:
@@ -90,12 +91,12 @@ def _passing(value: Any, _: Scope) -> ca.SX:
     return value
 
 
-_velocity = partial(NaturalVariable, "velocity", "m/s", "m/s", read=_given("velocity"), turns=True)
+_velocity = partial(NaturalVariable, "velocity", "m/s", "m/s", read=_given("velocity"), crowding=2)
 _position = partial(NaturalVariable, "position", "m", "mm", read=_given("position"))
 _drop = partial(NaturalVariable, "drop", "Pa", "bar", 1e7, 1e9, 2e5)
-_current = NaturalVariable("current", "A", "mA", 0.02, 20.0, 5e-4, _passing, passes=True, turns=True)
+_current = NaturalVariable("current", "A", "mA", 0.02, 20.0, 5e-4, _passing, passes=True, crowding=2)
 _pressure = partial(NaturalVariable, "pressure", "Pa", "bar", 2e7, 1e9, None)
-_opening = partial(NaturalVariable, "opening", "m", "mm", 2e-3, 0.1, 1e-5, turns=True)
+_opening = partial(NaturalVariable, "opening", "m", "mm", 2e-3, 0.1, 1e-5, crowding=3)
 
 _PISTON = (_velocity(1.0, 50.0, 5e-3), _position(0.1, 50.0, 2e-3))
 _FORCE = Passage((Part("N", 1e4),), _PISTON)
@@ -105,12 +106,12 @@ _TRANSDUCER = Passage((Part("Pa", 1e7, 1e7),), (_pressure(_passing, passes=True)
 PASSAGES: Mapping[str, Passage] = {
     "command": Passage(
         (Part("1", 1.0),),
-        (NaturalVariable("command", "1", "1", 1.0, 10.0, 0.02, _passing, passes=True, turns=True),),
+        (NaturalVariable("command", "1", "1", 1.0, 10.0, 0.02, _passing, passes=True, crowding=2),),
         signal=True,
     ),
     "corrector": Passage(
         (Part("1", 1.0),),
-        (NaturalVariable("error", "1", "1", 0.2, 10.0, 0.02, _given("error"), turns=True),),
+        (NaturalVariable("error", "1", "1", 0.2, 10.0, 0.02, _given("error"), crowding=2),),
         signal=True,
     ),
     "current": _AMPERES,
@@ -118,7 +119,7 @@ PASSAGES: Mapping[str, Passage] = {
     "main_friction": Passage(
         (Part("N", 1e3),),
         (
-            NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity"), turns=True),
+            NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity"), crowding=2),
             NaturalVariable("spool", "m", "mm", 2e-3, 0.1, 1e-5, _given("spool")),
         ),
     ),
