@@ -91,7 +91,7 @@ def _passing(value: Any, _: Scope) -> ca.SX:
     return value
 
 
-_velocity = partial(NaturalVariable, "velocity", "m/s", "m/s", read=_given("velocity"), crowding=2)
+_velocity = partial(NaturalVariable, "velocity", "m/s", "m/s", read=_given("velocity"), crowding=3)
 _position = partial(NaturalVariable, "position", "m", "mm", read=_given("position"))
 _drop = partial(NaturalVariable, "drop", "Pa", "bar", 1e7, 1e9, 2e5)
 _current = NaturalVariable("current", "A", "mA", 0.02, 20.0, 5e-4, _passing, passes=True, crowding=2)
@@ -119,8 +119,8 @@ PASSAGES: Mapping[str, Passage] = {
     "main_friction": Passage(
         (Part("N", 1e3),),
         (
-            NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity"), crowding=2),
-            NaturalVariable("spool", "m", "mm", 2e-3, 0.1, 1e-5, _given("spool")),
+            NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity"), crowding=3),
+            NaturalVariable("spool", "m", "mm", 2e-3, 0.1, 1e-5, _given("spool"), crowding=2),
         ),
     ),
     "main_openings": Passage((Part("m", 1e-3),) * 2, (_opening(_given("spool"), passes=True),), signal=True),

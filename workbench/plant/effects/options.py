@@ -65,10 +65,10 @@ def _phrases(effect: Effect, samples: Mapping[str, ArrayLike], knots: int) -> It
 
 
 def _places(effect: Effect, words: str, samples: Mapping[str, ArrayLike]) -> Sequence[float]:
-    if said := SPLINE.fullmatch(words):
-        return sampled_knots(variable(effect, said[2]), samples, int(said[1]))
-    if (said := OVER.fullmatch(words)) and (word := said[1].strip("|")) in samples:
-        return _middle(variable(effect, said[1]), samples[word])
+    if match := SPLINE.fullmatch(words):
+        return sampled_knots(variable(effect, match[2]), samples, int(match[1]))
+    if (match := OVER.fullmatch(words)) and (word := match[1].strip("|")) in samples:
+        return _middle(variable(effect, match[1]), samples[word])
     return ()
 
 

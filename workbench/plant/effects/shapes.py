@@ -20,6 +20,7 @@ HELD: Mapping[str, float] = {
     "limit": 1.0,
     "rated": 1.0,
     "mass": 1e3,
+    "pa": 1e5,
     "pressure": 1e7,
     "supply": 2e7,
 }
