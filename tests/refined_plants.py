@@ -4,13 +4,6 @@ import casadi as ca
 import numpy as np
 
 from workbench.plant import build
-from workbench.plant.effects import find
-
-
-def off(effect, plain=None):
-    """Numbers with everything off that `plain` does not have; other strengths are typical."""
-    own = set() if plain is None else {n.name for n in plain.numbers}
-    return {effect.key(n.name): n.off for n in effect.numbers if n.name not in own and n.off is not None}
 
 
 def differences(rig, effect, plain=(), seed=0):
@@ -20,7 +13,9 @@ def differences(rig, effect, plain=(), seed=0):
     u = 0.1 * random.standard_normal(len(plant.inputs))
     own = [plant.state(state.name) for state in base.states]
     x = plant.start + 0.1 * plant.scale * random.standard_normal(plant.n)
-    p = plant.parameter_values(**off(effect, *plain))
+    plain_numbers = {n.name for each in plain for n in each.numbers}
+    off = {effect.key(n.name): n.off for n in effect.numbers if n.name not in plain_numbers and n.off is not None}
+    p = plant.parameter_values(**off)
 
     def far(values):
         return max(
@@ -33,11 +28,6 @@ def differences(rig, effect, plain=(), seed=0):
 
 def _apart(values, expected):
     return np.max(np.abs(values - expected) / (np.abs(expected) + 1e-9))
-
-
-def plain(name, formula):
-    """The effect of the library, as the effects beside a rig's."""
-    return (find(name, formula),)
 
 
 def graph_of(plant):

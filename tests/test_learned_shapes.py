@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.identify.trace.reshape import TIERS, offered
 from workbench.identify.trace.samples import variable_samples
-from workbench.plant import build
 from workbench.plant.effects import find
 from workbench.rigs.rig import EffectUse, Number, load_rig
 
@@ -76,10 +74,9 @@ def test_the_cheapest_are_asked_first():
 
 
 def test_samples_are_where_the_records_were():
-    (samples, record) = variable_samples(build(RIG), harder_out().train), harder_out().train[0]
+    samples, record = variable_samples(RIG, harder_out().train), harder_out().train[0]
     middle = RIG.numbers["xmid"].value
     assert samples["position"].min() + middle >= min(r.signals["position"].min() for r in harder_out().train)
     assert np.abs(samples["velocity"]).max() < 1.0
     assert "acceleration" not in samples
-    assert set(record.names) >= {"position", "pa", "pb"}
-    assert Path(harder_out().path).name == "made"
+    assert samples["drop"].size <= 4000 < 5 * record.t.size

@@ -1,13 +1,9 @@
-"""Refinements of effects: off they are the plain formula, their text is all of them, and physics stays."""
+"""Refinements of effects: off they are the plain formula, their text is all of them, and they act in any plant."""
 
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 import pytest
-from effect_laws import BETA, EPS, TRAVEL, evaluated
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from refined_plants import differences, graph_of
 
 from workbench.base.errors import InputError
@@ -18,19 +14,20 @@ from workbench.plant import build
 from workbench.plant.effects import (
     LIBRARY,
     SLOTS,
+    FormulaShape,
     applies,
     find,
+    formula_shape,
     load_effects,
     refine,
     refine_at,
     refinements,
     start_from,
 )
-from workbench.plant.effects.curves import areas, knots_at, levels, ramps
+from workbench.plant.effects.curves import knots_at
 from workbench.plant.effects.natural import PASSAGES, variable, variables
 from workbench.rigs.rig import EffectUse, Number, load_rig, rig_text
 
-FEW = settings(max_examples=25)
 CASES = (
     ("drive.lag", "amplifier", "pole"),
     ("drive.corrector", "pi", "linear 2"),
@@ -49,7 +46,9 @@ CASES = (
     ("jack.friction", "coulomb", "spline 5 in |velocity|"),
     ("load.spring", "linear", "linear pair"),
     ("load.compliance", "mount", "pole"),
+    ("sensor.lag", "first order", "apart"),
     ("sensor.lag", "first order", "resonance"),
+    ("sensor.lag", "line", "offset"),
 )
 by_case = pytest.mark.parametrize(("name", "formula", "words"), CASES, ids=[f"{n} {f}; {w}" for n, f, w in CASES])
 
@@ -161,11 +160,12 @@ def test_places_are_where_the_samples_are():
     offered = {e.formula: e for e in refinements(find("jack.friction", ""), samples)}
     assert not any("position" in formula for formula in offered)
     assert "coulomb; over drop" in offered
+    velocity = variable(find("jack.friction", ""), "velocity")
     places = [n.typical for n in offered["coulomb; spline 5 in |velocity|"].numbers if n.given]
-    assert places == knots_at(samples["velocity"], 5, magnitude=True)
+    assert places == knots_at(velocity.magnitude, samples["velocity"], 5)
     assert places[0] == 0
     middle, half = (n.typical for n in offered["coulomb; over velocity"].numbers if n.given)
-    assert (middle, half) == pytest.approx((-0.05, 0.144))
+    assert (middle, half) == pytest.approx((-0.05, 0.15))
     again = refine_at(find("jack.friction", ""), "spline 5 in |velocity|", samples)
     assert again.numbers == offered["coulomb; spline 5 in |velocity|"].numbers
 
@@ -174,6 +174,16 @@ def test_a_start_leaves_the_refinement_off():
     refined = refine(find("jack.friction", "stribeck"), "linear 1")
     start = start_from(refined, {"Fc": 100.0, "Fs": 150.0, "vs": 0.1})
     assert start == {"Fc": 100.0, "Fs": 150.0, "vs": 0.1, "linear_gain1": 0.0, "linear_T1": 1e-3}
+
+
+def test_a_formula_says_its_shape():
+    shape = formula_shape(find("jack.friction", "stribeck; sign of velocity; spline 5 in |position|; pole"))
+    assert shape == FormulaShape("friction", "sign and curve and linear", ("velocity", "|position|"))
+    assert formula_shape(find("jack.friction", "stribeck")) is None
+    assert formula_shape(find("learned.drive", "command; linear 2")) == FormulaShape("command", "linear", ())
+    assert formula_shape(find("learned.flow", "spline 5 in opening")) == FormulaShape(
+        "main_flows", "curve", ("opening",)
+    )
 
 
 def test_a_user_s_own_effect_is_refined_too(rig, tmp_path):
@@ -197,128 +207,6 @@ def drag(force, s):
         effect_files=(str(path),),
     )
     assert "my.drag.pole_body_force1" in [state.name for state in build(declared).states]
-
-
-def test_strengths_differ_with_the_sign():
-    refined = refine(find("jack.friction", "coulomb"), "sign of velocity")
-    forces = [
-        evaluated(refined, "friction", 0.0, {"Fc": 1000.0, "Fc_sign_velocity": 0.2}, velocity=v, position=0.0, drop=0.0)
-        for v in (0.1, -0.1)
-    ]
-    assert [force for (force,), _ in forces] == pytest.approx([1200.0, -800.0])
-
-
-def test_strengths_depend_on_a_place_and_stay_positive():
-    refined = refine(find("jack.friction", "coulomb"), "over position", (0.0, 0.1))
-
-    def force(x, k):
-        numbers = {"Fc": 1000.0, "Fc_over_position": k}
-        return evaluated(refined, "friction", 0.0, numbers, velocity=0.1, position=x, drop=0.0)[0][0]
-
-    assert [force(x, 0.5) for x in (-0.1, 0.0, 0.1)] == pytest.approx([500.0, 1000.0, 1500.0])
-    assert [force(x, 0.9) for x in (-1.0, 1.0)] == pytest.approx([100.0, 3000.0])
-
-
-def test_a_modulated_number_stays_in_its_range():
-    refined = refine(find("load.compliance", "load"), "sign of acceleration")
-    assert np.isfinite(evaluated(refined, "acceleration", 5.0, {"mu": 0.9, "mu_sign_acceleration": 0.9})[0]).all()
-
-
-@FEW
-@given(places=st.lists(st.floats(-1, 1), min_size=3, max_size=8, unique=True), at=st.floats(-2, 2))
-def test_levels_are_positive_and_sum_to_one_and_ramps_rise(places, at):
-    knots = knots_at(places, len(places))
-    assert all(b > a for a, b in zip(knots, knots[1:], strict=False))
-    q = ca.SX.sym("q")
-    symbols = [ca.SX(knot) for knot in knots]
-    level, ramp, area = (ca.vertcat(*basis(q, symbols)) for basis in (levels, ramps, areas))
-    curve = ca.Function("curve", [q], [level, ca.jacobian(ramp, q), area, ca.jacobian(area, q)])
-    heights, rises, areas_, slopes = (np.array(part).ravel() for part in curve(at))
-    assert heights.min() > -1e-12
-    assert heights.sum() == pytest.approx(1, abs=1e-9)
-    assert rises.min() >= 0
-    assert areas_.sum() == pytest.approx(at, abs=1e-9)
-    assert slopes.min() >= 0
-    assert slopes.sum() == pytest.approx(1, abs=1e-9)
-    assert np.abs(np.array(curve(0)[2])).max() < 1e-12
-
-
-def random_numbers(effect, draw):
-    """Any numbers that a fit may choose."""
-    return {n.name: draw.draw(st.floats(n.low, n.high)) for n in effect.numbers if not n.given}
-
-
-@FEW
-@given(draw=st.data(), v=st.floats(-1, 1))
-@pytest.mark.parametrize("words", ["sign of velocity", "over drop", "spline 6 in velocity", "spline 4 in |position|"])
-def test_friction_takes_energy_whatever_the_numbers(words, draw, v):
-    refined = refine(find("jack.friction", "coulomb"), words)
-    numbers = random_numbers(refined, draw)
-    place = {"position": draw.draw(st.floats(-0.5, 0.5)), "drop": draw.draw(st.floats(-2e7, 2e7))}
-    ((force,), _) = evaluated(refined, "friction", 0.0, numbers, velocity=v, **place)
-    assert force * v >= 0
-
-
-@FEW
-@given(draw=st.data(), p=st.floats(1e5, 3e7), more=st.floats(1e3, 1e7))
-def test_a_bent_modulus_is_positive_and_rises_with_pressure(draw, p, more):
-    refined = refine(find("oil.air", "isothermal"), "spline 5 in pressure")
-    numbers = random_numbers(refined, draw)
-    (low,), (high,) = (evaluated(refined, "modulus", BETA, numbers, pressure=q)[0] for q in (p, p + more))
-    assert 0 < low <= high * (1 + 1e-12)
-
-
-@FEW
-@given(draw=st.data(), z=st.floats(-TRAVEL, TRAVEL), more=st.floats(1e-7, 1e-3))
-@pytest.mark.parametrize("word", ["opening", "|opening|"])
-def test_bent_openings_rise_and_stay_positive(word, draw, z, more):
-    refined = refine(find("main.deadband", "lap"), f"spline 5 in {word}")
-    numbers = random_numbers(refined, draw)
-
-    def openings(at):
-        return evaluated(refined, "main_openings", (0.0, 0.0), numbers, spool=at, lap=EPS, travel=TRAVEL)[0]
-
-    here, further = openings(z), openings(z + more)
-    assert min(here) > 0
-    assert further[0] >= here[0]
-    assert further[1] <= here[1]
-    if word == "|opening|":
-        assert here == pytest.approx(openings(-z)[::-1], rel=1e-12)
-
-
-def responses(words, numbers, w):
-    """The response of a refined constant force through its filter at angular frequency w, against the plain one."""
-    refined = refine(find("load.bias", "weight"), words)
-    names = [state.name for state in refined.states]
-    x, f = ca.SX.sym("x", len(names)), ca.SX.sym("f")
-    rates: dict[str, ca.SX] = {}
-    values = {refined.key(n.name): ca.SX(n.typical) for n in refined.numbers}
-    values |= {refined.key(name): ca.SX(value) for name, value in numbers.items()} | {refined.key("F"): f}
-    from workbench.plant.effects import Scope
-
-    scope = Scope(refined, values, {refined.key(n): x[i] for i, n in enumerate(names)}, {}, rates, {})
-    y = refined.laws["body_force"](ca.SX(0), scope)
-    rate = ca.vertcat(*(rates[refined.key(n)] for n in names))
-    parts = [ca.jacobian(of, by) for of in (rate, y) for by in (x, f)]
-    a, b, c, d = (np.array(part) for part in ca.Function("lin", [x, f], parts)(np.zeros(len(names)), 0.0))
-    return (c @ np.linalg.solve(1j * w * np.eye(len(names)) - a, b) + d).item()
-
-
-def test_linear_elements_are_what_their_formulas_say():
-    w = 2 * np.pi * 20
-    s = 1j * w
-    fast = 1e-5
-    assert responses("pole", {"pole_tau": 5e-3}, w) == pytest.approx((1 + fast * s) / (1 + (5e-3 + fast) * s))
-    length = 5e-3 + fast
-    expected = (1 + 2 * 0.3 * fast * s + fast * fast * s * s) / (1 + 2 * 0.3 * length * s + (length * s) ** 2)
-    assert responses("resonance", {"resonance_tau": 5e-3}, w) == pytest.approx(expected)
-    numbers = {"linear_gain1": 0.5, "linear_T1": 2e-3, "linear_gain2": -0.3, "linear_T2": 0.05}
-    expected = 1 + 0.5 / (1 + 2e-3 * s) - 0.3 / (1 + 0.05 * s)
-    assert responses("linear 2", numbers, w) == pytest.approx(expected)
-    w0 = 2 * np.pi * 30
-    below = 1 + 2 * 0.1 * s / w0 + (s / w0) ** 2
-    numbers = {"pair_gain1": 0.4, "pair_gain2": 0.2, "pair_f": 30.0, "pair_zeta": 0.1}
-    assert responses("linear pair", numbers, w) == pytest.approx(1 + (0.4 + 0.2 * s / w0) / below)
 
 
 def test_every_variable_has_one_meaning():

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from ...identify.fit.predict import Prediction, predictions
-from ...identify.trace.findings import CandidateFit, Trace
+from ...identify.trace.findings import CandidateFit, LearnedShape, Trace
 from ...identify.trace.refit import FittedModel
+from ...plant.effects import formula_shape
 from ..common.error_page import rms_of
 from ..common.fit_result import base_intervals, effect_intervals
 from ..common.numbers import finite
@@ -26,11 +27,15 @@ def trace_json(trace: Trace) -> dict[str, Any]:
         "ranking": [_ranked(trace, fit, share) for fit, share in ranking(trace)],
         "chi2": dict(zip(("before", "after"), map(finite, trace.chi2), strict=True)),
         "rms": rms_of(trace.problem.floor, *compared(trace)),
-        "learned": [
-            {"slot": each.slot, "kind": each.kind, "variables": list(each.variables), "chi2": each.chi2}
-            for each in trace.learned
-        ],
+        "learned": [_learned(shape) for shape in trace.learned],
     }
+
+
+def _learned(shape: LearnedShape) -> dict[str, Any]:
+    """A learned shape by the keys of trace.json: its slot, the kinds of its words and the variables that it goes with."""
+    form = formula_shape(shape.effect)
+    assert form is not None
+    return {"slot": form.slot, "kind": form.kind, "variables": list(form.variables), "chi2": shape.chi2}
 
 
 def more_json(trace: Trace) -> dict[str, Any]:

@@ -103,6 +103,8 @@ def shape_words(effect: Effect, words: str) -> str:
         "sign": f"differs with the sign of {variable}",
         "over": f"goes with {magnitude}",
         "spline": f"follows a curve of its own over {magnitude}",
+        "apart": "differs between its places",
+        "offset": "has an offset",
         "pole": "acts through a further lag",
         "resonance": "acts through a resonance",
         "linear": "acts through a linear element",

@@ -1,6 +1,5 @@
 """What a trace finds: effects that were tried and what the rule said of them, pass by pass, and the answer."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -45,30 +44,12 @@ class Pass:
 
 @dataclass(frozen=True)
 class LearnedShape:
-    """What was learned of an effect's shape, or beside all effects: the formula's words, and where in the plant.
-
-    `kind` is "sign", "over", "spline", "pole", "resonance" or "linear"; `variables` are those that it goes with; chi2
-    is that of the held-out records with it.
-    """
+    """What was learned of an effect's shape, or beside all effects: the effect with it, the formula's last `words`, and
+    chi2 of the held-out records with it."""
 
     effect: Effect
     words: str
     chi2: float
-
-    @property
-    def slot(self) -> str:
-        """The slot in which it acts."""
-        return next(iter(self.effect.laws))
-
-    @property
-    def kind(self) -> str:
-        """The first word."""
-        return self.words.split()[0]
-
-    @property
-    def variables(self) -> tuple[str, ...]:
-        """Natural variables of the slot that it goes with; none for a linear element."""
-        return tuple(re.findall(r"(?:of|over|in) (\|?\w+\|?)", self.words))
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,7 +53,7 @@ class EstimationProblem:
     @cached_property
     def samples(self) -> dict[str, np.ndarray]:
         """Where the train records were: values [n] SI of the slots' natural variables, by word."""
-        return variable_samples(model_with(self.rig, (), ()).plant, self.campaign.train)
+        return variable_samples(self.rig, self.campaign.train)
 
     @cached_property
     def kappas(self) -> np.ndarray:

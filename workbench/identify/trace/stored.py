@@ -8,7 +8,8 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...plant.effects import Effect, refine_at
-from ...plant.effects.learned_pieces import PREFIX, find_learned
+from ...plant.effects.grammar import LEARNED
+from ...plant.effects.learned_pieces import find_learned
 from ..fit.free_parameters import Candidate, model_with, uncertain
 from ..fit.rotation import Selection
 from ..fit.solver import Fit
@@ -56,6 +57,6 @@ def unpacked_candidate(
         if (effect.name, effect.formula) in ((name, formula), (name, plain)):
             words = refinements if effect.formula == plain else ()
             return Candidate(reduce(lambda e, said: refine_at(e, said, samples or {}), words, effect), stored["start"])
-    if name.startswith(PREFIX):
+    if name.startswith(LEARNED):
         return Candidate(find_learned(name, formula, samples), stored["start"])
     raise InputError(f"{name} {formula} is not in the library any more; start the trace anew")

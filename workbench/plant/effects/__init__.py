@@ -8,6 +8,7 @@ grammar, options            refinements of any effect by their words, and which 
 natural, reshape            what numbers and curves of a slot may depend on; how a refinement is put on an effect
 modulation, dynamics, spline, curves    the refinements
 learned_pieces, learned_curves     curves and linear elements where no effect has the shape
+shapes                      an effect as a curve with its slopes, or as gains over frequency
 drive, lag, pilot           of the drive and the pilot stage
 lands, supply, leakage, air    of the flows
 friction, load, compliance    of the forces
@@ -16,10 +17,12 @@ sensor                      of the pressure transducers
 
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
-from .grammar import refine
+from .grammar import FormulaShape, formula_shape, refine
 from .known import LIBRARY, applies, declared_numbers, find, known_effects, load_effects, resolve
 from .learned_pieces import learned
+from .natural import natural_samples
 from .options import refine_at, refinements, start_from
+from .shapes import StaticCurve, small_signal, static_curve
 from .slots import SLOTS, Slot, valves_with
 
 __all__ = [
@@ -30,21 +33,27 @@ __all__ = [
     "EffectInput",
     "EffectNumber",
     "EffectState",
+    "FormulaShape",
     "Scope",
     "Slot",
+    "StaticCurve",
     "applies",
     "declared_numbers",
     "effect",
     "find",
+    "formula_shape",
     "known_effects",
     "learned",
     "load_effects",
+    "natural_samples",
     "number",
     "refine",
     "refine_at",
     "refinements",
     "resolve",
+    "small_signal",
     "start_from",
     "state",
+    "static_curve",
     "valves_with",
 ]

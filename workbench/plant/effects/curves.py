@@ -21,8 +21,7 @@ from .natural import NaturalVariable
 KNOTS = 5  # of a curve, where nobody asks for another number
 FEWEST, MOST = 3, 15
 _KNOT = re.compile(r"(\w+_knot)(\d+)")
-OUTER = (0.02, 0.98)  # quantiles of the samples at which the outer knots are
-_NARROWEST = 0.2  # of an even distance: nearer knots tell nothing apart
+_NARROWEST = 0.002  # of an even distance: nearer knots tell nothing apart
 _MOVED = 1e-3  # of its usual reach: a variable that spreads less shows no dependence
 
 
@@ -71,19 +70,31 @@ def _falling(at: ca.SX, b: ca.SX, c: ca.SX) -> ca.SX:
     return (c - b) * (share - share * share / 2)
 
 
-def knots_at(samples: ArrayLike, count: int, magnitude: bool = False) -> list[float]:
-    """Places of `count` knots on quantiles of what a variable was [SI]; that of a `magnitude` begins at 0.
+def knots_at(of: NaturalVariable, samples: ArrayLike, count: int) -> list[float]:
+    """Places of `count` knots over what a variable was [SI], half-way between quantiles and an even division.
 
-    They rise, also where the samples are few values: none is nearer to the next than a fifth of the even distance.
+    The rare extremes are inside, for they tell most of a curve; over a magnitude the knots begin at 0. Where a curve
+    bends most about 0 they are within u^2 or u^3 of the way to an end, u even. They rise, also where the samples are
+    few values: none is nearer to the next than 1/500 of the even distance.
     """
     values = np.ravel(np.asarray(samples, dtype=float))
-    values = np.abs(values) if magnitude else values
-    places = np.quantile(values, np.linspace(*OUTER, count))
-    if magnitude:
-        places[0] = 0.0
-    nearest = _NARROWEST * max(float(np.ptp(places)), 1e-12) / (count - 1)
+    values = np.append(np.abs(values), 0.0) if of.is_magnitude else values
+    low, high = float(values.min()), float(values.max())
+    share = np.linspace(0, 1, count)
+    places = (np.quantile(values, share) + low + (high - low) * share) / 2
+    if of.crowding > 1:
+        places = _toward_zero(places, low, high, of.crowding)
+    nearest = _NARROWEST * max(high - low, 1e-12) / (count - 1)
     gaps = np.maximum(np.diff(places), nearest)
     return [float(place) for place in places[0] + np.concatenate(([0.0], np.cumsum(gaps)))]
+
+
+def _toward_zero(places: np.ndarray, low: float, high: float, power: int) -> np.ndarray:
+    """Places no further from 0 than a power of an even division has them, on the side that it has them on."""
+    share = np.linspace(0.0 if low >= 0 else -1.0, 1.0, len(places))
+    even = np.sign(share) * np.abs(share) ** power * np.where(share < 0, -min(low, 0.0), high)
+    same = np.sign(places) == np.sign(even)
+    return np.where(same & (np.abs(places) < np.abs(even)), places, even)
 
 
 def moved(of: NaturalVariable, samples: Mapping[str, ArrayLike]) -> bool:
@@ -95,7 +106,7 @@ def moved(of: NaturalVariable, samples: Mapping[str, ArrayLike]) -> bool:
 def sampled_knots(of: NaturalVariable, samples: Mapping[str, ArrayLike], count: int) -> Sequence[float]:
     """Places of knots on the samples of a variable, by word; empty without samples of it."""
     word = of.word.strip("|")
-    return knots_at(samples[word], count, of.is_magnitude) if word in samples else ()
+    return knots_at(of, samples[word], count) if word in samples else ()
 
 
 def checked_places(effect: Effect, of: NaturalVariable, count: int, places: Sequence[float]) -> Sequence[float]:

@@ -12,8 +12,8 @@ from . import air, compliance, drive, friction, lands, leakage, load, pilot, sen
 from .curves import check_knots
 from .decorator import check, declared
 from .effect import Effect, EffectNumber
-from .grammar import refined_by
-from .learned_pieces import PREFIX, find_learned
+from .grammar import LEARNED, refined_by
+from .learned_pieces import find_learned
 
 _MODULES = (drive, pilot, friction, lands, supply, air, leakage, load, compliance, sensor)
 LIBRARY: tuple[Effect, ...] = declared(value for module in _MODULES for value in vars(module).values())
@@ -98,7 +98,7 @@ def find(name: str, formula: str, files: Iterable[str | Path] = ()) -> Effect:
 
 
 def _find(known: Iterable[Effect], name: str, formula: str) -> Effect:
-    if name.startswith(PREFIX):
+    if name.startswith(LEARNED):
         return find_learned(name, formula)
     known = tuple(known)
     named = [effect for effect in known if effect.name == name]

@@ -81,6 +81,11 @@ def _rubbing(creep: float) -> Callable[[ca.SX, Scope, _Sum], ca.SX]:
     return rubbing
 
 
+def _viscous(friction: ca.SX, s: Scope, curve: _Sum) -> ca.SX:
+    """F = v sum of c_i B_i, c_i >= 0: F v >= 0."""
+    return friction + s["velocity"] * curve("c")
+
+
 def _force(force: ca.SX, _: Scope, curve: _Sum) -> ca.SX:
     """F = sum of c_i B_i."""
     return force + curve("c")
@@ -103,6 +108,7 @@ def _to_the_drain(leaks: _Pair, s: Scope, curve: _Sum) -> _Pair:
 
 
 _SLOW = "slow triangles with reversals at several positions, with both pressures recorded"
+_SPOOL = "slow triangles of the command with reversals, with current and spool recorded"
 _STILL = "standing still under load at several positions, with both pressures recorded"
 _leak = partial(
     LearnedCurve,
@@ -116,6 +122,7 @@ _leak = partial(
     low=0.0,
     high=1e-8,
 )
+_damping = partial(LearnedCurve, si="N s/m", shown="N s/m", meaning="damping", low=0.0, law=_viscous)
 _newtons = partial(LearnedCurve, si="N", shown="N", meaning="force")
 
 CURVES = (
@@ -130,19 +137,22 @@ CURVES = (
         law=_rubbing(2e-3),
         dry=True,
     ),
+    _damping("learned.damping", "force", "friction", _SLOW, typical=2e3, high=1e6),
     _newtons("learned.force", "force", "body_force", _SLOW, typical=2e3, low=-1e5, high=1e5, law=_force),
     _newtons("learned.load", "force", "load", _SLOW, typical=2e3, low=-1e5, high=1e5, law=_force),
     _newtons(
         "learned.spool_friction",
         "main",
         "main_friction",
-        "slow triangles of the command with reversals, with current and spool recorded",
+        _SPOOL,
         typical=300.0,
         low=0.0,
         high=2e4,
         law=_rubbing(2e-4),
         dry=True,
     ),
+    _damping("learned.spool_damping", "main", "main_friction", _SPOOL, typical=100.0, high=1e6),
+    _newtons("learned.spool_force", "main", "main_friction", _SPOOL, typical=100.0, low=-2e4, high=2e4, law=_force),
     LearnedCurve(
         "learned.flow",
         "flow",

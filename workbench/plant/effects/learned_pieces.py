@@ -14,14 +14,13 @@ from numpy.typing import ArrayLike
 from ...base.errors import InputError, nearest
 from .curves import KNOTS, moved, sampled_knots
 from .effect import EQUATIONS, Effect, Scope
-from .grammar import SPLINE
+from .grammar import LEARNED, SPLINE
 from .learned_curves import CURVES, SOURCE
 from .natural import variable, variables
 from .options import refine_at
 from .reshape import SEPARATOR
 
-PREFIX = "learned."
-MORE = 2  # knots over a variable with its sign than over its magnitude
+MORE = 2  # knots
 _FAST = "steps and fast multisine on the command, with current, spool and both pressures recorded"
 _STEADY = "steady moves in both directions at several openings, with spool, position and both pressures recorded"
 
@@ -32,7 +31,7 @@ def _unchanged(value: Any, _: Scope) -> Any:
 
 
 def _signal(name: str, formula: str, equation: str, shows: str, *slots: str) -> Effect:
-    return Effect(f"{PREFIX}{name}", formula, equation, SOURCE, shows, dict.fromkeys(slots, _unchanged))
+    return Effect(f"{LEARNED}{name}", formula, equation, SOURCE, shows, dict.fromkeys(slots, _unchanged))
 
 
 SIGNALS = (
@@ -43,6 +42,8 @@ SIGNALS = (
     _signal("opening", "lands", "flow", _STEADY, "main_openings"),
     _signal("modulus", "oil", "flow", "moves that brake hard, with both pressures recorded", "modulus"),
     _signal("sensor", "pressures", "sensor", _FAST, "sensor_pa", "sensor_pb"),
+    _signal("sensor", "pressure a", "sensor", _FAST, "sensor_pa"),
+    _signal("sensor", "pressure b", "sensor", _FAST, "sensor_pb"),
 )
 """Signals that pass unchanged: what refinements make of them is learned."""
 
@@ -52,66 +53,86 @@ _OFFERED: Mapping[str, tuple[str, ...]] = {
     "learned.drive": (
         *(f"command; {words}" for words in _LINEAR),
         *(f"corrector; {words}" for words in _LINEAR[2:]),
+        "corrector; spline N in |error|",
         "current; pole",
         "current; spline N in |current|",
+        "command; offset",
         "command; spline N in |command|",
         "command; spline M in command",
         "command; spline M in command; pole",
         "command; spline M in command; resonance",
     ),
     "learned.motor": (
+        "current; offset",
         *(f"current; {words}" for words in _LINEAR),
         "current; spline N in |current|",
         "current; spline M in current",
         "current; spline M in current; pole",
     ),
-    "learned.spool_friction": ("spline N in |spool_velocity|", "spline M in spool_velocity"),
-    "learned.opening": ("lands; spline N in |opening|", "lands; spline M in opening"),
+    "learned.spool_friction": (
+        "spline N in |spool_velocity|",
+        "spline M in |spool_velocity|",
+        "spline M in spool_velocity",
+    ),
+    "learned.spool_damping": ("spline N in |spool|",),
+    "learned.spool_force": ("spline M in spool",),
+    "learned.opening": (
+        "lands; spline N in |opening|",
+        "lands; spline M in |opening|",
+        "lands; spline M in opening",
+    ),
     "learned.flow": ("spline M in opening",),
     "learned.modulus": ("oil; spline N in pressure",),
     "learned.leakage": ("spline N in |drop|", "spline N in position", "spline N in |drop|; spline N in position"),
     "learned.external_leakage": ("spline N in position",),
     "learned.friction": (
         "spline N in |velocity|",
+        "spline M in |velocity|",
         "spline M in velocity",
         "spline N in |velocity|; pole",
         "spline N in |velocity|; spline N in position",
         "spline M in velocity; spline N in position",
         "spline M in velocity; pole",
     ),
+    "learned.damping": ("spline N in position",),
     "learned.force": ("spline N in position", "spline M in velocity", "spline M in velocity; spline N in position"),
-    "learned.load": ("spline N in position", "spline M in velocity"),
+    "learned.load": ("spline N in position", "spline M in position", "spline M in velocity"),
     "learned.sensor": (
+        "pressures; offset",
         *(f"pressures; {words}" for words in _LINEAR),
+        "pressure a; spline N in pressure",
+        "pressure b; spline N in pressure",
         "pressures; spline N in pressure",
         "pressures; spline N in pressure; pole",
     ),
 }
-"""The formulas that `learned` offers; N knots, M over a variable that has a sign."""
+"""The formulas that `learned` offers; N knots, M two more: over both signs, and where a curve may have more turns."""
 
 
 def learned(equation: str, samples: Mapping[str, ArrayLike] | None = None, knots: int = KNOTS) -> tuple[Effect, ...]:
     """The learned pieces for what a model lacks in an equation, those with the fewest fitted numbers first.
 
     `samples` are values [SI] that natural variables had in recordings, by word: knots are placed on them, and a
-    variable that hardly moved is left out. `knots` is the number of a curve's; over a signed variable it has two more.
-    `applies` says which a rig has room for. Raises InputError for an unknown equation.
+    variable that hardly moved is left out. `knots` is the number of a curve's; it has two more over both signs, and
+    as a second try where a curve may have more turns. `applies` says which a rig has room for. Raises InputError for an
+    unknown equation.
     """
     if equation not in EQUATIONS:
         raise InputError(f'no equation "{equation}"; {nearest(equation, EQUATIONS)}')
-    known, counts = samples or {}, {"spline N": f"spline {knots}", "spline M": f"spline {knots + MORE}"}
+    known = samples or {}
     places = [piece for piece in (*SIGNALS, *(curve.bare("") for curve in CURVES)) if piece.equation == equation]
-    pieces = [
-        find_learned(
-            name, formula.replace("spline N", counts["spline N"]).replace("spline M", counts["spline M"]), known
-        )
-        for name in dict.fromkeys(place.name for place in places)
-        for formula in _OFFERED[name]
-    ]
-    told = [
-        piece for piece in pieces if all(moved(variable(piece, q), known) for _, q in SPLINE.findall(piece.formula))
-    ]
-    return tuple(sorted(told, key=lambda piece: len(piece.fitted)))
+    formulas = [(name, formula) for name in dict.fromkeys(place.name for place in places) for formula in _OFFERED[name]]
+    pieces = [find_learned(name, _with_knots(formula, knots), known) for name, formula in formulas]
+    return tuple(sorted((piece for piece in pieces if _moved(piece, known)), key=lambda piece: len(piece.fitted)))
+
+
+def _with_knots(formula: str, knots: int) -> str:
+    return formula.replace("spline N", f"spline {knots}").replace("spline M", f"spline {knots + MORE}")
+
+
+def _moved(piece: Effect, samples: Mapping[str, ArrayLike]) -> bool:
+    """Whether every variable of its curves moved."""
+    return all(moved(variable(piece, word), samples) for _, word in SPLINE.findall(piece.formula))
 
 
 def find_learned(name: str, formula: str, samples: Mapping[str, ArrayLike] | None = None) -> Effect:

@@ -26,11 +26,12 @@ def by_sign(effect: Effect, word: str) -> Effect:
     there or has no sign, and for an effect without a strength.
     """
     of = variable(effect, word)
-    if of.small is None:
+    small = of.small
+    if small is None:
         raise InputError(f'{effect.title}: "{word}" has no sign')
 
     def factor(k: ca.SX, q: ca.SX, _: Scope) -> ca.SX:
-        return 1 + k * ca.tanh(q / of.small)
+        return 1 + k * ca.tanh(q / small)
 
     ks = [
         _share(f"{n.name}_sign_{of.key}", meaning=f"excess of {n.name} at positive {word}")
@@ -65,6 +66,35 @@ def over(effect: Effect, word: str, places: Sequence[float] = ()) -> Effect:
     return _modulated(effect, f"over {word}", of, "over", factor, [*ks, *given])
 
 
+def apart(effect: Effect) -> Effect:
+    """Each strength n is n (1 + k) in the slots after the first, one k a strength: two transducers that differ.
+
+    Off (k = 0) is the plain formula. A strength stays inside its range. Raises InputError for an effect in one slot
+    alone, or without a strength.
+    """
+    first, *others = effect.laws
+    strengths = own_strengths(effect)
+    if not others or not strengths:
+        raise InputError(f"{effect.title}: no strength in several slots that could be apart")
+
+    def around(slot: str, law: Law) -> Law:
+        if slot == first:
+            return law
+
+        def other(value: Any, s: Scope) -> Any:
+            stronger = {n.name: _inside(n, s.p(n.name) * (1 + s.p(f"{n.name}_apart"))) for n in strengths}
+            return law(value, s.with_numbers(stronger))
+
+        return other
+
+    ks = [_share(f"{n.name}_apart", meaning=f"excess of {n.name} in {' and '.join(others)}") for n in strengths]
+    return put_on(effect, "apart", around, ks)
+
+
+def _inside(number: EffectNumber, value: ca.SX) -> ca.SX:
+    return ca.fmin(ca.fmax(value, number.low), number.high)
+
+
 def _strengths(effect: Effect, of: NaturalVariable) -> tuple[EffectNumber, ...]:
     strengths = own_strengths(effect)
     if not strengths:
@@ -89,9 +119,8 @@ def _modulated(
 
         def modulated(value: Any, s: Scope) -> Any:
             q = here.read(value, s)
-            stronger = {n.name: s.p(n.name) * factor(s.p(f"{n.name}_{how}_{of.key}"), q, s) for n in strengths}
-            inside = {n.name: ca.fmin(ca.fmax(stronger[n.name], n.low), n.high) for n in strengths}
-            return law(value, s.with_numbers(inside))
+            factors = {n.name: factor(s.p(f"{n.name}_{how}_{of.key}"), q, s) for n in strengths}
+            return law(value, s.with_numbers({n.name: _inside(n, s.p(n.name) * factors[n.name]) for n in strengths}))
 
         return modulated
 

@@ -9,8 +9,10 @@ from functools import partial
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from ...base.errors import InputError, nearest
+from ...rigs.rig import Rig
 from .effect import Effect, Scope
 
 Reader = Callable[[Any, Scope], ca.SX]
@@ -22,6 +24,8 @@ class NaturalVariable:
     """A variable of a slot: SI unit, unit that people read, its usual `reach` and the widest that a file may state.
 
     `small` is what its sign is spread over; None where it cannot be negative. `passes`: it is what passes itself.
+    Where `crowding` is above 1, what depends on it bends most about 0, as friction over velocity does: knots are within
+    u^crowding of the way to an end, u even.
     """
 
     word: str
@@ -32,6 +36,7 @@ class NaturalVariable:
     small: float | None
     read: Reader
     passes: bool = False
+    crowding: int = 1
 
     @property
     def is_magnitude(self) -> bool:
@@ -86,12 +91,12 @@ def _passing(value: Any, _: Scope) -> ca.SX:
     return value
 
 
-_velocity = partial(NaturalVariable, "velocity", "m/s", "m/s", read=_given("velocity"))
+_velocity = partial(NaturalVariable, "velocity", "m/s", "m/s", read=_given("velocity"), crowding=3)
 _position = partial(NaturalVariable, "position", "m", "mm", read=_given("position"))
 _drop = partial(NaturalVariable, "drop", "Pa", "bar", 1e7, 1e9, 2e5)
-_current = NaturalVariable("current", "A", "mA", 0.02, 20.0, 5e-4, _passing, passes=True)
+_current = NaturalVariable("current", "A", "mA", 0.02, 20.0, 5e-4, _passing, passes=True, crowding=2)
 _pressure = partial(NaturalVariable, "pressure", "Pa", "bar", 2e7, 1e9, None)
-_opening = partial(NaturalVariable, "opening", "m", "mm", 2e-3, 0.1, 1e-5)
+_opening = partial(NaturalVariable, "opening", "m", "mm", 2e-3, 0.1, 1e-5, crowding=3)
 
 _PISTON = (_velocity(1.0, 50.0, 5e-3), _position(0.1, 50.0, 2e-3))
 _FORCE = Passage((Part("N", 1e4),), _PISTON)
@@ -100,18 +105,22 @@ _TRANSDUCER = Passage((Part("Pa", 1e7, 1e7),), (_pressure(_passing, passes=True)
 
 PASSAGES: Mapping[str, Passage] = {
     "command": Passage(
-        (Part("1", 1.0),), (NaturalVariable("command", "1", "1", 1.0, 10.0, 0.02, _passing, passes=True),), signal=True
+        (Part("1", 1.0),),
+        (NaturalVariable("command", "1", "1", 1.0, 10.0, 0.02, _passing, passes=True, crowding=2),),
+        signal=True,
     ),
     "corrector": Passage(
-        (Part("1", 1.0),), (NaturalVariable("error", "1", "1", 0.2, 10.0, 0.02, _given("error")),), signal=True
+        (Part("1", 1.0),),
+        (NaturalVariable("error", "1", "1", 0.2, 10.0, 0.02, _given("error"), crowding=2),),
+        signal=True,
     ),
     "current": _AMPERES,
     "motor_current": _AMPERES,
     "main_friction": Passage(
         (Part("N", 1e3),),
         (
-            NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity")),
-            NaturalVariable("spool", "m", "mm", 2e-3, 0.1, 1e-5, _given("spool")),
+            NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity"), crowding=3),
+            NaturalVariable("spool", "m", "mm", 2e-3, 0.1, 1e-5, _given("spool"), crowding=2),
         ),
     ),
     "main_openings": Passage((Part("m", 1e-3),) * 2, (_opening(_given("spool"), passes=True),), signal=True),
@@ -146,6 +155,28 @@ PASSAGES: Mapping[str, Passage] = {
     "sensor_pb": _TRANSDUCER,
 }
 """Every slot, by name."""
+
+
+def natural_samples(rig: Rig, signals: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """What natural variables were, by word, from signals [SI] of a record or a prediction: as many as they give.
+
+    Draw and spool velocity are no signals; whoever has them adds them.
+    """
+    samples = {
+        name: signals[name]
+        for name in ("command", "current", "spool", "velocity", "acceleration", "supply")
+        if name in signals
+    }
+    if "spool" in signals:
+        samples["opening"] = signals["spool"]
+    if "position" in signals:
+        samples["position"] = signals["position"] - rig.middle
+    if {"pa", "pb"} <= signals.keys():
+        samples["drop"] = signals["pa"] - signals["pb"]
+        samples["pressure"] = np.concatenate((signals["pa"], signals["pb"]))
+    if {"command", "spool"} <= signals.keys():
+        samples["error"] = signals["command"] - signals["spool"] / rig["z3max"]
+    return samples
 
 
 def variables(effect: Effect) -> tuple[NaturalVariable, ...]:

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.errors import InputError
-from .curves import KNOTS, OUTER, moved, sampled_knots
+from .curves import KNOTS, moved, sampled_knots
 from .effect import Effect, Scope
 from .grammar import OVER, SPLINE, refine
 from .natural import PASSAGES, NaturalVariable, variable, variables
 from .slots import SLOTS
 
-_DYNAMIC = ("pole", "resonance", "linear 1", "linear 2", "linear 3", "linear pair")
+_ANYWHERE = ("apart", "offset", "pole", "resonance", "linear 1", "linear 2", "linear 3", "linear pair")
 
 
 def refine_at(effect: Effect, words: str, samples: Mapping[str, ArrayLike]) -> Effect:
@@ -53,7 +53,7 @@ def start_from(refined: Effect, numbers: Mapping[str, float]) -> dict[str, float
 
 def _phrases(effect: Effect, samples: Mapping[str, ArrayLike], knots: int) -> Iterator[str]:
     """The words of every refinement that an effect might take."""
-    yield from _DYNAMIC
+    yield from _ANYWHERE
     for each in variables(effect):
         if not moved(each, samples):
             continue
@@ -65,18 +65,19 @@ def _phrases(effect: Effect, samples: Mapping[str, ArrayLike], knots: int) -> It
 
 
 def _places(effect: Effect, words: str, samples: Mapping[str, ArrayLike]) -> Sequence[float]:
-    if said := SPLINE.fullmatch(words):
-        return sampled_knots(variable(effect, said[2]), samples, int(said[1]))
-    if (said := OVER.fullmatch(words)) and (word := said[1].strip("|")) in samples:
-        return _middle(variable(effect, said[1]), samples[word])
+    if match := SPLINE.fullmatch(words):
+        return sampled_knots(variable(effect, match[2]), samples, int(match[1]))
+    if (match := OVER.fullmatch(words)) and (word := match[1].strip("|")) in samples:
+        return _middle(variable(effect, match[1]), samples[word])
     return ()
 
 
 def _middle(of: NaturalVariable, samples: ArrayLike) -> tuple[float, float]:
     """Middle and half the width of where a variable was."""
     values = np.asarray(samples, dtype=float)
-    low, high = np.quantile(np.abs(values) if of.is_magnitude else values, OUTER)
-    return float(low + high) / 2, max(float(high - low) / 2, 1e-3 * of.reach)
+    values = np.abs(values) if of.is_magnitude else values
+    low, high = float(values.min()), float(values.max())
+    return (low + high) / 2, max((high - low) / 2, 1e-3 * of.reach)
 
 
 def _acts(effect: Effect) -> bool:

@@ -10,13 +10,15 @@ from typing import Any
 
 import casadi as ca
 
+from ...base.errors import InputError
 from .curves import areas, checked_places, knot_numbers, knots, levels, ramps, weighted
 from .decorator import Law, number
 from .effect import Effect, EffectNumber, Scope
 from .natural import PASSAGES, NaturalVariable, at, variable
-from .reshape import changed_output, put_on
+from .reshape import changed_output, passing_parts, put_on
 
 _LEAST = -0.9  # of a slope or level over that of the plain formula: a curve still rises, a sign stays
+_OFFSET = 0.02  # of a signal's magnitude: typical
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,33 @@ def bent(effect: Effect, count: int, word: str, places: Sequence[float] = ()) ->
     return put_on(
         effect, f"spline {count} in {word}", around, [*_coefficients(bend, of, count), *knot_numbers(of, places)]
     )
+
+
+def offset(effect: Effect) -> Effect:
+    """Each signal y that the effect passes on becomes y + y0, as of a null or a transducer out of adjustment.
+
+    Off (y0 = 0) is the plain formula. Raises InputError for an effect in slots where no signal passes, or several.
+    """
+    if not all(PASSAGES[slot].signal and len(PASSAGES[slot].parts) == 1 for slot in effect.laws):
+        raise InputError(f"{effect.title}: no signal passes its slots that could be offset")
+
+    def around(slot: str, law: Law) -> Law:
+        return changed_output(slot, law, lambda _, y, s: y + s.p(f"offset_{slot}"))
+
+    numbers = [
+        number(
+            f"offset_{slot}",
+            _OFFSET * part.scale,
+            part.unit,
+            low=-part.scale,
+            high=part.scale,
+            off=0.0,
+            meaning=f"offset of the {slot} signal",
+            refines=True,
+        )
+        for slot, _, part in passing_parts(effect)
+    ]
+    return put_on(effect, "offset", around, numbers)
 
 
 def _coefficients(bend: _Bend, of: NaturalVariable, count: int) -> list[EffectNumber]:
@@ -106,5 +135,5 @@ def _softened(_: str, law: Law, of: NaturalVariable, count: int) -> Law:
 
 
 _RISING = _Bend(lambda count: count, _LEAST, 3.0, "excess slope at knot", _rising)
-_SCALED = _Bend(lambda count: count - 2, _LEAST, 3.0, "excess at level", _scaled)
+_SCALED = _Bend(lambda count: count - 2, _LEAST, 10.0, "excess at level", _scaled)
 _SOFTENED = _Bend(lambda count: count - 2, 0.0, 10.0, "further compliance below knot", _softened)
