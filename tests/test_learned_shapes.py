@@ -38,15 +38,16 @@ def shaped() -> Outcome:
 
 
 def test_what_the_formula_misses_is_learned():
-    """That friction goes with the position; plain friction is not enough for a name, and what is learned is none."""
+    """That friction goes with the position, which was on one side of mid stroke: a sign of it tells nothing."""
     answer = json.loads(shaped().files["trace.json"])
-    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("unknown", [], "force")
+    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("incomplete", ["jack.friction"], "force")
     (learned,) = answer["learned"]
     assert list(learned) == ["slot", "kind", "variables", "chi2"]
-    assert (learned["slot"], learned["kind"], learned["variables"]) == ("friction", "over", ["position"])
-    assert learned["chi2"] == answer["chi2"]["after"] < 1.1
+    assert (learned["slot"], learned["kind"]) == ("friction", "dependence")
+    assert learned["variables"] in (["position"], ["|position|"])
+    assert learned["chi2"] == answer["chi2"]["after"] < 1.05
     assert answer["chi2"]["before"] > 10
-    assert "stands in for it: jack.friction goes with position; with that" in shaped().page.verdict
+    assert "Its shape is learned: jack.friction goes with" in shaped().page.verdict
 
 
 def test_every_command_takes_the_rig_with_its_shape(tmp_path):

@@ -32,7 +32,7 @@ def trace_json(trace: Trace) -> dict[str, Any]:
 
 
 def _learned(shape: LearnedShape) -> dict[str, Any]:
-    """A learned shape by the keys of trace.json: its slot, the kinds of its words and the variables that it goes with."""
+    """A learned shape by the keys of trace.json: slot, kinds of its words, variables that it goes with."""
     form = formula_shape(shape.effect)
     assert form is not None
     return {"slot": form.slot, "kind": form.kind, "variables": list(form.variables), "chi2": shape.chi2}
