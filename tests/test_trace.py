@@ -131,7 +131,7 @@ def test_without_the_effect_nothing_is_named_and_its_curve_is_learned():
     assert (answer["verdict"], answer["effects"], answer["equation"]) == ("unknown", [], "force")
     assert list(answer["failed"]) == ["load.bias weight"]
     (learned,) = answer["learned"]
-    assert (learned["slot"], learned["kind"], learned["variables"]) == ("friction", "spline", ["|velocity|"])
+    assert (learned["slot"], learned["kind"], learned["variables"]) == ("friction", "curve", ["|velocity|"])
     assert answer["chi2"]["after"] == learned["chi2"] < 1.05
 
 

@@ -21,7 +21,7 @@ from .solver import Fit
 from .windows import Windows
 
 CLEAR = 30.0  # of noise that is coloured and of the misfit: fall of the squared errors that no chance makes
-_MATTERS = 0.005  # relative difference
+_MATTERS, _ODD = 0.5, 50.0  # %: less is no matter, more is no other state of one rig
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,9 @@ def session_differences(
         shift, gain = -score / information, score**2 / information
         steps = np.array([_relative(fit, k) for k in range(len(fit.free))])
         percent, error = 100 * shift * steps, 196 * np.sqrt(noise / information) * np.abs(steps)
-        best = int(np.argmax(np.where(np.abs(percent) > 100 * _MATTERS, gain, 0.0)))
-        if gain[best] > CLEAR * noise and abs(percent[best]) > 100 * _MATTERS:
+        plausible = (np.abs(percent) > _MATTERS) & (np.abs(percent) < _ODD)
+        best = int(np.argmax(np.where(plausible, gain, 0.0)))
+        if plausible[best] and gain[best] > CLEAR * noise:
             who = tuple(windows.records[i].name for i in places)
             clear.append(
                 SessionDifference(

@@ -59,8 +59,8 @@ def confirmed(before: float, after: float, samples: int, kappa: float) -> bool:
 
 
 def worth_adding(fall: float, first: float, samples: int) -> bool:
-    """Whether a fall of the squared errors matters, of which the rig alone left `first`."""
-    return fall >= LATER * (first - samples)
+    """Whether a fall of the squared errors matters, of which the rig alone left `first`: at the floor none does."""
+    return fall >= LATER * max(first - samples, MISFIT * samples)
 
 
 def bic_fall(before: float, after: float, numbers: int, samples: int) -> float:
