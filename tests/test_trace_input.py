@@ -69,9 +69,8 @@ def test_a_resumed_trace_says_the_same_to_the_byte(tmp_path):
         again = run_trace(rubbing_campaign(), RIG, LIBRARY[:1], run.stage, lambda _: None)
         assert metrics_json(again.metrics) == metrics_json(first.metrics)
         assert again.files == first.files
-        assert names == [
-            f"{stage}.json" for stage in ("base", "localise", "refit-1-jack.friction-coulomb", "scores-1", "without-1")
-        ]
+        stages = ("base", "heldout%20before", "heldout%20named", "localise", "refit-1-jack.friction-coulomb")
+        assert names == [f"{stage}.json" for stage in (*stages, "scores-1", "without-1")]
         run.finish({}, "", {}, first.page)
 
 

@@ -51,8 +51,8 @@ def trace_page(
     picture, differences = error_figure(answer["rms"], names), sessions(trace.problem, trace.final.fit)
     sections = [
         Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
-        *(_what(trace) if changed else _shape(shape)),
-        *(_shape(shape) if changed else _what(trace)),
+        *(_what(trace) if trace.effects else _shape(shape)),
+        *(_shape(shape) if trace.effects else _what(trace)),
         *_next(trace),
         Section("What it buys", [RETUNE]),
         *_where(trace),

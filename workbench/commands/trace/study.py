@@ -104,8 +104,8 @@ def _answer(
         lacks = {"unknown": result.equation, "incomplete": None}  # what is left may sit in another equation
         shape = None
         if result.verdict in lacks:
-            after = result.heldout[-1]
-            shape = unexplained_disturbance(result.problem, result.final, after, lacks[result.verdict], stage, progress)
+            _, named, _ = result.heldout
+            shape = unexplained_disturbance(result.problem, result.named, named, lacks[result.verdict], stage, progress)
         shown = (
             detectability(result.problem, result.final, library, stage, progress) if result.verdict == "none" else None
         )

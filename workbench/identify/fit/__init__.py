@@ -3,7 +3,8 @@
 windows, model      records in short windows; a plant as a model of them, with exact slopes
 free_parameters, determined    what a fit may move, and what figures determine of it
 normal_equations, initial_states, solver    the least squares problem and its solution
-predict, repeats    what a model predicts of a record, in windows or free
+rotation, informative, intervals    what windows say of a fit without them; which tell most; how far numbers are known
+predict, repeats, sessions    what a model predicts of a record, in windows or free; groups of records that differ
 unexplained         whether a fitted rig follows its records at all
 
     from workbench.identify.fit import Model, cut_windows, fit_numbers, predicted_states, uncertain

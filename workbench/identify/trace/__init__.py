@@ -7,6 +7,7 @@ problem             which records are fitted, which select, which judge
 refit, rule         each fitted, and the rule that names one
 several             which of several missing effects comes first
 shape               what an unknown looks like
+reshape, shapes, samples    the rig's own shape, learned: one reshaping, the search, where the campaign was
 findings, stored    the answer, and fits as a run keeps them
 
     from workbench.identify.trace import estimation_problem, trace
