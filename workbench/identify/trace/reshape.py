@@ -18,8 +18,7 @@ from ...plant.effects import Effect, EffectNumber, applies, learned, refinements
 from ..fit.free_parameters import Candidate, extend_parameters, model_with
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
-from ..fit.solver import Fit, fit_numbers
-from ..fit.windows import Windows
+from ..fit.solver import fit_numbers
 from . import rule as decide
 from .problem import EstimationProblem
 from .refit import FittedModel, with_selection
@@ -81,19 +80,16 @@ def scored(
 ) -> list[tuple[Reshaping, float]]:
     """Every reshaping that could pass with what it would take off the squared errors, less the price of its numbers,
     as a share of the misfit, most first; its numbers are where that is."""
-    windows, fit = worst_windows(problem.train, before.fit)
-    rest = NuisanceProjection(before.model, windows, fit)
-    plain = before.model.errors(windows, fit.x0, fit.p)
-    left, misfit = rest(plain), max(float(fit.squares.sum()) - windows.samples, 1.0)
+    test = _ScoreTest(problem, before)
     scores = []
     for each in reshapings:
         try:
-            start, gain = _gain(problem, before, each, windows, fit, rest, plain, left)
+            start, gain = test.gain(each)
         except (InputError, np.linalg.LinAlgError, RuntimeError):
             continue
-        price = len(each.further(before)) * float(np.log(windows.samples))
-        if gain - price > _FAINT * misfit:
-            scores.append((replace(each, candidate=start), (gain - price) / misfit))
+        price = len(each.further(before)) * float(np.log(test.windows.samples))
+        if gain - price > _FAINT * test.misfit:
+            scores.append((replace(each, candidate=start), (gain - price) / test.misfit))
     return sorted(scores, key=lambda pair: -pair[1])
 
 
@@ -105,18 +101,22 @@ def refit_reshaped(problem: EstimationProblem, before: FittedModel, reshaping: R
     names = [candidate.effect.key(n.name) for candidate in known for n in candidate.effect.fitted]
     rig_free = [free for free in before.fit.free if free.name not in names]
     free = (*rig_free, *(number for candidate in known for number in candidate.free()))
-    fit: Fit | None = None
-    for share in _WEAKER:
-        weaker = replace(reshaping, candidate=_weakened(before, reshaping, share))
-        values = {f.name: f.value(own.get(f.name, 0.0)) for f in free} | _values(weaker.candidate)
+
+    def begin(share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Distances, parameters and initial states with the further numbers nearer to off."""
+        weaker = _values(_weakened(before, reshaping, share))
+        values = {f.name: f.value(own.get(f.name, 0.0)) for f in free} | weaker
         start = np.array([f.normalised(values[f.name]) for f in free])
         p = numbers_at(model, free, start, extend_parameters(before.model.plant, before.fit.p, model.plant))
-        guess = initial_states_with_effect(model, before.model, problem.train, before.fit.x0, p)
+        return start, p, initial_states_with_effect(model, before.model, problem.train, before.fit.x0, p)
+
+    start, p, guess = begin(_WEAKER[0])
+    for share in _WEAKER[1:]:
         squares = sum(float(np.sum(e**2)) for e in model.errors(problem.train, guess, p))
-        if squares < before.fit.squares.sum() or share is _WEAKER[-1]:
-            fit = fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _ROUNDS)
+        if squares < before.fit.squares.sum():
             break
-    assert fit is not None
+        start, p, guess = begin(share)
+    fit = fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _ROUNDS)
     return with_selection(problem, model, fit, known)
 
 
@@ -142,40 +142,54 @@ def _passes(
     return real and decide.explained(before.squares, after.squares, before.samples) >= WORTH
 
 
-def _gain(
-    problem: EstimationProblem,
-    before: FittedModel,
-    reshaping: Reshaping,
-    windows: Windows,
-    fit: Fit,
-    rest: NuisanceProjection,
-    plain: Sequence[np.ndarray],
-    left: np.ndarray,
-) -> tuple[Candidate, float]:
-    """The numbers from which to refit, and the fall of the squared errors of a linear model in its further numbers."""
-    known, effect = reshaping.known(before), reshaping.candidate.effect
-    model = model_with(problem.rig, [candidate.effect for candidate in known], windows.names, brief=True)
-    strong = [n for n in effect.fitted if n.name in reshaping.further(before) and n.off is not None]
-    shapes = [(n.name, value) for n in effect.fitted for value in n.tried if n.name in reshaping.further(before)]
-    best_start, best_gain = reshaping.candidate, 0.0
-    for shape in [(), *((entry,) for entry in shapes)]:
-        start = dict(reshaping.candidate.start) | dict(shape)
-        columns = []
-        for number in strong:
-            tried = start | {number.name: float((number.off or 0) + _TRIED * (number.typical - (number.off or 0)))}
-            change = _changed(model, before, replace(reshaping.candidate, start=tried), windows, fit, plain)
-            columns.append(np.zeros_like(left) if change is None else rest(change) / _TRIED)
-        g = np.array(columns).T
-        if not columns or not np.any(g):
-            continue
-        weight = lsq_linear(g, -left, bounds=np.transpose([_reach(number) for number in strong])).x
-        gain = float(left @ left - np.sum((left + g @ weight) ** 2))
-        if gain > best_gain:
-            for number, w in zip(strong, weight.tolist(), strict=True):
-                off = number.off or 0.0
-                start[number.name] = float(np.clip(off + w * (number.typical - off), number.low, number.high))
-            best_start, best_gain = replace(reshaping.candidate, start=start), gain
-    return best_start, best_gain
+class _ScoreTest:
+    """What reshapings would change in the windows where a fit is most wrong, beside all that its numbers can do."""
+
+    def __init__(self, problem: EstimationProblem, before: FittedModel) -> None:
+        self._problem, self._before = problem, before
+        self.windows, self._fit = worst_windows(problem.train, before.fit)
+        self._rest = NuisanceProjection(before.model, self.windows, self._fit)
+        self._plain = before.model.errors(self.windows, self._fit.x0, self._fit.p)
+        self._left = self._rest(self._plain)
+        self.misfit = max(float(self._fit.squares.sum()) - self.windows.samples, 1.0)
+
+    def gain(self, reshaping: Reshaping) -> tuple[Candidate, float]:
+        """The numbers to start a refit from, and the fall of the squared errors linear in its further numbers."""
+        effects = [candidate.effect for candidate in reshaping.known(self._before)]
+        model = model_with(self._problem.rig, effects, self.windows.names, brief=True)
+        further = reshaping.further(self._before)
+        own = [n for n in reshaping.candidate.effect.fitted if n.name in further]
+        strong, best, most = [n for n in own if n.off is not None], reshaping.candidate, 0.0
+        for shape in [{}, *({n.name: value} for n in own for value in n.tried)]:
+            candidate = replace(reshaping.candidate, start=dict(reshaping.candidate.start) | shape)
+            columns = np.array([self._change(model, candidate, number) for number in strong]).T
+            if not columns.size or not np.any(columns):
+                continue
+            steps = lsq_linear(columns, -self._left, bounds=np.transpose([_reach(number) for number in strong])).x
+            gain = float(self._left @ self._left - np.sum((self._left + columns @ steps) ** 2))
+            if gain > most:
+                best, most = _moved(candidate, strong, steps.tolist()), gain
+        return best, most
+
+    def _change(self, model: Model, candidate: Candidate, number: EffectNumber) -> np.ndarray:
+        """Change of the errors per step of a number from off to typical; 0 where it cannot be simulated."""
+        p = extend_parameters(self._before.model.plant, self._fit.p, model.plant)
+        p = model.plant.parameter_values(p, **_values(_moved(candidate, [number], [_TRIED])))
+        x0 = initial_states_with_effect(model, self._before.model, self.windows, self._fit.x0, p)
+        errors = model.errors(self.windows, x0, p)
+        changed = [a - b for a, b in zip(errors, self._plain, strict=True)]
+        if not all(np.isfinite(part).all() for part in changed):
+            return np.zeros_like(self._left)
+        return self._rest(changed) / _TRIED
+
+
+def _moved(candidate: Candidate, numbers: Sequence[EffectNumber], steps: Sequence[float]) -> Candidate:
+    """A candidate with numbers so many steps of off to typical away from off, within their ranges."""
+    start = dict(candidate.start)
+    for number, step in zip(numbers, steps, strict=True):
+        off = number.off or 0.0
+        start[number.name] = float(np.clip(off + step * (number.typical - off), number.low, number.high))
+    return replace(candidate, start=start)
 
 
 def _reach(number: EffectNumber) -> tuple[float, float]:
@@ -183,22 +197,6 @@ def _reach(number: EffectNumber) -> tuple[float, float]:
     off = number.off or 0.0
     low, high = sorted((end - off) / (number.typical - off) for end in (number.low, number.high))
     return max(low, -_FARTHEST), min(high, _FARTHEST)
-
-
-def _changed(
-    model: Model,
-    before: FittedModel,
-    candidate: Candidate,
-    windows: Windows,
-    fit: Fit,
-    plain: Sequence[np.ndarray],
-) -> list[np.ndarray] | None:
-    """What a reshaping with these numbers changes in the errors of every group; None where it cannot be simulated."""
-    p = extend_parameters(before.model.plant, fit.p, model.plant)
-    p = model.plant.parameter_values(p, **_values(candidate))
-    x0 = initial_states_with_effect(model, before.model, windows, fit.x0, p)
-    changed = [a - b for a, b in zip(model.errors(windows, x0, p), plain, strict=True)]
-    return changed if all(np.isfinite(part).all() for part in changed) else None
 
 
 def _values(candidate: Candidate) -> dict[str, float]:
