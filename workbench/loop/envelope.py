@@ -70,7 +70,7 @@ class Envelope:
     """Variations of a rig at positions over its stroke, `nominal` first; `drawn`: plants drawn over what is uncertain,
     half of them at those positions, none where no factors are given.
 
-    Every plant has the rig's delay, limits, sensors and period.
+    Every plant has the rig's limits, sensors and period.
     """
 
     rig: Rig

@@ -18,7 +18,7 @@ from ..base.units import Spec, quantity, to_si
 from ..records.rational_fit import RationalFit
 from . import schema
 from .linear_form import ChainForm, LinearForm, StateSpaceForm, TransferFunctionForm
-from .linear_rig import GAIN, LOAD, LinearRig
+from .linear_rig import DELAY, GAIN, LOAD, LinearRig
 from .linear_sheet import fit_sheet
 from .rig import COMPUTING_DELAY, Number, Sensor, read_sensors
 
@@ -26,7 +26,6 @@ FREQUENCY_RESPONSE = "frequency_response"
 FORMS = ("state_space", "transfer_function", "chain", FREQUENCY_RESPONSE)
 _TABLES = (*FORMS, "signals", "limits", "control", "sensors", "bounds")
 _NONE = "none"  # of its kinds of valve, spool loop and jack
-_DELAY = Spec("s", 0.0, 0.1, "delay of the command")
 _TITLES = ("name", "title", "source")
 _MEASURED = ("position", "velocity", "acceleration")
 
@@ -38,16 +37,17 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
     if len(given) != 1:
         raise top.error(f"has {' and '.join(given)}; a plant is written in one way")
     signals = top.optional_table("signals", "command", "delay", "load", *_MEASURED)
-    late = signals.quantity("delay", _DELAY) if "delay" in signals else None
+    late = signals.quantity("delay", DELAY) if "delay" in signals else None
     fit = _fit(top.table(given[0]), signals, late) if given[0] == FREQUENCY_RESPONSE else None
     form, values = _fitted(fit) if fit else _READ[given[0]](top.table(given[0]))
     units = tuple(_unit(signals, name) for name in form.outputs)
-    numbers = {"gain": top.table(given[0]).number("gain", 1.0), **values}
-    specs = {**form.specs(), "gain": GAIN, "load": LOAD}
+    delay = fit.delay if fit else late or 0.0
+    numbers = {"gain": top.table(given[0]).number("gain", 1.0), **values, "delay": delay}
+    specs = {**form.specs(), "gain": GAIN, "load": LOAD, "delay": DELAY}
     full = signals.positive("command", "the model's unit") if "command" in signals else 1.0
     if "load" in signals:
         numbers["load"] = signals.quantity("load", LOAD)
-    bounds = _bounds(top.optional_table("bounds"), numbers)
+    bounds = _bounds(top.optional_table("bounds"), numbers, specs)
     control = top.table("control", *schema.CONTROL)
     ideal = {name: Sensor(0.0, 0.0) for name in form.outputs}
     return LinearRig(
@@ -65,7 +65,6 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
         form=form,
         full_command=full,
         units=units,
-        delay=Number("delay", fit.delay if fit else late or 0.0, "s", "s", ""),
         fit=fit,
     )
 
@@ -102,10 +101,16 @@ def _limits(table: Table) -> dict[str, Number]:
     return limits
 
 
-def _bounds(table: Table, numbers: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+def _bounds(table: Table, numbers: Mapping[str, float], specs: Mapping[str, Spec]) -> dict[str, tuple[float, ...]]:
+    """[low, high] by name: SI numbers, or texts with a unit."""
     bounds = {}
     for name in table.allow(*numbers):
-        ends = table.numbers(name, "[low, high]")
+        written = table.values[name]
+        if isinstance(written, list) and any(isinstance(end, str) for end in written):
+            words = table.words(name, "1 ms")
+            ends = table.about(name, lambda words=words, si=specs[name].unit: tuple(quantity(w, si) for w in words))
+        else:
+            ends = table.numbers(name, "[low, high]")
         if len(ends) != 2 or not ends[0] <= numbers[name] <= ends[1]:
             raise table.complaint(name, f"must be [low, high] about its value of {numbers[name]:g}")
         bounds[name] = ends
@@ -199,7 +204,7 @@ def _polynomials(num: tuple[float, ...], den: tuple[float, ...]) -> tuple[Linear
 def _fit(table: Table, signals: Table, delay: float | None) -> RationalFit:
     """The model of a sheet. Raises InputError for one that is too far from it, or too late."""
     fit = fit_sheet(table, _unit(signals, "position"), SIGNALS["position"].si, delay)
-    if problem := _DELAY.problem(fit.delay):
+    if problem := DELAY.problem(fit.delay):
         raise table.error(f"the delay fitted: {problem}; give the delay of [signals]")
     return fit
 
