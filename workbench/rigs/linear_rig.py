@@ -2,16 +2,18 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.signals import SIGNALS
+from ..base.signals import SIGNALS, Signal
 from ..base.units import Spec, to_si
 from ..records.rational_fit import RationalFit
 from .jack import JackKind
 from .linear_form import ANY, LinearForm
+from .linear_signals import measured_as, output_signals
 from .rig import Number, Rig, number_entry, sensor_entry
 from .valve import ValveKind
 
@@ -36,10 +38,20 @@ class LinearRig(Rig):
     computing: float = 0.0
     fit: RationalFit | None = field(default=None, compare=False)
 
+    def signal(self, name: str) -> Signal:
+        """Position, velocity and acceleration are in the units of the plant's output."""
+        return self._signals.get(name, SIGNALS[name])
+
+    @cached_property
+    def _signals(self) -> Mapping[str, Signal]:
+        units = dict(zip(self.form.outputs, self.units, strict=True))
+        return output_signals(units, measured_as(units.get("position", "m")))
+
     @property
     def kind(self) -> str:
-        """What a set of plants must share: the form, its order and signals."""
-        return f"{type(self.form).__name__} {sorted(self.numbers)} {self.form.outputs}"
+        """What a set of plants must share: the form, its order, signals and what they are."""
+        si = self.signal("position").si
+        return f"{type(self.form).__name__} {sorted(self.numbers)} {self.form.outputs} {si}"
 
     @property
     def specs(self) -> Mapping[str, Spec]:
@@ -85,7 +97,7 @@ class LinearRig(Rig):
     def constants(self) -> dict[str, float]:
         """What besides `numbers` makes the plant, SI: it may differ between the plants of a set."""
         units = zip(self.form.outputs, self.units, strict=True)
-        values = {f"unit_{name}": float(to_si(1.0, unit, SIGNALS[name].si)) for name, unit in units}
+        values = {f"unit_{name}": float(to_si(1.0, unit, self.signal(name).si)) for name, unit in units}
         return {"full_command": self.full_command, **values}
 
     def matrices(self, number: Mapping[str, Any]) -> tuple[Any, Any, Any, Any]:
@@ -135,7 +147,7 @@ class LinearRig(Rig):
             "signals": signals,
             "limits": {name: number_entry(n) for name, n in self.limits.items()},
             "control": {n.name: number_entry(n) for n in (self.period, self.computing_delay)},
-            "sensors": {name: sensor_entry(name, sensor) for name, sensor in self.sensors.items()},
+            "sensors": {name: sensor_entry(self.signal(name), sensor) for name, sensor in self.sensors.items()},
             **({"bounds": bounds} if bounds else {}),
         }
 
