@@ -190,7 +190,7 @@ def test_perturbed_plants_run_in_lanes(tmp_path):
     plant = plant_of(tmp_path, CHAIN + SIGNALS + CONTROL)
     soft = plant.with_values(mode_1_frequency=14.0)
     lanes = envelope({"nominal": plant, "soft": soft}).varied
-    assert lanes.names == ("nominal at +0 mm", "soft at +0 mm")
+    assert lanes.names == ("nominal", "soft")
     law = PidLead(gain=12.0, integral_time="10 s").build(1e-3)
     null, _ = lanes.margins(law)
     alone = [wb.ClosedLoop(each, PidLead(gain=12.0, integral_time="10 s"), ideal=True) for each in (plant, soft)]

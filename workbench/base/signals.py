@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from .units import from_si
+
 
 @dataclass(frozen=True)
 class Signal:
@@ -16,6 +18,10 @@ class Signal:
     def label(self) -> str:
         """Header cell and axis label, e.g. "pa [bar]"."""
         return f"{self.name} [{self.unit}]"
+
+    def text(self, value: float) -> str:
+        """An SI value in the unit that people are shown."""
+        return f"{float(from_si(value, self.unit, self.si)):.6g} {self.unit}"
 
 
 SIGNALS: dict[str, Signal] = {

@@ -20,17 +20,17 @@ from typing import TYPE_CHECKING
 from ..base.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from .delay_line import DelayLine, periods
+    from .delay_line import DelayLine, LaneDelays, periods
     from .engine import Engine
     from .jobs import Batch
     from .trajectory import Trajectory
 
-__all__ = ["Batch", "DelayLine", "Engine", "Trajectory", "periods"]
+__all__ = ["Batch", "DelayLine", "Engine", "LaneDelays", "Trajectory", "periods"]
 
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "delay_line": ("DelayLine", "periods"),
+        "delay_line": ("DelayLine", "LaneDelays", "periods"),
         "engine": ("Engine",),
         "jobs": ("Batch",),
         "trajectory": ("Trajectory",),

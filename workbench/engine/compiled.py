@@ -139,11 +139,12 @@ class CompiledPlant:
     ) -> tuple[Batch, np.ndarray]:
         """As `run_batch`, the inputs given by the sampling instants of a law: machine code at the address `sample`.
 
-        durations [parts] of the intervals of one period; law [lanes, states], which goes on to the last instant's;
-        rows_in [lanes or 1, instants, k]; numbers [lanes or 1, k]. Every `every`-th instant's state is kept. Returns
-        the batch and what each instant puts out [lanes, instants, width_out]; NaN where a lane has failed before.
+        durations [parts] or [lanes, parts] of the intervals of one period; law [lanes, states], which goes on to the
+        last instant's; rows_in [lanes or 1, instants, k]; numbers [lanes or 1, k]. Every `every`-th instant's state is
+        kept. Returns the batch and what each instant puts out [lanes, instants, width_out]; NaN where a lane has failed
+        before.
         """
-        lanes, instants, parts = len(x0), rows_in.shape[1], len(durations)
+        lanes, instants, parts = len(x0), rows_in.shape[1], durations.shape[-1]
         x0, rows_in, numbers, p = (
             np.ascontiguousarray(a, dtype=float) for a in (x0, rows_in, numbers, self._p if p is None else p)
         )
@@ -156,9 +157,9 @@ class CompiledPlant:
             **_addresses(x0=x0, duration=t, u=t, p=p, x=x, attempts=attempts, failed=failed),
             **_addresses(law=law, rows_in=rows_in, numbers=numbers, rows_out=out),
             **_counts(lanes, instants * parts, every * parts, x.shape[1]),
-            **_lane_strides(p=p),
+            **_lane_strides(t=t, p=p),
             **_lane_strides(law=law, numbers=numbers, **{"in": rows_in, "out": out}),
-            **self._limits(float(durations[0])),
+            **self._limits(float(durations.flat[0])),
             sample=sample,
             parts=parts,
             in_row=rows_in.shape[2],

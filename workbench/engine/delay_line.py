@@ -1,6 +1,11 @@
 """A drive whose commands arrive late: the one place where a delay becomes commands that a plant holds."""
 
 from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+_SHORT = 1e-6  # of a period: the least part over which the older command is held where lanes differ
 
 
 def periods(delay: float, period: float) -> tuple[int, float]:
@@ -11,6 +16,35 @@ def periods(delay: float, period: float) -> tuple[int, float]:
     whole = int(delay / period + 1e-9)
     part = delay / period - whole
     return whole, part if part > 1e-9 else 0.0
+
+
+@dataclass(frozen=True)
+class LaneDelays:
+    """Delays of lanes as whole periods [lanes] and parts of one [lanes]."""
+
+    whole: np.ndarray
+    part: np.ndarray
+
+    @classmethod
+    def of(cls, delays: np.ndarray, period: float) -> "LaneDelays":
+        """Of delays [lanes] in s."""
+        pairs = [periods(delay, period) for delay in delays.tolist()]
+        return cls(np.array([whole for whole, _ in pairs]), np.array([part for _, part in pairs]))
+
+    @property
+    def differ(self) -> bool:
+        """Whether not all lanes have one delay."""
+        return bool(np.ptp(self.whole) or np.ptp(self.part))
+
+    @property
+    def taps(self) -> np.ndarray:
+        """[lanes, longest + 1]: 1 at the number of periods by which a lane's command is late, else 0."""
+        return np.eye(self.whole.max() + 1)[self.whole]
+
+    def durations(self, period: float) -> np.ndarray:
+        """How long [s] a lane holds the older and the newer command in a period, [lanes, 2]; neither is ever 0."""
+        part = np.clip(self.part, _SHORT, 1 - _SHORT)
+        return np.stack((part, 1 - part), axis=1) * period
 
 
 class DelayLine:

@@ -65,8 +65,8 @@ class LawShape:
 
     states: of the law; `graphs`, where it is not linear. measured: the outputs that it sees. sensors: all of the rig's,
     in the order of their noise. late: whole periods that a command is on its way, and with `split` a part of one more,
-    over which the drive holds the older command, or `interpolated` the mean. noisy: sensors have noise and resolution.
-    recorded: outputs put out.
+    over which the drive holds the older command, or `interpolated` the mean. own_delays: each lane has a delay of its
+    own of up to so many whole periods. noisy: sensors have noise and resolution. recorded: outputs put out.
     """
 
     states: int
@@ -75,6 +75,7 @@ class LawShape:
     late: int = 0
     split: bool = False
     interpolated: bool = False
+    own_delays: bool = False
     noisy: bool = False
     recorded: tuple[str, ...] = ()
     graphs: LawGraphs | None = None
@@ -97,7 +98,8 @@ class LawShape:
         if self.graphs:
             law = {"q": self.graphs.numbers}
         guard = {"middle": 1, "stroke": 1, "move": 1, "force": 1, "step": 1}
-        return _places(**law, offset=1, **guard, part=1, noise=sensors, resolution=sensors)
+        taps = {"taps": self.late + 1} if self.own_delays else {}
+        return _places(**law, offset=1, **guard, part=1, **taps, noise=sensors, resolution=sensors)
 
     def inputs(self, plant: Plant) -> dict[str, slice]:
         """Places in the row of an instant: reference, added command, the plant's inputs but for the command, noise."""
@@ -132,7 +134,7 @@ def instant(plant: Plant, shape: LawShape) -> ca.Function:
     signals = {name: outputs[plant.output(name)] for name in shape.read}
     readings = {name: _reading(shape, i, name, signals[name], r, q) for i, name in enumerate(shape.read)}
     law = _law(shape, s, r, q, readings)
-    held, last, line = _arriving(shape, s["line"], law["sent"], q["part"])
+    held, last, line = _arriving(shape, s["line"], law["sent"], q)
     after = ca.vertcat(last, line, law["sent"], readings["position"], law["trip"], law["state"])
     put_out = [law["sent"], law["demanded"], held, law["trip"]]
     put_out += [outputs[plant.output(name)] for name in shape.recorded]
@@ -195,10 +197,14 @@ def _watched(s: _Parts, q: _Parts, readings: _Parts) -> ca.SX:
     return ca.if_else(s["trip"] > 0, s["trip"], trip)
 
 
-def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, part: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, q: _Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
     """What the drive holds from now on, what at the period's end, and the commands on their way (as DelayLine)."""
-    line = ca.vertcat(line, sent)
-    before, now, line = line[0], line[1], line[1:]
+    line, part = ca.vertcat(line, sent), q["part"]
+    before, now = line[0], line[1]
+    if shape.own_delays:  # the oldest command comes first
+        taps = q["taps"][::-1]
+        before, now = ca.dot(taps, line[:-1]), ca.dot(taps, line[1:])
+    line = line[1:]
     if shape.interpolated:
         mean = part * before + (1 - part) * now
         return mean, mean, line

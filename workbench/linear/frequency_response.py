@@ -111,7 +111,7 @@ def stepped_sines(
     points = _points_per_cycle(f)
     for k in np.unique(points):
         _run_lanes(engine, start, offset, sine, np.flatnonzero(points == k), int(k), limits or {}, p)
-    late = np.array([engine.plant.lateness(row) for row in p])
+    late = engine.plant.lane_lateness(p)
     for values in sine.response.values():  # all that repeats comes late as a whole
         values *= np.exp(-2j * np.pi * f * late)
     return sine

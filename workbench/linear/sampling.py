@@ -71,8 +71,9 @@ def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices
     )
 
 
-def hold_matrices(a: np.ndarray, b: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """What states become after `seconds`: of themselves A [.., n, n], and of inputs B [.., n, m] held over them."""
+def hold_matrices(a: np.ndarray, b: np.ndarray, seconds: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What states become after `seconds`, a number or [.., 1, 1]: of themselves A [.., n, n], and of inputs held over
+    them B [.., n, m]."""
     from scipy.linalg import expm
 
     n, m = b.shape[-2:]

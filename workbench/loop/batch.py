@@ -62,8 +62,8 @@ def run_lanes(
     """
     sensors = Sensors(rig, engine.plant.outputs, seed)
     laws = law if isinstance(law, Sequence) else [law]
-    ready = compiled_law(engine, rig, laws, sensors, recorded)
     for lanes, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}):
+        ready = compiled_law(engine, rig, laws, sensors, chunk.p, recorded)
         yield lanes, _run_chunk(engine, ready, laws[lanes] if isinstance(law, Sequence) else laws, sensors, chunk)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..control.linear_law import LinearLaw
 from ..control.protocol import SampledLaw
-from ..engine import Engine, periods
+from ..engine import Engine, LaneDelays
 from ..engine.sampled_law import TRIPS, LawShape, packed
 from ..rigs.rig import Rig
 from .guard import Guard
@@ -20,13 +20,14 @@ _STATES = 4  # laws are filled up to a multiple of so many states, so that laws 
 class CompiledLaw:
     """A law with its guard, drive and sensors, ready to run on a plant: what decides the machine code, and numbers.
 
-    durations [1 or 2]: of the intervals of a period, [s], where a command arrives inside it.
+    durations [1 or 2] or [lanes, 2]: of the intervals of a period, [s], where a command arrives inside it. `delays`:
+    those of the lanes.
     """
 
     shape: LawShape
     durations: np.ndarray
     guard: Guard
-    part: float
+    delays: LaneDelays
     noise: np.ndarray
     resolution: np.ndarray
 
@@ -38,7 +39,8 @@ class CompiledLaw:
             **{name: np.array([numbers[name] for numbers in own]) for name in own[0]},
             offset=offset[:, None],
             **self.guard.numbers(),
-            part=self.part,
+            part=self.delays.part[:, None] if self.shape.own_delays else self.delays.part[0],
+            taps=self.delays.taps,
             noise=self.noise,
             resolution=self.resolution,
         )
@@ -72,9 +74,15 @@ def _law_numbers(law: SampledLaw, states: int) -> dict[str, np.ndarray]:
 
 
 def compiled_law(
-    engine: Engine, rig: Rig, laws: Sequence[SampledLaw], sensors: Sensors, recorded: tuple[str, ...] = ()
+    engine: Engine,
+    rig: Rig,
+    laws: Sequence[SampledLaw],
+    sensors: Sensors,
+    p: np.ndarray,
+    recorded: tuple[str, ...] = (),
 ) -> CompiledLaw:
-    """Laws of one form on a rig's plant, with its limits and sensors; `recorded` outputs are put out at each instant.
+    """Laws of one form on plants with parameters p [lanes, j], with a rig's limits and sensors; `recorded` outputs are
+    put out at each instant.
 
     Raises ValueError for laws that differ in what they measure, or in their graphs.
     """
@@ -82,14 +90,17 @@ def compiled_law(
     graphs = {None if isinstance(each, LinearLaw) else each.graphs for each in laws}
     if len(graphs) > 1 or any(each.measures != law.measures for each in laws):
         raise ValueError("laws in lanes must measure the same signals and have the same graphs")
-    late, part = periods(plant.lateness(), rig.period.value)
-    (graph,), split, states = graphs, bool(part) and not plant.interpolated, max(each.states for each in laws)
+    delays = LaneDelays.of(plant.lane_lateness(p), rig.period.value)
+    late, part = int(delays.whole.max()), delays.part[0]
+    (graph,), split = graphs, bool(delays.part.any()) and not plant.interpolated
+    states = max(each.states for each in laws)
     states = states if graph else -(-states // _STATES) * _STATES
-    drive = late, split, plant.interpolated
+    drive = late, split, plant.interpolated, delays.differ
     shape = LawShape(states, law.measures, sensors.names, *drive, sensors.noisy, recorded, graph)
     places = [sensors.names.index(name) for name in shape.read]
     durations = np.array([part, 1 - part] if split else [1.0]) * rig.period.value
-    return CompiledLaw(shape, durations, Guard(rig), part, sensors.noise[places], sensors.resolution[places])
+    durations = delays.durations(rig.period.value) if split and delays.differ else durations
+    return CompiledLaw(shape, durations, Guard(rig), delays, sensors.noise[places], sensors.resolution[places])
 
 
 @dataclass(frozen=True)
@@ -117,7 +128,7 @@ class CompiledLoop:
         self, engine: Engine, rig: Rig, law: SampledLaw, sensors: Sensors, u: np.ndarray, signals: np.ndarray
     ) -> None:
         self._engine, self._sensors = engine, sensors
-        self.law = compiled_law(engine, rig, [law], sensors)
+        self.law = compiled_law(engine, rig, [law], sensors, engine.plant.p[None])
         x, offset = law.start(signals, float(u[0]))
         self.numbers, self.state = self.law.numbers([law], np.array([offset])), self.law.start([x], u[None, :1])
 

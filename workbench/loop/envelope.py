@@ -70,7 +70,7 @@ class Envelope:
     """Variations of a rig at positions over its stroke, `nominal` first; `drawn`: plants drawn over what is uncertain,
     half of them at those positions, none where no factors are given.
 
-    Every plant has the rig's delay, limits, sensors and period.
+    Every plant has the rig's limits, sensors and period.
     """
 
     rig: Rig
@@ -87,7 +87,7 @@ class Envelope:
             for i, (name, ends) in enumerate(numbers.items()):
                 p[self.engine.plant.parameters.index(name)] = ends[int(ms[2 * i + 1] > ms[2 * i])]
         places = self._positions
-        names = [_named("bad corner", position) for position in places]
+        names = [_named(self.rig, "bad corner", position) for position in places]
         return plant_lanes(self.rig, self.engine, names, np.tile(p, (len(places), 1)), np.array(places))
 
     @cached_property
@@ -145,7 +145,7 @@ def envelope(
     varied = plant_lanes(
         nominal,
         engine,
-        [_named(name, x) for name, x in lanes],
+        [_named(nominal, name, x) for name, x in lanes],
         np.array([plants[name].p for name, _ in lanes]),
         np.array([x for _, x in lanes]),
     )
@@ -164,11 +164,12 @@ def _drawn(
         p[:, plant.parameters.index(name)] = drawn_evenly(random, low, high, DRAWN)
     reach, even = max(map(abs, places)), np.arange(DRAWN) % 2 == 0
     position = np.where(even, random.choice(places, DRAWN), random.uniform(-reach, reach, DRAWN))
-    return plant_lanes(rig, engine, [_named(f"drawn {i}", x) for i, x in enumerate(position)], p, position)
+    return plant_lanes(rig, engine, [_named(rig, f"drawn {i}", x) for i, x in enumerate(position)], p, position)
 
 
-def _named(name: str, position: float) -> str:
-    return f"{name} at {1e3 * position:+.0f} mm"
+def _named(rig: Rig, name: str, position: float) -> str:
+    """A plant, with its place in the stroke where loops differ over it."""
+    return f"{name} at {1e3 * position:+.0f} mm" if rig.is_jack else name
 
 
 def steps(

@@ -28,6 +28,8 @@ class Guard:
     def __init__(self, rig: Rig) -> None:
         self._stroke, self._speed, self._force = rig.limit("stroke"), rig.limit("speed"), rig.limit("force")
         self._stride = max_move_per_period(rig)
+        self._position_signal, self._speed_signal = rig.signal("position"), rig.signal("velocity")
+        self._centre = "mid stroke" if rig.is_jack else "rest"
         self._middle, self._period = rig.middle, rig.period.value
         self._step = rig.limit("command_rate") * self._period
         self.reset(self.safe)
@@ -53,8 +55,8 @@ class Guard:
     def reason(self, limit: str) -> str:
         """Why the guard tripped, in words, for the limit that was passed: stroke, speed, force or command."""
         return {
-            "stroke": f"position beyond +-{self._stroke * 1e3:g} mm of mid stroke",
-            "speed": f"speed above {self._speed:g} m/s",
+            "stroke": f"position beyond +-{self._position_signal.text(self._stroke)} of {self._centre}",
+            "speed": f"speed above {self._speed_signal.text(self._speed)}",
             "force": f"force above {self._force / 1e3:g} kN",
             "command": "the controller's command is not finite",
         }[limit]

@@ -1,7 +1,8 @@
 """Closed loops in lanes of a controller that computes in Python: one call a period for all of them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -46,7 +47,7 @@ def play_lanes(
     elif lanes is not None:
         check_sensors(rig, controller.measures)
         sensors = Sensors(rig, engine.plant.outputs, seed)
-        ready = compiled_law(engine, rig, [_DEMANDED], sensors, recorded)
+        ready = partial(compiled_law, engine, rig, [_DEMANDED], sensors, recorded=recorded)
         loops = _LaneLoops(engine, ready, lanes, controller.measures[0], preview(controller), sensors)
         for part, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}):
             yield part, loops.run(chunk)
@@ -58,11 +59,11 @@ def play_lanes(
 class _LaneLoops:
     """A controller in lanes: the signal that it controls, and how many samples `ahead` it knows its reference.
 
-    `ready`: guard, drive and sensors as a compiled loop has them.
+    `ready`: guard, drive and sensors as a compiled loop has them, of plants with parameters [lanes, j].
     """
 
     engine: Engine
-    ready: CompiledLaw
+    ready: Callable[[np.ndarray], CompiledLaw]
     lanes: LaneController
     controlled: str
     ahead: int
@@ -74,7 +75,7 @@ class _LaneLoops:
         asked = np.pad(level + chunk.reference, ((0, 0), (0, self.ahead)), "edge").T
         measured = self._read(chunk.outputs, chunk.normal[:, 0])
         self.lanes.reset(measured[self.controlled], measured, chunk.points.u[:, 0].copy())
-        plants = _Plants(self.engine, self.ready, chunk)
+        plants = _Plants(self.engine, self.ready(chunk.p), chunk)
         for i in range(chunk.reference.shape[1]):
             measured = self._read(plants.outputs(i), chunk.normal[:, i + 1])
             if self.ahead:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..engine import periods
+from ..engine import LaneDelays
 from ..linear.equilibria import Equilibria, slopes
 from ..linear.sampling import hold_matrices
 from ..linear.state_space import Matrices
@@ -47,12 +47,13 @@ class LaneMargins:
 
 @dataclass(frozen=True)
 class ModalResponse:
-    """residues [lanes, m, n] / (z - modes [lanes, n]), summed, + direct [lanes, m, 1]; all `late` periods later."""
+    """residues [lanes, m, n] / (z - modes [lanes, n]), summed, + direct [lanes, m, 1]; all `late` periods later: one
+    number, or [lanes, 1, 1]."""
 
     modes: np.ndarray
     residues: np.ndarray
     direct: np.ndarray
-    late: int
+    late: int | np.ndarray
 
     def at(self, z: np.ndarray) -> np.ndarray:
         """The response at z [k], or at a lane's own z [lanes, k]: complex [lanes, m, k]."""
@@ -61,7 +62,8 @@ class ModalResponse:
 
     def some(self, lanes: np.ndarray, rows: list[int]) -> "ModalResponse":
         """That of some lanes to some of the m outputs."""
-        return ModalResponse(self.modes[lanes], self.residues[lanes][:, rows], self.direct[lanes][:, rows], self.late)
+        late = self.late if isinstance(self.late, int) else self.late[lanes]
+        return ModalResponse(self.modes[lanes], self.residues[lanes][:, rows], self.direct[lanes][:, rows], late)
 
 
 @dataclass(frozen=True)
@@ -86,11 +88,13 @@ class SampledLanes:
 def sampled_lanes(
     plant: Plant, points: Equilibria, p: np.ndarray, measures: tuple[str, ...], period: float
 ) -> SampledLanes:
-    """Plants with parameters p [lanes, k] about `points`, the command held over each `period` [s], late as declared."""
-    whole, part = periods(plant.lateness(), period)
+    """Plants with parameters p [lanes, k] about `points`, the command held for a `period` [s], late as each says."""
+    delays = LaneDelays.of(plant.lane_lateness(p), period)
+    late = delays.whole[:, None, None] if delays.differ else int(delays.whole[0])
+    part = delays.part[:, None, None] if delays.differ else delays.part[:1]
     prompt = _sampled(plant, measures, points, p, period, part)
-    modal, f = _modal(*prompt, whole), np.geomspace(_LOWEST, 0.5 / period, _POINTS)
-    return SampledLanes(*_behind(*prompt, whole), measures, period, modal, f, modal.at(_z(f, period)))
+    modal, f = _modal(*prompt, late), np.geomspace(_LOWEST, 0.5 / period, _POINTS)
+    return SampledLanes(*_behind(*prompt, delays.taps), measures, period, modal, f, modal.at(_z(f, period)))
 
 
 def lane_margins(lanes: SampledLanes, law: LawLanes) -> LaneMargins:
@@ -140,14 +144,17 @@ def _sought(lanes: SampledLanes, law: LawLanes, modal: ModalResponse, largest: n
 
 
 def _sampled(
-    plant: Plant, measures: tuple[str, ...], points: Equilibria, p: np.ndarray, period: float, part: float
+    plant: Plant, measures: tuple[str, ...], points: Equilibria, p: np.ndarray, period: float, part: np.ndarray
 ) -> Matrices:
-    """A, B, C, D in lanes of `measures` of a held command that arrives a `part` of a period late."""
+    """A, B, C, D in lanes of `measures` of a command, held over each period, that arrives a `part` of one late.
+
+    The part is [1] or [lanes, 1, 1].
+    """
     a, b, c, d = slopes(plant, points.x, points.u, p)
     rows = [plant.output(name) for name in measures]
     b, c, d = b[:, :, :1], c[:, rows], d[:, rows, :1]
     after, newer = hold_matrices(a, b, (1 - part) * period)
-    if not part:
+    if not part.any():
         return after, newer, c, d
     before, older = hold_matrices(a, b, part * period)
     ahead = np.concatenate((after @ before, after @ older), axis=2)  # the command before is a further state
@@ -157,18 +164,20 @@ def _sampled(
     return ahead, newer, np.concatenate((c, d), axis=2), np.zeros_like(d)
 
 
-def _behind(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, whole: int) -> Matrices:
-    """The same with the command so many whole periods later: those on their way are further states, newest first."""
+def _behind(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, taps: np.ndarray) -> Matrices:
+    """The same with the command late by the whole periods at which `taps` [lanes, periods + 1] are 1: those on their
+    way are further states, newest first."""
+    lanes, n, whole = len(a), a.shape[1], taps.shape[1] - 1
     if not whole:
         return a, b, c, d
-    lanes, n = len(a), a.shape[1]
+    arriving = taps[:, None]
     ahead = np.zeros((lanes, n + whole, n + whole))
-    ahead[:, :n, :n], ahead[:, :n, [-1]] = a, b
+    ahead[:, :n, :n], ahead[:, :n, n:] = a, b @ arriving[..., 1:]
     ahead[:, n + 1 :, n:-1] = np.eye(whole - 1)
     entering = np.zeros((lanes, n + whole, 1))
-    entering[:, n] = 1.0
-    leaving = np.concatenate((c, np.zeros((*c.shape[:2], whole - 1)), d), axis=2)
-    return ahead, entering, leaving, np.zeros_like(d)
+    entering[:, :n], entering[:, n] = b @ arriving[..., :1], 1.0
+    leaving = np.concatenate((c, d @ arriving[..., 1:]), axis=2)
+    return ahead, entering, leaving, d @ arriving[..., :1]
 
 
 def _closed(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, law: LawLanes) -> np.ndarray:
@@ -182,7 +191,7 @@ def _closed(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, law: Law
     return np.concatenate((top, bottom), axis=1)
 
 
-def _modal(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, late: int) -> ModalResponse:
+def _modal(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, late: int | np.ndarray) -> ModalResponse:
     modes, right = np.linalg.eig(a)
     entering = np.linalg.solve(right, b.astype(complex))[:, :, 0]
     return ModalResponse(modes, (c @ right) * entering[:, None], d, late)

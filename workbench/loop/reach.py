@@ -5,14 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.units import from_si
+from ..base.signals import SIGNALS
 from ..rigs.rig import Rig
 from .capability import capability
 from .own_references import Waveform, too_fast
-from .scenarios import Scenario
+from .scenarios import SCENARIOS, Scenario
 from .step_metrics import LAST
 
-_UNITS = {"position": ("mm", "m"), "speed": ("m/s", "m/s"), "force": ("kN", "N"), "load": ("kN", "N")}
+_SIGNALS = {"position": "position", "speed": "velocity", "force": "force", "load": "force"}
 _ROUNDING = 1 + 1e-9
 
 
@@ -35,13 +35,14 @@ def check_reach(scenario: Scenario, rig: Rig) -> None:
     asked["speed"] = _speed(scenario, t)
     for name, limit in {"position": stroke, "force": force, "load": force, "speed": rig.limit("speed")}.items():
         if asked[name] > limit * _ROUNDING:
-            unit, si = _UNITS[name]
-            value, most = (f"{float(from_si(number, unit, si)):.6g} {unit}" for number in (asked[name], limit))
+            value, most = (rig.signal(_SIGNALS[name]).text(number) for number in (asked[name], limit))
             raise _error(scenario, f"asks for a {name} of {value}, the limit of {rig.name} is {most}; ask for less")
 
 
 def _check_linear(scenario: Scenario, rig: Rig) -> None:
     """Raises InputError for what only a jack can do: stand elsewhere, move a specimen's far end, carry a load."""
+    if (unit := rig.signal(scenario.signal).unit) != SIGNALS[scenario.signal].unit and scenario in SCENARIOS.values():
+        raise _error(scenario, f"is of a length, {rig.name} is measured in {unit}; write a table [scenario.NAME]")
     if not rig.is_jack and (scenario.start or scenario.start_share):
         raise _error(scenario, f"{rig.name} is a linear plant, the same everywhere; take the start out")
     if not rig.is_jack and scenario.travel:

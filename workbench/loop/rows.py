@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.gain_phase import gain_db, phase_deg
+from ..base.signals import SIGNALS, Signal
 from ..control.controller_spec import ControllerSpec
 from ..control.protocol import Controller, NoLinearView
 from ..engine import Engine
@@ -25,6 +26,11 @@ from .sensors import check_sensors, settling_band
 from .sine_margins import SINE_TOLERANCE, SineTest
 
 MOVING = 0.1  # m/s: the second operating point, outside the lap's doubled gain; a specimen's far end moves along
+
+
+def moving_at(signal: Signal) -> str:
+    """That speed in words, where `signal` is controlled: of a position of another kind in its own unit."""
+    return f"{MOVING:g} {f'{signal.si}/s' if signal.name == 'position' else SIGNALS['velocity'].si}"
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.errors import InputError
-from ..base.signals import SIGNALS, Signal
+from ..base.signals import Signal
 from ..base.units import from_si, quantity
 from ..commands.common.sines import loop_poles
 from ..control.controller_spec import ControllerSpec
@@ -81,7 +81,7 @@ class ClosedLoop:
     @property
     def signal(self) -> Signal:
         """The controlled signal."""
-        return SIGNALS[self._measures[0]]
+        return self.rig.signal(self._measures[0])
 
     @cached_property
     def setup(self) -> LoopSetup:
@@ -151,14 +151,14 @@ class ClosedLoop:
 
     def margins(self) -> Margins:
         """Stability and margins at null and moving."""
-        return Margins(self.linear_loops.null, self.linear_loops.moving)
+        return Margins(self.linear_loops.null, self.linear_loops.moving, self.signal)
 
     def poles(self) -> Poles:
         """Poles of the sampled closed loop at null and moving. Raises NoLinearView where the controller has no such."""
         period, setup = self.rig.period.value, self.setup
         controller = self.controller.build(period)
         null, moving = (closed_poles(plant, controller) for plant in (setup.null_plant, setup.moving_plant))
-        return Poles(null, moving, period)
+        return Poles(null, moving, period, self.signal)
 
     def inverse(
         self, *others: "ClosedLoop", preview: Quantity = "80 ms", length: Quantity = "300 ms", band: Quantity = "5 Hz"
@@ -181,7 +181,8 @@ class ClosedLoop:
         """
         controller, before = self.controller.build(self.rig.period.value), inverse and inverse.design
         plants = self.setup.null_plant, self.setup.moving_plant
-        return Margins(*(outer_loop(plant, controller, as_state_space(outer), before) for plant in plants))
+        null, moving = (outer_loop(plant, controller, as_state_space(outer), before) for plant in plants)
+        return Margins(null, moving, self.signal)
 
     def bode(
         self, amplitude: Quantity | None = None, low: Quantity = 0.1, high: Quantity = 50.0, points: int = 20

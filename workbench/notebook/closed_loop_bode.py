@@ -42,7 +42,7 @@ class ClosedLoopBode:
     def plot(self) -> Figure:
         """Gain and phase; a stepped sine beside the linear loops, dashed."""
         swept = {} if self.sine is None else {self.amplitude: packed(self.sine, self.signal.name)}
-        return closed_loop_figure(self.name, linear_curves(self.linear), swept)
+        return closed_loop_figure(self.name, linear_curves(self.linear, self.signal), swept)
 
     def __repr__(self) -> str:
         corners = (f"{name} at {f:.3g} Hz" for name, f in (("-3 dB", self.f3db), ("-90 deg", self.f90)) if f)

@@ -5,24 +5,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.gain_phase import gain_db, phase_deg
+from ..base.signals import Signal
 from ..linear.crossings import corner_frequency
 from ..loop.margins import LinearLoop
-from ..loop.rows import MOVING, LinearLoops
+from ..loop.rows import LinearLoops, moving_at
 from ..report import Curve, Figure, Panel, Table
 
-_POINTS = ("null", f"moving at {MOVING:g} m/s")
+
+def _points(signal: Signal) -> tuple[str, str]:
+    return "null", f"moving at {moving_at(signal)}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Margins:
     """Margins of the sampled linear loop at null and moving; the properties are the worse of the two.
 
-    `null` and `moving` are the linear loops with their responses over frequency. An unstable loop has no margins: None.
-    Those of a controller without a linear view come from sines on the simulated loop, where these give any.
+    `null` and `moving` are the linear loops of the controlled `signal`, with their responses over frequency. An
+    unstable loop has no margins: None. Those of a controller without a linear view come from sines on the simulated
+    loop, where these give any.
     """
 
     null: LinearLoop
     moving: LinearLoop
+    signal: Signal
 
     @property
     def stable(self) -> bool | None:
@@ -52,14 +57,14 @@ class Margins:
         """The sensitivity of both loops."""
         curves = [
             Curve(name, loop.f, gain_db(loop.sensitivity))
-            for name, loop in zip(_POINTS, (self.null, self.moving), strict=True)
+            for name, loop in zip(_points(self.signal), (self.null, self.moving), strict=True)
             if loop.sensitivity is not None
         ]
         return Figure("Sensitivity", "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)
 
     def table(self) -> Table:
         """A row for each operating point."""
-        loops = zip(_POINTS, (self.null, self.moving), strict=True)
+        loops = zip(_points(self.signal), (self.null, self.moving), strict=True)
         heads = [
             "operating point",
             "stable",
@@ -93,11 +98,12 @@ def _margins(loop: LinearLoop) -> list[bool | float | None]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Poles:
-    """Poles z [k] of the sampled closed loop at null and moving, `period` [s] apart in time."""
+    """Poles z [k] of the sampled closed loop of a `signal` at null and moving, `period` [s] apart in time."""
 
     null: np.ndarray
     moving: np.ndarray
     period: float
+    signal: Signal
 
     @property
     def stable(self) -> bool:
@@ -108,7 +114,7 @@ class Poles:
         """The slowest poles of each point, as frequency and damping of s = ln(z)/T; one of each conjugate pair."""
         rows = [
             [name, abs(z), abs(s) / (2 * np.pi), -s.real / abs(s)]
-            for name, poles in zip(_POINTS, (self.null, self.moving), strict=True)
+            for name, poles in zip(_points(self.signal), (self.null, self.moving), strict=True)
             for z, s in self._slowest(poles, count)
         ]
         return Table("", ["operating point", "|z|", "frequency [Hz]", "damping"], rows)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.columns import data_frame, lookup
-from ..base.signals import SIGNALS, Signal
+from ..base.signals import Signal
 from ..base.units import from_si
 from ..commands.common.time_figure import time_figure
 from ..loop.rows import judge
@@ -75,7 +75,7 @@ class TimeResponse:
     def to_pandas(self) -> "pandas.DataFrame":
         """Every signal in SI, its unit in the column's name. Raises InputError where pandas is not installed."""
         units = {"reference": self.loop.signal.si}
-        names = {name: f"{name} [{units.get(name, SIGNALS[name].si)}]" for name in self.record.signals}
+        names = {name: f"{name} [{units.get(name, self.loop.rig.signal(name).si)}]" for name in self.record.signals}
         return data_frame({"t [s]": self.t, **{names[name]: values for name, values in self.record.signals.items()}})
 
     def __repr__(self) -> str:

@@ -31,7 +31,7 @@ class Plant:
     `parameters`. `dry_friction` are the Coulomb-friction numbers that a linearisation sets to zero. `delay` is the
     parameter by which the command is late, where an effect declares one: whoever feeds the plant holds it back, by
     engine.DelayLine; where it is `interpolated`, the plant holds the mean of the commands that arrive in a period (a
-    linear view takes that as a shift, too).
+    linear view takes that as a shift, too). `computing` is a parameter that adds to the delay.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Plant:
     dry_friction: tuple[str, ...]
     delay: str | None = None
     interpolated: bool = False
+    computing: str | None = None
 
     @property
     def n(self) -> int:
@@ -102,7 +103,12 @@ class Plant:
 
     def lateness(self, p: np.ndarray | None = None) -> float:
         """Time [s] by which the command is late; 0 where no effect says that it is."""
-        return 0.0 if self.delay is None else float((self.p if p is None else p)[self.parameters.index(self.delay)])
+        return float(self.lane_lateness((self.p if p is None else p)[None])[0])
+
+    def lane_lateness(self, p: np.ndarray) -> np.ndarray:
+        """The same of plants with parameters p [lanes, k]: [lanes]."""
+        delays = [p[:, self.parameters.index(name)] for name in (self.delay, self.computing) if name]
+        return np.sum([np.zeros(len(p)), *delays], axis=0)
 
     def without_dry_friction(self, p: np.ndarray | None = None) -> np.ndarray:
         """Parameters, of one plant or of lanes [lanes, k], for a linearisation: tanh friction would pass for damping

@@ -11,7 +11,7 @@ from .assembly import Assembly, Plant
 def build_linear(rig: LinearRig) -> Plant:
     """Command and, where one acts, disturbance in; the model's outputs out. The delay of the command is exact."""
     numbers = {name: number.value for name, number in rig.numbers.items()} | rig.constants
-    b = Assembly(rig.name, numbers | {"delay": rig.delay.value})
+    b = Assembly(rig.name, numbers | {"computing": rig.computing})
     command = b.input("command", "1", 1.0)
     force = b.input("disturbance", "N", 1e3) if rig.takes_load else ca.SX(0)
     x = ca.vertcat(*(b.state(f"x{i + 1}", "1", scale) for i, scale in enumerate(rig.sizes)))
@@ -22,7 +22,7 @@ def build_linear(rig: LinearRig) -> Plant:
     outputs = c @ x
     b.output(**{name: outputs[i] for i, name in enumerate(rig.form.outputs)})
     plant = b.finish()
-    return replace(plant, delay="delay")
+    return replace(plant, delay="delay", computing="computing")
 
 
 def _matrix(rows: list[list[ca.SX]]) -> ca.SX:

@@ -4,6 +4,10 @@ A file has one of the tables [state_space], [transfer_function], [chain] and [fr
 sheet that a transfer function and a delay are fitted to, each with a factor `gain` on all of it, then [signals] (what
 full command is in the model's input, the units of its outputs, the delay of the command, what a force amounts to),
 [limits] (the stroke at least), [control], [sensors.NAME], and [bounds] of numbers that are uncertain.
+
+The unit of the position says what is controlled: a length, an angle, a force, a voltage, a temperature, ... Limits,
+sensors, scenarios and reports are then in units of that. In a controller's design numbers "m" stands for its SI unit:
+a gain of 2 1/m is 2 1/rad.
 """
 
 from collections.abc import Mapping
@@ -12,21 +16,21 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 
 from ..base.errors import nearest
-from ..base.signals import SIGNALS
+from ..base.signals import Signal
 from ..base.table import Table
 from ..base.units import Spec, quantity, to_si
 from ..records.rational_fit import RationalFit
 from . import schema
 from .linear_form import ChainForm, LinearForm, StateSpaceForm, TransferFunctionForm
-from .linear_rig import GAIN, LOAD, LinearRig
+from .linear_rig import DELAY, GAIN, LOAD, LinearRig
 from .linear_sheet import fit_sheet
+from .linear_signals import limit_specs, measured_as, output_signals
 from .rig import COMPUTING_DELAY, Number, Sensor, read_sensors
 
 FREQUENCY_RESPONSE = "frequency_response"
 FORMS = ("state_space", "transfer_function", "chain", FREQUENCY_RESPONSE)
 _TABLES = (*FORMS, "signals", "limits", "control", "sensors", "bounds")
 _NONE = "none"  # of its kinds of valve, spool loop and jack
-_DELAY = Spec("s", 0.0, 0.1, "delay of the command")
 _TITLES = ("name", "title", "source")
 _MEASURED = ("position", "velocity", "acceleration")
 
@@ -38,17 +42,20 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
     if len(given) != 1:
         raise top.error(f"has {' and '.join(given)}; a plant is written in one way")
     signals = top.optional_table("signals", "command", "delay", "load", *_MEASURED)
-    late = signals.quantity("delay", _DELAY) if "delay" in signals else None
+    late = signals.quantity("delay", DELAY) if "delay" in signals else None
     fit = _fit(top.table(given[0]), signals, late) if given[0] == FREQUENCY_RESPONSE else None
     form, values = _fitted(fit) if fit else _READ[given[0]](top.table(given[0]))
-    units = tuple(_unit(signals, name) for name in form.outputs)
-    numbers = {"gain": top.table(given[0]).number("gain", 1.0), **values}
-    specs = {**form.specs(), "gain": GAIN, "load": LOAD}
+    own = _signals(signals)
+    units = tuple(_unit(signals, own[name]) for name in form.outputs)
+    delay = fit.delay if fit else late or 0.0
+    numbers = {"gain": top.table(given[0]).number("gain", 1.0), **values, "delay": delay}
+    specs = {**form.specs(), "gain": GAIN, "load": LOAD, "delay": DELAY}
     full = signals.positive("command", "the model's unit") if "command" in signals else 1.0
     if "load" in signals:
         numbers["load"] = signals.quantity("load", LOAD)
-    bounds = _bounds(top.optional_table("bounds"), numbers)
+    bounds = _bounds(top.optional_table("bounds"), numbers, specs)
     control = top.table("control", *schema.CONTROL)
+    measured = {name: own[name] for name in form.outputs}
     ideal = {name: Sensor(0.0, 0.0) for name in form.outputs}
     return LinearRig(
         name=top.text("name", stem),
@@ -58,22 +65,27 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
         corrector=_NONE,
         jack=_NONE,
         numbers={name: _number(name, specs[name], value, *bounds.get(name, ())) for name, value in numbers.items()},
-        limits=_limits(top.table("limits")),
+        limits=_limits(top.table("limits"), limit_specs(own["position"].si)),
         period=_plain(control, "period", schema.CONTROL["period"]),
-        sensors=read_sensors(top.table("sensors", *form.outputs)) if "sensors" in top else ideal,
+        sensors=read_sensors(top.table("sensors", *form.outputs), measured) if "sensors" in top else ideal,
         computing_delay=_computing_delay(control),
         form=form,
         full_command=full,
         units=units,
-        delay=Number("delay", fit.delay if fit else late or 0.0, "s", "s", ""),
         fit=fit,
     )
 
 
-def _unit(signals: Table, name: str) -> str:
+def _signals(table: Table) -> Mapping[str, Signal]:
+    """What the outputs are, by the unit of the position."""
+    unit = table.text("position", "m")
+    return output_signals({"position": unit}, table.about("position", lambda: measured_as(unit)))
+
+
+def _unit(table: Table, signal: Signal) -> str:
     """The unit of an output: SI where the file names none."""
-    unit = signals.text(name, SIGNALS[name].si)
-    signals.about(name, lambda: to_si(1.0, unit, SIGNALS[name].si))
+    unit = table.text(signal.name, signal.si)
+    table.about(signal.name, lambda: to_si(1.0, unit, signal.si))
     return unit
 
 
@@ -90,11 +102,11 @@ def _computing_delay(control: Table) -> Number:
     return _plain(control, name, schema.CONTROL[name]) if name in control else COMPUTING_DELAY
 
 
-def _limits(table: Table) -> dict[str, Number]:
+def _limits(table: Table, specs: Mapping[str, Spec]) -> dict[str, Number]:
     """The stroke, and further limits where they are given: else no limit of theirs is ever met."""
-    table.allow(*schema.LIMITS)
+    table.allow(*specs)
     limits = {}
-    for name, spec in schema.LIMITS.items():
+    for name, spec in specs.items():
         if name in table or name == "stroke":
             limits[name] = _plain(table, name, spec)
         else:
@@ -102,10 +114,16 @@ def _limits(table: Table) -> dict[str, Number]:
     return limits
 
 
-def _bounds(table: Table, numbers: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+def _bounds(table: Table, numbers: Mapping[str, float], specs: Mapping[str, Spec]) -> dict[str, tuple[float, ...]]:
+    """[low, high] by name: SI numbers, or texts with a unit."""
     bounds = {}
     for name in table.allow(*numbers):
-        ends = table.numbers(name, "[low, high]")
+        written = table.values[name]
+        if isinstance(written, list) and any(isinstance(end, str) for end in written):
+            words = table.words(name, "1 ms")
+            ends = table.about(name, lambda words=words, si=specs[name].unit: tuple(quantity(w, si) for w in words))
+        else:
+            ends = table.numbers(name, "[low, high]")
         if len(ends) != 2 or not ends[0] <= numbers[name] <= ends[1]:
             raise table.complaint(name, f"must be [low, high] about its value of {numbers[name]:g}")
         bounds[name] = ends
@@ -198,8 +216,9 @@ def _polynomials(num: tuple[float, ...], den: tuple[float, ...]) -> tuple[Linear
 
 def _fit(table: Table, signals: Table, delay: float | None) -> RationalFit:
     """The model of a sheet. Raises InputError for one that is too far from it, or too late."""
-    fit = fit_sheet(table, _unit(signals, "position"), SIGNALS["position"].si, delay)
-    if problem := _DELAY.problem(fit.delay):
+    signal = _signals(signals)["position"]
+    fit = fit_sheet(table, _unit(signals, signal), signal.si, delay)
+    if problem := DELAY.problem(fit.delay):
         raise table.error(f"the delay fitted: {problem}; give the delay of [signals]")
     return fit
 

@@ -2,49 +2,66 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.signals import SIGNALS
+from ..base.signals import SIGNALS, Signal
 from ..base.units import Spec, to_si
 from ..records.rational_fit import RationalFit
 from .jack import JackKind
 from .linear_form import ANY, LinearForm
+from .linear_signals import measured_as, output_signals
 from .rig import Number, Rig, number_entry, sensor_entry
 from .valve import ValveKind
 
 GAIN = Spec("1", -ANY, ANY, "factor on the whole model")
 LOAD = Spec("1/N", -ANY, ANY, "command to which a force on the plant amounts")
+DELAY = Spec("s", 0.0, 0.1, "delay of the command")
 _SWEPT = np.geomspace(1e-3, 1e5, 400)  # rad/s: where the sizes of states are looked for
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class LinearRig(Rig):
-    """A linear plant: `numbers` are those of its `form`, a `gain` on all of it, and a `load` [1/N] where a force acts
-    on its command.
+    """A linear plant: `numbers` are those of its `form`, a `gain` on all of it, the `delay` [s] of its command, and a
+    `load` [1/N] where a force acts on its command.
 
-    `full_command` is the model's input at command 1, `units` those of its outputs, `delay` is
-    by how much its command is late. All plants of a set have the same delay. `fit`: the model beside the frequency
-    response that it was fitted to, where it was.
+    `full_command` is the model's input at command 1, `units` those of its outputs, `computing` [s] adds to the delay.
+    `fit`: the model beside the frequency response that it was fitted to, where it was.
     """
 
     form: LinearForm
     full_command: float
     units: tuple[str, ...]
-    delay: Number
+    computing: float = 0.0
     fit: RationalFit | None = field(default=None, compare=False)
+
+    def signal(self, name: str) -> Signal:
+        """Position, velocity and acceleration are in the units of the plant's output."""
+        return self._signals.get(name, SIGNALS[name])
+
+    @cached_property
+    def _signals(self) -> Mapping[str, Signal]:
+        units = dict(zip(self.form.outputs, self.units, strict=True))
+        return output_signals(units, measured_as(units.get("position", "m")))
 
     @property
     def kind(self) -> str:
-        """What a set of plants must share: the form, its order and signals, and the delay."""
-        return f"{type(self.form).__name__} {sorted(self.numbers)} {self.form.outputs} {self.delay.value:g}"
+        """What a set of plants must share: the form, its order, signals and what they are."""
+        si = self.signal("position").si
+        return f"{type(self.form).__name__} {sorted(self.numbers)} {self.form.outputs} {si}"
 
     @property
     def specs(self) -> Mapping[str, Spec]:
         """Unit, possible range and meaning of every number."""
-        return {**self.form.specs(), "gain": GAIN, "load": LOAD}
+        return {**self.form.specs(), "gain": GAIN, "load": LOAD, "delay": DELAY}
+
+    @property
+    def delay(self) -> Number:
+        """By how much its command is late, without what a controller computes."""
+        return self.numbers["delay"]
 
     @property
     def valve_kind(self) -> ValveKind:
@@ -80,7 +97,7 @@ class LinearRig(Rig):
     def constants(self) -> dict[str, float]:
         """What besides `numbers` makes the plant, SI: it may differ between the plants of a set."""
         units = zip(self.form.outputs, self.units, strict=True)
-        values = {f"unit_{name}": float(to_si(1.0, unit, SIGNALS[name].si)) for name, unit in units}
+        values = {f"unit_{name}": float(to_si(1.0, unit, self.signal(name).si)) for name, unit in units}
         return {"full_command": self.full_command, **values}
 
     def matrices(self, number: Mapping[str, Any]) -> tuple[Any, Any, Any, Any]:
@@ -113,14 +130,14 @@ class LinearRig(Rig):
 
     def later(self, delay: float) -> "LinearRig":
         """The same with its command `delay` [s] later."""
-        return replace(self, delay=replace(self.delay, value=self.delay.value + delay))
+        return replace(self, computing=self.computing + delay)
 
     def table(self) -> dict[str, Any]:
         """As the tables of a file, every number but the coefficients with its unit."""
         values = {name: number.value for name, number in self.numbers.items()}
         tables = {name: {"gain": values["gain"], **model} for name, model in self.form.tables(values).items()}
-        signals: dict[str, Any] = {"command": self.full_command, "delay": number_entry(self.delay)}
-        signals |= {"load": number_entry(self.numbers["load"])} if "load" in values else {}
+        signals: dict[str, Any] = {"command": self.full_command}
+        signals |= {name: _entry(self.numbers[name]) for name in ("delay", "load") if name in values}
         signals |= zip(self.form.outputs, self.units, strict=True)
         bounds = {name: [n.low, n.high] for name, n in self.numbers.items() if n.low is not None}
         titles = {"name": self.name, "title": self.title, "source": self.source}
@@ -130,7 +147,7 @@ class LinearRig(Rig):
             "signals": signals,
             "limits": {name: number_entry(n) for name, n in self.limits.items()},
             "control": {n.name: number_entry(n) for n in (self.period, self.computing_delay)},
-            "sensors": {name: sensor_entry(name, sensor) for name, sensor in self.sensors.items()},
+            "sensors": {name: sensor_entry(self.signal(name), sensor) for name, sensor in self.sensors.items()},
             **({"bounds": bounds} if bounds else {}),
         }
 
@@ -142,3 +159,8 @@ class LinearRig(Rig):
 
     def _no(self, part: str) -> InputError:
         return InputError(f"{self.name} is a linear plant and has no {part}; this needs a rig")
+
+
+def _entry(number: Number) -> dict[str, Any]:
+    """Without its bounds: they stand in a table of their own."""
+    return number_entry(replace(number, low=None, high=None))

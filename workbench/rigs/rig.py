@@ -16,7 +16,7 @@ import tomli_w
 
 from ..base.columns import lookup
 from ..base.errors import InputError, nearest
-from ..base.signals import SIGNALS
+from ..base.signals import SIGNALS, Signal
 from ..base.table import Table
 from ..base.toml import read_toml
 from ..base.units import Spec, from_si, to_si
@@ -111,6 +111,10 @@ class Rig:
     def _repr_html_(self) -> str:
         """In a notebook: every number with unit, bounds, meaning and source."""
         return html_table(self)
+
+    def signal(self, name: str) -> Signal:
+        """A signal of its own by name, with its units."""
+        return SIGNALS[name]
 
     @property
     def specs(self) -> Mapping[str, Spec]:
@@ -296,12 +300,12 @@ def _numbers(table: Table, specs: Mapping[str, Spec], *words: str) -> dict[str, 
     return {name: read_number(table, name, spec) for name, spec in specs.items()}
 
 
-def read_sensors(table: Table) -> dict[str, Sensor]:
-    """Tables `[sensors.NAME]` with `noise` and `resolution`."""
+def read_sensors(table: Table, signals: Mapping[str, Signal] = SIGNALS) -> dict[str, Sensor]:
+    """Tables `[sensors.NAME]` with `noise` and `resolution`, in units of the `signals`."""
     sensors = {}
-    for name in table.allow(*SIGNALS):
+    for name in table.allow(*signals):
         part = table.table(name, "noise", "resolution")
-        spec = Spec(SIGNALS[name].si, 0.0, float("inf"), "")
+        spec = Spec(signals[name].si, 0.0, float("inf"), "")
         sensors[name] = Sensor(*(part.quantity(key, spec, "source") for key in ("noise", "resolution")))
     return sensors
 
@@ -336,7 +340,7 @@ def _rig_table(rig: Rig) -> dict[str, Any]:
     filled["valve"] = {"kind": rig.valve, **corrector, **filled["valve"]}
     filled["jack"] = {"kind": rig.jack, **filled["jack"]}
     titles = {"name": rig.name, "title": rig.title, "source": rig.source, "recordings": rig.recordings}
-    sensors = {name: sensor_entry(name, sensor) for name, sensor in rig.sensors.items()}
+    sensors = {name: sensor_entry(rig.signal(name), sensor) for name, sensor in rig.sensors.items()}
     effects = [
         {"name": use.name, "formula": use.formula, **{key: number_entry(number) for key, number in use.numbers.items()}}
         for use in rig.effects
@@ -383,6 +387,5 @@ def _shortest(value: float, unit: str, si: str) -> float:
     return next((text for text in texts if float(to_si(text, unit, si)) == value), written)
 
 
-def sensor_entry(name: str, sensor: Sensor) -> dict[str, Any]:
-    unit = SIGNALS[name].si
-    return {key: {"value": getattr(sensor, key), "unit": unit} for key in ("noise", "resolution")}
+def sensor_entry(signal: Signal, sensor: Sensor) -> dict[str, Any]:
+    return {key: {"value": getattr(sensor, key), "unit": signal.si} for key in ("noise", "resolution")}

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError, echo
-from ...base.signals import SIGNALS, Signal
+from ...base.signals import Signal
 from ...base.table import Table
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.conditions import Conditions
@@ -113,7 +113,7 @@ def _loop(
     bode = read_bode(top.table("bode"), "amplitudes_percent", full / 100)
     own = tuple(scenario for scenario in scenarios if scenario.signal == signal)
     check_scenarios(top, own, members.values())
-    return BenchLoop(SIGNALS[signal], rig, members, tuple(controllers), own, bode)
+    return BenchLoop(rig.signal(signal), rig, members, tuple(controllers), own, bode)
 
 
 def _check_sensors(top: Table, controllers: Sequence[ControllerSpec], rigs: Mapping[str, Rig]) -> None:

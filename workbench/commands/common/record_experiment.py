@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.signals import SIGNALS, Signal
+from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
@@ -107,13 +107,13 @@ def read_record_experiment(
     return top, RecordExperiment(
         rig=nominal,
         rigs=rigs,
-        signal=SIGNALS[scenario.signal],
+        signal=nominal.signal(scenario.signal),
         controllers=controllers,
         scenario=scenario,
         rest=rest,
         fade=fade,
         conditions=conditions,
-        drawn=read_drawn(top, nominal, conditions.seed, SIGNALS[scenario.signal], reference, plants),
+        drawn=read_drawn(top, nominal, conditions.seed, nominal.signal(scenario.signal), reference, plants),
         source={**source, "controllers": {name: table.values for name, table in tables.items()}},
     )
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.signals import SIGNALS
 from ...base.table import Table
 from ...base.units import Spec
 from ...loop.reach import check_flow, check_reach
@@ -50,7 +49,7 @@ def _own(name: str, tables: Table, rig: Rig) -> Scenario:
     if name in SCENARIOS:
         raise table.error("is a standard scenario; choose another name")
     signal = table.word("signal", ("position", "force"), "position")
-    si = SIGNALS[signal].si
+    si = rig.signal(signal).si
     if len(courses := [key for key in _COURSES if key in table]) > 1:
         raise table.complaint(courses[1], f"not together with {courses[0]}; remove one")
     if not {"size", "file", "road", "load", "travel"} & set(table):
@@ -148,7 +147,7 @@ def _waveform(name: str, table: Table, signal: str, further: dict[str, Any], rig
     if slow and signal != "position":
         raise table.complaint("slow", "only a course of position is slowed; remove it")
     columns = table.about("file", lambda: Columns(Path(table.text("file"))))
-    t, values = columns.values("t", "s"), columns.values(signal, SIGNALS[signal].si)
+    t, values = columns.values("t", "s"), columns.values(signal, rig.signal(signal).si)
     if len(t) < 2 or not np.all(np.diff(t) > 0):
         raise InputError(f"{columns.path}: t must rise from row to row, over two rows or more; mend it")
     period = rig.period.value

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
-from ...base.signals import SIGNALS, Signal
+from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec, controller_spec
@@ -49,7 +49,7 @@ def step_config(top: Table, rig: Rig) -> StepConfig:
     top.allow(*KEYS)
     rig = with_specimen(rig, top.table("specimen")) if "specimen" in top else rig
     scenarios = _scenarios(top, rig)
-    signal = SIGNALS[scenarios[0].signal]
+    signal = rig.signal(scenarios[0].signal)
     if signal.name == "force" and not rig.specimen_stiffness:
         raise top.complaint("specimen", "a force needs something to act on; add a table [specimen]")
     tables = top.optional_table("controllers")

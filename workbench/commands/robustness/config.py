@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...base.signals import SIGNALS, Signal
+from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
@@ -18,7 +18,8 @@ KEYS = (
     "experiment", "rig", "plant", "specimen", "plants", "seed", "ideal", "step", "seconds", "stroke", "positions",
     "from", "draw",
 )  # fmt: skip
-_STEPS = {"position": (1e-6, 1.0), "force": (1.0, 1e9)}  # SI
+_STEPS = {"m": (1e-6, 1.0), "N": (1.0, 1e9)}  # by the SI unit of the signal
+_ANY_STEP = 1e-12, 1e12
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
         plants=plants or table.count("plants"),
         conditions=read_conditions(table),
         signal=signal,
-        step=table.quantity("step", Spec(signal.si, *_STEPS[signal.name], "size of the step")),
+        step=table.quantity("step", Spec(signal.si, *_STEPS.get(signal.si, _ANY_STEP), "size of the step")),
         seconds=table.quantity("seconds", Spec("s", 0.5, 60.0, "how long it is watched")),
         stroke=stroke,
         positions=read_positions(table),
@@ -86,4 +87,4 @@ def _signal(table: Table, controllers: tuple[ControllerSpec, ...], rig: Rig) -> 
             raise table.complaint("from", what)
     if names[0] == "force" and not rig.specimen_stiffness:
         raise table.complaint("specimen", "a force needs something to act on; add a table [specimen]")
-    return SIGNALS[names[0]]
+    return rig.signal(names[0])

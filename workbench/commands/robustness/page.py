@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
-from ...loop.rows import MOVING
+from ...loop.rows import moving_at
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
@@ -42,7 +42,7 @@ def robustness_page(
         [[row[key] for key in _COLUMNS] for row in rows],
         f"Counts of plants. Settled within {band:.3g} {unit}; a plant that never settles counts as the "
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
-        f"{MOVING:g} m/s, where each plant was drawn and at {len(config.positions)} positions. "
+        f"{moving_at(config.signal)}, where each plant was drawn and at {len(config.positions)} positions. "
         f"{judged_words(config.conditions, config.rig)}",
         dict.fromkeys(_BEST, "min"),
     )

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...base.gain_phase import gain_db, phase_deg
+from ...base.signals import Signal
 from ...base.units import from_si
 from ...linear.crossings import corner_frequency
-from ...loop.rows import MOVING, LinearLoops
+from ...loop.rows import LinearLoops, moving_at
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
@@ -29,9 +30,9 @@ def step_page(
         f"{config.signal.name.capitalize()} loops on {config.rig.name}",
         _verdict(config.scenarios, rows),
         [
-            Section("Metrics", [_metrics_table(config, rows), _margins_table(loops)]),
+            Section("Metrics", [_metrics_table(config, rows), _margins_table(config, loops)]),
             Section("Time responses", [step_figure(config, scenario, runs) for scenario in config.scenarios]),
-            Section("Closed-loop Bode", [_bode(name, loops[name], sines[name]) for name in loops]),
+            Section("Closed-loop Bode", [_bode(config, name, loops[name], sines[name]) for name in loops]),
             Section("Sensitivity", [_sensitivity(loops)]),
         ],
     )
@@ -83,10 +84,10 @@ def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
     )
 
 
-def _margins_table(loops: dict[str, LinearLoops]) -> Table:
-    lines = []
+def _margins_table(config: StepConfig, loops: dict[str, LinearLoops]) -> Table:
+    lines, speed = [], moving_at(config.signal)
     for name, pair in loops.items():
-        for where, loop in (("null", pair.null), (f"moving at {MOVING:g} m/s", pair.moving)):
+        for where, loop in (("null", pair.null), (f"moving at {speed}", pair.moving)):
             closed = loop.closed
             lines.append(
                 [
@@ -126,14 +127,14 @@ def step_figure(config: StepConfig, scenario: Scenario, runs: dict[tuple[str, st
     return time_figure(scenario.name, config.signal, records, ("command", "pa"))
 
 
-def _bode(name: str, pair: LinearLoops, swept: Sines) -> Figure:
-    return closed_loop_figure(name, linear_curves(pair), swept)
+def _bode(config: StepConfig, name: str, pair: LinearLoops, swept: Sines) -> Figure:
+    return closed_loop_figure(name, linear_curves(pair, config.signal), swept)
 
 
-def linear_curves(loops: LinearLoops) -> list[FrequencyCurve]:
+def linear_curves(loops: LinearLoops, signal: Signal) -> list[FrequencyCurve]:
     """The closed loops at null and moving that are stable, dashed."""
-    curves = []
-    for name, loop in (("linear, null", loops.null), (f"linear, {MOVING:g} m/s", loops.moving)):
+    curves, speed = [], moving_at(signal)
+    for name, loop in (("linear, null", loops.null), (f"linear, {speed}", loops.moving)):
         if loop.closed is not None:
             shown = (loop.f > 0.05) & (loop.f < 100)
             curves.append(FrequencyCurve(name, loop.f[shown], loop.closed[shown], "dash"))

@@ -23,10 +23,11 @@ def plant_rows(rig: LinearRig) -> list[dict[str, Any]]:
         rows.append((f"{word}{unstable}", float(abs(pole) / (2 * np.pi)), "Hz", "of the model"))
         if pole.imag:
             rows.append(("its damping", float(-pole.real / abs(pole)), "1", "of the model"))
-    gain, unit = _gain(a, b, c, int(slow.sum())), ("mm", "mm/s", "mm/s^2")
-    if slow.sum() < len(unit):
-        shown = float(from_si(gain, unit[slow.sum()], unit[slow.sum()].replace("mm", "m")))
-        rows.append(("gain at full command", shown, unit[slow.sum()], "the model at low frequency"))
+    gain, rates = _gain(a, b, c, int(slow.sum())), ("", "/s", "/s^2")
+    if slow.sum() < len(rates):
+        signal, rate = rig.signal("position"), rates[slow.sum()]
+        shown = float(from_si(gain, signal.unit + rate, signal.si + rate))
+        rows.append(("gain at full command", shown, signal.unit + rate, "the model at low frequency"))
     rows.append(("delay", rig.delay.value * 1e3, "ms", "of the command, without the computing delay"))
     if rig.fit is not None:
         rows.append(("error of the fit", 100 * rig.fit.error, "%", "rms over the sheet"))
