@@ -15,6 +15,7 @@ class Shaping:
     then free (Åström and Hägglund, Advanced PID Control, 2006). With a notch n the zeros swing as the loop's mode does,
     T = 2 z/n with its damping z: a step does not excite that, and goes through at once (Singer and Seering,
     Preshaping command inputs to reduce system vibration, J. Dynamic Systems, Measurement and Control 112(1), 1990).
+    Several in series, of one corner, give a step any shape of twice as many lags: zeros over a range of modes.
     """
 
     into: ClassVar[Literal["command", "reference"]] = "reference"

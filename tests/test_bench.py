@@ -278,6 +278,8 @@ def test_the_shipped_bench_has_every_controller_in_loops_of_position_and_force()
         "p",
         "pid-lead",
         "p-dp",
+        "p-dp-notch",
+        "p-dp-shaped",
         "tvc",
         "crone1",
         "crone2",

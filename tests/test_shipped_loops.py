@@ -61,7 +61,7 @@ def test_pressure_feedback_keeps_small_steps_in_hand_on_every_rig(name):
 
 
 @pytest.mark.parametrize("ideal", [False, True])
-@pytest.mark.parametrize("controller", ["mpc", "p-dp", "p-dp-notch", "pid-lead"])
+@pytest.mark.parametrize("controller", ["mpc", "p-dp", "p-dp-notch", "p-dp-shaped", "pid-lead"])
 @pytest.mark.parametrize("name", SET)
 def test_tuned_loops_hold_on_the_rigs_that_they_were_tuned_on(controller, name, ideal):
     """3 % over the envelope is their goal; under MPC delay and noise add up to 4.5 % of 1 mm, 45 um."""
