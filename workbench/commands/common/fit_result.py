@@ -80,6 +80,41 @@ def effect_intervals(effect: Effect, fit: Fit) -> dict[str, Interval]:
     return intervals
 
 
+def effect_numbers(effect: Effect, fit: Fit) -> dict[str, float]:
+    """An effect's numbers as fitted, SI by name; one that is given is typical."""
+    names = [free.name for free in fit.free]
+    return {n.name: n.typical if n.given else _value(fit, names.index(effect.key(n.name))) for n in effect.numbers}
+
+
+def effect_covariance(effect: Effect, fit: Fit) -> np.ndarray:
+    """Covariance [numbers, numbers] SI of an effect's numbers, in their order; 0 for those that are given."""
+    names = [free.name for free in fit.free]
+    change = np.zeros((len(effect.numbers), len(names)))
+    for row, number in enumerate(effect.numbers):
+        if not number.given:
+            index = names.index(effect.key(number.name))
+            free = fit.free[index]
+            change[row, index] = _value(fit, index) if free.scale is None else free.scale
+    return change @ fit.covariance @ change.T
+
+
+def number_remarks(effect: Effect, fit: Fit) -> dict[str, list[str]]:
+    """What is to be thought of an effect's numbers, by name: given, at an end, not told, not physical; else nothing."""
+    values, free = effect_numbers(effect, fit), {f.name: (i, f) for i, f in enumerate(fit.free)}
+    remarks: dict[str, list[str]] = {}
+    for number in effect.numbers:
+        key = effect.key(number.name)
+        remarks[number.name] = ["given"] if number.given else ["at an end"] if key in fit.at_bounds else []
+        if not number.given:
+            index, parameter = free[key]
+            low, high = map(parameter.normalised, fit.interval(index))
+            if not high - low < UNSEEN * 2 * parameter.width:
+                remarks[number.name].append("not told")
+        if number.at_least and values[number.name] < values[number.at_least]:
+            remarks[number.name].append(f"below {number.at_least}, which is not physical")
+    return remarks
+
+
 def correlations(fit: Fit) -> np.ndarray:
     """Correlations of the fitted numbers [k, k]."""
     size = np.sqrt(np.diag(fit.covariance))
@@ -120,9 +155,7 @@ def _refitted(use: EffectUse, numbers: Mapping[str, Number]) -> EffectUse:
 
 
 def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
-    names = [free.name for free in fit.free]
-    fitted_values = {n.name: _value(fit, names.index(effect.key(n.name))) for n in effect.fitted}
-    values = [fitted_values.get(number.name, number.typical) for number in effect.numbers]
+    values = list(effect_numbers(effect, fit).values())
     return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, values, source)))
 
 

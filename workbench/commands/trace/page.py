@@ -14,6 +14,7 @@ from ..fit.page import ranges_figure
 from ..residual.study import noise_table
 from .detectability import seen_table, undetectable
 from .figures import Pair, evidence_figure, signal_figure, telling
+from .learned_page import learned_laws, learned_section, learned_sentence
 from .metrics import Both, labels
 from .shape import UnexplainedDisturbance, shape_figure, shape_tables
 from .tables import (
@@ -49,8 +50,10 @@ def trace_page(
     index, name, part = telling(pairs, floor, changed)
     first = signal_figure(pairs[index], name, floor, names, part)
     picture, differences = error_figure(answer["rms"], names), sessions(trace.problem, trace.final.fit)
+    laws = learned_laws(trace)
     sections = [
         Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
+        *learned_section(trace, laws),
         *(_what(trace) if trace.effects else _shape(shape)),
         *(_shape(shape) if trace.effects else _what(trace)),
         *_next(trace),
@@ -64,7 +67,8 @@ def trace_page(
         *_signals(trace, pairs, names),
     ]
     title = f"{trace.problem.campaign.path.resolve().name} on {trace.problem.rig.name}: what the model lacks"
-    said = verdict(trace, shape, None if shown is None else undetectable(shown)) + sessions_sentence(differences)
+    said = verdict(trace, shape, None if shown is None else undetectable(shown))
+    said += learned_sentence(laws) + sessions_sentence(differences)
     return Page(title, said, sections), picture
 
 
