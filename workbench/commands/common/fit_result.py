@@ -100,19 +100,28 @@ def effect_covariance(effect: Effect, fit: Fit) -> np.ndarray:
 
 def number_remarks(effect: Effect, fit: Fit) -> dict[str, list[str]]:
     """What is to be thought of an effect's numbers, by name: given, at an end, not told, not physical; else nothing."""
-    values, free = effect_numbers(effect, fit), {f.name: (i, f) for i, f in enumerate(fit.free)}
-    remarks: dict[str, list[str]] = {}
-    for number in effect.numbers:
-        key = effect.key(number.name)
-        remarks[number.name] = ["given"] if number.given else ["at an end"] if key in fit.at_bounds else []
-        if not number.given:
-            index, parameter = free[key]
-            low, high = map(parameter.normalised, fit.interval(index))
-            if not high - low < UNSEEN * 2 * parameter.width:
-                remarks[number.name].append("not told")
-        if number.at_least and values[number.name] < values[number.at_least]:
-            remarks[number.name].append(f"below {number.at_least}, which is not physical")
-    return remarks
+    strange = not_physical(effect, fit)
+    return {
+        n.name: ["given"] * n.given
+        + ["at an end"] * (effect.key(n.name) in fit.at_bounds)
+        + ["not told"] * (not n.given and _is_not_told(effect.key(n.name), fit))
+        + [f"below {n.at_least}, not physical"] * (n.name in strange)
+        for n in effect.numbers
+    }
+
+
+def not_physical(effect: Effect, fit: Fit) -> list[str]:
+    """The fitted numbers of an effect that are below another one that physics does not put them below."""
+    limited = [number for number in effect.numbers if number.at_least]
+    values = effect_numbers(effect, fit) if limited else {}
+    return [n.name for n in limited if values[n.name] < values[n.at_least]]
+
+
+def _is_not_told(name: str, fit: Fit) -> bool:
+    """Whether the 95 % interval of a number is not shorter than UNSEEN of its range."""
+    index = [free.name for free in fit.free].index(name)
+    low, high = map(fit.free[index].normalised, fit.interval(index))
+    return not high - low < UNSEEN * 2 * fit.free[index].width
 
 
 def correlations(fit: Fit) -> np.ndarray:

@@ -15,6 +15,7 @@ from ..common.fit_result import effect_covariance, effect_numbers
 BAND = 1.96  # standard deviations
 _POINTS = 241
 _TELLING = 0.1  # of the largest value of a formula: below it a relative difference says nothing
+_BOTH = 0.1  # of the range on either side of 0: less is one side
 _TYPICAL = 0.75  # quantile of the speeds at which a law is held
 _STEP = 1e-3  # of a number's standard deviation, or of its magnitude where it has none: for slopes of a gain
 _SHOWN = {"m^3/s": "l/min", "Pa": "bar", "A": "mA", "m": "mm"}
@@ -71,7 +72,7 @@ def as_it_came(effect: Effect, word: str, at: np.ndarray) -> LawCurve | None:
     values = unchanged(effect, word, at)
     if not values.any():
         return None
-    return _in_units(effect, LawCurve("as it came", "", values, np.zeros_like(values)), values)
+    return _in_units(effect, LawCurve("the rig without it", "", values, np.zeros_like(values)), values)
 
 
 def unchanged(effect: Effect, word: str, at: np.ndarray) -> np.ndarray:
@@ -81,20 +82,24 @@ def unchanged(effect: Effect, word: str, at: np.ndarray) -> np.ndarray:
     return static_curve(bare, {}, word, at).values
 
 
-def differences(law: LawCurve, formula: LawCurve, at: np.ndarray) -> list[Difference]:
-    """Where a law is furthest from a formula, beyond its band, on each side of 0 and in each part."""
-    found = []
-    both = at.min() < 0 < at.max()
-    for side in (at < 0, at > 0) if both else (np.full(at.shape, True),):
-        for part in range(law.values.shape[1]):
-            own, other = law.values[:, part], formula.values[:, part]
-            apart = np.abs(own - other)
-            telling = side & (np.abs(other) > _TELLING * np.abs(other).max()) & (apart > law.half[:, part])
-            if telling.any():
-                share = np.where(telling, (own - other) / np.where(telling, other, 1.0), 0.0)
-                place = int(np.argmax(np.abs(share)))
-                found.append(Difference(place, part, float(share[place])))
-    return found
+def differences(law: LawCurve, formula: LawCurve, at: np.ndarray, near: float) -> list[Difference]:
+    """Where a law is furthest from a formula, beyond its band, part by part.
+
+    On either side of 0 where the places reach well to both, and not `near` it, where a sign turns; else where it is
+    most above and most below.
+    """
+    parts = [_differences(law, formula, at, part, near) for part in range(law.values.shape[1])]
+    return [difference for part in parts for difference in part]
+
+
+def _differences(law: LawCurve, formula: LawCurve, at: np.ndarray, part: int, near: float) -> list[Difference]:
+    own, other, half = law.values[:, part], formula.values[:, part], law.half[:, part]
+    telling = (np.abs(other) > _TELLING * np.abs(other).max()) & (np.abs(own - other) > half)
+    share = np.divide(own - other, other, out=np.zeros_like(own), where=telling)
+    both = min(-at.min(), at.max()) > _BOTH * np.ptp(at)
+    sides = (at < -near, at > near) if both else (share < 0, share > 0)
+    places = [int(np.argmax(np.where(side, np.abs(share), 0.0))) for side in sides]
+    return [Difference(place, part, float(share[place])) for place in places if share[place] != 0]
 
 
 def gain_curve(effect: Effect, fit: Fit, frequencies: np.ndarray) -> tuple[LawCurve, LawCurve]:

@@ -27,6 +27,7 @@ from .tables import effects_numbers
 from .words import title
 
 _FORMULAS = 3  # of the library, drawn beside
+_TURN = 3.0  # times what a sign is spread over: nearer to 0 a law turns
 _SLOWEST = 0.5  # Hz
 _FREQUENCIES = 120
 
@@ -127,11 +128,11 @@ def _against(law: LearnedLaw) -> str:
         f"at {_word(of)} {law.at[d.place]:.3g} {of.shown}"
         + (f", part {d.part + 1}" if parts > 1 else "")
         + f" ({law.law.values[d.place, d.part]:.3g} for {nearest.values[d.place, d.part]:.3g} {nearest.unit})"
-        for d in differences(law.law, nearest, law.at)
+        for d in differences(law.law, nearest, law.at, float(_shown(of, _TURN * (of.small or 0.0))))
     ]
     if not said:
         return f"Over {_word(of)}, {law.effect.name} as learned is nowhere beyond its 95 % band from {nearest.name}."
-    return f"Against {nearest.name}, {law.effect.name} as learned is at most {', '.join(said)}."
+    return f"Against {nearest.name}, {law.effect.name} as learned is up to {', '.join(said)}."
 
 
 def _word(of: NaturalVariable) -> str:
