@@ -99,14 +99,13 @@ def effect_covariance(effect: Effect, fit: Fit) -> np.ndarray:
 
 
 def number_remarks(effect: Effect, fit: Fit) -> dict[str, list[str]]:
-    """What is to be thought of an effect's numbers, by name: given, at an end, not told, not physical; else nothing."""
+    """What is to be thought of an effect's fitted numbers, by name: nothing where they are told, and physical."""
     strange = not_physical(effect, fit)
     return {
-        n.name: ["given"] * n.given
-        + ["at an end"] * (effect.key(n.name) in fit.at_bounds)
-        + ["not told"] * (not n.given and _is_not_told(effect.key(n.name), fit))
+        n.name: ["at an end"] * (effect.key(n.name) in fit.at_bounds)
+        + _doubts(n, effect.key(n.name), fit)
         + [f"below {n.at_least}, not physical"] * (n.name in strange)
-        for n in effect.numbers
+        for n in effect.fitted
     }
 
 
@@ -117,11 +116,13 @@ def not_physical(effect: Effect, fit: Fit) -> list[str]:
     return [n.name for n in limited if values[n.name] < values[n.at_least]]
 
 
-def _is_not_told(name: str, fit: Fit) -> bool:
-    """Whether the 95 % interval of a number is not shorter than UNSEEN of its range."""
+def _doubts(number: EffectNumber, name: str, fit: Fit) -> list[str]:
+    """What a 95 % interval leaves open: almost the whole range (see UNSEEN), or whether the number does anything."""
     index = [free.name for free in fit.free].index(name)
-    low, high = map(fit.free[index].normalised, fit.interval(index))
-    return not high - low < UNSEEN * 2 * fit.free[index].width
+    (low, high), free = fit.interval(index), fit.free[index]
+    if not free.normalised(high) - free.normalised(low) < UNSEEN * 2 * free.width:
+        return ["not told"]
+    return ["may be none"] if number.off is not None and low <= number.off <= high else []
 
 
 def correlations(fit: Fit) -> np.ndarray:

@@ -98,8 +98,13 @@ def _differences(law: LawCurve, formula: LawCurve, at: np.ndarray, part: int, ne
     share = np.divide(own - other, other, out=np.zeros_like(own), where=telling)
     both = min(-at.min(), at.max()) > _BOTH * np.ptp(at)
     sides = (at < -near, at > near) if both else (share < 0, share > 0)
-    places = [int(np.argmax(np.where(side, np.abs(share), 0.0))) for side in sides]
-    return [Difference(place, part, float(share[place])) for place in places if share[place] != 0]
+    shares = [np.where(side, share, 0.0) for side in sides]
+    places = [int(np.argmax(np.abs(each))) for each in shares]
+    return [
+        Difference(place, part, float(each[place]))
+        for place, each in zip(places, shares, strict=True)
+        if each[place] != 0
+    ]
 
 
 def gain_curve(effect: Effect, fit: Fit, frequencies: np.ndarray) -> tuple[LawCurve, LawCurve]:

@@ -164,13 +164,21 @@ def _figure(law: LearnedLaw) -> Figure:
 
 
 def _bode(trace: Trace, effect: Effect) -> Figure:
-    """The gain of a learned signal for small changes, with its band."""
+    """The gain of a learned signal for small changes, with its band, beside the filters of the library."""
     last = 0.5 / trace.problem.train.records[0].period
     frequencies = np.geomspace(_SLOWEST, last, _FREQUENCIES)
+    own = gain_curve(effect, trace.final.fit, frequencies)
+    beside = [(title(e), gain_curve(e, fit, frequencies)) for e, fit in _beside(trace, effect) if e.states]
     panels = []
-    for label, curve in zip(("gain", "phase"), gain_curve(effect, trace.final.fit, frequencies), strict=True):
-        y, half = curve.values[:, 0], curve.half[:, 0]
-        drawn = Curve(_name(effect), frequencies, y, color=AFTER, band=(y - half, y + half))
-        panels.append(Panel(f"{label} [{curve.unit}]", [drawn], y_step=45.0 if curve.unit == "deg" else None))
-    note = "As learned, with its 95 % band, for small signals about 0; 0 dB and 0 deg is the rig without it."
+    for place, label in enumerate(("gain", "phase")):
+        y, half = own[place].values[:, 0], own[place].half[:, 0]
+        curves = [Curve(_name(effect), frequencies, y, color=AFTER, band=(y - half, y + half))]
+        curves += [Curve(name, frequencies, both[place].values[:, 0], "dash") for name, both in beside]
+        panels.append(Panel(f"{label} [{own[place].unit}]", curves, y_step=45.0 if label == "phase" else None))
+    peak = int(np.argmax(own[0].values[:, 0]))
+    note = (
+        f"As learned, with its 95 % band, for small signals about 0; 0 dB and 0 deg is the rig without it. Its gain is "
+        f"largest at {frequencies[peak]:.3g} Hz, {own[0].values[peak, 0]:.2f} dB. Dashed: filters of the library as "
+        "fitted to the same records."
+    )
     return Figure(f"{effect.name} over frequency", "frequency [Hz]", panels, log_x=True, note=note)

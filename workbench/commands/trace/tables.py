@@ -89,11 +89,13 @@ def numbers_table(trace: Trace) -> Table:
 
 
 def effects_numbers(name: str, effects: Sequence[tuple[Effect, Fit]]) -> Table:
-    """The numbers of fitted effects with intervals, and what is to be thought of each."""
+    """The fitted numbers of effects with intervals, and what is to be thought of each."""
     rows = []
     for effect, fit in effects:
-        intervals, remarks = effect_intervals(effect, fit), number_remarks(effect, fit)
-        for number, values in zip(effect.numbers, intervals.values(), strict=True):
+        intervals, remarks = list(effect_intervals(effect, fit).values()), number_remarks(effect, fit)
+        for number, values in zip(effect.numbers, intervals, strict=True):
+            if number.given:
+                continue
             range_ = [float(from_si(v, number.shown, number.si)) for v in (number.low, number.high)]
             cells = [effect.name, effect.formula, number.name, number.meaning, number.shown]
             rows.append([*cells, *values, *range_, ", ".join(remarks[number.name])])
@@ -102,7 +104,8 @@ def effects_numbers(name: str, effects: Sequence[tuple[Effect, Fit]]) -> Table:
         ["effect", "formula", "number", "meaning", "unit", "value", "95 % low", "95 % high", "range low", "range high",
          ""],
         rows,
-        note="Not told: the interval is not shorter than 80 % of the range, so that these records do not tell it.",
+        note="Not told: the interval is not shorter than 80 % of the range, so that these records do not tell it. "
+        "May be none: the interval holds the value at which the effect is gone.",
     )  # fmt: skip
 
 
