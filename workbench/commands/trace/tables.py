@@ -61,10 +61,11 @@ def rule_table(trace: Trace) -> Table:
         row for search in trace.passes for fit in search.tried if fit in asked for row in _asked(trace, search, fit)
     ]
     if trace.effects:
-        share = (trace.chi2[0] - trace.chi2[1]) / max(trace.chi2[0] - 1, 1e-9)
+        before, named, _ = (errors.chi2 for errors in trace.heldout)
+        share = (before - named) / max(before - 1, 1e-9)
         enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
         rows.append(["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0), enough])
-        rows.append(["nothing else is missing", "held-out chi2", trace.chi2[1], f"at most {last:.3g}"])
+        rows.append(["nothing else is missing", "held-out chi2", named, f"at most {last:.3g}"])
     return Table("What the rule asked", ["that", "test", "value", "asked"], rows)
 
 
