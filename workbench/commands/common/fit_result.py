@@ -80,6 +80,51 @@ def effect_intervals(effect: Effect, fit: Fit) -> dict[str, Interval]:
     return intervals
 
 
+def effect_numbers(effect: Effect, fit: Fit) -> dict[str, float]:
+    """An effect's numbers as fitted, SI by name; one that is given is typical."""
+    names = [free.name for free in fit.free]
+    return {n.name: n.typical if n.given else _value(fit, names.index(effect.key(n.name))) for n in effect.numbers}
+
+
+def effect_covariance(effect: Effect, fit: Fit) -> np.ndarray:
+    """Covariance [numbers, numbers] SI of an effect's numbers, in their order; 0 for those that are given."""
+    names = [free.name for free in fit.free]
+    change = np.zeros((len(effect.numbers), len(names)))
+    for row, number in enumerate(effect.numbers):
+        if not number.given:
+            index = names.index(effect.key(number.name))
+            free = fit.free[index]
+            change[row, index] = _value(fit, index) if free.scale is None else free.scale
+    return change @ fit.covariance @ change.T
+
+
+def number_remarks(effect: Effect, fit: Fit) -> dict[str, list[str]]:
+    """What is to be thought of an effect's fitted numbers, by name: nothing where they are told, and physical."""
+    strange = not_physical(effect, fit)
+    return {
+        n.name: ["at an end"] * (effect.key(n.name) in fit.at_bounds)
+        + _doubts(n, effect.key(n.name), fit)
+        + [f"below {n.at_least}, not physical"] * (n.name in strange)
+        for n in effect.fitted
+    }
+
+
+def not_physical(effect: Effect, fit: Fit) -> list[str]:
+    """The fitted numbers of an effect that are below another one that physics does not put them below."""
+    limited = [number for number in effect.numbers if number.at_least]
+    values = effect_numbers(effect, fit) if limited else {}
+    return [n.name for n in limited if values[n.name] < values[n.at_least]]
+
+
+def _doubts(number: EffectNumber, name: str, fit: Fit) -> list[str]:
+    """What a 95 % interval leaves open: almost the whole range (see UNSEEN), or whether the number does anything."""
+    index = [free.name for free in fit.free].index(name)
+    (low, high), free = fit.interval(index), fit.free[index]
+    if not free.normalised(high) - free.normalised(low) < UNSEEN * 2 * free.width:
+        return ["not told"]
+    return ["may be none"] if number.off is not None and low <= number.off <= high else []
+
+
 def correlations(fit: Fit) -> np.ndarray:
     """Correlations of the fitted numbers [k, k]."""
     size = np.sqrt(np.diag(fit.covariance))
@@ -120,9 +165,7 @@ def _refitted(use: EffectUse, numbers: Mapping[str, Number]) -> EffectUse:
 
 
 def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
-    names = [free.name for free in fit.free]
-    fitted_values = {n.name: _value(fit, names.index(effect.key(n.name))) for n in effect.fitted}
-    values = [fitted_values.get(number.name, number.typical) for number in effect.numbers]
+    values = list(effect_numbers(effect, fit).values())
     return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, values, source)))
 
 

@@ -14,6 +14,7 @@ from ..fit.page import ranges_figure
 from ..residual.study import noise_table
 from .detectability import seen_table, undetectable
 from .figures import Pair, evidence_figure, signal_figure, telling
+from .learned_page import LearnedLaw, learned_laws, learned_section, learned_sentence
 from .metrics import Both, labels
 from .shape import UnexplainedDisturbance, shape_figure, shape_tables
 from .tables import (
@@ -49,10 +50,10 @@ def trace_page(
     index, name, part = telling(pairs, floor, changed)
     first = signal_figure(pairs[index], name, floor, names, part)
     picture, differences = error_figure(answer["rms"], names), sessions(trace.problem, trace.final.fit)
+    laws = learned_laws(trace)
     sections = [
         Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
-        *(_what(trace) if trace.effects else _shape(shape)),
-        *(_shape(shape) if trace.effects else _what(trace)),
+        *_causes(trace, shape, laws),
         *_next(trace),
         Section("What it buys", [RETUNE]),
         *_where(trace),
@@ -64,8 +65,15 @@ def trace_page(
         *_signals(trace, pairs, names),
     ]
     title = f"{trace.problem.campaign.path.resolve().name} on {trace.problem.rig.name}: what the model lacks"
-    said = verdict(trace, shape, None if shown is None else undetectable(shown)) + sessions_sentence(differences)
+    said = verdict(trace, shape, None if shown is None else undetectable(shown))
+    said += learned_sentence(laws) + sessions_sentence(differences)
     return Page(title, said, sections), picture
+
+
+def _causes(trace: Trace, shape: UnexplainedDisturbance | None, laws: Sequence[LearnedLaw]) -> list[Section]:
+    """What explains the misfit, what was learned of its shape, what is missing: this first where nothing was named."""
+    causes = [_what(trace), learned_section(trace, laws), _shape(shape, _is_unclear(trace, shape))]
+    return [section for sections in (causes if trace.effects else causes[::-1]) for section in sections]
 
 
 def _what(trace: Trace) -> list[Section]:
@@ -76,7 +84,7 @@ def _what(trace: Trace) -> list[Section]:
     return [Section("What explains it" if trace.effects else "What was tried", items)]
 
 
-def _shape(shape: UnexplainedDisturbance | None) -> list[Section]:
+def _shape(shape: UnexplainedDisturbance | None, unclear: bool) -> list[Section]:
     if shape is None:
         return []
     items: list[Item] = list(shape_tables(shape))
@@ -86,7 +94,13 @@ def _shape(shape: UnexplainedDisturbance | None) -> list[Section]:
             name, rho = shape.partner
             way = "goes along with it" if rho > _ALIKE else "goes the other way" if rho < -_ALIKE else "is another"
             items.append(f"The missing {name} {way} (correlation {rho:.2f}).")
-    return [Section(f"What is missing in {EQUATION[shape.equation]}", items)]
+    may_be = "may be" if unclear else "is"
+    return [Section(f"What {may_be} missing in {EQUATION[shape.equation]}", items)]
+
+
+def _is_unclear(trace: Trace, shape: UnexplainedDisturbance | None) -> bool:
+    """Whether what is missing may sit in another equation than the one that is shown."""
+    return shape is not None and bool(shape.rivals or (trace.verdict == "unknown" and len(trace.equations) > 1))
 
 
 def _next(trace: Trace) -> list[Section]:
@@ -106,6 +120,8 @@ def _where(trace: Trace) -> list[Section]:
         f"A disturbance in {EQUATION[best[0]]} explains most; the next, in {EQUATION[second[0]]}, is "
         f"{ahead:.0f} behind in log-likelihood ({clear:.0f} is clear)."
     )
+    if ahead < clear:
+        said += " That is too little to say which of them."
     if trace.parity_residuals:
         direct = ", ".join(f"{name} {value:.3g}" for name, value in trace.parity_residuals.items())
         said += f" Held against measured signals alone, without simulation, equations have chi2: {direct}."

@@ -1,7 +1,7 @@
 """What an unknown effect looks like: the missing force, flow or drive, and the signal that it goes with."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,12 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...identify.fit.model import Model
 from ...identify.fit.windows import Windows
-from ...identify.trace.localise import Evidence, LinearTimeVaryingModel, localise, smoothed
+from ...identify.trace.findings import Trace
+from ...identify.trace.localise import Evidence, LinearTimeVaryingModel, likely_equations, localise, smoothed
 from ...identify.trace.locate import locate_fault, opened, worst
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel, HeldoutErrors
+from ...identify.trace.rule import SIGNIFICANT
 from ...identify.trace.shape import shape
 from ...plant.probes import probes
 from ...report import Curve, Figure, Panel, Table
@@ -42,6 +44,7 @@ class UnexplainedDisturbance:
     `explained` are cross-validated R2 of a curve through each signal. `points`
     and `curve` [k, 2] are the disturbance over the signal that explains most. `partner` is another input of the same
     equation and its correlation. `sensors` are offset, gain and lag of each pressure sensor where those are off.
+    `rivals` are equations whose evidence is not clearly behind, where the equation was sought here.
     """
 
     equation: str
@@ -54,6 +57,19 @@ class UnexplainedDisturbance:
     line: float | None = None
     partner: list[Any] | None = None
     sensors: list[list[Any]] | None = None
+    rivals: Sequence[str] = ()
+
+
+def missing_shape(trace: Trace, stage: Stage, progress: Progress) -> UnexplainedDisturbance | None:
+    """What an unknown looks like before anything was learned of it, or what is left after all; None where nothing is.
+
+    What is left beside a named effect may sit in another equation.
+    """
+    if trace.verdict == "unknown":
+        return unexplained_disturbance(trace.problem, trace.named, trace.heldout[1], trace.equation, stage, progress)
+    if trace.verdict != "incomplete" or (trace.learned and trace.at_floor):
+        return None
+    return unexplained_disturbance(trace.problem, trace.final, trace.heldout[-1], None, stage, progress)
 
 
 def unexplained_disturbance(
@@ -71,10 +87,17 @@ def unexplained_disturbance(
 
     def compute() -> dict[str, Any]:
         progress("shape of what is missing")
-        missing = equation or locate_fault(problem, model_fit, heldout).equation
-        return asdict(_missing(problem, model_fit, *worst(problem, model_fit, heldout), missing))
+        missing = [equation] if equation else _sought(problem, model_fit, heldout)
+        found = _missing(problem, model_fit, *worst(problem, model_fit, heldout), missing[0])
+        return asdict(replace(found, rivals=missing[1:]))
 
     return UnexplainedDisturbance(**stage("shape", compute))
+
+
+def _sought(problem: EstimationProblem, model_fit: FittedModel, heldout: HeldoutErrors) -> list[str]:
+    """The equation that lacks something, and those not clearly behind."""
+    place = locate_fault(problem, model_fit, heldout)
+    return likely_equations(place.evidence, place.parity_residuals, SIGNIFICANT * problem.kappa)
 
 
 def shape_figure(of: UnexplainedDisturbance) -> Figure:

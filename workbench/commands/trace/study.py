@@ -22,7 +22,7 @@ from .answer import TraceAnswer
 from .detectability import detectability
 from .metrics import compared, labels, more_json, trace_json
 from .page import trace_page
-from .shape import unexplained_disturbance
+from .shape import missing_shape
 
 
 def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
@@ -101,11 +101,7 @@ def _answer(
     with one_blas_thread():
         result = trace(estimation_problem(campaign, rig), library, stage, progress, several)
         answer, both = trace_json(result), compared(result)
-        lacks = {"unknown": result.equation, "incomplete": None}  # what is left may sit in another equation
-        shape = None
-        if result.verdict in lacks:
-            _, named, _ = result.heldout
-            shape = unexplained_disturbance(result.problem, result.named, named, lacks[result.verdict], stage, progress)
+        shape = missing_shape(result, stage, progress)
         shown = (
             detectability(result.problem, result.final, library, stage, progress) if result.verdict == "none" else None
         )

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...base.signals import MEASURED
 from ...base.units import from_si
+from ...identify.fit.solver import Fit
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...identify.trace.problem import EstimationProblem
@@ -14,7 +15,7 @@ from ...records import Record
 from ...records.campaign import ROLES
 from ...report import Table
 from ...report.table import Cell
-from ..common.fit_result import effect_intervals, fitted
+from ..common.fit_result import effect_intervals, fitted, number_remarks
 from .metrics import failures, ranking
 from .words import SIGNAL, accident, reason
 
@@ -60,10 +61,11 @@ def rule_table(trace: Trace) -> Table:
         row for search in trace.passes for fit in search.tried if fit in asked for row in _asked(trace, search, fit)
     ]
     if trace.effects:
-        share = (trace.chi2[0] - trace.chi2[1]) / max(trace.chi2[0] - 1, 1e-9)
+        before, named, _ = (errors.chi2 for errors in trace.heldout)
+        share = (before - named) / max(before - 1, 1e-9)
         enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
         rows.append(["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0), enough])
-        rows.append(["nothing else is missing", "held-out chi2", trace.chi2[1], f"at most {last:.3g}"])
+        rows.append(["nothing else is missing", "held-out chi2", named, f"at most {last:.3g}"])
     return Table("What the rule asked", ["that", "test", "value", "asked"], rows)
 
 
@@ -83,22 +85,28 @@ def _asked(trace: Trace, search: Pass, fit: CandidateFit) -> list[list[Cell]]:
 
 def numbers_table(trace: Trace) -> Table:
     """The numbers of the added and of the next best effects with intervals."""
+    fits = [(fit, trace.named if fit in trace.effects else fit.refitted) for fit, _ in ranking(trace)[:_NUMBERS]]
+    return effects_numbers("Their numbers", [(fit.candidate.effect, model_fit.fit) for fit, model_fit in fits])
+
+
+def effects_numbers(name: str, effects: Sequence[tuple[Effect, Fit]]) -> Table:
+    """The fitted numbers of effects with intervals, and what is to be thought of each."""
     rows = []
-    for fit, _ in ranking(trace)[:_NUMBERS]:
-        model_fit = trace.named if fit in trace.effects else fit.model_fit
-        assert model_fit is not None
-        effect = fit.candidate.effect
-        intervals = effect_intervals(effect, model_fit.fit)
-        for number, values in zip(effect.numbers, intervals.values(), strict=True):
+    for effect, fit in effects:
+        intervals, remarks = list(effect_intervals(effect, fit).values()), number_remarks(effect, fit)
+        for number, values in zip(effect.numbers, intervals, strict=True):
+            if number.given:
+                continue
             range_ = [float(from_si(v, number.shown, number.si)) for v in (number.low, number.high)]
-            end = "at an end" if effect.key(number.name) in model_fit.fit.at_bounds else ""
             cells = [effect.name, effect.formula, number.name, number.meaning, number.shown]
-            rows.append([*cells, *values, *range_, end])
+            rows.append([*cells, *values, *range_, ", ".join(remarks[number.name])])
     return Table(
-        "Their numbers",
+        name,
         ["effect", "formula", "number", "meaning", "unit", "value", "95 % low", "95 % high", "range low", "range high",
          ""],
         rows,
+        note="Not told: the interval is not shorter than 80 % of the range, so that these records do not tell it. "
+        "May be none: the interval holds the value at which the effect is gone.",
     )  # fmt: skip
 
 

@@ -7,10 +7,11 @@ import numpy as np
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...plant.effects import Effect
-from ..common.fit_result import fitted
+from ..common.fit_result import fitted, not_physical
 from .metrics import ranking
 from .shape import UnexplainedDisturbance
 
+CLUE = 0.5  # R2 below which a signal says nothing of what is missing
 _FAR = 0.3  # explained share below which the next best is no rival
 
 RETUNE = (
@@ -73,9 +74,19 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
     text += _learned(trace)
     ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
+    text += "".join(_strange(fit.candidate.effect, trace) for fit in trace.effects)
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
     return text
+
+
+def _strange(effect: Effect, trace: Trace) -> str:
+    """A warning where fitted numbers are what the formula's physics excludes."""
+    limits = {number.name: number.at_least for number in effect.numbers}
+    below = [f"{name} below {limits[name]}" for name in not_physical(effect, trace.named.fit)]
+    if not below:
+        return ""
+    return f" Careful: {title(effect)} is fitted with {listed(below)}, which is not physical: its shape is another."
 
 
 def times_noise(trace: Trace) -> tuple[float, float]:
@@ -132,7 +143,7 @@ def next_records(trace: Trace) -> list[tuple[str, str]]:
     if trace.verdict == "none" or trace.equation is None:
         return []
     if not trace.effects:
-        return [(EQUATION[trace.equation], RECORD[trace.equation])]
+        return [(EQUATION[equation], RECORD[equation]) for equation in trace.equations]
     asked = [fit.candidate.effect for fit in trace.effects]
     asked += [fit.candidate.effect for search in trace.passes for fit in search.accepted]
     first = {effect.name: effect.shows for effect in reversed(asked)}
@@ -184,10 +195,11 @@ def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
 
 def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
-    where = f", most likely in {EQUATION[shape.equation]}" if shape else ""
+    where = f", most likely in {_either([shape.equation, *shape.rivals])}" if shape else ""
+    rest = "the formula is not all of it" if trace.learned and trace.at_floor else "something else is missing too"
     return (
         f"{_explains(trace)} But the held-out error only falls from {_times(before)} to {_times(after)} times the "
-        f"noise: something else is missing too{where}. {_advice(trace, 'To go on, record')}"
+        f"noise: {rest}{where}. {_advice(trace, 'To go on, record')}"
     )
 
 
@@ -204,7 +216,7 @@ def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
 
 def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, _ = times_noise(trace)
-    where = EQUATION.get(trace.equation or "", "the model")
+    where = _either(trace.equations) if trace.equations else "the model"
     said = (
         f"Something is missing in {where} that no known effect explains: the held-out error is {_times(before)} times "
     )
@@ -218,13 +230,17 @@ def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
         said += f", and the best effect, {title(fit.candidate.effect)}, takes away only {_percent(share)} of it"
         said += f" ({100 * decide.NAMED:.0f} % would name it)"
     said += "."
-    if shape is not None and shape.explained and shape.explained[0][1] > 0:
+    if shape is not None and shape.explained and shape.explained[0][1] >= CLUE and len(trace.equations) == 1:
         name, share = shape.explained[0]
         said += f" The missing {shape.name} goes with {name.split(' [')[0]} (R2 {share:.2f})"
         said += f" and repeats at {shape.line:.3g} Hz." if shape.line else "."
-    if trace.equation in RECORD:
-        said += f" To learn more, record {RECORD[trace.equation]}."
-    return said
+    return f"{said} {_advice(trace, 'To learn more, record')}".rstrip()
+
+
+def _either(equations: Sequence[str]) -> str:
+    """One equation in words; several where the evidence does not tell them apart."""
+    words = listed([EQUATION[equation] for equation in equations], "or")
+    return words if len(equations) == 1 else f"{words} (the records do not tell which)"
 
 
 def _none(trace: Trace, undetectable: Sequence[str]) -> str:

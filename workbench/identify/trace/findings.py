@@ -7,9 +7,10 @@ import numpy as np
 
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
+from .localise import likely_equations
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors
-from .rule import Judgement
+from .rule import SIGNIFICANT, Judgement, misfit
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,3 +83,17 @@ class Trace:
     def chi2(self) -> tuple[float, float]:
         """Before and after, on held-out records."""
         return self.heldout[0].chi2, self.heldout[-1].chi2
+
+    @property
+    def equations(self) -> list[str]:
+        """Where the residual may sit: `equation`, and those that the evidence does not put clearly behind."""
+        if self.equation is None:
+            return []
+        clear = SIGNIFICANT * self.problem.kappa
+        return list(dict.fromkeys((self.equation, *likely_equations(self.evidence, self.parity_residuals, clear))))
+
+    @property
+    def at_floor(self) -> bool:
+        """Whether the held-out records show nothing missing from the last fit."""
+        after = self.heldout[-1]
+        return not misfit(after.chi2, after.samples, self.problem.kappa)

@@ -270,12 +270,26 @@ def equation_of(evidence: Sequence[tuple[str, float]], parity: Mapping[str, floa
 
     Pressures that are read late break the equation of motion too, so force and sensor stand or fall together.
     """
+    return _possible(evidence, parity)[0]
+
+
+def likely_equations(evidence: Sequence[tuple[str, float]], parity: Mapping[str, float], clear: float) -> list[str]:
+    """The equation that lacks something, and those whose evidence is less than `clear` behind; none without evidence.
+
+    `evidence` is most first; what measured signals say by themselves counts as in `equation_of`.
+    """
+    names, gains = _possible(evidence, parity) if evidence else [], dict(evidence)
+    return [name for place, name in enumerate(names) if place == 0 or gains[names[0]] - gains[name] < clear]
+
+
+def _possible(evidence: Sequence[tuple[str, float]], parity: Mapping[str, float]) -> list[str]:
+    """The equations that measured signals leave, most evidence first."""
     names = [name for name, _ in evidence]
     if parity.get("drive", 1.0) > _BROKEN:
-        return "drive"
+        return ["drive"]
     if "drive" in parity:
         names.remove("drive")
     if "force" in parity:
         pair = [name for name in names if name in ("force", "sensor")]
         names = pair if parity["force"] > _BROKEN else [name for name in names if name not in pair]
-    return names[0]
+    return names

@@ -29,14 +29,15 @@ def number(
     tried: tuple[float, ...] = (),
     given: bool = False,
     refines: bool = False,
+    at_least: str = "",
 ) -> EffectNumber:
     """A number of an effect, all values in the SI unit `si`; `shown` is the unit for people, the same if left out.
 
     `off` is the value at which the effect is gone; a number that only shapes it has none. `tried`: further values from
     which a search starts, for a number that no fit finds from far away, as a frequency. A fit leaves a `given` one.
-    `refines` marks those of a refinement.
+    `refines` marks those of a refinement. `at_least` names a number of the effect below which physics does not put it.
     """
-    return EffectNumber(name, si, shown or si, typical, low, high, meaning, dry, off, tried, given, refines)
+    return EffectNumber(name, si, shown or si, typical, low, high, meaning, dry, off, tried, given, refines, at_least)
 
 
 def state(name: str, si: str, scale: float, start: float = 0.0) -> EffectState:

@@ -22,7 +22,8 @@ class EffectNumber:
     value at which the effect is gone; a number that only shapes the effect has none. `tried` are values from which a
     search starts, besides `typical`, where no fit finds the way from there: those of a frequency. `given`: recordings
     rarely tell it from the others, so that a fit leaves it where it is typical; a rig file may declare another value.
-    `refines`: it is of a refinement, whose effect without it is the plain formula.
+    `refines`: it is of a refinement, whose effect without it is the plain formula. `at_least` names a number of the
+    effect below which physics does not put it; a fit may, and then the formula is not what the rig does.
     """
 
     name: str
@@ -37,6 +38,7 @@ class EffectNumber:
     tried: tuple[float, ...] = ()
     given: bool = False
     refines: bool = False
+    at_least: str = ""
 
 
 @dataclass(frozen=True)

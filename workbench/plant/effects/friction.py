@@ -67,7 +67,7 @@ def _peak(velocity: ca.SX, s: Scope) -> ca.SX:
 def _numbers(of: _Rubbing) -> dict[str, EffectNumber]:
     force = partial(number, si="N", low=0.0, off=0.0, dry=True)
     fc = force("Fc", of.typical, high=of.highest, meaning="Coulomb friction")
-    fs = force("Fs", 1.5 * of.typical, high=2 * of.highest, meaning="break-away friction")
+    fs = force("Fs", 1.5 * of.typical, high=2 * of.highest, meaning="break-away friction", at_least="Fc")
     vs, d = (dict(zip(("typical", "low", "high"), r, strict=True)) for r in (of.stribeck, of.bristle))
     known = (
         fc,
