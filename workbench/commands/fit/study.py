@@ -5,7 +5,7 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
-from ...identify.fit.predict import predict_windows, predictions
+from ...identify.fit.predict import predict_whole, predict_windows, predictions
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.refit import fit_rig, heldout_errors
 from ...identify.trace.stored import packed, unpacked
@@ -57,7 +57,8 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         problem = estimation_problem(campaign, rig)
         model_fit = unpacked(stage("fit", lambda: packed(fit_rig(problem, starts, progress))), problem, ())
         progress("errors of the rig file and of the fit")
-        declared = [predict_windows(build(rig), record, problem.floor) for record in campaign.heldout]
+        predict = predict_whole if problem.free_run else predict_windows
+        declared = [predict(build(rig), record, problem.floor) for record in campaign.heldout]
         heldout = heldout_errors(problem, model_fit)
     after = predictions(model_fit.model, problem.heldout, heldout.x0, model_fit.fit.p)
     numbers, differences = fitted(rig, model_fit.fit), sessions(problem, model_fit.fit)

@@ -50,7 +50,7 @@ def trace_page(
     first = signal_figure(pairs[index], name, floor, names, part)
     picture, differences = error_figure(answer["rms"], names), sessions(trace.problem, trace.final.fit)
     sections = [
-        Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
+        Section("Held-out error", [picture, error_table(answer["rms"], names, trace.problem.free_run), first]),
         *(_what(trace) if trace.effects else _shape(shape)),
         *(_shape(shape) if trace.effects else _what(trace)),
         *_next(trace),

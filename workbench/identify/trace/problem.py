@@ -3,19 +3,27 @@
 Three roles. Train windows are fitted. Where two models are compared, the records under `select` decide, or, where a
 campaign has none, blocks of the train windows in turn, each predicted by the others. Held-out windows are looked at
 once, when all is decided: every error that is quoted is theirs.
+
+Where a campaign is scored by free runs, each train record is cut into its BLOCKS alone, and a select or held-out record
+is one window, run through from the state that fits its first rows.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...base.errors import InputError
-from ...records import Campaign
+from ...plant import Plant
+from ...records import Campaign, Record
+from ...records.campaign import FREE_RUN
 from ...rigs.rig import Rig
 from ..data.noise_floor import NoiseFloor, noise_floor
 from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
+from ..fit.rotation import BLOCKS
 from ..fit.windows import WINDOW, Windows, cut_windows
 from .samples import variable_samples
 
@@ -33,6 +41,11 @@ class EstimationProblem:
     train: Windows
     select: Windows | None
     heldout: Windows
+
+    @property
+    def free_run(self) -> bool:
+        """Whether held-out and select records are run through freely."""
+        return self.campaign.score == FREE_RUN
 
     @property
     def large(self) -> bool:
@@ -74,6 +87,9 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     plant = model_with(rig, (), ()).plant
     roles = {role: getattr(campaign, role) for role in ("train", "select", "heldout")}
     every = [record for records in roles.values() for record in records]
+    if campaign.score == FREE_RUN:
+        cut = {role: long_windows(plant, role, own, floor, every) for role, own in roles.items() if own}
+        return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"])
     cut = {role: cut_windows(plant, own, floor, beside=every) for role, own in roles.items() if own}
     for role, windows in cut.items():
         seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
@@ -82,3 +98,12 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
                 f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
             )
     return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"])
+
+
+def long_windows(
+    plant: Plant, role: str, records: Sequence[Record], floor: NoiseFloor, beside: Sequence[Record]
+) -> Windows:
+    """Windows of a campaign that is scored by free runs: blocks of a train record, the whole of any other."""
+    shortest = min(float(record.t[-1] - record.t[0]) + record.period for record in records)
+    length = shortest / BLOCKS if role == "train" else math.inf
+    return cut_windows(plant, records, floor, beside, late=0.0, length=length)
