@@ -93,6 +93,12 @@ class Windows:
         spans = tuple((index, first, min(first + rows, end)) for index, first, end in self.spans)
         return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
 
+    def cut(self, parts: int) -> "Windows":
+        """Each in parts of equal length."""
+        edges = [(i, np.linspace(a, b, parts + 1).round().astype(int).tolist()) for i, a, b in self.spans]
+        spans = tuple((i, a, b) for i, places in edges for a, b in pairwise(places))
+        return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
+
     @cached_property
     def _weights(self) -> dict[str, float]:
         peak = np.max([group.weight.max(axis=(0, 1)) for group in self.groups], axis=0)

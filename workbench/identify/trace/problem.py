@@ -4,20 +4,18 @@ Three roles. Train windows are fitted. Where two models are compared, the record
 campaign has none, blocks of the train windows in turn, each predicted by the others. Held-out windows are looked at
 once, when all is decided: every error that is quoted is theirs.
 
-Where a campaign is scored by free runs, each train record is cut into its BLOCKS alone, and a select or held-out record
-is one window, run through from the state that fits its first rows.
+Where a campaign is scored by free runs, every record is one window; a select or held-out record is run through from
+the state that fits its first rows. A search cuts the train records into blocks, which are rotated and easier to fit.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...base.errors import InputError
-from ...plant import Plant
-from ...records import Campaign, Record
+from ...records import Campaign
 from ...records.campaign import FREE_RUN
 from ...rigs.rig import Rig
 from ..data.noise_floor import NoiseFloor, noise_floor
@@ -58,6 +56,10 @@ class EstimationProblem:
         model, free = model_with(self.rig, (), self.train.names), uncertain(self.rig)
         return {role: informative(model, windows, free, MOST) for role, windows in roles.items()}
 
+    def in_blocks(self) -> "EstimationProblem":
+        """With each train record cut into blocks."""
+        return replace(self, train=self.train.cut(BLOCKS))
+
     def only(self, chosen: dict[str, list[int]]) -> "EstimationProblem":
         """With these windows only."""
         select = None if self.select is None else self.select.some(chosen["select"])
@@ -88,7 +90,11 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     roles = {role: getattr(campaign, role) for role in ("train", "select", "heldout")}
     every = [record for records in roles.values() for record in records]
     if campaign.score == FREE_RUN:
-        cut = {role: long_windows(plant, role, own, floor, every) for role, own in roles.items() if own}
+        cut = {
+            role: cut_windows(plant, own, floor, beside=every, late=0.0, length=math.inf)
+            for role, own in roles.items()
+            if own
+        }
         return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"])
     cut = {role: cut_windows(plant, own, floor, beside=every) for role, own in roles.items() if own}
     for role, windows in cut.items():
@@ -98,12 +104,3 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
                 f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
             )
     return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"])
-
-
-def long_windows(
-    plant: Plant, role: str, records: Sequence[Record], floor: NoiseFloor, beside: Sequence[Record]
-) -> Windows:
-    """Windows of a campaign that is scored by free runs: blocks of a train record, the whole of any other."""
-    shortest = min(float(record.t[-1] - record.t[0]) + record.period for record in records)
-    length = shortest / BLOCKS if role == "train" else math.inf
-    return cut_windows(plant, records, floor, beside, late=0.0, length=length)
