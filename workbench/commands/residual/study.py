@@ -7,7 +7,8 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...identify.data.noise_floor import NoiseFloor, noise_floor
+from ...identify.data.noise_floor import NoiseFloor
+from ...identify.data.scored_floor import scored_floor
 from ...identify.data.whiteness import Whiteness, whiteness
 from ...identify.fit.predict import Prediction, predict_free, predict_whole, predict_windows
 from ...identify.fit.windows import WINDOW, compared
@@ -26,7 +27,7 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
 
     Held-out records that repeat a command are held against one free run by their mean.
     """
-    floor = noise_floor(campaign)
+    floor = scored_floor(campaign)
     plant = build(rig)
     for record in campaign.heldout:
         compared(plant, record, floor)  # a refusal comes before any progress line

@@ -18,7 +18,8 @@ from ...base.errors import InputError
 from ...records import Campaign
 from ...records.campaign import FREE_RUN
 from ...rigs.rig import Rig
-from ..data.noise_floor import NoiseFloor, noise_floor
+from ..data.noise_floor import NoiseFloor
+from ..data.scored_floor import scored_floor
 from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
 from ..fit.rotation import BLOCKS
@@ -85,7 +86,7 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     """Windows and noise floor of a campaign. Raises InputError where it cannot be fitted, saying what to add."""
     if not campaign.train:
         raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
-    floor = noise_floor(campaign)
+    floor = scored_floor(campaign)
     plant = model_with(rig, (), ()).plant
     roles = {role: getattr(campaign, role) for role in ("train", "select", "heldout")}
     every = [record for records in roles.values() for record in records]
