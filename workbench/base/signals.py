@@ -34,6 +34,7 @@ SIGNALS: dict[str, Signal] = {
         Signal("spool", "m", "mm", "main-stage spool position (LVDT)"),
         Signal("pa", "Pa", "bar", "pressure of chamber A, absolute"),
         Signal("pb", "Pa", "bar", "pressure of chamber B, absolute"),
+        Signal("load_pressure", "Pa", "bar", "pressure of chamber A less that of chamber B"),
         Signal("supply", "Pa", "bar", "supply pressure at the valve"),
         Signal("position", "m", "mm", "jack position, 0 at mid stroke unless the rig says otherwise"),
         Signal("velocity", "m/s", "m/s", "jack velocity"),
@@ -50,4 +51,4 @@ SIGNALS: dict[str, Signal] = {
     )
 }
 
-MEASURED = ("current", "spool", "pa", "pb", "supply", "position", "velocity", "acceleration", "force")
+MEASURED = ("current", "spool", "pa", "pb", "load_pressure", "supply", "position", "velocity", "acceleration", "force")

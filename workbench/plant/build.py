@@ -121,10 +121,12 @@ def _draw(b: Assembly, valve: ValveFlows, supply: ca.SX) -> None:
 
 
 def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: ca.SX) -> None:
+    pa, pb = b.slot("sensor_pa", cylinder.pa), b.slot("sensor_pb", cylinder.pb)
     b.output(
         **valve.signals,
-        pa=b.slot("sensor_pa", cylinder.pa),
-        pb=b.slot("sensor_pb", cylinder.pb),
+        pa=pa,
+        pb=pb,
+        load_pressure=pa - pb,
         supply=supply,
         jack_force=cylinder.force,
         lowest_pressure=ca.fmin(valve.lowest, ca.fmin(cylinder.pa, cylinder.pb)),

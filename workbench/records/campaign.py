@@ -15,6 +15,7 @@ from ..base.errors import InputError, echo, nearest
 from ..base.signals import SIGNALS
 from ..base.table import Table
 from ..base.toml import read_toml
+from ..base.units import Spec
 from .columns import ColumnMap
 from .frequency_sheet import FrequencySheet, listed_sheet
 from .read import read_record, record_name
@@ -23,13 +24,15 @@ from .record import Record
 FILE = "campaign.toml"
 _APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
 ROLES = ("static", "train", "select", "heldout")
+WINDOWS, FREE_RUN = "windows", "free-run"
 
 
 @dataclass(frozen=True)
 class Campaign:
     """Records of one rig: `rig` is a bundled rig's name or a rig file's full path; all but heldout may be empty.
 
-    `select` are records that choose between models; without any, parts of the train records do so in turn.
+    `select` are records that choose between models; without any, parts of the train records do so in turn. `score` is
+    what is fitted and quoted: errors in short "windows", or of one "free-run" through each record.
     """
 
     path: Path
@@ -39,6 +42,7 @@ class Campaign:
     heldout: tuple[Record, ...]
     select: tuple[Record, ...] = ()
     sheets: tuple[FrequencySheet, ...] = ()
+    score: str = WINDOWS
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -85,17 +89,18 @@ def load_campaign(folder: str | Path) -> Campaign:
     """
     file = Path(folder)
     file = file / FILE if file.is_dir() else file
-    top = read_toml(file).allow("rig", "records", "signals", "sheets")
+    top = read_toml(file).allow("rig", "records", "signals", "sheets", "score")
     rig = _rig(top, file.parent)
+    score = top.word("score", (WINDOWS, FREE_RUN), WINDOWS)
     signals = top.optional_table("signals")
-    mapping = {name: _mapped(signals.table(name)) for name in signals.allow(*SIGNALS)}
+    mapping = {name: _mapped(signals.table(name), name) for name in signals.allow(*SIGNALS)}
     listed = top.optional_table("records", *ROLES)
     entries = _entries(listed)
     _check_copies(listed, entries, file.parent)
     records = {role: tuple(_record(file.parent, entry, mapping) for entry in entries[role]) for role in ROLES}
     _check_mapped(signals, mapping, [record for group in records.values() for record in group])
     sheets = tuple(listed_sheet(entry, file.parent) for entry in top.tables("sheets"))
-    return Campaign(file.parent, rig, **records, sheets=sheets)
+    return Campaign(file.parent, rig, **records, sheets=sheets, score=score)
 
 
 def judged_by(campaign: Campaign, patterns: Sequence[str]) -> Campaign:
@@ -126,13 +131,17 @@ def _rig(top: Table, folder: Path) -> str:
     return str(top.path("rig", folder, ".toml")) if top.text("rig").endswith(".toml") else top.text("rig")
 
 
-def _mapped(table: Table) -> ColumnMap:
-    table.allow("column", "unit", "scale", "clip")
-    column, unit = (table.text(key) if key in table else None for key in ("column", "unit"))
+def _mapped(table: Table, name: str) -> ColumnMap:
+    if name == "t" and "period" in table:
+        table.allow("period")
+        return ColumnMap(period=table.quantity("period", Spec("s", 1e-6, 1e3, "time from row to row")))
+    table.allow("column", "unit", "scale", "clip", "to", "offset")
+    column, unit, to = (table.text(key) if key in table else None for key in ("column", "unit", "to"))
     scale = table.number("scale") if "scale" in table else None
     if scale == 0.0:
         raise table.complaint("scale", "is 0; give the factor of the column")
-    return ColumnMap(column, unit, scale, _clip(table) if "clip" in table else None)
+    offset = table.number("offset") if "offset" in table else 0.0
+    return ColumnMap(column, unit, scale, _clip(table) if "clip" in table else None, to, offset)
 
 
 def _clip(table: Table) -> tuple[float, float]:

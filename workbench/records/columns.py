@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from ..base.errors import InputError
 from ..base.signals import SIGNALS
 from ..base.units import to_si
@@ -21,26 +23,39 @@ class ColumnMap:
     scale   where `unit` fits the signal, a plain factor after conversion to SI (-1 turns a sign); where it does not
             (a transducer's V, or no unit at all), the number itself is multiplied: scale is SI of the signal per `unit`
     clip    (low, high) in the numbers of the column: samples at or beyond a limit are not compared
+    to      unit of scale * number + offset, whatever the unit of the column; None: as under `scale`
+    offset  what is added after `scale`, in `to`, or SI where that is absent
+    period  of t alone: the time [s] from row to row of a file without a clock
     """
 
     column: str | None = None
     unit: str | None = None
     scale: float | None = None
     clip: tuple[float, float] | None = None
+    to: str | None = None
+    offset: float = 0.0
+    period: float | None = None
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column that was found: its header cell, the unit of its numbers, and `scale` and `clip` as in ColumnMap.
+    """A column that was found: its header cell, the unit of its numbers, and `scale` to `offset` as in ColumnMap.
 
-    misfit: the unit does not fit the signal, so that `scale` alone converts.
+    unit: None where it does not fit the signal, so that `scale` alone converts.
     """
 
     cell: str
     unit: str | None
     scale: float
     clip: tuple[float, float] | None
-    misfit: bool
+    to: str | None
+    offset: float
+
+    def to_si(self, numbers: np.ndarray, si: str) -> np.ndarray:
+        """Numbers of the column [n] in the SI unit of its signal."""
+        if self.to is not None:
+            return to_si(self.scale * numbers + self.offset, self.to, si)
+        return (numbers if self.unit is None else to_si(numbers, self.unit, si)) * self.scale + self.offset
 
 
 def choose(path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap]) -> tuple[dict[str, Column], list[str]]:
@@ -52,6 +67,8 @@ def choose(path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap]) 
     for name in SIGNALS:
         title = mapping.get(name, ColumnMap()).column or name
         cells = [cell for cell in header if title in (cell, _split(cell)[0])]
+        if name == "t" and mapping.get(name, ColumnMap()).period is not None:
+            continue
         if len(cells) > 1:
             raise InputError(f'{path}: columns {_listed(cells)} are all "{title}"; keep one or map it in [signals]')
         if cells:
@@ -70,9 +87,10 @@ def _split(cell: str) -> tuple[str, str | None]:
 def _require(path: Path, header: Sequence[str], places: Mapping[str, str], mapping: Mapping[str, ColumnMap]) -> None:
     reasons = {"t": "rows need their time", "command": "the command is the model's input"}
     for name, reason in reasons.items():
-        if name not in places:
+        if name not in places and mapping.get(name, ColumnMap()).period is None:
             title = mapping.get(name, ColumnMap()).column or SIGNALS[name].label
-            hint = f'add "{title}" or map it in [signals]; columns here: {_listed(header) or "none"}'
+            clock = "" if name == "command" else ", as a column or by its period"
+            hint = f'add "{title}" or map it in [signals]{clock}; columns here: {_listed(header) or "none"}'
             raise InputError(f'{path}: no column "{title}": {reason}; {hint}')
 
 
@@ -81,13 +99,16 @@ def _column(path: Path, name: str, cell: str, mapped: ColumnMap) -> Column:
     if unit is None and name == "t":
         unit = "s"  # arrays of a MAT file have no unit, and time is in seconds everywhere
     where = f'{path}: column "{cell}"'
-    if unit is None and mapped.scale is None:
+    if unit is None and mapped.scale is None and mapped.to is None:
         raise InputError(f'{where}: no unit; write "{SIGNALS[name].label}" or give its unit in [signals]')
     misfit = unit is not None and not _fits(where, unit, SIGNALS[name].si)
-    if misfit and mapped.scale is None:
+    if misfit and mapped.scale is None and mapped.to is None:
         hint = f'write one like "{SIGNALS[name].unit}", or give scale in [signals]'
         raise InputError(f'{where}: unit "{unit}" is not one of {name}; {hint}')
-    return Column(cell, unit, 1.0 if mapped.scale is None else mapped.scale, mapped.clip, misfit)
+    if mapped.to is not None and not _fits(where, mapped.to, SIGNALS[name].si):
+        raise InputError(f'{where}: to = "{mapped.to}" is no unit of {name}; write one like "{SIGNALS[name].unit}"')
+    scale = 1.0 if mapped.scale is None else mapped.scale
+    return Column(cell, None if misfit else unit, scale, mapped.clip, mapped.to, mapped.offset)
 
 
 def _fits(where: str, unit: str, si: str) -> bool:

@@ -7,9 +7,8 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.signals import SIGNALS
-from ..base.units import to_si
 from . import repair as mend
-from .columns import Column, ColumnMap, choose
+from .columns import ColumnMap, choose
 from .record import Record
 from .table import FORMATS, open_table
 
@@ -33,10 +32,10 @@ def read_record(
     columns, ignored = choose(path, table.header, mapping or {})
     _refuse_few(path, table.rows.size)
     raw = table.read(list(dict.fromkeys(column.cell for column in columns.values())))
-    time, command = columns.pop("t"), columns["command"]
-    rows = table.rows[: raw[time.cell].size]
-    t = _si("t", time, raw[time.cell])
-    keep, notes = mend.good_times(path, rows, t, time.cell)
+    time, command = columns.pop("t", None), columns["command"]
+    rows = table.rows[: raw[command.cell].size]
+    t = _clock(mapping or {}, rows.size) if time is None else time.to_si(raw[time.cell], "s")
+    keep, notes = mend.good_times(path, rows, t, "t" if time is None else time.cell)
     keep, more = mend.from_first(path, rows, keep, raw[command.cell], command.cell)
     t, rows, notes = t[keep], rows[keep], notes + more
     _refuse_few(path, t.size)
@@ -46,7 +45,7 @@ def read_record(
         values = raw[column.cell][keep]
         _refuse(path, rows, column.cell, values)
         filled, known, more = _mended(path, rows, t, name, column.cell, values)
-        signals[name] = _si(name, column, filled)
+        signals[name] = column.to_si(filled, SIGNALS[name].si)
         valid[name] = known & _inside(column.clip, filled)
         notes += more
     if ignored:
@@ -73,10 +72,11 @@ def _mended(
     return mend.bridged(t, values), known, mend.missing_cells(path, rows, ~known, cell, "not compared")
 
 
-def _si(name: str, column: Column, values: np.ndarray) -> np.ndarray:
-    if column.misfit or column.unit is None:
-        return values * column.scale
-    return to_si(values, column.unit, SIGNALS[name].si) * column.scale
+def _clock(mapping: Mapping[str, ColumnMap], rows: int) -> np.ndarray:
+    """Times [rows] s of a file without a clock, from 0."""
+    period = mapping["t"].period
+    assert period is not None
+    return period * np.arange(rows)
 
 
 def _inside(clip: tuple[float, float] | None, values: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...identify.data.noise_floor import NoiseFloor
+from ...identify.fit.initial_states import FIRST_ROWS
 from ...identify.fit.predict import Prediction
 from ...report import Curve, Figure, Panel, Table
 from ...report.figures import Mark
@@ -14,6 +15,13 @@ from .numbers import finite
 
 GIVEN, BEFORE, AFTER = "#8c959f", "#d55e00", "#0072b2"  # what is given is grey, as in every report
 _FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis
+
+SCORED = {
+    False: "Held-out records, windows of 0.5 s with refitted initial states; input: the recorded command.",
+    True: f"Held-out records, one free run each from the state that fits the first {FIRST_ROWS} rows; input: the "
+    "recorded command.",
+}
+"""What the errors are of, by whether they are scored by a free run."""
 
 Rms = Mapping[str, Mapping[str, float | None]]
 
@@ -52,8 +60,8 @@ def error_figure(rms: Rms, labels: Sequence[str]) -> Figure:
     return Figure("Held-out error over the noise", "signal", [panel], x_names=[name.split(" [")[0] for name in names])
 
 
-def error_table(rms: Rms, labels: Sequence[str]) -> Table:
-    """Held-out error of every signal, in its unit."""
+def error_table(rms: Rms, labels: Sequence[str], free_run: bool = False) -> Table:
+    """Held-out error of every signal, in its unit: in windows, or of a free run."""
     changed = len(labels) > 1
     rows = []
     for label, row in rms.items():
@@ -64,8 +72,7 @@ def error_table(rms: Rms, labels: Sequence[str]) -> Table:
     if changed:
         errors, over = ([text.format(label) for label in labels] for text in ("RMS, {}", "{} / floor"))
         columns = ["signal", *errors, "noise floor", *over]
-    note = "Held-out records, windows of 0.5 s with refitted initial states; input: the recorded command."
-    return Table("Error by signal", columns, rows, note=note)
+    return Table("Error by signal", columns, rows, note=SCORED[free_run])
 
 
 def record_tables(models: Mapping[str, Sequence[Prediction]]) -> dict[str, dict[str, np.ndarray]]:

@@ -31,7 +31,10 @@ def fit_page(
     picture, labels = ranges_figure({"fitted": numbers}), ["rig file", "fitted"]
     sections = [
         Section("Numbers", [picture, numbers_table(numbers)]),
-        Section("Held-out error", [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels)]),
+        Section(
+            "Held-out error",
+            [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels, problem.free_run)],
+        ),
         *([Section("Sessions", [sessions_table(differences)])] if differences else []),
         Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
         Section("Noise floor", [noise_table(problem.floor)]),

@@ -5,9 +5,9 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
-from ...identify.fit.predict import predict_windows, predictions
-from ...identify.trace.problem import estimation_problem
-from ...identify.trace.refit import fit_rig, heldout_errors
+from ...identify.fit.predict import predict_whole, predict_windows, predictions
+from ...identify.trace.problem import EstimationProblem, estimation_problem
+from ...identify.trace.refit import FittedModel, fit_rig, heldout_errors, refit_all_windows
 from ...identify.trace.stored import packed, unpacked
 from ...plant import build
 from ...records import Campaign
@@ -55,9 +55,10 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         raise InputError(f"--starts {starts}: must be 1 or more")
     with one_blas_thread():
         problem = estimation_problem(campaign, rig)
-        model_fit = unpacked(stage("fit", lambda: packed(fit_rig(problem, starts, progress))), problem, ())
+        model_fit = unpacked(stage("fit", lambda: packed(_fit(problem, starts, progress))), problem, ())
         progress("errors of the rig file and of the fit")
-        declared = [predict_windows(build(rig), record, problem.floor) for record in campaign.heldout]
+        predict = predict_whole if problem.free_run else predict_windows
+        declared = [predict(build(rig), record, problem.floor) for record in campaign.heldout]
         heldout = heldout_errors(problem, model_fit)
     after = predictions(model_fit.model, problem.heldout, heldout.x0, model_fit.fit.p)
     numbers, differences = fitted(rig, model_fit.fit), sessions(problem, model_fit.fit)
@@ -74,3 +75,10 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
     tables = record_tables({"rig file": declared, "fitted": after})
     as_fitted = fitted_rig(problem, model_fit)
     return FitAnswer(as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}))
+
+
+def _fit(problem: EstimationProblem, starts: int, progress: Progress) -> FittedModel:
+    """The rig fitted; free runs first in blocks, from which whole records are in reach."""
+    if not problem.free_run:
+        return fit_rig(problem, starts, progress)
+    return refit_all_windows(problem, fit_rig(problem.in_blocks(), starts, progress))

@@ -7,14 +7,17 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...identify.data.noise_floor import NoiseFloor, noise_floor
+from ...identify.data.noise_floor import NoiseFloor
+from ...identify.data.scored_floor import scored_floor
 from ...identify.data.whiteness import Whiteness, whiteness
-from ...identify.fit.predict import Prediction, predict_free, predict_windows
+from ...identify.fit.predict import Prediction, predict_free, predict_whole, predict_windows
 from ...identify.fit.windows import WINDOW, compared
 from ...plant import build
 from ...records import Campaign, Record
+from ...records.campaign import FREE_RUN
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
+from ..common.error_page import SCORED
 from ..common.outcome import Outcome, Progress, Stage
 from .free_run import free_run_rows, free_run_section, free_run_sentence, free_runs
 
@@ -24,16 +27,16 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
 
     Held-out records that repeat a command are held against one free run by their mean.
     """
-    floor = noise_floor(campaign)
+    floor = scored_floor(campaign)
     plant = build(rig)
     for record in campaign.heldout:
         compared(plant, record, floor)  # a refusal comes before any progress line
-    predictions = []
+    predictions, whole = [], campaign.score == FREE_RUN
     for record in campaign.heldout:
-        progress(f"{record.name}: windows of {WINDOW:g} s")
+        progress(f"{record.name}: " + ("one free run" if whole else f"windows of {WINDOW:g} s"))
 
         def compute(record: Record = record) -> dict[str, Any]:
-            prediction = predict_windows(plant, record, floor)
+            prediction = (predict_whole if whole else predict_windows)(plant, record, floor)
             return {"signals": prediction.signals, "failed": list(prediction.failed)}
 
         stored = stage(f"predict-{record.name.replace('/', '-')}", compute)
@@ -103,7 +106,7 @@ def _page(
         "Error by record and signal",
         ["record", "signal", "unit", "RMS error", "noise floor", "error / floor", *(["free-run RMS"] * free)],
         [[*r.values()] for r in rows],
-        note=f"Held-out records, windows of {WINDOW:g} s with refitted initial states; input: the recorded command.",
+        note=SCORED[campaign.score == FREE_RUN],
     )
     sections = [Section("Error", [summary, noise_table(floor)]), *more]
     sections += [Section(p.record.name, [_figure(p, name) for name in p.signals]) for p in predictions]

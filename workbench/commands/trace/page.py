@@ -52,7 +52,7 @@ def trace_page(
     picture, differences = error_figure(answer["rms"], names), sessions(trace.problem, trace.final.fit)
     laws = learned_laws(trace)
     sections = [
-        Section("Held-out error", [picture, error_table(answer["rms"], names), first]),
+        Section("Held-out error", [picture, error_table(answer["rms"], names, trace.problem.free_run), first]),
         *_causes(trace, shape, laws),
         *_next(trace),
         Section("What it buys", [RETUNE]),

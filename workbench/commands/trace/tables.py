@@ -166,7 +166,7 @@ def unseen_signals(trace: Trace) -> Table | None:
     """Signals that the model predicts and no held-out record has."""
     names = {name for record in trace.problem.heldout.records for name in record.signals}
     lacking = [name for name in MEASURED if name in trace.base.model.plant.outputs and name not in names]
-    rows = [[name, SIGNAL[name]] for name in lacking if name != "velocity"]
+    rows = [[name, SIGNAL[name]] for name in lacking if name not in ("velocity", "load_pressure")]
     return Table("Signals that were not recorded", ["signal", "what it would do"], rows) if rows else None
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .free_parameters import Candidate, uncertain
     from .initial_states import fit_states, predicted_states
     from .model import Model
-    from .predict import Prediction, predict_free, predict_windows, predictions
+    from .predict import Prediction, predict_free, predict_whole, predict_windows, predictions
     from .repeats import FreeRunComparison, against_mean, mean_of, repeated
     from .solver import Fit, fit_numbers
     from .unexplained import unexplained_signals
@@ -46,6 +46,7 @@ __all__ = [
     "fit_states",
     "mean_of",
     "predict_free",
+    "predict_whole",
     "predict_windows",
     "predicted_states",
     "predictions",
@@ -62,7 +63,7 @@ __getattr__, __dir__ = lazy_names(
         "free_parameters": ("Candidate", "uncertain"),
         "initial_states": ("fit_states", "predicted_states"),
         "model": ("Model",),
-        "predict": ("Prediction", "predict_free", "predict_windows", "predictions"),
+        "predict": ("Prediction", "predict_free", "predict_whole", "predict_windows", "predictions"),
         "repeats": ("FreeRunComparison", "against_mean", "mean_of", "repeated"),
         "solver": ("Fit", "fit_numbers"),
         "unexplained": ("unexplained_signals",),

@@ -1,5 +1,6 @@
 """What a rig's model predicts of a record: in windows with refitted initial states, or in one free run."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from ...plant import Plant
 from ...records import Record
 from ..data.noise_floor import NoiseFloor
-from .initial_states import fit_states, predicted_states
+from .initial_states import fit_states, free_runs, predicted_states
 from .model import Model
 from .windows import Windows, compared, cut_windows, delayed
 
@@ -31,6 +32,14 @@ def predict_windows(plant: Plant, record: Record, floor: NoiseFloor) -> Predicti
     windows = cut_windows(plant, [record], floor)
     model = Model(plant, windows.names)
     x0, _ = predicted_states(model, windows, plant.p)
+    return predictions(model, windows, x0, plant.p)[0]
+
+
+def predict_whole(plant: Plant, record: Record, floor: NoiseFloor) -> Prediction:
+    """Predict every signal of a record in one run from the state that fits its first rows; anew after a gap."""
+    windows = cut_windows(plant, [record], floor, late=0.0, length=math.inf)
+    model = Model(plant, windows.names)
+    x0, _ = free_runs(model, windows, plant.p)
     return predictions(model, windows, x0, plant.p)[0]
 
 

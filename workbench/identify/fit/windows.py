@@ -88,6 +88,17 @@ class Windows:
         spans = tuple(self.spans[w] for w in keep)
         return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
 
+    def beginnings(self, rows: int) -> "Windows":
+        """The first rows of each."""
+        spans = tuple((index, first, min(first + rows, end)) for index, first, end in self.spans)
+        return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
+
+    def cut(self, parts: int) -> "Windows":
+        """Each in parts of equal length."""
+        edges = [(i, np.linspace(a, b, parts + 1).round().astype(int).tolist()) for i, a, b in self.spans]
+        spans = tuple((i, a, b) for i, places in edges for a, b in pairwise(places))
+        return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
+
     @cached_property
     def _weights(self) -> dict[str, float]:
         peak = np.max([group.weight.max(axis=(0, 1)) for group in self.groups], axis=0)
@@ -105,16 +116,21 @@ def compared(plant: Plant, record: Record, floor: NoiseFloor) -> list[str]:
 
 
 def cut_windows(
-    plant: Plant, records: Sequence[Record], floor: NoiseFloor, beside: Sequence[Record] = (), late: float = _BEFORE
+    plant: Plant,
+    records: Sequence[Record],
+    floor: NoiseFloor,
+    beside: Sequence[Record] = (),
+    late: float = _BEFORE,
+    length: float = WINDOW,
 ) -> Windows:
-    """Windows of 0.5 s of all records; what is left over at the end, or before a gap, belongs to the one before.
+    """Windows of `length` [s] of all records; what is left over at the end, or before a gap, belongs to the one before.
 
     What they carry is compared; names are also those of the records `beside`, which the same model has to predict. The
     first `late` [s] of a record and after a gap are left out: a late command may be one that was not recorded.
     """
     shared = {name for record in (*records, *beside) for name in compared(plant, record, floor)}
     names = tuple(name for name in MEASURED if name in shared)
-    spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in _spans(record, late))
+    spans = tuple((i, first, end) for i, record in enumerate(records) for first, end in _spans(record, late, length))
     if not spans:
         listed = ", ".join(record.name for record in records)
         raise InputError(
@@ -153,22 +169,28 @@ def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> n
     for signal, (state, offset) in direct.items():
         if signal in record.signals:
             x[plant.state(state)] = np.mean(record.signals[signal][early]) - offset
+    if "load_pressure" in record.signals and not {"pa", "pb"} & set(record.signals):
+        a, b = plant.state("P1"), plant.state("P2")
+        half = (np.mean(record.signals["load_pressure"][early]) - x[a] + x[b]) / 2
+        x[a], x[b] = x[a] + half, x[b] - half
     return x
 
 
-def _spans(record: Record, late: float) -> list[tuple[int, int]]:
+def _spans(record: Record, late: float, length: float) -> list[tuple[int, int]]:
     """First and end rows of the windows; none reaches over a gap, in which the drive may have received anything."""
     gaps = np.flatnonzero(np.diff(record.t) > _GAP * record.period) + 1
     rows = round(late / record.period)
     pieces = [(first + rows, end) for first, end in pairwise([0, *gaps.tolist(), len(record.t)])]
-    return [span for first, end in pieces if end - first >= _FEWEST for span in pairwise(_edges(record, first, end))]
+    return [
+        span for first, end in pieces if end - first >= _FEWEST for span in pairwise(_edges(record, first, end, length))
+    ]
 
 
-def _edges(record: Record, start: int, stop: int) -> list[int]:
+def _edges(record: Record, start: int, stop: int, length: float) -> list[int]:
     first, last = record.t[start], record.t[stop - 1]
-    count = max(1, int((last - first + record.period) / WINDOW + 1e-6))
+    count = max(1, int((last - first + record.period) / length + 1e-6))
     slack = 1e-3 * record.period  # 0.5 s must find the row that was logged as 0.49999999
-    inner = np.searchsorted(record.t, first + WINDOW * np.arange(1, count) - slack)
+    inner = np.searchsorted(record.t, first + length * np.arange(1, count) - slack)
     return [start, *inner.tolist(), stop]
 
 

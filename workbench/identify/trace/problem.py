@@ -3,8 +3,12 @@
 Three roles. Train windows are fitted. Where two models are compared, the records under `select` decide, or, where a
 campaign has none, blocks of the train windows in turn, each predicted by the others. Held-out windows are looked at
 once, when all is decided: every error that is quoted is theirs.
+
+Where a campaign is scored by free runs, every record is one window; a select or held-out record is run through from
+the state that fits its first rows. A search cuts the train records into blocks, which are rotated and easier to fit.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,10 +16,13 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...records import Campaign
+from ...records.campaign import FREE_RUN
 from ...rigs.rig import Rig
-from ..data.noise_floor import NoiseFloor, noise_floor
+from ..data.noise_floor import NoiseFloor
+from ..data.scored_floor import scored_floor
 from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
+from ..fit.rotation import BLOCKS
 from ..fit.windows import WINDOW, Windows, cut_windows
 from .samples import variable_samples
 
@@ -35,6 +42,11 @@ class EstimationProblem:
     heldout: Windows
 
     @property
+    def free_run(self) -> bool:
+        """Whether held-out and select records are run through freely."""
+        return self.campaign.score == FREE_RUN
+
+    @property
     def large(self) -> bool:
         """Whether there are more windows than a search needs."""
         return max(self.train.count, self.select.count if self.select else 0) > MOST
@@ -44,6 +56,10 @@ class EstimationProblem:
         roles = {"train": self.train} | ({"select": self.select} if self.select else {})
         model, free = model_with(self.rig, (), self.train.names), uncertain(self.rig)
         return {role: informative(model, windows, free, MOST) for role, windows in roles.items()}
+
+    def in_blocks(self) -> "EstimationProblem":
+        """With each train record cut into blocks."""
+        return replace(self, train=self.train.cut(BLOCKS))
 
     def only(self, chosen: dict[str, list[int]]) -> "EstimationProblem":
         """With these windows only."""
@@ -70,10 +86,17 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     """Windows and noise floor of a campaign. Raises InputError where it cannot be fitted, saying what to add."""
     if not campaign.train:
         raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
-    floor = noise_floor(campaign)
+    floor = scored_floor(campaign)
     plant = model_with(rig, (), ()).plant
     roles = {role: getattr(campaign, role) for role in ("train", "select", "heldout")}
     every = [record for records in roles.values() for record in records]
+    if campaign.score == FREE_RUN:
+        cut = {
+            role: cut_windows(plant, own, floor, beside=every, late=0.0, length=math.inf)
+            for role, own in roles.items()
+            if own
+        }
+        return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"])
     cut = {role: cut_windows(plant, own, floor, beside=every) for role, own in roles.items() if own}
     for role, windows in cut.items():
         seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)

@@ -9,12 +9,13 @@ from ...base.errors import InputError
 from ...plant.effects import Effect
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import Candidate, extend_parameters, model_with, uncertain
-from ..fit.initial_states import predicted_states
+from ..fit.initial_states import free_runs, predicted_states
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
 from ..fit.rotation import Selection, blocks, rotated
 from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
+from ..fit.windows import Windows
 from . import rule as decide
 from .problem import EstimationProblem
 from .score import initial_states_with_effect
@@ -170,13 +171,19 @@ def with_selection(problem: EstimationProblem, model: Model, fit: Fit, known: tu
     samples = problem.select.samples
     if not fit.ok:
         return FittedModel(known, model, fit, Selection(np.full(problem.select.count, np.inf), samples))
-    return FittedModel(known, model, fit, Selection(predicted_states(model, problem.select, fit.p)[1], samples))
+    squares = run(problem, model, problem.select, fit.p)[1]
+    return FittedModel(known, model, fit, Selection(squares, samples))
 
 
 def heldout_errors(problem: EstimationProblem, model_fit: FittedModel) -> HeldoutErrors:
     """The errors of a fit on the held-out records: to be asked when all is decided."""
-    x0, squares = predicted_states(model_fit.model, problem.heldout, model_fit.fit.p)
+    x0, squares = run(problem, model_fit.model, problem.heldout, model_fit.fit.p)
     return HeldoutErrors(x0, squares, problem.heldout.samples)
+
+
+def run(problem: EstimationProblem, model: Model, windows: Windows, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Initial states [w, n] that fit the windows best, or the first rows of a free run, and the squared errors [w]."""
+    return free_runs(model, windows, p) if problem.free_run else predicted_states(model, windows, p)
 
 
 def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> Fit:

@@ -68,7 +68,9 @@ class _Tracer:
         several: bool,
     ) -> None:
         self._whole = self._problem = problem
-        if problem.large:
+        if problem.free_run:
+            self._problem = problem.in_blocks()
+        elif problem.large:
             self._problem = problem.only(stage("windows", problem.chosen))
         self._library, self._stage, self._report_progress, self._several = library, stage, report_progress, several
         self._passes: list[Pass] = []

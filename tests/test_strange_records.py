@@ -1,0 +1,146 @@
+"""Recordings without a clock, without units, with a load pressure: read by campaign.toml alone, scored by free runs."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_campaigns import campaign as made_campaign
+
+from workbench.base.errors import InputError
+from workbench.base.process_pool import one_blas_thread
+from workbench.identify.data.noise_floor import noise_floor
+from workbench.identify.data.scored_floor import scored_floor
+from workbench.identify.fit import predict_whole
+from workbench.identify.fit.initial_states import FIRST_ROWS
+from workbench.identify.trace.problem import estimation_problem
+from workbench.identify.trace.refit import fit_rig, heldout_errors, refit_all_windows
+from workbench.plant import build
+from workbench.records import load_campaign, read_record
+from workbench.records.columns import ColumnMap
+from workbench.rigs.rig import load_rig
+
+CRANE = Path(__file__).parents[2] / "shared" / "data" / "crane" / "actuator.mat"
+HEADER = "u,p,x"
+
+
+def csv(folder, rows=12, header=HEADER):
+    path = folder / "a.csv"
+    path.write_text("\n".join([header, *(f"{0.01 * k},{k % 5 - 2},{k}" for k in range(rows))]))
+    return path
+
+
+def campaign(folder, text):
+    (folder / "campaign.toml").write_text(text)
+    return load_campaign(folder)
+
+
+MAPPED = {
+    "t": ColumnMap(period=2e-3),
+    "command": ColumnMap("u", scale=-0.5),
+    "load_pressure": ColumnMap("p", scale=10.0, to="bar", offset=1.0),
+}
+
+
+def test_a_period_stands_in_for_a_clock_and_to_names_the_unit_of_what_scale_and_offset_make(tmp_path):
+    record = read_record(csv(tmp_path), MAPPED)
+    assert record.t == pytest.approx(2e-3 * np.arange(12))
+    assert record.signals["command"][10] == pytest.approx(-0.05)
+    assert record.signals["load_pressure"][:2] == pytest.approx([-19e5, -9e5])
+    assert record.notes == ('a.csv: not used: "x"',)
+
+
+def test_an_offset_without_to_is_in_si(tmp_path):
+    mapping = MAPPED | {"position": ColumnMap("x", unit="mm", offset=0.5)}
+    assert read_record(csv(tmp_path), mapping).signals["position"][3] == pytest.approx(0.503)
+
+
+def test_a_file_with_a_column_called_t_may_still_be_given_a_period(tmp_path):
+    record = read_record(csv(tmp_path, header="u,p,t"), MAPPED)
+    assert record.period == pytest.approx(2e-3)
+
+
+@pytest.mark.parametrize(
+    ("signals", "says"),
+    [
+        ('t = {period = "2 mm"}', "signals.t.period"),
+        ("t = {period = 0.002}", "signals.t.period"),
+        ('t = {period = "2 ms", column = "t"}', "unknown key"),
+        ('t = {period = "2 ms"}\nposition = {column = "x", to = "bar"}', 'to = "bar" is no unit of position'),
+        ('t = {period = "2 ms"}\nposition = {column = "x", offset = "1"}', "position.offset"),
+        ("", "as a column or by its period"),
+    ],
+)
+def test_a_mapping_that_cannot_be_is_refused(tmp_path, signals, says):
+    csv(tmp_path)
+    text = (
+        f'rig = "crane"\n[records]\nheldout = ["a.csv"]\n[signals]\ncommand = {{column = "u", scale = 1.0}}\n{signals}'
+    )
+    with pytest.raises(InputError, match=says):
+        campaign(tmp_path, text)
+
+
+def test_a_score_is_windows_or_free_run(tmp_path):
+    csv(tmp_path)
+    with pytest.raises(InputError, match="free-run"):
+        campaign(tmp_path, 'rig = "crane"\nscore = "free"\n[records]\nheldout = ["a.csv"]\n')
+
+
+@pytest.mark.parametrize("name", ["jack-10t", "festo-tp511"])
+def test_a_load_pressure_is_what_chamber_a_has_over_chamber_b(name):
+    plant = build(load_rig(name))
+    outputs = plant.observe(plant.start + np.arange(1, plant.n + 1) * plant.scale * 1e-2, np.zeros(len(plant.inputs)))[
+        0
+    ]
+    a, b, load = (outputs[plant.output(signal)] for signal in ("pa", "pb", "load_pressure"))
+    assert load == pytest.approx(a - b)
+
+
+@pytest.fixture(scope="module")
+def free():
+    """A campaign of the small cylinder, load pressure alone, scored by free runs, and its rig fitted in blocks."""
+    sigma = {"load_pressure": 3e4}
+    rig = load_rig("festo-tp511")
+    problem = estimation_problem(replace(made_campaign(rig, sigma=sigma), score="free-run"), rig)
+    with one_blas_thread():
+        return problem, fit_rig(problem.in_blocks())
+
+
+def test_free_runs_are_searched_in_blocks_and_judged_whole(free):
+    problem, _ = free
+    assert problem.train.spans == ((0, 0, 1000), (1, 0, 1000))
+    assert [(a, b) for i, a, b in problem.in_blocks().train.spans if i == 1] == [
+        (0, 250), (250, 500), (500, 750), (750, 1000),
+    ]  # fmt: skip
+    assert problem.heldout.spans == ((0, 0, 1000),)
+
+
+def test_the_rig_that_made_a_load_pressure_runs_through_it_freely_down_to_the_noise(free):
+    problem, search = free
+    with one_blas_thread():
+        fit = refit_all_windows(problem, search)
+        heldout = heldout_errors(problem, fit)
+    assert fit.fit.chi2 < 1.1
+    assert heldout.chi2 < 1.1
+
+
+def test_the_first_rows_alone_tell_where_a_free_run_starts(free):
+    """What comes later does not: with the rest of the record out by 5 bar the run is the same."""
+    problem, _ = free
+    record, plant = problem.heldout.records[0], build(problem.rig)
+    later = record.signals["load_pressure"] + 5e5 * (np.arange(record.t.size) >= FIRST_ROWS)
+    other = replace(record, signals={**record.signals, "load_pressure": later})
+    first, second = (predict_whole(plant, each, problem.floor) for each in (record, other))
+    np.testing.assert_array_equal(first.signals["load_pressure"], second.signals["load_pressure"])
+    assert np.nanstd(second.error("load_pressure") - first.error("load_pressure")) > 1e5
+
+
+def test_a_free_run_is_held_against_the_same_share_of_every_signals_spread():
+    campaign = made_campaign(load_rig("festo-tp511"))
+    noise, scored = noise_floor(campaign), scored_floor(replace(campaign, score="free-run"))
+    assert scored_floor(campaign) == noise
+    spread = {n: np.std(np.concatenate([record.signals[n] for record in campaign.train])) for n in noise.sigma}
+    shares = [scored.sigma[n] / spread[n] for n in noise.sigma]
+    assert shares == pytest.approx([shares[0]] * len(shares))
+    assert all(scored.sigma[n] >= noise.sigma[n] for n in noise.sigma)
+    assert sum(scored.sigma[n] == pytest.approx(noise.sigma[n]) for n in noise.sigma) == 1
