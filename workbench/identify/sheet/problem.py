@@ -94,8 +94,8 @@ def sheet_problem(
         return SheetProblem(rig, source, bench, train, judges, sigma)
     if sum(sheet.stated for sheet in sheets) < FEWEST:
         return SheetProblem(rig, source, bench, tuple(sheets), (), sigma)
-    parts = [(_some(sheet, False), _some(sheet, True)) for sheet in sheets]
-    return SheetProblem(rig, source, bench, *map(tuple, zip(*parts, strict=True)), sigma)
+    train, judges = (tuple(_some(sheet, judging) for sheet in sheets) for judging in (False, True))
+    return SheetProblem(rig, source, bench, train, judges, sigma)
 
 
 def _samples(sheets: Sequence[SheetPoints]) -> int:
