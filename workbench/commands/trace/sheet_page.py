@@ -49,7 +49,8 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
     said = f"{causes[0].upper()}{causes[1:]} ({names})"
     if trace.tied:
         said += f", or as well {listed(list(trace.tied))}; these sheets cannot tell them apart"
-    said += f": the error where nothing was fitted goes from {errors}."
+    where = "where nothing was fitted" if trace.problem.heldout else "at the fitted points, all that there are,"
+    said += f": the error {where} goes from {errors}."
     if trace.verdict == "incomplete":
         said += " Something is still missing, or the rig has another formula of it."
     return said
@@ -62,8 +63,8 @@ def _digits(value: float | None) -> str:
 def _errors_table(answer: Mapping[str, Any]) -> Table:
     rows = [[kind, row["before"], row["after"], row["floor"]] for kind, row in answer["rms"].items()]
     note = (
-        "On every third frequency, or the sheets held out, which no fit had; of sheets too short for that on all, each "
-        "point told by the others. A gain in dB counts up to a constant."
+        "On every third frequency, or the sheets held out, which no fit had; of sheets too short for that on all. A gain "
+        "in dB counts up to a constant."
     )
     return Table("Error", ["of", "RMS before", "RMS after", "known to"], rows, note=note)
 
