@@ -94,10 +94,11 @@ def stepped_sines(
     outputs: Sequence[str],
     limits: Mapping[str, float] | None,
     p: np.ndarray,
+    most: int = _CYCLES[1],
 ) -> SteppedSine:
     """`stepped_sine` of many plants: each point f [k] with its own start [k, n] and parameters [k, np].
 
-    The response of a point whose run fails is NaN.
+    The response of a point whose run fails is NaN; one that has not settled after `most` cycles is left there.
     """
     sine = SteppedSine(
         f=f,
@@ -110,7 +111,7 @@ def stepped_sines(
     )
     points = _points_per_cycle(f)
     for k in np.unique(points):
-        _run_lanes(engine, start, offset, sine, np.flatnonzero(points == k), int(k), limits or {}, p)
+        _run_lanes(engine, start, offset, sine, np.flatnonzero(points == k), int(k), limits or {}, p, most)
     late = engine.plant.lane_lateness(p)
     for values in sine.response.values():  # all that repeats comes late as a whole
         values *= np.exp(-2j * np.pi * f * late)
@@ -132,6 +133,7 @@ def _run_lanes(
     k: int,
     limits: Mapping[str, float],
     p: np.ndarray,
+    most: int,
 ) -> None:
     """Cycle after cycle for the points `lanes` of `sine`, which it fills in; settled and failed ones drop out."""
     plant, names = engine.plant, list(sine.response)
@@ -141,7 +143,7 @@ def _run_lanes(
     columns = [plant.output(name) for name in names]
     forced = held_harmonic(sine.amplitude, k)
     x, before = start[lanes], np.full((len(lanes), len(names)), np.nan, complex)
-    for cycle in range(1, _CYCLES[1] + 1):
+    for cycle in range(1, most + 1):
         batch = engine.run_batch(x, t, u, p[lanes])
         outputs = engine.outputs(batch.x, u, p[lanes, None])
         now = first_harmonic(np.moveaxis(outputs[:, :, columns], 0, 1)) / forced

@@ -5,6 +5,7 @@ campaign               which records of a rig are fitted and which only judge
 read, repair, write    records from files and to files; what is mended on the way
 table, mat, columns    files as tables of numbers; which column is which signal
 frequency_sheet        a frequency response as a small table
+sheet_points           a frequency response with gaps, as a record
 rational_fit           a rational model with a delay, fitted to one
 excitation, road       what a drive plays; random roads
 """

@@ -48,8 +48,8 @@ def read_sheet(path: str | Path, amplitude: float | None, input: str, output: st
             raise InputError(f'{path}: unknown signal "{name}"; {nearest(name, SIGNALS)}')
     sheet = Columns(path)
     relative = sheet.unit("gain") == _DECIBEL
-    f, response = _response(sheet, _gain_unit(input, output))
-    size = _amplitude(sheet, amplitude, SIGNALS[input].si)
+    f, response = _response(sheet, gain_unit(input, output))
+    size = amplitude_stated(sheet, amplitude, SIGNALS[input].si)
     return FrequencySheet(path.stem, input, output, size, f, response / response[0] if relative else response, relative)
 
 
@@ -134,11 +134,11 @@ class Columns:
             raise InputError(f'{self.path}: column "{cell}": no unit; write "{name} [unit]"')
         return unit
 
-    def values(self, name: str, si: str | None = None) -> np.ndarray:
-        """A column [n], converted to the unit `si` where one is given."""
+    def values(self, name: str, si: str | None = None, gaps: bool = False) -> np.ndarray:
+        """A column [n], converted to the unit `si` where one is given; with `gaps` an empty cell is NaN."""
         unit = self.unit(name)
         values = self.table.read([self.cells[name][0]])[self.cells[name][0]]
-        bad = np.flatnonzero(~np.isfinite(values))
+        bad = np.flatnonzero(np.isinf(values) if gaps else ~np.isfinite(values))
         if bad.size:
             raise InputError(f"{self.where(int(bad[0]), name)}: empty or infinite; fill it in or remove the row")
         try:
@@ -151,12 +151,14 @@ class Columns:
         return f'{self.path}: row {self.table.rows[index]}, column "{self.cells[name][0]}"'
 
 
-def _gain_unit(input: str, output: str) -> str:
+def gain_unit(input: str, output: str) -> str:
+    """SI unit of a gain that is not in decibels."""
     below, above = SIGNALS[input].si, SIGNALS[output].si
     return above if below == "1" else f"({above})/({below})"
 
 
-def _amplitude(sheet: Columns, given: float | None, si: str) -> float:
+def amplitude_stated(sheet: Columns, given: float | None, si: str) -> float:
+    """The amplitude of a sheet, in the unit `si`, that is `given` or in a column. Raises InputError."""
     if "amplitude" not in sheet:
         if given is None:
             raise InputError(f'{sheet.path}: at which amplitude? State it, or add a column "amplitude [{si}]"')

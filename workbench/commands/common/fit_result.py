@@ -134,14 +134,19 @@ def correlations(fit: Fit) -> np.ndarray:
 def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequence[str] = ()) -> Rig:
     """The rig with the numbers of a fit and the effects that were added; `files` have effects beside the library's."""
     name = problem.campaign.path.resolve().name
-    numbers = {entry.number.name: _as_fitted(entry, name) for entry in fitted(problem.rig, model_fit.fit)}
-    uses = tuple(_use(effect, model_fit.fit, f"fitted to {name}") for effect in model_fit.effects)
+    return rig_as_fitted(problem.rig, name, model_fit.fit, model_fit.effects, files)
+
+
+def rig_as_fitted(rig: Rig, source: str, fit: Fit, effects: Sequence[Effect], files: Sequence[str] = ()) -> Rig:
+    """The rig with the numbers of a fit to `source`, and with effects whose numbers it has too."""
+    numbers = {entry.number.name: _as_fitted(entry, source) for entry in fitted(rig, fit)}
+    uses = tuple(_use(effect, fit, f"fitted to {source}") for effect in effects)
     return replace(
-        problem.rig,
-        name=f"{problem.rig.name}-{name}",
-        numbers={key: numbers.get(key, number) for key, number in problem.rig.numbers.items()},
-        effects=(*(_refitted(use, numbers) for use in problem.rig.effects), *uses),
-        effect_files=tuple(dict.fromkeys((*problem.rig.effect_files, *files))),
+        rig,
+        name=f"{rig.name}-{source}",
+        numbers={key: numbers.get(key, number) for key, number in rig.numbers.items()},
+        effects=(*(_refitted(use, numbers) for use in rig.effects), *uses),
+        effect_files=tuple(dict.fromkeys((*rig.effect_files, *files))),
     )
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
-from ...records import Campaign
 from .options import Call, Study, check_place, computes, finish
 
 
@@ -16,9 +15,9 @@ def leaves_rig(command: argparse.ArgumentParser, call: Call) -> None:
 
 
 def finish_with_rig(
-    options: argparse.Namespace, words: list[str], campaign: Campaign, identity: dict[str, Any], study: Study
+    options: argparse.Namespace, words: list[str], source: str, identity: dict[str, Any], study: Study
 ) -> None:
-    """Finish a study that leaves a rig.toml, which --rig-out is a copy of."""
+    """Finish a study that leaves a rig.toml, which --rig-out is a copy of; `source` names what it is of."""
     out = options.rig_out
     if out is not None:
         if out.suffix != ".toml":
@@ -26,6 +25,6 @@ def finish_with_rig(
         check_place(out, "--rig-out")
         if out.exists() and not options.force:
             raise InputError(f"--rig-out {out}: exists already; choose another or add --force to replace it")
-    outcome = finish(options, words, f"{identity['command']}-{campaign.path.resolve().name}", identity, study)
+    outcome = finish(options, words, f"{identity['command']}-{source}", identity, study)
     if out is not None:
         out.write_text(outcome.files["rig.toml"], encoding="utf-8")

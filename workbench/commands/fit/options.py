@@ -23,4 +23,5 @@ def _fit(options: argparse.Namespace, words: list[str]) -> None:
 
     identity = {"command": "fit", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
     identity["starts"] = options.starts
-    finish_with_rig(options, words, campaign, identity, partial(run_fit, campaign, rig, options.starts))
+    name = campaign.path.resolve().name
+    finish_with_rig(options, words, name, identity, partial(run_fit, campaign, rig, options.starts))

@@ -15,6 +15,11 @@ from ..common.shipped import campaign as campaign_folder
 def on_campaign(parser: argparse.ArgumentParser) -> None:
     """Which campaign a command works on, and which of its records judge."""
     parser.add_argument("campaign", type=campaign_folder, help="folder with a campaign.toml")
+    holds_out(parser)
+
+
+def holds_out(parser: argparse.ArgumentParser) -> None:
+    """Which of a campaign's records judge."""
     parser.add_argument(
         "--heldout",
         nargs="+",

@@ -1,30 +1,56 @@
-"""`jackbench trace CAMPAIGN`: the residual of a campaign, traced to what the model lacks."""
+"""`jackbench trace CAMPAIGN|SHEET.csv ...`: the residual of a campaign or of sheets, traced to what the model lacks."""
 
 import argparse
 from functools import partial
 from pathlib import Path
 
+from ...base.errors import InputError
 from ..common.rig_out import finish_with_rig, leaves_rig
-from ..residual.config import load, on_campaign
+from ..common.shipped import campaign
+from ..residual.config import holds_out, load
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    on_campaign(parser)
+    parser.add_argument(
+        "campaign", type=campaign, nargs="+", metavar="CAMPAIGN|SHEET.csv",
+        help="folder with a campaign.toml; or sheets of frequency responses: frequency, gain, phase",
+    )  # fmt: skip
+    holds_out(parser)
     parser.add_argument("--effects", type=Path, nargs="+", default=[], metavar="FILE.py", help="effects of your own")
     parser.add_argument("--without", nargs="+", default=[], metavar="NAME", help="effects that are not to be tried")
     parser.add_argument(
         "--several", action="store_true", help="the rig lacks more than one effect: add those that explain a part too"
     )
+    parser.add_argument("--input", default="command", help="of sheets: signal (default: command)")
+    parser.add_argument("--output", help="of sheets: signal, such as spool")
+    parser.add_argument(
+        "--amplitude", nargs="+", action="extend", default=[], metavar="SIZE",
+        help='of sheets: one, or one a sheet, such as "100 %%"; %% is of full input',
+    )  # fmt: skip
+    parser.add_argument(
+        "--sigma", type=float, nargs=2, metavar=("DB", "DEG"), help="what sheets are known to (default: 0.2 2)"
+    )
     leaves_rig(parser, _trace)
 
 
 def _trace(options: argparse.Namespace, words: list[str]) -> None:
-    campaign, rig = load(options)
+    paths: list[Path] = options.campaign
+    if all(path.is_file() and path.suffix != ".toml" for path in paths):
+        from .sheets import trace_command
+
+        return trace_command(options, words)
+    if len(paths) > 1:
+        wrong = next(path for path in paths if not path.is_file())
+        raise InputError(f"{wrong}: several arguments must all be sheets of frequency responses; name one campaign")
+    if options.output or options.amplitude or options.sigma:
+        raise InputError("--output, --amplitude and --sigma are of sheets, not of a campaign; take them out")
+    options.campaign = paths[0]
+    records, rig = load(options)
     from .study import effects_for, identity, run_trace
 
     files = [str(file.resolve()) for file in options.effects]
     library = effects_for(rig, files, options.without)
-    command = identity(campaign, rig, files, options.without, options.several)
-    study = partial(run_trace, campaign, rig, library, files=files, several=options.several)
-    finish_with_rig(options, words, campaign, command, study)
+    command = identity(records, rig, files, options.without, options.several)
+    study = partial(run_trace, records, rig, library, files=files, several=options.several)
+    return finish_with_rig(options, words, records.path.resolve().name, command, study)

@@ -48,6 +48,11 @@ _PLANT = {
 SLOTS = _VALVE | _PLANT
 
 
+def inside_valve(slots: Iterable[str]) -> bool:
+    """Whether all these slots are inside a valve, so that it has them on its bench too."""
+    return _VALVE.keys() >= set(slots)
+
+
 def valves_with(slots: Iterable[str]) -> frozenset[str]:
     """The kinds of valve whose plant has all these slots."""
     inside = _VALVE.keys() & set(slots)

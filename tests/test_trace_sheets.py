@@ -1,0 +1,106 @@
+"""A maker's curve as data: sheets read with gaps, and traced to the effect with which they were made."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.identify.sheet.model import SheetModel, bench_of
+from workbench.identify.sheet.problem import sheet_problem
+from workbench.identify.sheet.tracer import trace_sheets
+from workbench.plant.effects import Effect, find
+from workbench.records.sheet_points import SheetPoints, read_points
+from workbench.rigs.rig import load_rig
+
+F = np.geomspace(10.0, 150.0, 12)
+RIVALS = (find("drive.lag", "amplifier"), find("drive.delay", "shift"), find("main.deadband", "linear"))
+
+
+@cache
+def rig():
+    return load_rig("jack-10t-rounded")
+
+
+def made(effects: tuple[Effect, ...], numbers: dict[str, float], amplitude: float, seed: int = 1) -> SheetPoints:
+    """A sheet of the flow of a valve with an effect, known to 0.1 dB and 1 degree."""
+    random, nothing = np.random.default_rng(seed), np.zeros(F.size)
+    blank = SheetPoints(f"{amplitude:g}", "command", "flow", amplitude, F, nothing, nothing, True)
+    model = SheetModel(bench_of(rig(), "command", "flow"), effects, "flow")
+    deviation = model.deviations([blank], model.plant.parameter_values(None, **numbers)[None])[0][0]
+    noisy = deviation + random.normal(0, (0.1, 1.0), deviation.shape)
+    return SheetPoints(blank.name, "command", "flow", amplitude, F, noisy[:, 0], noisy[:, 1], True)
+
+
+def test_a_lag_is_named_with_its_number():
+    sheet = made(RIVALS[:1], {"drive.lag.tau": 1e-3}, 1.0)
+    trace = trace_sheets(sheet_problem(rig(), "made", [sheet]), RIVALS, lambda _: None)
+    assert trace.verdict == "named"
+    assert [each.effect.name for each in trace.effects] == ["drive.lag"]
+    fit = trace.final.fit
+    low, high = fit.interval([free.name for free in fit.free].index("drive.lag.tau"))
+    assert low < 1e-3 < high
+    assert trace.judged[1].chi2 < 1 < trace.judged[0].chi2
+
+
+def test_a_valve_as_declared_lacks_nothing():
+    trace = trace_sheets(sheet_problem(rig(), "made", [made((), {}, 1.0)]), RIVALS, lambda _: None)
+    assert (trace.verdict, trace.effects, trace.tried) == ("none", (), ())
+
+
+def test_every_third_frequency_or_a_named_sheet_judges():
+    full, quarter = made((), {}, 1.0), made((), {}, 0.25)
+    problem = sheet_problem(rig(), "made", [full, quarter])
+    assert [sheet.f.size for sheet in (*problem.train, *problem.heldout)] == [8, 8, 4, 4]
+    named = sheet_problem(rig(), "made", [full, quarter], heldout=["0.25"])
+    assert [sheet.name for sheet in (*named.train, *named.heldout)] == ["1", "0.25"]
+    with pytest.raises(InputError, match="leave one to be fitted"):
+        sheet_problem(rig(), "made", [full], heldout=["1"])
+
+
+def test_cells_may_be_empty(tmp_path):
+    path = tmp_path / "corners.csv"
+    path.write_text("frequency [Hz],gain [dB],phase [deg]\n5,0,\n70,-3,\n85,,-90\n")
+    points = read_points(path, 1.0, "command", "flow")
+    assert points.stated == 3
+    assert points.relative
+    np.testing.assert_allclose(points.phase, [np.nan, np.nan, -90])
+    path.write_text("frequency [Hz],gain [dB]\n5,\n")
+    with pytest.raises(InputError, match="no gain and no phase"):
+        read_points(path, 1.0, "command", "flow")
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ([], "needs --output"),
+        (["--output", "flow", "--amplitude", "1"], "add --rig"),
+        (["--output", "flow", "--rig", "jack-10t"], "at which amplitude"),
+        (["--output", "flow", "--rig", "jack-10t", "--amplitude", "100 %", "25 %"], "2 for 1 sheets"),
+        (["--output", "flow", "--rig", "jack-10t", "--amplitude", "1", "--sigma", "0", "1"], "must be above 0"),
+        (["--output", "flow", "--rig", "jack-10t", "--amplitude", "1", "--input", "position"], "traced are sheets of"),
+    ],
+)
+def test_refused(tmp_path: Path, capsys, words, says):
+    path = tmp_path / "sheet.csv"
+    path.write_text("frequency [Hz],gain [dB],phase [deg]\n5,0,0\n70,-3,-80\n")
+    assert main(["trace", str(path), *words, "--out", str(tmp_path / "out")]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_the_command_leaves_the_answer(tmp_path: Path):
+    path = tmp_path / "sheet.csv"
+    sheet = made((), {}, 1.0)
+    rows = zip(sheet.f, sheet.gain, sheet.phase, strict=True)
+    path.write_text("frequency [Hz],gain [dB],phase [deg]\n" + "".join(f"{f},{g},{p}\n" for f, g, p in rows))
+    out = tmp_path / "out"
+    words = ["--output", "flow", "--amplitude", "100 %", "--rig", "jack-10t-rounded"]
+    assert main(["trace", str(path), *words, "--out", str(out)]) == 0
+    answer = json.loads((out / "trace.json").read_text())
+    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("none", [], None)
+    assert answer["rms"]["gain [dB]"]["floor"] == 0.2
+    assert set(answer["rms"]) == {"gain [dB]", "phase [deg]"}
+    assert load_rig(str(out / "rig.toml")).effects == ()

@@ -1,0 +1,121 @@
+"""The report of a trace of sheets: what the rig lacks, gain and phase before and after, numbers, what was tried."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
+from ...identify.sheet.model import offsets
+from ...identify.sheet.tracer import SheetTrace
+from ...identify.trace import rule
+from ...records.sheet_points import SheetPoints
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.error_page import AFTER, BEFORE
+from ..common.fit_result import effect_intervals, fitted
+from .words import EFFECT, EQUATION, RETUNE, listed
+
+_NUMBERS = 6  # candidates whose numbers are listed
+
+
+def sheet_page(trace: SheetTrace, answer: Mapping[str, Any]) -> tuple[Page, Figure]:
+    """The page, and the figure of the first sheet, from a trace and its trace.json."""
+    problem = trace.problem
+    figures = [_figure(trace, index) for index in range(len(problem.train))]
+    sections = [
+        Section("Before and after", [_errors_table(answer), *figures]),
+        *([Section("What explains it", [_tried_table(trace), _numbers_table(trace)])] if trace.tried else []),
+        *([Section("What it buys", [RETUNE])] if trace.effects else []),
+        Section("The rig's own numbers", [_base_table(trace)]),
+    ]
+    title = f"{problem.source} on {problem.rig.name}: what the model lacks"
+    return Page(title, sheet_sentence(trace, answer), sections), figures[0]
+
+
+def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
+    """The answer in a few sentences."""
+    errors = listed(
+        [
+            f"{_digits(row['before'])} to {_digits(row['after'])} {kind.partition('[')[2].rstrip(']')}"
+            for kind, row in answer["rms"].items()
+        ]
+    )
+    if trace.verdict == "none":
+        return f"{trace.problem.rig.name} gives these curves within what they are known to: nothing is missing."
+    if trace.verdict == "unknown":
+        where = f", most likely in {EQUATION[trace.equation]}" if trace.equation else ""
+        return f"The model misses something{where}; no effect of the library explains it."
+    names = listed([each.effect.title for each in trace.effects])
+    causes = listed([EFFECT.get(each.effect.name, each.effect.name) for each in trace.effects])
+    said = f"{causes[0].upper()}{causes[1:]} ({names})"
+    if trace.tied:
+        said += f", or as well {listed(list(trace.tied))}; these sheets cannot tell them apart"
+    where = "where nothing was fitted" if trace.problem.heldout else "at the fitted points, all that there are,"
+    said += f": the error {where} goes from {errors}."
+    if trace.verdict == "incomplete":
+        said += " Something is still missing, or the rig has another formula of it."
+    return said
+
+
+def _digits(value: float | None) -> str:
+    return "?" if value is None else f"{value:.2g}"
+
+
+def _errors_table(answer: Mapping[str, Any]) -> Table:
+    rows = [[kind, row["before"], row["after"], row["floor"]] for kind, row in answer["rms"].items()]
+    note = (
+        "On every third frequency, or the sheets held out, which no fit had; of sheets too short for that on all. A gain "
+        "in dB counts up to a constant."
+    )
+    return Table("Error", ["of", "RMS before", "RMS after", "known to"], rows, note=note)
+
+
+def _tried_table(trace: SheetTrace) -> Table:
+    rows = [
+        [e.effect.name, e.effect.formula, e.effect.equation, round(100 * min(e.judgement.explained, 1), 1),
+         e.judgement.chi2, "named" if e in trace.effects else "no accident" if e.judgement.passes else "may be chance"]
+        for e in trace.tried
+    ]  # fmt: skip
+    note = f"Explained: share of the misfit at frequencies that each fit did not see; named from {rule.NAMED:.0%} on."
+    columns = ["effect", "formula", "equation", "explained [%]", "chi2, not fitted", "the rule says"]
+    return Table("Effects that were fitted", columns, rows, note=note)
+
+
+def _numbers_table(trace: SheetTrace) -> Table:
+    rows = []
+    for each in trace.tried[:_NUMBERS]:
+        fit = trace.final.fit if each in trace.effects else each.fit.fit
+        intervals = effect_intervals(each.effect, fit)
+        for number, values in zip(each.effect.numbers, intervals.values(), strict=True):
+            rows.append([each.effect.name, each.effect.formula, number.name, number.meaning, number.shown, *values])
+    columns = ["effect", "formula", "number", "meaning", "unit", "value", "95 % low", "95 % high"]
+    return Table("Their numbers", columns, rows)
+
+
+def _base_table(trace: SheetTrace) -> Table:
+    rows = []
+    for entry in fitted(trace.problem.rig, trace.final.fit):
+        number = entry.number
+        values = [float(from_si(v, number.unit, number.si)) for v in (number.value, entry.value, entry.low, entry.high)]
+        rows.append([number.name, number.unit, *values, "at an end" if entry.at_bounds else "not told" * entry.unseen])
+    columns = ["number", "unit", "rig file", "fitted", "95 % low", "95 % high", ""]
+    return Table("Numbers of the rig", columns, rows, note="Not told: the interval is as wide as the declared range.")
+
+
+def _figure(trace: SheetTrace, index: int) -> Figure:
+    """Gain and phase of a fitted sheet: stated, and of the model before and after."""
+    sheet = trace.problem.train[index]
+    gain = [Curve("sheet", sheet.f, sheet.gain, "markers")]
+    phase = [Curve("sheet", sheet.f, sheet.phase, "markers")]
+    for label, fit, colour in (("before", trace.base, BEFORE), ("after", trace.final, AFTER)):
+        deviation = fit.model.deviations([sheet], fit.fit.p[None])
+        shift = float(offsets([sheet], deviation)[0, 0])
+        gain.append(Curve(label, sheet.f, sheet.gain + deviation[0][0, :, 0] - shift, color=colour))
+        phase.append(Curve(label, sheet.f, sheet.phase + deviation[0][0, :, 1], color=colour))
+    panels = [Panel("gain [dB]", gain), Panel("phase [deg]", phase, y_step=45.0)]
+    return Figure(_title(sheet), "frequency [Hz]", panels, log_x=True)
+
+
+def _title(sheet: SheetPoints) -> str:
+    signal = SIGNALS[sheet.input]
+    size = float(from_si(sheet.amplitude, signal.unit, signal.si))
+    return f"{sheet.name}: {sheet.output} over {sheet.input}, sines of {size:g} {signal.unit}"

@@ -1,0 +1,155 @@
+"""`jackbench trace SHEET.csv ... --output SIGNAL --rig RIG`: frequency-response sheets as records of a trace."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError, nearest
+from ...base.process_pool import one_blas_thread
+from ...base.signals import SIGNALS
+from ...base.units import quantity, to_si
+from ...identify.fit.solver import Fit
+from ...identify.sheet.problem import SIGMA, SheetProblem, sheet_problem
+from ...identify.sheet.tracer import SheetCandidate, SheetTrace, trace_sheets
+from ...plant.effects import Effect
+from ...records.sheet_points import SheetPoints, named_apart, read_points
+from ...rigs.rig import Rig, load_rig, rig_table, rig_text
+from ..common.fit_result import base_intervals, effect_intervals, rig_as_fitted
+from ..common.numbers import finite
+from ..common.outcome import Outcome, Progress, Stage
+from ..common.rig_out import finish_with_rig
+from ..common.run_folder import metrics_json
+from .sheet_page import sheet_page
+from .study import digest, effects_for
+
+KINDS = ("gain [dB]", "phase [deg]")
+
+
+def trace_command(options: argparse.Namespace, words: list[str]) -> None:
+    """Trace the sheets that the command line names."""
+    rig, sheets = _read(options)
+    sigma = SIGMA if options.sigma is None else tuple(options.sigma)
+    if not all(0 < value < np.inf for value in sigma):
+        raise InputError(f"--sigma {sigma[0]:g} {sigma[1]:g}: both must be above 0")
+    files = [str(file.resolve()) for file in options.effects]
+    rig = replace(rig, effect_files=tuple(dict.fromkeys((*rig.effect_files, *files))))
+    library = effects_for(rig, (), options.without)
+    source = "-".join(dict.fromkeys(sheet.name for sheet in sheets))
+    identity = {
+        "command": "trace",
+        "rig": rig_table(rig),
+        "sheets": {sheet.name: _digest(sheet) for sheet in sheets},
+        "pair": [options.input, options.output],
+        "amplitudes": [sheet.amplitude for sheet in sheets],
+        "sigma": list(sigma),
+        "heldout": sorted(options.heldout),
+        "effects": digest(rig.effect_files),
+        "without": sorted(options.without),
+    }
+    problem = sheet_problem(rig, source, sheets, sigma, options.heldout)
+    finish_with_rig(options, words, source, identity, partial(run_sheet_trace, problem, library))
+
+
+def run_sheet_trace(problem: SheetProblem, library: Sequence[Effect], stage: Stage, progress: Progress) -> Outcome:
+    """Trace sheets to effects of `library`; trace.json and the rig as found, as of a campaign."""
+    with one_blas_thread():
+        trace = trace_sheets(problem, library, progress)
+    answer = sheet_json(trace)
+    page, picture = sheet_page(trace, answer)
+    final = trace.final
+    rig = rig_as_fitted(problem.rig, problem.source, final.fit, [each.effect for each in trace.effects])
+    texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig)}
+    more = {"parameters": base_intervals(problem.rig, final.fit), "sheets": _by_sheet(trace)}
+    return Outcome(answer | more, page, picture, {}, texts)
+
+
+def sheet_json(trace: SheetTrace) -> dict[str, Any]:
+    """The answer by the keys of trace.json."""
+    names = [candidate.effect.name for candidate in trace.effects]
+    return {
+        "verdict": trace.verdict,
+        "effects": [*names, *trace.tied] if trace.verdict == "tied" else names,
+        "equation": trace.equation,
+        "ranking": [_ranked(trace, candidate) for candidate in trace.tried],
+        "chi2": dict(zip(("before", "after"), (finite(judged.chi2) for judged in trace.judged), strict=True)),
+        "rms": _rms(trace, range(len(trace.judged[0].deviations))),
+        "learned": [],
+    }
+
+
+def _ranked(trace: SheetTrace, candidate: SheetCandidate) -> dict[str, Any]:
+    fit: Fit = trace.final.fit if candidate in trace.effects else candidate.fit.fit
+    return {
+        "effect": candidate.effect.name,
+        "formula": candidate.effect.formula,
+        "explained": candidate.judgement.explained,
+        "parameters": effect_intervals(candidate.effect, fit),
+    }
+
+
+def _rms(trace: SheetTrace, which: Sequence[int]) -> dict[str, dict[str, float | None]]:
+    """Errors in dB and degrees on what judges, with what the sheets are known to."""
+    rows = {}
+    for column, (kind, sigma) in enumerate(zip(KINDS, trace.problem.sigma, strict=True)):
+        before, after = (
+            np.concatenate([judged.deviations[index][:, column] for index in which]) for judged in trace.judged
+        )
+        if np.isfinite(before).any():
+            rows[kind] = {"before": _mean(before), "after": _mean(after), "floor": sigma}
+    return rows
+
+
+def _mean(deviations: np.ndarray) -> float | None:
+    return finite(float(np.sqrt(np.nanmean(deviations**2))))
+
+
+def _by_sheet(trace: SheetTrace) -> dict[str, Any]:
+    judges = trace.problem.heldout or trace.problem.train
+    return {sheet.name: _rms(trace, [index]) for index, sheet in enumerate(judges)}
+
+
+def _read(options: argparse.Namespace) -> tuple[Rig, tuple[SheetPoints, ...]]:
+    """The rig and the sheets, each at its amplitude."""
+    paths: list[Path] = options.campaign
+    for name, option in ((options.input, "--input"), (options.output, "--output")):
+        if name is None or name not in SIGNALS or name == "t":
+            known = nearest(name or "", [signal for signal in SIGNALS if signal != "t"])
+            raise InputError(f'{paths[0]}: a sheet needs {option}, a signal, not "{name}"; {known}')
+    if options.rig is None:
+        raise InputError(f"{paths[0]}: a sheet names no rig; add --rig")
+    if options.several:
+        raise InputError(f"{paths[0]}: --several is of campaigns; leave it out")
+    sizes = options.amplitude or [None]
+    if len(sizes) not in (1, len(paths)):
+        raise InputError(f"--amplitude: {len(sizes)} for {len(paths)} sheets; give one, or one a sheet")
+    rig = load_rig(options.rig)
+    sizes = [None if size is None else _size(size, options.input, rig) for size in sizes]
+    sizes = sizes * len(paths) if len(sizes) == 1 else sizes
+    sheets = tuple(
+        read_points(path, size, options.input, options.output) for path, size in zip(paths, sizes, strict=True)
+    )
+    named_apart(sheets)
+    return rig, sheets
+
+
+def _size(text: str, input: str, rig: Rig) -> float:
+    """An amplitude [SI of the input]: a share of full input, text with a unit, or a number in the unit shown."""
+    signal = SIGNALS[input]
+    if text.strip().endswith("%"):
+        full = rig["imax"] if input == "current" else 1.0
+        return full * quantity(text, "1")
+    try:
+        return float(to_si(float(text), signal.unit, signal.si))
+    except ValueError:
+        return quantity(text, signal.si)
+
+
+def _digest(sheet: SheetPoints) -> str:
+    arrays = (sheet.f, sheet.gain, sheet.phase)
+    return sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()[:16]
