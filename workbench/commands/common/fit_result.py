@@ -100,6 +100,12 @@ def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequen
     )
 
 
+def effect_use(effect: Effect, values: Mapping[str, float], source: str) -> EffectUse:
+    """The effect as a rig file declares it, with values SI by name; a number without one is typical."""
+    every = [values.get(number.name, number.typical) for number in effect.numbers]
+    return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, every, source)))
+
+
 def _value(fit: Fit, index: int) -> float:
     free = fit.free[index]
     return min(max(free.value(float(fit.x[index])), free.low), free.high)
@@ -121,9 +127,8 @@ def _refitted(use: EffectUse, numbers: Mapping[str, Number]) -> EffectUse:
 
 def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
     names = [free.name for free in fit.free]
-    fitted_values = {n.name: _value(fit, names.index(effect.key(n.name))) for n in effect.fitted}
-    values = [fitted_values.get(number.name, number.typical) for number in effect.numbers]
-    return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, values, source)))
+    values = {n.name: _value(fit, names.index(effect.key(n.name))) for n in effect.fitted}
+    return effect_use(effect, values, source)
 
 
 def _numbers(specs: Sequence[EffectNumber], values: Sequence[float], source: str) -> Iterable[tuple[str, Number]]:

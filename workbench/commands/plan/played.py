@@ -1,0 +1,58 @@
+"""Records that do not exist yet: an excitation played by the drive of a rig as fitted, as windows of a campaign."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...identify.fit.free_parameters import Candidate
+from ...identify.fit.windows import Windows, cut_windows
+from ...identify.trace.foresight import Foresight, cosines, effects_alone
+from ...identify.trace.problem import EstimationProblem
+from ...plant import build
+from ...records import Record
+from ...records.excitation import Excitation
+from ...rigs.rig import Rig
+from ..common.fit_result import effect_use
+from ..excite.study import DriveSimulation, drive, play
+
+
+def simulated(drive: DriveSimulation, excitation: Excitation, names: tuple[str, ...]) -> Record | None:
+    """The record without noise, with the signals `names` that the campaign compares; None where the rig trips."""
+    run = play(drive, excitation)
+    if run.tripped is not None:
+        return None
+    signals = {name: run.record.signals[name] for name in ("command", *names)}
+    return Record(excitation.name, run.record.t, signals)
+
+
+def windows_of(problem: EstimationProblem, record: Record) -> Windows:
+    """The windows of a further record, compared as the campaign's are."""
+    campaign = problem.campaign
+    beside = (*campaign.train, *campaign.select, *campaign.heldout)
+    return cut_windows(build(problem.rig), [record], problem.floor, beside=beside)
+
+
+def with_effect(rig: Rig, candidate: Candidate) -> Rig:
+    """The rig with an effect at the strength that is asked about."""
+    use = effect_use(candidate.effect, candidate.start, "assumed, to tell it from others")
+    return replace(rig, effects=(*rig.effects, use))
+
+
+def check(
+    problem: EstimationProblem, asked: Foresight, now: np.ndarray, rig: Rig, pair: tuple[int, int], wave: Excitation
+) -> dict[str, float] | None:
+    """The record played with the first effect of a pair on: the cosine with what was recorded then, and which share of
+    what the rig alone misses each effect explains. None where the rig trips with the effect."""
+    first, second = pair
+    record = simulated(drive(with_effect(rig, asked.candidates[first])), wave, problem.train.names)
+    if record is None:
+        return None
+    fit, count = asked.model_fit.fit, len(asked.candidates)
+    k = len(fit.free)
+    shown = [*range(k + count), k + first]  # what the campaign would have missed: the first effect
+    information = now[np.ix_(shown, shown)] + asked.expected(windows_of(problem, record), errors=True)
+    part = [first, second, count]
+    likeness = cosines(effects_alone(information, fit)[np.ix_(part, part)])
+    names = [asked.candidates[place].effect.name for place in pair]
+    shares = {name: float(likeness[place, 2] ** 2) for place, name in enumerate(names)}
+    return {"cosine": float(likeness[0, 1]), **shares}
