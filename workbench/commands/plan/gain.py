@@ -12,66 +12,77 @@ from ..common.fit_result import UNSEEN
 
 ALIKE = 0.7  # cosine from which an effect does half of what the other does to the errors
 _LEAST = 0.01  # fall of a cosine, or of an interval over its range, that is worth a record
-_ALL = 1e-6  # of one less the square of a cosine: two that are the same
+_HALF = 0.5  # of what the best record tells apart, of a pair: a record that tells as much is as good
+_NEAR = 1.25  # times the interval that the best record leaves
 
 
 @dataclass(frozen=True)
-class Question:
-    """A pair of effects or a number, with how little is known `now` (cosine, or interval over the range) and `after`
-    each record, by name; `places` in the effects or numbers."""
+class Pair:
+    """Two effects, by place and name: the cosine now and after each record, and the information that tells them apart
+    (squared errors over sigma that the wrong one leaves, at least), now under ""."""
 
-    names: tuple[str, ...]
-    places: tuple[int, ...]
-    now: float
+    places: tuple[int, int]
+    names: tuple[str, str]
+    cosine: float
+    after: Mapping[str, float]
+    apart: Mapping[str, float]
+
+    def best(self, worth: Mapping[str, float]) -> str | None:
+        """The record of most worth that splits them about as far as any; None where none helps."""
+        falls = {name: 1 - cosine**2 for name, cosine in self.after.items() if cosine < self.cosine - _LEAST}
+        far = [name for name, share in falls.items() if share >= _HALF * max(falls.values())]
+        return max(far, key=lambda name: worth[name], default=None)
+
+
+@dataclass(frozen=True)
+class UnseenNumber:
+    """A number that the records do not tell: its 95 % interval over its range, now and after each record."""
+
+    place: int
+    name: str
+    share: float
     after: Mapping[str, float]
 
-    @property
-    def best(self) -> str | None:
-        """The record that leaves least open; None where none helps."""
-        name = min(self.after, key=lambda each: self.after[each], default=None)
-        return name if name is not None and self.after[name] < self.now - _LEAST else None
+    def best(self, worth: Mapping[str, float]) -> str | None:
+        """The record of most worth that leaves about the shortest interval; None where none helps."""
+        falls = {name: share for name, share in self.after.items() if share < self.share - _LEAST}
+        near = [name for name, share in falls.items() if share <= _NEAR * min(falls.values())]
+        return max(near, key=lambda name: worth[name], default=None)
 
 
-def pairs(asked: Foresight, now: np.ndarray, added: Mapping[str, np.ndarray]) -> list[Question]:
+def pairs(asked: Foresight, now: np.ndarray, added: Mapping[str, np.ndarray]) -> list[Pair]:
     """Every two effects that look alike now, most first."""
     fit, names = asked.model_fit.fit, [candidate.effect.name for candidate in asked.candidates]
-    before = cosines(effects_alone(now, fit))
-    after = {name: cosines(effects_alone(now + more, fit)) for name, more in added.items()}
-    questions = [
-        Question((names[i], names[j]), (i, j), float(before[i, j]), _finite({n: c[i, j] for n, c in after.items()}))
-        for i, j in combinations(range(len(names)), 2)
-        if before[i, j] >= ALIKE
-    ]
-    return sorted(questions, key=lambda question: -question.now)
+    alone = {"": effects_alone(now, fit)} | {name: effects_alone(now + more, fit) for name, more in added.items()}
+    likeness = {name: cosines(products) for name, products in alone.items()}
+    alike = []
+    for i, j in combinations(range(len(names)), 2):
+        if likeness[""][i, j] >= ALIKE:
+            after = {name: float(cosine[i, j]) for name, cosine in likeness.items() if np.isfinite(cosine[i, j])}
+            apart = {name: (1 - after[name] ** 2) * min(alone[name][i, i], alone[name][j, j]) for name in after}
+            alike.append(Pair((i, j), (names[i], names[j]), after.pop(""), after, apart))
+    return sorted(alike, key=lambda pair: -pair.cosine)
 
 
-def numbers(fit: Fit, added: Mapping[str, np.ndarray], kappa: float) -> list[Question]:
+def unseen_numbers(fit: Fit, added: Mapping[str, np.ndarray], kappa: float) -> list[UnseenNumber]:
     """Every number whose 95 % interval leaves it anywhere in its range."""
     after = {name: _shares(sharpened(fit, more, kappa)) for name, more in added.items()}
     return [
-        Question((free.name,), (place,), share, _finite({n: shares[place] for n, shares in after.items()}))
+        UnseenNumber(place, free.name, share, {name: shares[place] for name, shares in after.items()})
         for place, (free, share) in enumerate(zip(fit.free, _shares(fit), strict=True))
         if share >= UNSEEN
     ]
 
 
-def worth(record: str, alike: Sequence[Question], unseen: Sequence[Question], fit: Fit, sharper: Fit) -> float:
+def worth(record: str, alike: Sequence[Pair], unseen: Sequence[UnseenNumber], fit: Fit, sharper: Fit) -> float:
     """Information of a record [nats]: on which effect of each pair it is, and on the numbers that are not told."""
-    split = sum(_apart(question.after.get(record, question.now)) - _apart(question.now) for question in alike)
-    places = [question.places[0] for question in unseen]
+    split = sum(np.log((1 + pair.apart.get(record, pair.apart[""])) / (1 + pair.apart[""])) for pair in alike)
+    places = [number.place for number in unseen]
     volumes = [np.linalg.slogdet(each.covariance[np.ix_(places, places)])[1] for each in (fit, sharper)]
     return 0.5 * float(split + volumes[0] - volumes[1])
-
-
-def _apart(cosine: float) -> float:
-    return float(np.log(max(1 - cosine**2, _ALL)))
 
 
 def _shares(fit: Fit) -> list[float]:
     """Interval over range of each number."""
     ends = [fit.interval(index) for index in range(len(fit.free))]
     return [(high - low) / (free.high - free.low) for free, (low, high) in zip(fit.free, ends, strict=True)]
-
-
-def _finite(values: Mapping[str, float]) -> dict[str, float]:
-    return {name: float(value) for name, value in values.items() if np.isfinite(value)}

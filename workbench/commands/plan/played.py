@@ -49,8 +49,11 @@ def check(
         return None
     fit, count = asked.model_fit.fit, len(asked.candidates)
     k = len(fit.free)
-    shown = [*range(k + count), k + first]  # what the campaign would have missed: the first effect
-    information = now[np.ix_(shown, shown)] + asked.expected(windows_of(problem, record), errors=True)
+    missed, sign = [*range(k + count), k + first], np.ones(k + count + 1)
+    sign[-1] = -1.0  # what the campaign would have missed: a prediction without the first effect, less one with it
+    information = now[np.ix_(missed, missed)] * np.outer(sign, sign) + asked.expected(
+        windows_of(problem, record), errors=True
+    )
     part = [first, second, count]
     likeness = cosines(effects_alone(information, fit)[np.ix_(part, part)])
     names = [asked.candidates[place].effect.name for place in pair]

@@ -24,7 +24,7 @@ from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
 from ..trace.study import effects_for
 from .family import PlannedRecord, family, planned
-from .gain import Question, numbers, pairs, worth
+from .gain import Pair, UnseenNumber, pairs, unseen_numbers, worth
 from .page import plan_page
 from .played import check, simulated, windows_of
 
@@ -53,15 +53,14 @@ def run_plan(
         known = _fitted(campaign, rig, [effect for effect in every if applies(effect, rig)], stage, progress)
         records, added = _expected(known, stage, progress)
         fit, kappa = known.asked.model_fit.fit, known.problem.kappa
-        alike, unseen = pairs(known.asked, known.now, added), numbers(fit, added, kappa)
-        checks = _checks(known, alike, records, stage, progress)
-    gains = {name: worth(name, alike, unseen, fit, sharpened(fit, more, kappa)) for name, more in added.items()}
-    chosen = sorted({q.best for q in (*alike, *unseen) if q.best}, key=lambda name: -gains[name])
-    metrics: dict[str, Any] = {
-        "pairs": [_pair_json(question, checks) for question in alike],
-        "numbers": [_number_json(question) for question in unseen],
-        "records": [_record_json(records[name], gains[name], alike, unseen) for name in chosen],
-    }
+        alike, unseen = pairs(known.asked, known.now, added), unseen_numbers(fit, added, kappa)
+        gains = {name: worth(name, alike, unseen, fit, sharpened(fit, more, kappa)) for name, more in added.items()}
+        checks = _checks(known, alike, gains, records, stage, progress)
+    rows = [_pair_json(pair, gains, checks) for pair in alike], [_number_json(number, gains) for number in unseen]
+    best = {row["best"] for part in rows for row in part if row["best"]}
+    chosen = sorted(best, key=lambda name: -gains[name])
+    listed = [_record_json(records[name], gains[name], *rows) for name in chosen]
+    metrics = {"pairs": rows[0], "numbers": rows[1], "records": listed}
     page, picture = plan_page(known.problem, metrics, records)
     return Outcome(metrics, page, picture, files={f"{n}.csv": excitation_text(records[n].played) for n in chosen})
 
@@ -115,54 +114,58 @@ def _expected(
 
 
 def _checks(
-    known: _Campaign, alike: Sequence[Question], records: Mapping[str, PlannedRecord], stage: Stage, progress: Progress
-) -> dict[tuple[str, ...], Any]:
+    known: _Campaign,
+    alike: Sequence[Pair],
+    gains: Mapping[str, float],
+    records: Mapping[str, PlannedRecord],
+    stage: Stage,
+    progress: Progress,
+) -> dict[tuple[str, str], Any]:
     """For each pair its record played with the first effect on."""
     checks = {}
-    for question in alike:
-        if question.best:
-            first, second = question.places
-            wave = records[question.best].played
-            progress(f"{question.best} with {question.names[0]} on")
-            checks[question.names] = stage(
-                f"check-{'-'.join(question.names)}",
-                lambda wave=wave, pair=(first, second): {
-                    "played": check(known.problem, known.asked, known.now, known.rig, pair, wave)
-                },
-            )["played"]
+    for pair in alike:
+        if best := pair.best(gains):
+            progress(f"{best} with {pair.names[0]} on")
+
+            def compute(pair: Pair = pair, best: str = best) -> dict[str, Any]:
+                wave = records[best].played
+                return {"played": check(known.problem, known.asked, known.now, known.rig, pair.places, wave)}
+
+            checks[pair.names] = stage(f"check-{'-'.join(pair.names)}", compute)["played"]
     return checks
 
 
-def _pair_json(question: Question, checks: Mapping[tuple[str, ...], Any]) -> dict[str, Any]:
+def _pair_json(pair: Pair, gains: Mapping[str, float], checks: Mapping[tuple[str, str], Any]) -> dict[str, Any]:
+    """`played`: the cosine with the record as played with the first effect on, and what each explains then."""
     return {
-        "effects": list(question.names),
-        "cosine": question.now,
-        "after": dict(question.after),
-        "best": question.best,
-        "played": checks.get(question.names),
+        "effects": list(pair.names),
+        "cosine": pair.cosine,
+        "after": dict(pair.after),
+        "best": pair.best(gains),
+        "played": checks.get(pair.names),
     }
 
 
-def _number_json(question: Question) -> dict[str, Any]:
+def _number_json(number: UnseenNumber, gains: Mapping[str, float]) -> dict[str, Any]:
     """`share`: 95 % interval over the declared range."""
     return {
-        "number": question.names[0],
-        "share": question.now,
-        "after": dict(question.after),
-        "best": question.best,
+        "number": number.name,
+        "share": number.share,
+        "after": dict(number.after),
+        "best": number.best(gains),
     }
 
 
 def _record_json(
-    record: PlannedRecord, information: float, alike: Sequence[Question], unseen: Sequence[Question]
+    record: PlannedRecord, information: float, alike: Sequence[Mapping[str, Any]], unseen: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
     design = record.design
     return {
         "record": record.name,
         "file": f"{record.name}.csv",
         "information": information,
-        "splits": [list(question.names) for question in alike if question.best == record.name],
-        "tells": [question.names[0] for question in unseen if question.best == record.name],
+        "splits": [row["effects"] for row in alike if row["best"] == record.name],
+        "tells": [row["number"] for row in unseen if row["best"] == record.name],
         "kind": design.kind,
         "signal": design.signal,
         "peak": record.peak,
