@@ -18,7 +18,7 @@ _FASTEST = 0.2  # of the control rate, the highest line
 
 @dataclass(frozen=True)
 class PlannedRecord:
-    """A member of the family as the rig takes it: what `jackbench excite` would be asked, and what the drive plays."""
+    """A member of the family as the rig takes it: what `jackbench excite` is asked for, and what the drive plays."""
 
     name: str
     design: Design

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from ...identify.fit.solver import Fit
-from ...identify.trace.foresight import Foresight, cosines, effects_alone, sharpened
+from ...identify.trace.information import EffectInformation, cosines, effects_alone, sharpened
 from ..common.fit_result import UNSEEN
 
 ALIKE = 0.7  # cosine from which an effect does half of what the other does to the errors
@@ -50,9 +50,9 @@ class UnseenNumber:
         return max(near, key=lambda name: worth[name], default=None)
 
 
-def pairs(asked: Foresight, now: np.ndarray, added: Mapping[str, np.ndarray]) -> list[Pair]:
+def pairs(effects: EffectInformation, now: np.ndarray, added: Mapping[str, np.ndarray]) -> list[Pair]:
     """Every two effects that look alike now, most first."""
-    fit, names = asked.model_fit.fit, [candidate.effect.name for candidate in asked.candidates]
+    fit, names = effects.model_fit.fit, [candidate.effect.name for candidate in effects.candidates]
     alone = {"": effects_alone(now, fit)} | {name: effects_alone(now + more, fit) for name, more in added.items()}
     likeness = {name: cosines(products) for name, products in alone.items()}
     alike = []

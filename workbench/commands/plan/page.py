@@ -1,12 +1,13 @@
 """The report of a plan: which record splits which pair and shows which number, and what is to be played."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
+from ...identify.fit.free_parameters import Candidate
 from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
@@ -27,21 +28,24 @@ _PLAY = (
 
 
 def plan_page(
-    problem: EstimationProblem, metrics: Mapping[str, Any], records: Mapping[str, PlannedRecord]
+    problem: EstimationProblem,
+    candidates: Sequence[Candidate],
+    metrics: Mapping[str, Any],
+    records: Mapping[str, PlannedRecord],
 ) -> tuple[Page, Figure]:
-    """The page, and the figure of what is to be played."""
-    picture = _waves([records[row["record"]] for row in metrics["records"]] or list(records.values())[:1])
-    name = problem.campaign.path.resolve().name
-    sections = [Section("What to record next", [_records_table(metrics), _PLAY, picture])]
-    if metrics["pairs"]:
-        sections.append(
-            Section("Effects that look alike", [_pairs_table(metrics), _HOW, _every_table(metrics, "pairs")])
-        )
+    """The page, and its telling figure: the cosines, or what is to be played where no effects look alike."""
+    waves = _waves([records[row["record"]] for row in metrics["records"]])
+    name, pairs = problem.campaign.path.resolve().name, metrics["pairs"]
+    sections = [Section("What to record next", [_records_table(metrics), _PLAY, waves] if metrics["records"] else [])]
+    if pairs:
+        strengths = _strengths_table([each for each in candidates if each.effect.name in _names(pairs)])
+        tables = [_pairs_table(metrics), _HOW, _every_table(metrics, "pairs"), strengths]
+        sections.append(Section("Effects that look alike", [_cosines(pairs), *tables]))
     if metrics["numbers"]:
-        sections.append(
-            Section("Numbers that are not told", [_numbers_table(metrics), _every_table(metrics, "numbers")])
-        )
-    return Page(f"What to record next of {problem.rig.name}, after {name}", _verdict(name, metrics), sections), picture
+        tables = [_numbers_table(metrics), _every_table(metrics, "numbers")]
+        sections.append(Section("Numbers that are not told", tables))
+    picture = _cosines(pairs) if pairs else waves
+    return Page(f"What to record next on {problem.rig.name}, after {name}", _verdict(name, metrics), sections), picture
 
 
 def _verdict(name: str, metrics: Mapping[str, Any]) -> str:
@@ -66,7 +70,8 @@ def _gives(row: Mapping[str, Any], metrics: Mapping[str, Any]) -> str:
         pair = min(pairs, key=lambda pair: pair["after"][row["record"]] - pair["cosine"])
         a, b = pair["effects"]
         after = pair["after"][row["record"]]
-        return f"{row['file']}, which tells {a} from {b} (cosine {pair['cosine']:.2f}, then {after:.2f})"
+        more = f" and {_count(len(pairs) - 1, 'pair')} more" if len(pairs) > 1 else ""
+        return f"{row['file']}, which tells {a} from {b} (cosine {pair['cosine']:.2f}, then {after:.2f}){more}"
     return f"{row['file']}, which tells {', '.join(row['tells'])}"
 
 
@@ -97,8 +102,9 @@ def _pairs_table(metrics: Mapping[str, Any]) -> Table:
     for pair in metrics["pairs"]:
         best, played = pair["best"], pair["played"]
         shares = [f"{100 * played[name]:.0f} %" for name in pair["effects"]] if played else ["", ""]
-        after = pair["after"][best] if best else None
-        rows.append([*pair["effects"], pair["cosine"], best or "none", after, played and played["cosine"], *shares])
+        cosines = pair["cosine"], pair["after"][best] if best else None, played and played["cosine"]
+        now, *later = (None if value is None else round(value, 3) for value in cosines)
+        rows.append([*pair["effects"], now, best or "none", *later, *shares])
     head = ["effect", "other", "cosine now", "record", "cosine after", "as played", "effect explains", "other explains"]
     return Table("Pair, record, cosine", head, rows)
 
@@ -124,6 +130,38 @@ def _every_table(metrics: Mapping[str, Any], what: str) -> Table:
     ]
     title = "Cosine after each record" if what == "pairs" else "Interval over range after each record"
     return Table(title, ["", *names], rows)
+
+
+def _names(pairs: Sequence[Mapping[str, Any]]) -> set[str]:
+    return {name for pair in pairs for name in pair["effects"]}
+
+
+def _strengths_table(candidates: Sequence[Candidate]) -> Table:
+    """At which strength effects are compared."""
+    rows = []
+    for candidate in candidates:
+        for number in candidate.effect.numbers:
+            value = float(from_si(candidate.start[number.name], number.shown, number.si))
+            rows.append([candidate.effect.name, candidate.effect.formula, number.name, value, number.shown])
+    note = "As the misfit has it where the effect explains a part of that, else typical."
+    return Table("Effects as they are compared", ["effect", "formula", "number", "value", "unit"], rows, note=note)
+
+
+def _cosines(pairs: Sequence[Mapping[str, Any]]) -> Figure:
+    """Cosine of every pair now, after its best record, and as played."""
+    places = np.arange(1.0, len(pairs) + 1)
+    values = {
+        "now": [pair["cosine"] for pair in pairs],
+        "after its record, expected": [pair["after"][pair["best"]] if pair["best"] else np.nan for pair in pairs],
+        "as played with the first effect on": [
+            pair["played"]["cosine"] if pair["played"] else np.nan for pair in pairs
+        ],
+    }
+    curves = [Curve(name, places, np.array(cosine), "markers") for name, cosine in values.items()]
+    marks = (Mark(ALIKE, "alike"),)
+    panel = Panel("cosine [1]", curves, y_range=(-0.05, 1.05), marks=marks)
+    names = [" / ".join(pair["effects"]) for pair in pairs]
+    return Figure("How alike effects look, now and after the next record", "pair", [panel], x_names=names)
 
 
 def _waves(records: list[PlannedRecord]) -> Figure:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...identify.fit.free_parameters import Candidate
 from ...identify.fit.windows import Windows, cut_windows
-from ...identify.trace.foresight import Foresight, cosines, effects_alone
+from ...identify.trace.information import EffectInformation, cosines, effects_alone
 from ...identify.trace.problem import EstimationProblem
 from ...plant import build
 from ...records import Record
@@ -33,29 +33,34 @@ def windows_of(problem: EstimationProblem, record: Record) -> Windows:
 
 
 def with_effect(rig: Rig, candidate: Candidate) -> Rig:
-    """The rig with an effect at the strength that is asked about."""
+    """The rig with an effect at the strength that it is compared at."""
     use = effect_use(candidate.effect, candidate.start, "assumed, to tell it from others")
     return replace(rig, effects=(*rig.effects, use))
 
 
 def check(
-    problem: EstimationProblem, asked: Foresight, now: np.ndarray, rig: Rig, pair: tuple[int, int], wave: Excitation
+    problem: EstimationProblem,
+    effects: EffectInformation,
+    now: np.ndarray,
+    rig: Rig,
+    pair: tuple[int, int],
+    wave: Excitation,
 ) -> dict[str, float] | None:
     """The record played with the first effect of a pair on: the cosine with what was recorded then, and which share of
     what the rig alone misses each effect explains. None where the rig trips with the effect."""
     first, second = pair
-    record = simulated(drive(with_effect(rig, asked.candidates[first])), wave, problem.train.names)
+    record = simulated(drive(with_effect(rig, effects.candidates[first])), wave, problem.train.names)
     if record is None:
         return None
-    fit, count = asked.model_fit.fit, len(asked.candidates)
+    fit, count = effects.model_fit.fit, len(effects.candidates)
     k = len(fit.free)
     missed, sign = [*range(k + count), k + first], np.ones(k + count + 1)
     sign[-1] = -1.0  # what the campaign would have missed: a prediction without the first effect, less one with it
-    information = now[np.ix_(missed, missed)] * np.outer(sign, sign) + asked.expected(
+    information = now[np.ix_(missed, missed)] * np.outer(sign, sign) + effects.of_further(
         windows_of(problem, record), errors=True
     )
     part = [first, second, count]
     likeness = cosines(effects_alone(information, fit)[np.ix_(part, part)])
-    names = [asked.candidates[place].effect.name for place in pair]
+    names = [effects.candidates[place].effect.name for place in pair]
     shares = {name: float(likeness[place, 2] ** 2) for place, name in enumerate(names)}
     return {"cosine": float(likeness[0, 1]), **shares}

@@ -10,7 +10,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...identify.trace import rule as decide
-from ...identify.trace.foresight import Foresight, alternatives, foresight, sharpened
+from ...identify.trace.information import EffectInformation, alternatives, effect_information, sharpened
 from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.trace.refit import FittedModel, fit_rig
 from ...identify.trace.shortlist import score_effects, unpacked_shortlist
@@ -24,17 +24,18 @@ from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
 from ..trace.study import effects_for
 from .family import PlannedRecord, family, planned
-from .gain import Pair, UnseenNumber, pairs, unseen_numbers, worth
+from .gain import Pair, pairs, unseen_numbers, worth
+from .metrics import plan_metrics
 from .page import plan_page
 from .played import check, simulated, windows_of
 
 
 @dataclass(frozen=True, eq=False)
-class _Campaign:
-    """A campaign whose rig is fitted: what is asked about it, the rig as fitted, what it tells now."""
+class _FittedCampaign:
+    """A campaign whose rig is fitted: the effects that this may lack, the rig as fitted, what the records tell now."""
 
     problem: EstimationProblem
-    asked: Foresight
+    effects: EffectInformation
     rig: Rig
     now: np.ndarray
 
@@ -42,7 +43,7 @@ class _Campaign:
 def run_plan(
     campaign: Campaign, rig: Rig, stage: Stage, progress: Progress, library: Sequence[Effect] | None = None
 ) -> Outcome:
-    """Plan the next records of a campaign; `library` are the effects that are told apart, else all that are known.
+    """Plan the next records of a campaign; `library` are the effects to tell apart, else all that are known.
 
     Raises InputError for a rig without a position sensor, which its drive needs.
     """
@@ -50,32 +51,31 @@ def run_plan(
         raise InputError(f"rig {rig.name}: no position sensor, which its drive needs; add [sensors.position]")
     every = effects_for(rig) if library is None else library
     with one_blas_thread():
-        known = _fitted(campaign, rig, [effect for effect in every if applies(effect, rig)], stage, progress)
-        records, added = _expected(known, stage, progress)
-        fit, kappa = known.asked.model_fit.fit, known.problem.kappa
-        alike, unseen = pairs(known.asked, known.now, added), unseen_numbers(fit, added, kappa)
+        fitted = _fitted(campaign, rig, [effect for effect in every if applies(effect, rig)], stage, progress)
+        records, added = _expected(fitted, stage, progress)
+        fit, kappa = fitted.effects.model_fit.fit, fitted.problem.kappa
+        alike, unseen = pairs(fitted.effects, fitted.now, added), unseen_numbers(fit, added, kappa)
         gains = {name: worth(name, alike, unseen, fit, sharpened(fit, more, kappa)) for name, more in added.items()}
-        checks = _checks(known, alike, gains, records, stage, progress)
-    rows = [_pair_json(pair, gains, checks) for pair in alike], [_number_json(number, gains) for number in unseen]
-    best = {row["best"] for part in rows for row in part if row["best"]}
-    chosen = sorted(best, key=lambda name: -gains[name])
-    listed = [_record_json(records[name], gains[name], *rows) for name in chosen]
-    metrics = {"pairs": rows[0], "numbers": rows[1], "records": listed}
-    page, picture = plan_page(known.problem, metrics, records)
-    return Outcome(metrics, page, picture, files={f"{n}.csv": excitation_text(records[n].played) for n in chosen})
+        checks = _checks(fitted, alike, gains, records, stage, progress)
+    metrics = plan_metrics(alike, unseen, gains, records, checks)
+    page, picture = plan_page(fitted.problem, fitted.effects.candidates, metrics, records)
+    files = {row["file"]: excitation_text(records[row["record"]].played) for row in metrics["records"]}
+    return Outcome(metrics, page, picture, _tables(metrics, records), files)
 
 
-def _fitted(campaign: Campaign, rig: Rig, library: Sequence[Effect], stage: Stage, progress: Progress) -> _Campaign:
+def _fitted(
+    campaign: Campaign, rig: Rig, library: Sequence[Effect], stage: Stage, progress: Progress
+) -> _FittedCampaign:
     problem = estimation_problem(campaign, rig)
     if problem.large:
         problem = problem.only(stage("windows", problem.chosen))
     progress("fit of the rig's numbers")
     model_fit = unpacked(stage("base", lambda: packed(fit_rig(problem))), problem, ())
     ranked = _ranked(problem, model_fit, library, stage, progress)
-    asked = foresight(problem, model_fit, alternatives(ranked, library))
-    progress(f"{len(asked.candidates)} effects: what the campaign tells of them")
-    now = stage("now", lambda: {"information": asked.now(problem.train)})["information"]
-    return _Campaign(problem, asked, fitted_rig(problem, model_fit), now)
+    effects = effect_information(problem, model_fit, alternatives(ranked, library))
+    progress(f"{len(effects.candidates)} effects: what the campaign tells of them")
+    now = stage("now", lambda: {"information": effects.of_fit(problem.train)})["information"]
+    return _FittedCampaign(problem, effects, fitted_rig(problem, model_fit), now)
 
 
 def _ranked(
@@ -90,31 +90,31 @@ def _ranked(
 
 
 def _expected(
-    known: _Campaign, stage: Stage, progress: Progress
+    fitted: _FittedCampaign, stage: Stage, progress: Progress
 ) -> tuple[dict[str, PlannedRecord], dict[str, np.ndarray]]:
     """The records of the family that the rig takes, and the information of each."""
-    ready, records, added = drive(known.rig), {}, {}
-    for name, design in family(known.rig).items():
+    ready, records, added = drive(fitted.rig), {}, {}
+    for name, design in family(fitted.rig).items():
 
         def compute(name: str = name, design: Any = design) -> dict[str, Any]:
             record = planned(ready, name, design)
-            log = record and simulated(ready, record.played, known.problem.train.names)
+            log = record and simulated(ready, record.played, fitted.problem.train.names)
             if record is None or log is None:
                 return {}
-            information = known.asked.expected(windows_of(known.problem, log))
+            information = fitted.effects.of_further(windows_of(fitted.problem, log))
             waves = {"reference": record.played.reference, "command": record.played.command}
             return {"information": information, **waves}
 
         progress(f"{name}: in simulation")
         stored = stage(f"record-{name}", compute)
         if stored:
-            played = Excitation(name, known.rig.period.value, stored["reference"], stored["command"])
+            played = Excitation(name, fitted.rig.period.value, stored["reference"], stored["command"])
             records[name], added[name] = PlannedRecord(name, design, played), stored["information"]
     return records, added
 
 
 def _checks(
-    known: _Campaign,
+    fitted: _FittedCampaign,
     alike: Sequence[Pair],
     gains: Mapping[str, float],
     records: Mapping[str, PlannedRecord],
@@ -129,46 +129,17 @@ def _checks(
 
             def compute(pair: Pair = pair, best: str = best) -> dict[str, Any]:
                 wave = records[best].played
-                return {"played": check(known.problem, known.asked, known.now, known.rig, pair.places, wave)}
+                played = check(fitted.problem, fitted.effects, fitted.now, fitted.rig, pair.places, wave)
+                return {"played": played}
 
             checks[pair.names] = stage(f"check-{'-'.join(pair.names)}", compute)["played"]
     return checks
 
 
-def _pair_json(pair: Pair, gains: Mapping[str, float], checks: Mapping[tuple[str, str], Any]) -> dict[str, Any]:
-    """`played`: the cosine with the record as played with the first effect on, and what each explains then."""
+def _tables(metrics: Mapping[str, Any], records: Mapping[str, PlannedRecord]) -> dict[str, dict[str, np.ndarray]]:
+    """What is to be played, by file."""
+    waves = {row["record"]: records[row["record"]].played for row in metrics["records"]}
     return {
-        "effects": list(pair.names),
-        "cosine": pair.cosine,
-        "after": dict(pair.after),
-        "best": pair.best(gains),
-        "played": checks.get(pair.names),
-    }
-
-
-def _number_json(number: UnseenNumber, gains: Mapping[str, float]) -> dict[str, Any]:
-    """`share`: 95 % interval over the declared range."""
-    return {
-        "number": number.name,
-        "share": number.share,
-        "after": dict(number.after),
-        "best": number.best(gains),
-    }
-
-
-def _record_json(
-    record: PlannedRecord, information: float, alike: Sequence[Mapping[str, Any]], unseen: Sequence[Mapping[str, Any]]
-) -> dict[str, Any]:
-    design = record.design
-    return {
-        "record": record.name,
-        "file": f"{record.name}.csv",
-        "information": information,
-        "splits": [row["effects"] for row in alike if row["best"] == record.name],
-        "tells": [row["number"] for row in unseen if row["best"] == record.name],
-        "kind": design.kind,
-        "signal": design.signal,
-        "peak": record.peak,
-        "seconds": design.seconds * design.repeat,
-        "band": None if design.band is None else list(design.band),
+        name: {"t [s]": wave.t, "reference [m]": wave.reference, "command [1]": wave.command}
+        for name, wave in waves.items()
     }

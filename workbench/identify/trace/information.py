@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, at_strength, model_with
 from ..fit.initial_states import fit_states
@@ -36,18 +37,18 @@ def alternatives(ranked: Sequence[tuple[Candidate, float]], library: Sequence[Ef
 
 
 @dataclass(frozen=True, eq=False)
-class Foresight:
+class EffectInformation:
     """A fitted rig, and the effects [e] that it may lack, each with its model."""
 
     model_fit: FittedModel
     candidates: tuple[Candidate, ...]
     models: tuple[Model, ...]
 
-    def now(self, windows: Windows) -> np.ndarray:
+    def of_fit(self, windows: Windows) -> np.ndarray:
         """The information [k + e, k + e] of the windows that were fitted; NaN of an effect that cannot be simulated."""
         return self._information(windows, self.model_fit.fit.x0, errors=False)
 
-    def expected(self, windows: Windows, errors: bool = False) -> np.ndarray:
+    def of_further(self, windows: Windows, errors: bool = False) -> np.ndarray:
         """The information of further windows, their initial states fitted; `errors`: these as one more column."""
         model, p = self.model_fit.model, self.model_fit.fit.p
         x0, _ = fit_states(model, windows, model.starts(windows, p), p, _STATE_ROUNDS)
@@ -72,15 +73,20 @@ class Foresight:
 
     def _change(self, place: int, windows: Windows, fit: Fit, plain: Sequence[np.ndarray]) -> Sequence[np.ndarray]:
         candidate, base = self.candidates[place], self.model_fit.model
-        change = effect_change(self.models[place], base, windows, fit, candidate.effect, candidate.start, plain)
+        try:
+            change = effect_change(self.models[place], base, windows, fit, candidate.effect, candidate.start, plain)
+        except InputError:  # no operating point from which its own states could start
+            change = None
         return [np.full_like(part, np.nan) for part in plain] if change is None else change
 
 
-def foresight(problem: EstimationProblem, model_fit: FittedModel, candidates: Sequence[Candidate]) -> Foresight:
+def effect_information(
+    problem: EstimationProblem, model_fit: FittedModel, candidates: Sequence[Candidate]
+) -> EffectInformation:
     """What tells of these effects about a fit."""
     names, known = problem.train.names, model_fit.effects
     models = [model_with(problem.rig, (*known, each.effect), names, brief=True) for each in candidates]
-    return Foresight(model_fit, tuple(candidates), tuple(models))
+    return EffectInformation(model_fit, tuple(candidates), tuple(models))
 
 
 def effects_alone(information: np.ndarray, fit: Fit) -> np.ndarray:
