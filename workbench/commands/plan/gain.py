@@ -12,7 +12,7 @@ from ..common.fit_result import UNSEEN
 
 ALIKE = 0.7  # cosine from which an effect does half of what the other does to the errors
 _LEAST = 0.01  # fall of a cosine, or of an interval over its range, that is worth a record
-_HALF = 0.5  # of what the best record tells apart, of a pair: a record that tells as much is as good
+_MOST = 0.8  # of what the best record tells apart, of a pair: a record that tells as much is as good
 _NEAR = 1.25  # times the interval that the best record leaves
 
 
@@ -27,11 +27,17 @@ class Pair:
     after: Mapping[str, float]
     apart: Mapping[str, float]
 
-    def best(self, worth: Mapping[str, float]) -> str | None:
-        """The record of most worth that splits them about as far as any; None where none helps."""
-        falls = {name: 1 - cosine**2 for name, cosine in self.after.items() if cosine < self.cosine - _LEAST}
-        far = [name for name, share in falls.items() if share >= _HALF * max(falls.values())]
-        return max(far, key=lambda name: worth[name], default=None)
+    def helpful(self, worth: Mapping[str, float]) -> list[str]:
+        """The records that split them: first those that do about as far as any, of most worth first, then the others,
+        the furthest first."""
+        falls = {name: 1 - cosine**2 for name, cosine in self.after.items() if self.falls(cosine)}
+        far = [name for name, share in falls.items() if share >= _MOST * max(falls.values())]
+        others = sorted(falls.keys() - set(far), key=lambda name: -falls[name])
+        return sorted(far, key=lambda name: -worth[name]) + others
+
+    def falls(self, cosine: float) -> bool:
+        """Whether a cosine is below that of now, by more than is not worth a record."""
+        return cosine < self.cosine - _LEAST
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,19 @@
 """The numbers of a plan by the keys of metrics.json."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from .family import PlannedRecord
 from .gain import Pair, UnseenNumber
+
+
+@dataclass(frozen=True)
+class Check:
+    """The record of a pair as played with the first effect on: the cosine then, and what each effect explains."""
+
+    record: str
+    played: Mapping[str, float]
 
 
 def plan_metrics(
@@ -12,10 +21,10 @@ def plan_metrics(
     unseen: Sequence[UnseenNumber],
     gains: Mapping[str, float],
     records: Mapping[str, PlannedRecord],
-    checks: Mapping[tuple[str, str], Any],
+    checks: Mapping[tuple[str, str], Check],
 ) -> dict[str, Any]:
     """Pairs, numbers, and the records that are best for one, those of most information first."""
-    pairs = [_pair_json(pair, gains, checks) for pair in alike]
+    pairs = [_pair_json(pair, checks.get(pair.names)) for pair in alike]
     numbers = [_number_json(number, gains) for number in unseen]
     best = {row["best"] for row in (*pairs, *numbers) if row["best"]}
     chosen = sorted(best, key=lambda name: -gains[name])
@@ -23,14 +32,13 @@ def plan_metrics(
     return {"pairs": pairs, "numbers": numbers, "records": listed}
 
 
-def _pair_json(pair: Pair, gains: Mapping[str, float], checks: Mapping[tuple[str, str], Any]) -> dict[str, Any]:
-    """`played`: the cosine with the record as played with the first effect on, and what each explains then."""
+def _pair_json(pair: Pair, check: Check | None) -> dict[str, Any]:
     return {
         "effects": list(pair.names),
         "cosine": pair.cosine,
         "after": dict(pair.after),
-        "best": pair.best(gains),
-        "played": checks.get(pair.names),
+        "best": check and check.record,
+        "played": check and dict(check.played),
     }
 
 

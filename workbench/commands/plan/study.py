@@ -25,9 +25,11 @@ from ..excite.study import drive
 from ..trace.study import effects_for
 from .family import PlannedRecord, family, planned
 from .gain import Pair, pairs, unseen_numbers, worth
-from .metrics import plan_metrics
+from .metrics import Check, plan_metrics
 from .page import plan_page
 from .played import check, simulated, windows_of
+
+_PLAYED = 3  # records of a pair that are played with an effect on, until one splits it
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,19 +122,22 @@ def _checks(
     records: Mapping[str, PlannedRecord],
     stage: Stage,
     progress: Progress,
-) -> dict[tuple[str, str], Any]:
-    """For each pair its record played with the first effect on."""
+) -> dict[tuple[str, str], Check]:
+    """For each pair the first of its records that splits it, played with the first effect on too."""
     checks = {}
     for pair in alike:
-        if best := pair.best(gains):
-            progress(f"{best} with {pair.names[0]} on")
 
-            def compute(pair: Pair = pair, best: str = best) -> dict[str, Any]:
-                wave = records[best].played
+        def compute(pair: Pair = pair) -> dict[str, Any]:
+            for name in pair.helpful(gains)[:_PLAYED]:
+                progress(f"{name} with {pair.names[0]} on")
+                wave = records[name].played
                 played = check(fitted.problem, fitted.effects, fitted.now, fitted.rig, pair.places, wave)
-                return {"played": played}
+                if played is not None and pair.falls(played["cosine"]):
+                    return {"record": name, "played": played}
+            return {}
 
-            checks[pair.names] = stage(f"check-{'-'.join(pair.names)}", compute)["played"]
+        if stored := stage(f"check-{'-'.join(pair.names)}", compute):
+            checks[pair.names] = Check(stored["record"], stored["played"])
     return checks
 
 
