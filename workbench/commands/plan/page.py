@@ -18,7 +18,7 @@ _HOW = (
     "Each record is simulated on the rig as fitted, under the slow position loop of its drive; the cosine is that of "
     "what two effects do to the errors, with the campaign's records beside it and what initial states and numbers can "
     "do as well taken out. Played: the record simulated with the first effect on, and the share of what the rig alone "
-    "then misses that each of the two explains. The record of a pair is the first, of those that split it furthest, that "
+    "then misses that each of the two explains. The record of a pair is the first of those that split it furthest that "
     "does so as played."
 )
 _PLAY = (
