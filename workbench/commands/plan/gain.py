@@ -56,6 +56,12 @@ class UnseenNumber:
         return max(near, key=lambda name: worth[name], default=None)
 
 
+def not_simulated(effects: EffectInformation, now: np.ndarray) -> list[str]:
+    """The effects that no window bears at the strength that they would be compared at."""
+    own = np.diag(now)[len(effects.model_fit.fit.free) :]
+    return [each.effect.name for each, value in zip(effects.candidates, own, strict=True) if np.isnan(value)]
+
+
 def pairs(effects: EffectInformation, now: np.ndarray, added: Mapping[str, np.ndarray]) -> list[Pair]:
     """Every two effects that look alike now, most first."""
     fit, names = effects.model_fit.fit, [candidate.effect.name for candidate in effects.candidates]

@@ -45,6 +45,10 @@ def plan_page(
     if metrics["numbers"]:
         tables = [_numbers_table(metrics), _every_table(metrics, "numbers")]
         sections.append(Section("Numbers that are not told", tables))
+    if metrics["not_compared"]:
+        names = ", ".join(metrics["not_compared"])
+        said = f"Not compared, for want of a simulation at that strength on the rig as fitted: {names}."
+        sections.append(Section("What was not compared", [said]))
     picture = _cosines(pairs) if pairs else waves
     return Page(f"What to record next on {problem.rig.name}, after {name}", _verdict(name, metrics), sections), picture
 

@@ -24,7 +24,7 @@ from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
 from ..trace.study import effects_for
 from .family import PlannedRecord, family, planned
-from .gain import Pair, pairs, unseen_numbers, worth
+from .gain import Pair, not_simulated, pairs, unseen_numbers, worth
 from .metrics import Check, plan_metrics
 from .page import plan_page
 from .played import check, simulated, windows_of
@@ -60,6 +60,7 @@ def run_plan(
         gains = {name: worth(name, alike, unseen, fit, sharpened(fit, more, kappa)) for name, more in added.items()}
         checks = _checks(fitted, alike, gains, records, stage, progress)
     metrics = plan_metrics(alike, unseen, gains, records, checks)
+    metrics["not_compared"] = not_simulated(fitted.effects, fitted.now)
     page, picture = plan_page(fitted.problem, fitted.effects.candidates, metrics, records)
     files = {row["file"]: excitation_text(records[row["record"]].played) for row in metrics["records"]}
     return Outcome(metrics, page, picture, _tables(metrics, records), files)
