@@ -54,7 +54,7 @@ def test_the_error_is_a_third_on_a_rig_of_the_design_and_on_another(folder):
     assert [row["rig"] for row in metrics["rows"]] == ["nominal", "beta-50"]
     assert all(row["factor"] > 3 and row["tripped"] is None for row in metrics["rows"])
     assert metrics["outer"] == []
-    taps = pq.read_table(folder / "out/inverse/taps.parquet")
+    taps = pq.read_table(folder / "out/inverse/taps-p-dp.parquet")
     assert sum(taps["tap"].to_pylist()) == pytest.approx(1.0)
     assert taps["ahead"].to_pylist()[0] == 60
     assert (folder / "out/inverse/drive.csv").read_text().startswith("t [s],position [mm]")

@@ -18,6 +18,7 @@ COMMANDS = {
     "residual": "hold a rig's model against recordings",
     "fit": "fit a rig's numbers to recordings",
     "trace": "why do model and rig disagree",
+    "plan": "what to record next, to tell effects apart and to see numbers",
     "trace-study": "how often is a trace right",
     "frequency": "measured frequency response of a pair of signals, beside the model's",
     "excite": "design an excitation that a rig can play",

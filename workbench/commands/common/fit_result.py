@@ -150,6 +150,12 @@ def rig_as_fitted(rig: Rig, source: str, fit: Fit, effects: Sequence[Effect], fi
     )
 
 
+def effect_use(effect: Effect, values: Mapping[str, float], source: str) -> EffectUse:
+    """The effect as a rig file declares it, with values SI by name; a number without one is typical."""
+    every = [values.get(number.name, number.typical) for number in effect.numbers]
+    return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, every, source)))
+
+
 def _value(fit: Fit, index: int) -> float:
     free = fit.free[index]
     return min(max(free.value(float(fit.x[index])), free.low), free.high)
@@ -170,8 +176,7 @@ def _refitted(use: EffectUse, numbers: Mapping[str, Number]) -> EffectUse:
 
 
 def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
-    values = list(effect_numbers(effect, fit).values())
-    return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, values, source)))
+    return effect_use(effect, effect_numbers(effect, fit), source)
 
 
 def _numbers(specs: Sequence[EffectNumber], values: Sequence[float], source: str) -> Iterable[tuple[str, Number]]:

@@ -27,7 +27,7 @@ from .tables import (
     unseen_signals,
     untested_table,
 )
-from .words import EQUATION, RETUNE, next_records, verdict
+from .words import EQUATION, PLAN, RETUNE, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 Item = Figure | Table | str
@@ -107,6 +107,8 @@ def _next(trace: Trace) -> list[Section]:
     said = [f"{about}: {record}." for about, record in next_records(trace)]
     if trace.verdict == "tied":
         said.insert(0, "Recordings in which only one of them acts tell them apart:")
+    if trace.verdict in ("tied", "unknown"):
+        said.append(PLAN)
     return [Section("What to record next", said)] if said else []
 
 

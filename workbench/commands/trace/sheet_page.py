@@ -63,8 +63,8 @@ def _digits(value: float | None) -> str:
 def _errors_table(answer: Mapping[str, Any]) -> Table:
     rows = [[kind, row["before"], row["after"], row["floor"]] for kind, row in answer["rms"].items()]
     note = (
-        "On every third frequency, or the sheets held out, which no fit had; of sheets too short for that on all. A gain "
-        "in dB counts up to a constant."
+        "On every third frequency, or the sheets held out, which no fit had; of sheets too short for that on all. A "
+        "gain in dB counts up to a constant."
     )
     return Table("Error", ["of", "RMS before", "RMS after", "known to"], rows, note=note)
 

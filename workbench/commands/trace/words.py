@@ -18,6 +18,10 @@ RETUNE = (
     "A controller tuned anew on the rig as found, beside the old one: jackbench retune EXPERIMENT --found rig.toml. "
     "rig.toml lies beside this page; EXPERIMENT is one of tune, run or bench on this rig."
 )
+PLAN = (
+    "Which record of this rig's reach tells most, simulated on the rig as fitted and left as files that its drive "
+    "plays: jackbench plan CAMPAIGN."
+)
 EQUATION = {
     "drive": "the drive (amplifier and spool loop)",
     "pilot": "the torque motor and pilot stage",

@@ -144,8 +144,8 @@ def _finished(problem: SheetProblem, errors: Errors, x: np.ndarray, here: np.nda
 def heldout_squares(problem: SheetProblem, fit: SheetFit) -> tuple[np.ndarray, list[np.ndarray]]:
     """Squared errors [points] on the points that judge, and the deviations [k, 2] (dB, degrees) of each sheet.
 
-    A relative gain is that of the fitted points of the same sheet. Where none judge, the fitted points do: squared errors of
-    each told by the rest, deviations of the fit.
+    A relative gain is that of the fitted points of the same sheet. Where none judge, the fitted points do: squared
+    errors of each told by the rest, deviations of the fit.
     """
     own = fit.model.deviations(problem.train, fit.fit.p[None])
     shifts = dict(zip([s.name for s in problem.train], offsets(problem.train, own)[0].tolist(), strict=True))

@@ -3,6 +3,7 @@
 tracer              fit, gate, localise, shortlist, refit, decide, and again
 localise, locate    in which equation the residual sits
 score, shortlist    which effects could explain it, without a refit
+information         what records would tell, before they are made
 problem             which records are fitted, which select, which judge
 refit, rule         each fitted, and the rule that names one
 several             which of several missing effects comes first

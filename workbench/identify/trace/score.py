@@ -5,7 +5,7 @@ would fall by <g, e>^2/<g, g> if the effect had the strength that fits best (Rao
 cosines between the g of two effects say what a campaign can tell apart, before any refit.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,7 +80,7 @@ def score(
     left = rest(plain)
     best = Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left))
     for trial in _tried(effect):
-        change = _change(model, base, windows, fit, effect, trial.numbers(), plain)
+        change = effect_change(model, base, windows, fit, effect, trial.numbers(), plain)
         if change is None:
             continue
         shape = rest(change)
@@ -119,6 +119,23 @@ def initial_states_with_effect(
     return states
 
 
+def effect_change(
+    model: Model,
+    base: Model,
+    windows: Windows,
+    fit: Fit,
+    effect: Effect,
+    numbers: Mapping[str, float],
+    plain: Sequence[np.ndarray],
+) -> list[np.ndarray] | None:
+    """What the effect changes in the errors of every group; None where it cannot be simulated."""
+    p = extend_parameters(base.plant, fit.p, model.plant)
+    p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
+    x0 = initial_states_with_effect(model, base, windows, fit.x0, p)
+    changed = [a - b for a, b in zip(model.errors(windows, x0, p), plain, strict=True)]
+    return changed if all(np.isfinite(part).all() for part in changed) else None
+
+
 def _tried(effect: Effect) -> list[_ScoredEffect]:
     """Every strength of the whole effect, then each of its strengths alone, and every shape at a small strength."""
     names = strengths(effect)
@@ -131,20 +148,3 @@ def _tried(effect: Effect) -> list[_ScoredEffect]:
 
 def _two_sided(effect: Effect) -> bool:
     return any(n.off is not None and n.low < n.off < n.high for n in effect.numbers)
-
-
-def _change(
-    model: Model,
-    base: Model,
-    windows: Windows,
-    fit: Fit,
-    effect: Effect,
-    numbers: dict[str, float],
-    plain: Sequence[np.ndarray],
-) -> list[np.ndarray] | None:
-    """What the effect changes in the errors of every group; None where it cannot be simulated."""
-    p = extend_parameters(base.plant, fit.p, model.plant)
-    p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
-    x0 = initial_states_with_effect(model, base, windows, fit.x0, p)
-    changed = [a - b for a, b in zip(model.errors(windows, x0, p), plain, strict=True)]
-    return changed if all(np.isfinite(part).all() for part in changed) else None

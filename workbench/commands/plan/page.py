@@ -1,0 +1,186 @@
+"""The report of a plan: which record splits which pair and shows which number, and what is to be played."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
+from ...identify.fit.free_parameters import Candidate
+from ...identify.trace.problem import EstimationProblem
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report.figures import Mark
+from .family import SECONDS, PlannedRecord
+from .gain import ALIKE
+
+_HOW = (
+    "Each record is simulated on the rig as fitted, under the slow position loop of its drive; the cosine is that of "
+    "what two effects do to the errors, with the campaign's records beside it and what initial states and numbers can "
+    "do as well taken out. Played: the record simulated with the first effect on, and the share of what the rig alone "
+    "then misses that each of the two explains. The record of a pair is the first of those that split it furthest that "
+    "does so as played."
+)
+_PLAY = (
+    "The .csv files beside this page are what a drive plays: reference and command, which is added to what its "
+    "position loop commands. Rehearse them with jackbench record RIG --play FILE.csv, add what the rig records to "
+    "campaign.toml under train, and trace again."
+)
+
+
+def plan_page(
+    problem: EstimationProblem,
+    candidates: Sequence[Candidate],
+    metrics: Mapping[str, Any],
+    records: Mapping[str, PlannedRecord],
+) -> tuple[Page, Figure]:
+    """The page, and its telling figure: the cosines, or what is to be played where no effects look alike."""
+    waves = _waves([records[row["record"]] for row in metrics["records"]])
+    name, pairs = problem.campaign.path.resolve().name, metrics["pairs"]
+    sections = [Section("What to record next", [_records_table(metrics), _PLAY, waves] if metrics["records"] else [])]
+    if pairs:
+        strengths = _strengths_table([each for each in candidates if each.effect.name in _names(pairs)])
+        tables = [_pairs_table(metrics), _HOW, _every_table(metrics, "pairs"), strengths]
+        sections.append(Section("Effects that look alike", [_cosines(pairs), *tables]))
+    if metrics["numbers"]:
+        tables = [_numbers_table(metrics), _every_table(metrics, "numbers")]
+        sections.append(Section("Numbers that are not told", tables))
+    if metrics["not_compared"]:
+        names = ", ".join(metrics["not_compared"])
+        said = f"Not compared, for want of a simulation at that strength on the rig as fitted: {names}."
+        sections.append(Section("What was not compared", [said]))
+    picture = _cosines(pairs) if pairs else waves
+    return Page(f"What to record next on {problem.rig.name}, after {name}", _verdict(name, metrics), sections), picture
+
+
+def _verdict(name: str, metrics: Mapping[str, Any]) -> str:
+    alike, unseen = metrics["pairs"], metrics["numbers"]
+    said = f"{name} leaves {_count(len(alike), 'pair')} of effects alike (cosine {ALIKE:g} or more) and "
+    said += f"{_count(len(unseen), 'number')} untold."
+    if not metrics["records"]:
+        return said + (" No record of the family changes that." if alike or unseen else " Nothing needs recording.")
+    first, *others = metrics["records"]
+    return (
+        said
+        + f" Record next: {_gives(first, metrics)}"
+        + "".join(f"; {_gives(row, metrics)}" for row in others[:2])
+        + "."
+    )
+
+
+def _gives(row: Mapping[str, Any], metrics: Mapping[str, Any]) -> str:
+    """A record with the pair that it splits furthest, or the numbers that it shows."""
+    pairs = [pair for pair in metrics["pairs"] if pair["best"] == row["record"]]
+    if pairs:
+        pair = min(pairs, key=lambda pair: pair["after"][row["record"]] - pair["cosine"])
+        a, b = pair["effects"]
+        after = pair["after"][row["record"]]
+        more = f" and {_count(len(pairs) - 1, 'pair')} more" if len(pairs) > 1 else ""
+        return f"{row['file']}, which tells {a} from {b} (cosine {pair['cosine']:.2f}, then {after:.2f}){more}"
+    return f"{row['file']}, which tells {', '.join(row['tells'])}"
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+
+
+def _records_table(metrics: Mapping[str, Any]) -> Table:
+    rows = [
+        [
+            row["file"],
+            f"{row['kind']} on {SIGNALS[row['signal']].label}",
+            row["peak"],
+            row["seconds"],
+            row["information"],
+            ", ".join(" / ".join(pair) for pair in row["splits"]),
+            ", ".join(row["tells"]),
+        ]
+        for row in metrics["records"]
+    ]
+    note = "Best first: by information on all pairs and numbers together."
+    head = ["file", "wave", "peak", "duration [s]", "information [nat]", "best for the pairs", "best for the numbers"]
+    return Table("Records, best first", head, rows, note=note)
+
+
+def _pairs_table(metrics: Mapping[str, Any]) -> Table:
+    rows = []
+    for pair in metrics["pairs"]:
+        best, played = pair["best"], pair["played"]
+        shares = [f"{100 * played[name]:.0f} %" for name in pair["effects"]] if played else ["", ""]
+        cosines = pair["cosine"], pair["after"][best] if best else None, played and played["cosine"]
+        now, *later = (None if value is None else round(value, 3) for value in cosines)
+        rows.append([*pair["effects"], now, best or "none", *later, *shares])
+    head = ["effect", "other", "cosine now", "record", "cosine after", "as played", "effect explains", "other explains"]
+    return Table("Pair, record, cosine", head, rows)
+
+
+def _numbers_table(metrics: Mapping[str, Any]) -> Table:
+    rows = []
+    for row in metrics["numbers"]:
+        after = 100 * row["after"][row["best"]] if row["best"] else None
+        rows.append([row["number"], 100 * row["share"], row["best"] or "none", after])
+    note = (
+        "95 % interval over the declared range; what the family cannot show needs another sensor or a narrower range."
+    )
+    return Table("Number, record, interval", ["number", "interval now [%]", "record", "after [%]"], rows, note=note)
+
+
+def _every_table(metrics: Mapping[str, Any], what: str) -> Table:
+    """What every record of the family would leave."""
+    names = list(dict.fromkeys(name for row in metrics[what] for name in row["after"]))
+    labels = [" / ".join(row["effects"]) if what == "pairs" else row["number"] for row in metrics[what]]
+    rows = [
+        [label, *(None if name not in row["after"] else round(row["after"][name], 3) for name in names)]
+        for label, row in zip(labels, metrics[what], strict=True)
+    ]
+    title = "Cosine after each record" if what == "pairs" else "Interval over range after each record"
+    return Table(title, ["", *names], rows)
+
+
+def _names(pairs: Sequence[Mapping[str, Any]]) -> set[str]:
+    return {name for pair in pairs for name in pair["effects"]}
+
+
+def _strengths_table(candidates: Sequence[Candidate]) -> Table:
+    """At which strength effects are compared."""
+    rows = []
+    for candidate in candidates:
+        for number in candidate.effect.numbers:
+            value = float(from_si(candidate.start[number.name], number.shown, number.si))
+            rows.append([candidate.effect.name, candidate.effect.formula, number.name, value, number.shown])
+    note = "As the misfit has it where the effect explains a part of that, else typical."
+    return Table("Effects as they are compared", ["effect", "formula", "number", "value", "unit"], rows, note=note)
+
+
+def _cosines(pairs: Sequence[Mapping[str, Any]]) -> Figure:
+    """Cosine of every pair now, after its best record, and as played."""
+    places = np.arange(1.0, len(pairs) + 1)
+    values = {
+        "now": [pair["cosine"] for pair in pairs],
+        "after its record, expected": [pair["after"][pair["best"]] if pair["best"] else np.nan for pair in pairs],
+        "as played with the first effect on": [
+            pair["played"]["cosine"] if pair["played"] else np.nan for pair in pairs
+        ],
+    }
+    curves = [Curve(name, places, np.array(cosine), "markers") for name, cosine in values.items()]
+    marks = (Mark(ALIKE, "alike"),)
+    panel = Panel("cosine [1]", curves, y_range=(-0.05, 1.05), marks=marks)
+    names = [" / ".join(pair["effects"]) for pair in pairs]
+    return Figure("How alike effects look, now and after the next record", "pair", [panel], x_names=names)
+
+
+def _waves(records: list[PlannedRecord]) -> Figure:
+    """What a drive plays."""
+    panels = []
+    for name in ("command", "reference"):
+        signal = SIGNALS[name]
+        curves = [
+            Curve(
+                record.name, record.played.t, np.asarray(from_si(getattr(record.played, name), signal.unit, signal.si))
+            )
+            for record in records
+            if record.design.signal == name
+        ]
+        if curves:
+            panels.append(Panel(signal.label, curves, marks=(Mark(0.0),) if name == "command" else ()))
+    return Figure(f"What to play, {SECONDS:g} s each", "time [s]", panels)
