@@ -57,7 +57,7 @@ def test_the_error_is_a_third_on_a_rig_of_the_design_and_on_another(folder):
     taps = pq.read_table(folder / "out/inverse/taps-p-dp.parquet")
     assert sum(taps["tap"].to_pylist()) == pytest.approx(1.0)
     assert taps["ahead"].to_pylist()[0] == 60
-    assert (folder / "out/inverse/drive.csv").read_text().startswith("t [s],position [mm]")
+    assert (folder / "out/inverse/drive-p-dp.csv").read_text().startswith("t [s],position [mm]")
 
 
 def test_the_loop_through_the_reference_is_shown_beside_the_inner_one(folder):

@@ -15,16 +15,16 @@ MOVED = {  # per unit of input: rates or outputs that move, and by how much
         "probe.flow.into_a": {"P1": "beta/V"},
         "probe.flow.into_b": {"P2": "beta/V"},
         "probe.force.force": {"v": "1/M", "acceleration": "1/M"},
-        "probe.sensor.pa": {"pa": 1.0},
-        "probe.sensor.pb": {"pb": 1.0},
+        "probe.sensor.pa": {"pa": 1.0, "load_pressure": 1.0},
+        "probe.sensor.pb": {"pb": 1.0, "load_pressure": -1.0},
     },
     "second-order": {
         "probe.drive.command": {"v3": "w0^2 z3max"},
         "probe.flow.into_a": {"P1": "beta/VA"},
         "probe.flow.into_b": {"P2": "beta/VB"},
         "probe.force.force": {"v": "1/M", "acceleration": "1/M"},
-        "probe.sensor.pa": {"pa": 1.0},
-        "probe.sensor.pb": {"pb": 1.0},
+        "probe.sensor.pa": {"pa": 1.0, "load_pressure": 1.0},
+        "probe.sensor.pb": {"pb": 1.0, "load_pressure": -1.0},
     },
 }
 

@@ -35,6 +35,7 @@ SIGNAL = {
     "spool": "tells the valve's electronics and stages from its lands",
     "pa": "with pb tells flows from forces",
     "pb": "with pa tells flows from forces",
+    "load_pressure": "shows the force on the piston, though not what each chamber does",
     "supply": "shows a supply that sags",
     "position": "shows the jack's speed, so the flow through the valve",
     "velocity": "shows the flow through the valve",
