@@ -40,6 +40,8 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
         from .sheets import trace_command
 
         return trace_command(options, words)
+    if missing := [path for path in paths if not path.exists()]:
+        raise InputError(f"{missing[0]}: no such file; check the path")
     if len(paths) > 1:
         wrong = next(path for path in paths if not path.is_file())
         raise InputError(f"{wrong}: several arguments must all be sheets of frequency responses; name one campaign")
