@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from made_experiments import P_DP
 
 from workbench.cli import main
 from workbench.commands.learn.config import load_learning
@@ -16,7 +17,8 @@ from workbench.loop.rows import linear_loops
 
 PERIOD, SAMPLES = 1e-3, 2000
 F = record_frequencies(SAMPLES, PERIOD)
-RECORD = """
+RECORD = (
+    """
 rig = "jack-10t"
 rigs = ["nominal", "beta-50"]
 scenarios = ["sine"]
@@ -31,14 +33,9 @@ beta = [0.5, 1.15]
 size = "20 mm"
 frequency = "4 Hz"
 duration = "1.4 s"
-[controllers.p-dp]
-use = "controllers.p:P"
-gain = "3 1/m"
-[[controllers.p-dp.compensators]]
-use = "controllers.pressure:PressureFeedback"
-gain = "1.6e-4 1/bar"
-corner = "0.25 Hz"
 """
+    + P_DP
+)
 LEARN = f'experiment = "learn"\niterations = 3\n{RECORD}'
 INVERSE = f'experiment = "inverse"\nover = ["nominal"]\npreview = "60 ms"\nlength = "200 ms"\nband = "5 Hz"\n{RECORD}'
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from made_experiments import P_DP
 
 from workbench.cli import main
 from workbench.loop.learning import BOUND, Iteration, learn, learning_filter, record_frequencies, rms
@@ -104,7 +105,8 @@ def test_a_road_has_the_spectrum_of_its_class():
     assert not np.array_equal(road("C", 20.0, 200.0, (0.5, 20.0), 4)[1], heights)
 
 
-EXPERIMENT = """
+EXPERIMENT = (
+    """
 experiment = "learn"
 rig = "jack-10t"
 rigs = ["nominal", "beta-50"]
@@ -112,14 +114,9 @@ scenarios = ["{scenario}"]
 iterations = 3
 rest = "0.5 s"
 fade = "0.5 s"
-[controllers.p-dp]
-use = "controllers.p:P"
-gain = "3 1/m"
-[[controllers.p-dp.compensators]]
-use = "controllers.pressure:PressureFeedback"
-gain = "1.6e-4 1/bar"
-corner = "0.25 Hz"
 """
+    + P_DP
+)
 SINE = '[scenario.sine]\nsize = "50 mm"\nfrequency = "5 Hz"\nduration = "2 s"\n'
 ROAD = """[scenario.road]
 duration = "3 s"
