@@ -144,7 +144,7 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
             return replace(model_fit, known=(candidate,), selection=Selection(np.full(2, np.inf), 2))
         return refit(problem, model_fit, candidate, again)
 
-    monkeypatch.setattr("workbench.identify.trace.tracer.refit", spoilt)
+    monkeypatch.setattr("workbench.identify.trace.refits.refit", spoilt)
     library = [find("jack.friction", formula) for formula in ("coulomb", "stribeck")]
     with one_blas_thread():
         left = trace(estimation_problem(rubbing_campaign(), RIG), library, no_checkpoint, lambda _: None)
@@ -165,7 +165,7 @@ def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch)
         x0, squares = predicted_states(good.model, problem.train, p)
         return with_selection(problem, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
 
-    monkeypatch.setattr("workbench.identify.trace.tracer.fit_rig", stuck)
+    monkeypatch.setattr("workbench.identify.trace.search.fit_rig", stuck)
     with one_blas_thread():
         problem = estimation_problem(rubbing_campaign(), rubbing())
         assert stuck(problem).chi2 > 1.5

@@ -1,11 +1,14 @@
 """From a residual to the effect that the model lacks.
 
-tracer              fit, gate, localise, shortlist, refit, decide, and again
+tracer              a whole trace: a search, then its verdict
+context             its problem, library and stages
+search, refits      effects one after the other; one pass: shortlist, refit, judge
+verdict             what held-out records make of it
 localise, locate    in which equation the residual sits
 score, shortlist    which effects could explain it, without a refit
 information         what records would tell, before they are made
 problem             which records are fitted, which select, which judge
-refit, rule         each fitted, and the rule that names one
+refit, rule         a fit with one effect more, and the rule that names one
 several             which of several missing effects comes first
 shape               what an unknown looks like
 reshape, shapes, samples    the rig's own shape, learned: one reshaping, the search, where the campaign was

@@ -10,7 +10,7 @@ from ..fit.free_parameters import Candidate
 from .localise import likely_equations
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors
-from .rule import SIGNIFICANT, Judgement, misfit
+from .rule import PARTIAL, SIGNIFICANT, Judgement, misfit
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +41,12 @@ class Pass:
     cosines: np.ndarray
     tried: tuple[CandidateFit, ...]
     accepted: tuple[CandidateFit, ...]
+
+
+def partial_effect(of: Pass) -> CandidateFit | None:
+    """The effect that passes and explains most of what was left before a pass, if that is PARTIAL of it at least."""
+    able = [fit for fit in of.tried if fit.judgement.passes and fit.judgement.explained >= PARTIAL]
+    return able[0] if able else None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,79 @@
+"""What every part of a trace works with: its problem, the effects that it may find, and stages that keep its fits."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ...base.checkpoint import Progress, Stage
+from ...plant.effects import Effect, applies
+from . import rule as decide
+from .locate import FaultLocation, locate_fault
+from .problem import EstimationProblem
+from .refit import FittedModel, HeldoutErrors, heldout_errors, refit_all_windows
+from .stored import packed, unpacked
+
+
+@dataclass(frozen=True, eq=False)
+class TraceContext:
+    """A trace's problem and stages: a search takes the windows of `problem`, which are all or a part of `whole`."""
+
+    whole: EstimationProblem
+    problem: EstimationProblem
+    library: Sequence[Effect]
+    stage: Stage
+    report_progress: Progress
+    several: bool
+
+    def fit(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:
+        """A fit on the windows of the search, kept as a stage."""
+        return unpacked(self.stage(name, lambda: packed(compute())), self.problem, self.library)
+
+    def fit_all_windows(self, name: str, model_fit: FittedModel) -> FittedModel:
+        """A fit of the search refitted to all windows; where none were left out it stays."""
+        if self.whole is self.problem:
+            return model_fit
+        stored = self.stage(name, lambda: packed(refit_all_windows(self.whole, model_fit)))
+        return unpacked(stored, self.whole, self.library)
+
+    def heldout(self, name: str, model_fit: FittedModel) -> HeldoutErrors:
+        """The errors of a fit on the held-out records, kept as a stage."""
+        return HeldoutErrors(**self.stage(f"heldout {name}", lambda: asdict(heldout_errors(self.whole, model_fit))))
+
+    def location(self, name: str, model_fit: FittedModel, heldout: HeldoutErrors | None = None) -> FaultLocation:
+        """In which equation the misfit of a fit sits, kept as a stage."""
+
+        def compute() -> dict[str, Any]:
+            self.report_progress("in which equation")
+            location = locate_fault(self.whole if heldout else self.problem, model_fit, heldout)
+            evidence = [list(gain) for gain in location.evidence]  # a stage keeps no tuples
+            return asdict(location) | {"evidence": evidence}
+
+        stored = self.stage(name, compute)
+        return FaultLocation(
+            stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["parity_residuals"]
+        )
+
+    def is_misfit(self, errors: FittedModel | HeldoutErrors) -> bool:
+        """Whether chi2 on what a fit did not see says that something is missing."""
+        return decide.misfit(errors.chi2, errors.samples, self.problem.kappa)
+
+    def is_significant(self, place: FaultLocation) -> bool:
+        """Whether a disturbance in the best equation explains more than noise would."""
+        return place.evidence[0][1] >= decide.SIGNIFICANT * self.problem.kappa
+
+
+def trace_context(
+    problem: EstimationProblem,
+    library: Sequence[Effect],
+    stage: Stage,
+    report_progress: Progress,
+    several: bool,
+) -> TraceContext:
+    """The context of a trace, with the windows that a search needs."""
+    search = problem
+    if problem.free_run:
+        search = problem.in_blocks()
+    elif problem.large:
+        search = problem.only(stage("windows", problem.chosen))
+    able = [effect for effect in library if applies(effect, problem.rig)]
+    return TraceContext(problem, search, able, stage, report_progress, several)

@@ -1,0 +1,128 @@
+"""The search of a trace: fit, gate, localise, then pass after pass until nothing is missing or nothing passes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import rule as decide
+from .context import TraceContext
+from .findings import CandidateFit, Pass, partial_effect
+from .locate import FaultLocation
+from .refit import FittedModel, fit_rig, refit_from_declared, refit_without_last_effect
+from .refits import run_pass
+from .several import best_of_several
+
+_PASSES = 6  # effects at most
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """What train and select records say: the rig alone as fitted, effects in the order in which they were added, names
+    that tie with the first, the equation that lacks something (None at the floor), and all passes."""
+
+    base: FittedModel
+    effects: tuple[CandidateFit, ...]
+    tied: tuple[str, ...]
+    place: FaultLocation | None
+    passes: tuple[Pass, ...]
+
+
+def search_effects(context: TraceContext) -> SearchResult:
+    """The effects that the rig lacks, by train and select records alone."""
+    return _Search(context).run()
+
+
+class _Search:
+    def __init__(self, context: TraceContext) -> None:
+        self._context = context
+        self._passes: list[Pass] = []
+
+    def run(self) -> SearchResult:
+        """The whole search."""
+        context = self._context
+        base = context.fit("base", lambda: fit_rig(context.problem))
+        while True:
+            context.report_progress(f"rig alone: chi2 {base.chi2:.4g} on what it did not see")
+            if not context.is_misfit(base):
+                return SearchResult(base, (), (), None, tuple(self._passes))
+            name = f"localise-{len(self._passes)}" if self._passes else "localise"
+            place = context.location(name, base)
+            if not context.is_significant(place):
+                return SearchResult(base, (), (), place, tuple(self._passes))
+            effects, tied, better = self._effects(base)
+            if better is None:
+                return SearchResult(base, effects, tied, place, tuple(self._passes))
+            base = better
+
+    def _effects(self, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[str, ...], FittedModel | None]:
+        """Effects one after the other, until nothing is missing or nothing passes; the names that tie with the first.
+
+        Where the first pass shows that the rig alone can do better than `base`, nothing but that fit, which is last.
+        """
+        context = self._context
+        effects: tuple[CandidateFit, ...] = ()
+        tied: tuple[str, ...] = ()
+        model_fit = base
+        while (
+            len(effects) < _PASSES
+            and context.is_misfit(model_fit)
+            and self._matters(base, model_fit.squares - model_fit.samples)
+        ):
+            this_pass = self._pass(model_fit, model_fit)
+            if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
+                if not effects:
+                    return (), (), better
+                model_fit, effects = better, (*effects[:-1], replace(effects[-1], model_fit=better))
+            elif this_pass.accepted and self._matters(base, model_fit.squares - this_pass.accepted[0].refitted.squares):
+                tied = tied or tuple(other.candidate.effect.name for other in this_pass.accepted[1:])
+                effects = (*effects, this_pass.accepted[0])
+            elif context.several and (part := best_of_several(context.problem, model_fit, this_pass.tried)):
+                effects = (*effects, self._refit_from_declared(part))
+            elif not effects and (pair := self._pair(this_pass, base)):
+                effects = pair
+            else:
+                break
+            model_fit = effects[-1].model_fit or model_fit
+        return effects, tied, None
+
+    def _pass(self, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:
+        self._passes.append(run_pass(self._context, len(self._passes) + 1, model_fit, before, share))
+        return self._passes[-1]
+
+    def _without_last_effect(self, model_fit: FittedModel, this_pass: Pass) -> FittedModel:
+        """The fit that a pass began with, or a better one of the same effects, from the numbers of the best refit."""
+        fits = [
+            tried.model_fit
+            for tried in this_pass.tried
+            if tried.model_fit is not None and np.isfinite(tried.model_fit.squares)
+        ]
+        if not fits:
+            return model_fit
+        refitted = self._context.fit(
+            f"without-{len(self._passes)}",
+            lambda: refit_without_last_effect(self._context.problem, model_fit, fits[0]),
+        )
+        return refitted if _matters_for_fit(model_fit, refitted) else model_fit
+
+    def _refit_from_declared(self, candidate_fit: CandidateFit) -> CandidateFit:
+        """The effect with its fit from the rig's declared numbers, where that is better."""
+        name = f"again-{len(self._passes)}-{candidate_fit.candidate.effect.name}"
+        model_fit = self._context.fit(name, lambda: refit_from_declared(self._context.problem, candidate_fit.refitted))
+        return replace(candidate_fit, model_fit=model_fit)
+
+    def _matters(self, base: FittedModel, fall: float) -> bool:
+        return self._context.several or decide.worth_adding(fall, base.squares, base.samples)
+
+    def _pair(self, this_pass: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
+        """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
+        first = partial_effect(this_pass)
+        if first is None:
+            return ()
+        second = self._pass(first.refitted, base, decide.PAIR)
+        return (first, second.accepted[0]) if second.accepted else ()
+
+
+def _matters_for_fit(model_fit: FittedModel, refitted: FittedModel) -> bool:
+    """Whether a fit without a further effect is better by more than the rule asks of an effect."""
+    before, after = (float(model.fit.squares.sum()) for model in (model_fit, refitted))
+    return decide.worth_adding(before - after, before, model_fit.fit.samples)

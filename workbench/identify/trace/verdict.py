@@ -1,0 +1,104 @@
+"""What held-out records, looked at when a search has ended, make of it: the verdict, and the rig's own shape."""
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...plant.effects import Effect
+from . import rule as decide
+from .context import TraceContext
+from .findings import CandidateFit, LearnedShape, Trace, partial_effect
+from .locate import FaultLocation
+from .refit import FittedModel, HeldoutErrors
+from .search import SearchResult
+from .shapes import ROUNDS, Shapes
+
+
+def judge_search(context: TraceContext, search: SearchResult) -> Trace:
+    """The answer of a trace. Raises InputError where the rig cannot follow the held-out records."""
+    effects, tied, place = search.effects, search.tied, search.place
+    alone = context.fit_all_windows("base, all windows", search.base)
+    named = context.fit_all_windows("final", effects[-1].refitted) if effects else alone
+    before = context.heldout("before", alone)
+    if not np.isfinite(before.chi2):
+        raise InputError(
+            f"{context.problem.campaign.path}: {context.problem.rig.name} cannot follow the held-out records; "
+            "check them"
+        )
+    plain = context.heldout("named", named) if effects else before
+    refuted: tuple[CandidateFit, ...] = ()
+    if effects and not (context.several or _confirmed(context, before, plain)):
+        effects, tied, refuted, named, plain = (), (), effects, alone, before
+    if place is None and context.is_misfit(before):
+        name = f"localise held-out-{len(search.passes)}" if search.passes else "localise held-out"
+        place = context.location(name, alone, before)
+    verdict = _verdict(context, plain, effects, tied, place)
+    final, after, learned = named, plain, ()
+    if verdict in ("unknown", "incomplete"):
+        start = effects[-1].refitted if effects else _nearest(search)
+        final, after, learned = _shaped(context, start, named, plain)
+    equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
+    return Trace(
+        problem=context.whole,
+        base=alone,
+        named=named,
+        final=final,
+        heldout=(before, plain, after),
+        verdict=verdict,
+        effects=effects,
+        tied=tied,
+        equation=None if verdict == "none" else equation,
+        evidence=place.evidence if place else (),
+        parity_residuals=place.parity_residuals if place else {},
+        passes=search.passes,
+        refuted=refuted,
+        learned=learned,
+    )
+
+
+def _verdict(
+    context: TraceContext,
+    after: HeldoutErrors,
+    effects: tuple[CandidateFit, ...],
+    tied: tuple[str, ...],
+    place: FaultLocation | None,
+) -> str:
+    if not effects:
+        return "unknown" if place is not None and context.is_significant(place) else "none"
+    if context.is_misfit(after):
+        return "incomplete"
+    return "tied" if tied and len(effects) == 1 else "named"
+
+
+def _confirmed(context: TraceContext, before: HeldoutErrors, after: HeldoutErrors) -> bool:
+    squares = float(before.squares.sum()), float(after.squares.sum())
+    return decide.confirmed(*squares, after.samples, context.problem.kappa)
+
+
+def _nearest(search: SearchResult) -> FittedModel:
+    """What an unknown's shape is sought from: the effect that passes and explains most of it, or the rig alone."""
+    part = partial_effect(search.passes[0]) if search.passes else None
+    return part.refitted if part else search.base
+
+
+def _shaped(
+    context: TraceContext, start: FittedModel, named: FittedModel, plain: HeldoutErrors
+) -> tuple[FittedModel, HeldoutErrors, tuple[LearnedShape, ...]]:
+    """The fit with what can be learned of the rig's shape, if the held-out records bear it out; else as named."""
+    shapes = Shapes(context.problem, context.library, context.stage, context.report_progress)
+    reshaped: list[tuple[Effect, FittedModel]] = []
+    for number in range(1, ROUNDS + 1):
+        if not context.is_misfit(start) or (shape := shapes.best(number, start)) is None:
+            break
+        reshaped.append(shape)
+        start = shape[1]
+    if not reshaped:
+        return named, plain, ()
+    fits = [context.fit_all_windows(f"shape {number}, all windows", fit) for number, (_, fit) in enumerate(reshaped, 1)]
+    errors = [context.heldout(f"shape {number}", fit) for number, fit in enumerate(fits, 1)]
+    if not errors[-1].chi2 < plain.chi2:
+        return named, plain, ()
+    learned = tuple(
+        LearnedShape(effect, effect.formula.split("; ")[-1], each.chi2)
+        for (effect, _), each in zip(reshaped, errors, strict=True)
+    )
+    return fits[-1], errors[-1], learned
