@@ -1,7 +1,7 @@
 """Recordings of a rig: frozen signal tables, their readers and writers, campaign folders.
 
 record                 a frozen table of what was logged
-campaign               which records of a rig are fitted and which only judge
+campaign, sessions     which records of a rig are fitted and which only judge; which are of another state of it
 read, repair, write    records from files and to files; what is mended on the way
 table, mat, columns    files as tables of numbers; which column is which signal
 frequency_sheet        a frequency response as a small table

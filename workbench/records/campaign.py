@@ -20,6 +20,7 @@ from .columns import ColumnMap
 from .frequency_sheet import FrequencySheet, listed_sheet
 from .read import read_record, record_name
 from .record import Record
+from .sessions import Session, read_sessions
 
 FILE = "campaign.toml"
 _APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
@@ -32,7 +33,8 @@ class Campaign:
     """Records of one rig: `rig` is a bundled rig's name or a rig file's full path; all but heldout may be empty.
 
     `select` are records that choose between models; without any, parts of the train records do so in turn. `score` is
-    what is fitted and quoted: errors in short "windows", or of one "free-run" through each record.
+    what is fitted and quoted: errors in short "windows", or of one "free-run" through each record. In the records of
+    `sessions` some of the rig's numbers may be others.
     """
 
     path: Path
@@ -43,11 +45,16 @@ class Campaign:
     select: tuple[Record, ...] = ()
     sheets: tuple[FrequencySheet, ...] = ()
     score: str = WINDOWS
+    sessions: tuple[Session, ...] = ()
 
     @property
     def records(self) -> tuple[Record, ...]:
         """All of them, role by role."""
         return tuple(record for role in ROLES for record in getattr(self, role))
+
+    def session_of(self, record: str) -> str | None:
+        """The session of a record; None of one in no session."""
+        return next((session.name for session in self.sessions if record in session.records), None)
 
 
 @dataclass(frozen=True)
@@ -84,12 +91,12 @@ class _Entry:
 def load_campaign(folder: str | Path) -> Campaign:
     """Read a campaign folder, or the campaign.toml in it.
 
-    Raises InputError for a bad file, key or record, for no heldout record, for one that is also fitted, and for a
-    mapped column that no record has.
+    Raises InputError for a bad file, key, record or session, for no heldout record, for one that is also fitted, and
+    for a mapped column that no record has.
     """
     file = Path(folder)
     file = file / FILE if file.is_dir() else file
-    top = read_toml(file).allow("rig", "records", "signals", "sheets", "score")
+    top = read_toml(file).allow("rig", "records", "signals", "sheets", "score", "sessions")
     rig = _rig(top, file.parent)
     score = top.word("score", (WINDOWS, FREE_RUN), WINDOWS)
     signals = top.optional_table("signals")
@@ -100,7 +107,9 @@ def load_campaign(folder: str | Path) -> Campaign:
     records = {role: tuple(_record(file.parent, entry, mapping) for entry in entries[role]) for role in ROLES}
     _check_mapped(signals, mapping, [record for group in records.values() for record in group])
     sheets = tuple(listed_sheet(entry, file.parent) for entry in top.tables("sheets"))
-    return Campaign(file.parent, rig, **records, sheets=sheets, score=score)
+    files = {entry.name: entry.file for role in ROLES[1:] for entry in entries[role]}
+    sessions = read_sessions(top.optional_table("sessions"), files, [entry.name for entry in entries["train"]])
+    return Campaign(file.parent, rig, **records, sheets=sheets, score=score, sessions=sessions)
 
 
 def judged_by(campaign: Campaign, patterns: Sequence[str]) -> Campaign:

@@ -1,9 +1,10 @@
 """A rig: every number of plant, limits and sensors once, with its value, unit, source and bounds.
 
 A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load`, `limits`,
-`control`, `sensors.NAME` and `effects`; `effect_files` lists Python files beside it with a user's own effects. A number
-is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are how far a fit may
-move it, `interval` within what a fit knows it (95 %). Everything is SI once read.
+`control`, `sensors.NAME`, `effects` and `sessions.NAME`; `effect_files` lists Python files beside it with a user's own
+effects. A number is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are
+how far a fit may move it, `interval` within what a fit knows it (95 %). A session has numbers of the plant that were
+others in the records of a campaign's session of that name. Everything is SI once read.
 """
 
 from collections.abc import Mapping
@@ -27,7 +28,7 @@ from .valve import VALVES, ValveKind
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
 NO_CORRECTOR = "p"  # of a valve whose kind has no spool loop to choose
-TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "effects")
+TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "effects", "sessions")
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,7 @@ class Rig:
     """All that is known of a rig. `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a
     sample to its command, those of its controller.
 
+    `sessions` are numbers of the plant that were others in the records of a campaign's session, by its name.
     `effect_files` are Python files with effects that the library lacks, by absolute path; see plant/effects.
     """
 
@@ -96,6 +98,7 @@ class Rig:
     period: Number
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     effects: tuple[EffectUse, ...] = ()
+    sessions: Mapping[str, Mapping[str, Number]] = field(default_factory=dict)
     recordings: str = ""
     effect_files: tuple[str, ...] = ()
     computing_delay: Number = COMPUTING_DELAY
@@ -175,6 +178,10 @@ class Rig:
     def limit(self, name: str) -> float:
         """SI value of a limit: stroke [m], speed [m/s], force [N] or command_rate [1/s]."""
         return self.limits[name].value
+
+    def in_session(self, name: str | None) -> "Rig":
+        """The rig as it was in a session; as it is where it has no numbers for that."""
+        return replace(self, numbers={**self.numbers, **self.sessions.get(name or "", {})}, sessions={})
 
     def with_values(self, **values: float) -> "Rig":
         """A copy with other SI values; a value beyond its fit bounds or interval takes them along in proportion.
@@ -262,6 +269,7 @@ def _read(path: Path, shown: str) -> Rig:
         period=read_number(control, "period", schema.CONTROL["period"]),
         sensors=read_sensors(top.optional_table("sensors")),
         effects=tuple(_effect(use) for use in top.tables("effects")),
+        sessions=_sessions(top.optional_table("sessions"), number_specs(valve_kind.name, corrector, jack_kind.name)),
         recordings=top.text("recordings", ""),
         effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
         computing_delay=_computing_delay(control),
@@ -320,6 +328,12 @@ def _effect(use: Table) -> EffectUse:
     return EffectUse(name, use.text("formula", ""), numbers)
 
 
+def _sessions(table: Table, specs: Mapping[str, Spec]) -> dict[str, dict[str, Number]]:
+    """Tables `[sessions.NAME]` of numbers of the plant."""
+    own = {name: table.table(name).allow(*specs) for name in table}
+    return {name: {key: read_number(part, key, specs[key]) for key in part} for name, part in own.items()}
+
+
 def rig_table(rig: Rig) -> dict[str, Any]:
     """The rig as the tables of a rig file, each number in the unit it was written in."""
     return rig.table()
@@ -345,6 +359,7 @@ def _rig_table(rig: Rig) -> dict[str, Any]:
         {"name": use.name, "formula": use.formula, **{key: number_entry(number) for key, number in use.numbers.items()}}
         for use in rig.effects
     ]
+    sessions = {name: {key: number_entry(number) for key, number in own.items()} for name, own in rig.sessions.items()}
     return {
         **{key: text for key, text in titles.items() if text},
         **({"effect_files": list(rig.effect_files)} if rig.effect_files else {}),
@@ -353,6 +368,7 @@ def _rig_table(rig: Rig) -> dict[str, Any]:
         "control": {number.name: number_entry(number) for number in (rig.period, rig.computing_delay)},
         "sensors": sensors,
         **({"effects": effects} if effects else {}),
+        **({"sessions": sessions} if sessions else {}),
     }
 
 

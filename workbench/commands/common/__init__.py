@@ -8,7 +8,7 @@ record_options, drawn_record, plant_draw    records: arguments, and on plants dr
 envelope_keys       what a loop has to hold on: positions, draws, limits of the goals
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them
-sessions            groups of records that differ in a number of the rig
+sessions, session_fit    groups of records that differ in a number of the rig; numbers that sessions have to themselves
 numbers             numbers for metrics.json
 scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 fitted_plant        what a report says of a plant that was fitted to a frequency response

@@ -12,6 +12,7 @@ from ...identify.trace.refit import FittedModel
 from ...plant.effects import Effect, EffectNumber, declared_numbers
 from ...rigs.rig import EffectUse, Number, Rig
 from .numbers import finite
+from .session_fit import numbers_in_sessions, session_fits
 
 UNSEEN = 0.8  # of the declared range: a 95 % interval that is not shorter says that the records do not tell
 Interval = list[float | None]
@@ -132,9 +133,11 @@ def correlations(fit: Fit) -> np.ndarray:
 
 
 def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequence[str] = ()) -> Rig:
-    """The rig with the numbers of a fit and the effects that were added; `files` have effects beside the library's."""
+    """The rig with the numbers of a fit, also in sessions, and the effects that were added; `files` have effects beside
+    the library's."""
     name = problem.campaign.path.resolve().name
-    return rig_as_fitted(problem.rig, name, model_fit.fit, model_fit.effects, files)
+    sessions = numbers_in_sessions(problem.rig.sessions, session_fits(problem, model_fit.fit), name)
+    return replace(rig_as_fitted(problem.rig, name, model_fit.fit, model_fit.effects, files), sessions=sessions)
 
 
 def rig_as_fitted(rig: Rig, source: str, fit: Fit, effects: Sequence[Effect], files: Sequence[str] = ()) -> Rig:

@@ -14,7 +14,8 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
 from ..common.fit_result import Fitted
-from ..common.sessions import sessions_sentence, sessions_table
+from ..common.session_fit import SessionFit, session_fits_sentence, session_fits_table
+from ..common.sessions import sessions_section, sessions_sentence
 from ..residual.study import noise_table
 
 STRONG = 0.95  # a correlation above says that only a combination of two numbers is known
@@ -24,6 +25,7 @@ _MOST = 10  # pairs listed
 def fit_page(
     problem: EstimationProblem,
     numbers: Sequence[Fitted],
+    in_sessions: Sequence[SessionFit],
     differences: Sequence[SessionDifference],
     metrics: Mapping[str, Any],
 ) -> tuple[Page, Figure]:
@@ -31,18 +33,21 @@ def fit_page(
     picture, labels = ranges_figure({"fitted": numbers}), ["rig file", "fitted"]
     sections = [
         Section("Numbers", [picture, numbers_table(numbers)]),
+        *([Section("In sessions", [session_fits_table(problem, in_sessions)])] if in_sessions else []),
         Section(
             "Held-out error",
             [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels, problem.free_run)],
         ),
-        *([Section("Sessions", [sessions_table(differences)])] if differences else []),
+        *sessions_section(problem, differences),
         Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
         Section("Noise floor", [noise_table(problem.floor)]),
     ]
     name = problem.campaign.path.resolve().name
     return Page(
         f"{problem.rig.name} fitted to {name}",
-        _verdict(problem, numbers, metrics) + sessions_sentence(differences),
+        _verdict(problem, numbers, metrics)
+        + session_fits_sentence(in_sessions)
+        + sessions_sentence(problem, differences),
         sections,
     ), picture
 

@@ -6,16 +6,17 @@ from typing import Any
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_whole, predict_windows, predictions
+from ...identify.fit.session_numbers import session_plants
 from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.trace.refit import FittedModel, fit_rig, heldout_errors, refit_all_windows
 from ...identify.trace.stored import packed, unpacked
-from ...plant import build
 from ...records import Campaign
 from ...rigs.rig import Rig, rig_text
 from ..common.error_page import record_tables, rms_of
 from ..common.fit_result import base_intervals, correlations, fitted, fitted_rig
 from ..common.numbers import finite
 from ..common.outcome import Answer, Outcome, Progress, Stage
+from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json
 from .page import fit_page
 
@@ -58,10 +59,12 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         model_fit = unpacked(stage("fit", lambda: packed(_fit(problem, starts, progress))), problem, ())
         progress("errors of the rig file and of the fit")
         predict = predict_whole if problem.free_run else predict_windows
-        declared = [predict(build(rig), record, problem.floor) for record in campaign.heldout]
+        plants = session_plants(campaign, rig)
+        declared = [predict(plants[record.name], record, problem.floor) for record in campaign.heldout]
         heldout = heldout_errors(problem, model_fit)
     after = predictions(model_fit.model, problem.heldout, heldout.x0, model_fit.fit.p)
     numbers, differences = fitted(rig, model_fit.fit), sessions(problem, model_fit.fit)
+    in_sessions = session_fits(problem, model_fit.fit)
     metrics: dict[str, Any] = {
         "parameters": base_intervals(rig, model_fit.fit),
         "chi2": {"train": model_fit.fit.chi2, "heldout": finite(heldout.chi2)},
@@ -69,9 +72,10 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         "unseen": [entry.number.name for entry in numbers if entry.unseen],
         "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],
         "sessions": sessions_json(differences),
-        "correlations": {"names": [entry.number.name for entry in numbers], "matrix": correlations(model_fit.fit)},
+        **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),
+        "correlations": {"names": [free.name for free in model_fit.fit.free], "matrix": correlations(model_fit.fit)},
     }
-    page, picture = fit_page(problem, numbers, differences, metrics)
+    page, picture = fit_page(problem, numbers, in_sessions, differences, metrics)
     tables = record_tables({"rig file": declared, "fitted": after})
     as_fitted = fitted_rig(problem, model_fit)
     return FitAnswer(as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}))

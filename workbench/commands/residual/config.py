@@ -38,10 +38,10 @@ def load(options: argparse.Namespace) -> tuple[Campaign, Rig]:
 
 
 def fingerprint(campaign: Campaign) -> dict[str, Any]:
-    """What says that a campaign is the same one: its folder's name, and a digest of every record."""
-    return {"name": campaign.path.resolve().name} | {
-        role: {record.name: _digest(record) for record in getattr(campaign, role)} for role in ROLES
-    }
+    """What says that a campaign is the same one: its folder's name, a digest of every record, its sessions."""
+    records = {role: {record.name: _digest(record) for record in getattr(campaign, role)} for role in ROLES}
+    sessions = [{"name": s.name, "records": list(s.records), "numbers": list(s.numbers)} for s in campaign.sessions]
+    return {"name": campaign.path.resolve().name} | records | ({"sessions": sessions} if sessions else {})
 
 
 def _digest(record: Record) -> str:

@@ -1,6 +1,6 @@
 """One free run beside a record, or the mean of its repeats: rows, table and figures for the report of a residual."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,12 +16,15 @@ from ...report import Curve, Figure, Panel, Section, Table
 PHASES = (WHOLE, MOVING, STANDING)
 
 
-def free_runs(plant: Plant, records: Sequence[Record], floor: NoiseFloor) -> list[FreeRunComparison]:
-    """Every signal of every group of repeats among the records, and of those without any, beside one free run."""
-    groups = repeated(records)
+def free_runs(plants: Mapping[str, Plant], records: Sequence[Record], floor: NoiseFloor) -> list[FreeRunComparison]:
+    """Every signal of every group of repeats among the records, and of those without any, beside one free run.
+
+    `plants` by record: what is of different plants is no repeat.
+    """
+    groups = [group for same in _by_plant(plants, records) for group in repeated(same)]
     in_groups = {record.name for group in groups for record in group}
     groups += [(record,) for record in records if record.name not in in_groups]
-    return [comparison for group in groups for comparison in against_mean(plant, group, floor)]
+    return [comparison for group in groups for comparison in against_mean(plants[group[0].name], group, floor)]
 
 
 def free_run_rows(comparisons: Sequence[FreeRunComparison]) -> list[dict[str, Any]]:
@@ -65,6 +68,13 @@ def free_run_section(comparisons: Sequence[FreeRunComparison]) -> Section:
         "repeat, RMS over the same samples.",
     )
     return Section("Free run", [table, *map(_figure, comparisons)])
+
+
+def _by_plant(plants: Mapping[str, Plant], records: Sequence[Record]) -> list[list[Record]]:
+    same: dict[int, list[Record]] = {}
+    for record in records:
+        same.setdefault(id(plants[record.name]), []).append(record)
+    return list(same.values())
 
 
 def _of(records: Sequence[str]) -> str:

@@ -11,8 +11,8 @@ from ...identify.data.noise_floor import NoiseFloor
 from ...identify.data.scored_floor import scored_floor
 from ...identify.data.whiteness import Whiteness, whiteness
 from ...identify.fit.predict import Prediction, predict_free, predict_whole, predict_windows
+from ...identify.fit.session_numbers import session_plants
 from ...identify.fit.windows import WINDOW, compared
-from ...plant import build
 from ...records import Campaign, Record
 from ...records.campaign import FREE_RUN
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -28,25 +28,25 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
     Held-out records that repeat a command are held against one free run by their mean.
     """
     floor = scored_floor(campaign)
-    plant = build(rig)
+    plants = session_plants(campaign, rig)
     for record in campaign.heldout:
-        compared(plant, record, floor)  # a refusal comes before any progress line
+        compared(plants[record.name], record, floor)  # a refusal comes before any progress line
     predictions, whole = [], campaign.score == FREE_RUN
     for record in campaign.heldout:
         progress(f"{record.name}: " + ("one free run" if whole else f"windows of {WINDOW:g} s"))
 
         def compute(record: Record = record) -> dict[str, Any]:
-            prediction = (predict_whole if whole else predict_windows)(plant, record, floor)
+            prediction = (predict_whole if whole else predict_windows)(plants[record.name], record, floor)
             return {"signals": prediction.signals, "failed": list(prediction.failed)}
 
         stored = stage(f"predict-{record.name.replace('/', '-')}", compute)
         predictions.append(Prediction(record, stored["signals"], tuple(stored["failed"])))
     rows = [row for prediction in predictions for row in _rows(prediction, floor)]
     if free_run:
-        free = [predict_free(plant, record, floor) for record in campaign.heldout]
+        free = [predict_free(plants[record.name], record, floor) for record in campaign.heldout]
         for row, other in zip(rows, (row for prediction in free for row in _rows(prediction, floor)), strict=True):
             row["free_run_rms"] = other["rms"]
-    runs = free_runs(plant, campaign.heldout, floor) if free_run else []
+    runs = free_runs(plants, campaign.heldout, floor) if free_run else []
     metrics: dict[str, Any] = {"rows": rows, "chi2": chi2(predictions, floor)}
     if free_run:
         metrics["free_run"] = free_run_rows(runs)

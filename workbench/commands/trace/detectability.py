@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.units import from_si
-from ...identify.fit.free_parameters import at_strength, extend_parameters, model_with, strengths
+from ...identify.fit.free_parameters import at_strength, extend_parameters, strengths
 from ...identify.fit.model import Model
 from ...identify.trace import rule as decide
 from ...identify.trace.problem import EstimationProblem
@@ -73,7 +73,7 @@ def _strength(
 ) -> float | None:
     """The strength at which the misfit is as large as the gate asks for; None where the numbers' ranges end before."""
     target = problem.train.samples * (decide.gate(problem.train.samples, problem.kappa) - 1)
-    model = model_with(problem.rig, (*model_fit.effects, effect), problem.train.names, brief=True)
+    model = problem.model((*model_fit.effects, effect), brief=True)
     strength = 1.0
     for _ in range(_TRIES):
         size = _size(model, problem, model_fit, effect, strength, rest, plain)

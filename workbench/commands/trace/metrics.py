@@ -12,6 +12,7 @@ from ...plant.effects import formula_shape
 from ..common.error_page import rms_of
 from ..common.fit_result import base_intervals, effect_intervals
 from ..common.numbers import finite
+from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json
 
 Both = tuple[Sequence[Prediction], Sequence[Prediction]]
@@ -40,12 +41,14 @@ def _learned(shape: LearnedShape) -> dict[str, Any]:
 
 def more_json(trace: Trace) -> dict[str, Any]:
     """What metrics.json has beside the answer."""
+    in_sessions = [each.json() for each in session_fits(trace.problem, trace.final.fit)]
     failed = {f"{fit.candidate.effect.title}": why for search in trace.passes for fit, why in failures(search.tried)}
     return {
         "base": base_intervals(trace.problem.rig, trace.final.fit),
         "evidence": dict(trace.evidence),
         "cuts": dict(trace.parity_residuals),
         "sessions": sessions_json(sessions(trace.problem, trace.final.fit)),
+        **({"session_numbers": in_sessions} if in_sessions else {}),
         "at_an_end": list(trace.final.fit.at_bounds),
         "failed": failed,
         "scores": [

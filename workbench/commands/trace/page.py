@@ -9,7 +9,8 @@ from ...plant.effects import Effect
 from ...report import Figure, Page, Section, Table
 from ..common.error_page import error_figure, error_table
 from ..common.fit_result import fitted
-from ..common.sessions import sessions, sessions_sentence, sessions_table
+from ..common.session_fit import session_fits, session_fits_sentence, session_fits_table
+from ..common.sessions import sessions, sessions_section, sessions_sentence
 from ..fit.page import ranges_figure
 from ..residual.study import noise_table
 from .detectability import seen_table, undetectable
@@ -50,7 +51,7 @@ def trace_page(
     index, name, part = telling(pairs, floor, changed)
     first = signal_figure(pairs[index], name, floor, names, part)
     picture, differences = error_figure(answer["rms"], names), sessions(trace.problem, trace.final.fit)
-    laws = learned_laws(trace)
+    laws, in_sessions = learned_laws(trace), session_fits(trace.problem, trace.final.fit)
     sections = [
         Section("Held-out error", [picture, error_table(answer["rms"], names, trace.problem.free_run), first]),
         *_causes(trace, shape, laws),
@@ -58,7 +59,8 @@ def trace_page(
         Section("What it buys", [RETUNE]),
         *_where(trace),
         _own_numbers(trace, names),
-        *([Section("Sessions", [sessions_table(differences)])] if differences else []),
+        *([Section("In sessions", [session_fits_table(trace.problem, in_sessions)])] if in_sessions else []),
+        *sessions_section(trace.problem, differences),
         *_could_show(library, shown),
         Section("Noise floor", [noise_table(floor)]),
         _untested(trace, library),
@@ -66,7 +68,7 @@ def trace_page(
     ]
     title = f"{trace.problem.campaign.path.resolve().name} on {trace.problem.rig.name}: what the model lacks"
     said = verdict(trace, shape, None if shown is None else undetectable(shown))
-    said += learned_sentence(laws) + sessions_sentence(differences)
+    said += learned_sentence(laws) + session_fits_sentence(in_sessions) + sessions_sentence(trace.problem, differences)
     return Page(title, said, sections), picture
 
 

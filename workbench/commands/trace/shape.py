@@ -186,7 +186,7 @@ def _signals(
     """The signals of the fitted model [windows, rows] by label, in the units that people read: they have no noise."""
     plant = model_fit.model.plant
     names = [name for name in plant.outputs if name not in _HIDDEN]
-    parts = Model(plant, names).predict(windows, x0, model_fit.fit.p)
+    parts = Model(plant, names, sessions=model_fit.model.sessions).predict(windows, x0, model_fit.fit.p)
     values = np.concatenate([part[:, :rows] for part in parts])
     signals = {"command [1]": np.concatenate([windows.commands(group).mean[:, :rows] for group in windows.groups])}
     for column, name in enumerate(names):

@@ -4,7 +4,8 @@ windows, model      records in short windows; a plant as a model of them, with e
 free_parameters, determined    what a fit may move, and what figures determine of it
 normal_equations, initial_states, solver    the least squares problem and its solution
 rotation, informative, intervals    what windows say of a fit without them; which tell most; how far numbers are known
-predict, repeats, sessions    what a model predicts of a record, in windows or free; groups of records that differ
+predict, repeats    what a model predicts of a record, in windows or free
+sessions, session_numbers    groups of records that differ; numbers that are others in declared sessions
 unexplained         whether a fitted rig follows its records at all
 
     from workbench.identify.fit import Model, cut_windows, fit_numbers, predicted_states, uncertain

@@ -11,6 +11,7 @@ from ...plant.effects import Effect, EffectNumber, declared_numbers
 from ...rigs.rig import Rig
 from .determined import FreeParameter
 from .model import Model
+from .session_numbers import SessionNumber
 
 _DECADES = 10.0  # a positive number whose range spans more than this factor is searched by its logarithm
 
@@ -55,14 +56,21 @@ def strengths(effect: Effect) -> list[str]:
     return [n.name for n in effect.fitted if n.off is not None]
 
 
-def model_with(rig: Rig, effects: Sequence[Effect], names: Sequence[str], brief: bool = False) -> Model:
+def model_with(
+    rig: Rig,
+    effects: Sequence[Effect],
+    names: Sequence[str],
+    brief: bool = False,
+    sessions: Sequence[SessionNumber] = (),
+) -> Model:
     """The model of a rig with effects beyond those that it declares."""
-    return Model(build(rig, effects), names, brief)
+    return Model(build(rig, effects), names, brief, sessions)
 
 
 def extend_parameters(base: Plant, values: np.ndarray, plant: Plant) -> np.ndarray:
-    """The parameters of `plant` with the values [k] that a plant of fewer effects has."""
-    return plant.parameter_values(**dict(zip(base.parameters, values.tolist(), strict=True)))
+    """The parameters of `plant` with the values that a plant of fewer effects has; those of sessions stay behind."""
+    own = len(base.parameters)
+    return np.append(plant.parameter_values(**dict(zip(base.parameters, values.tolist(), strict=False))), values[own:])
 
 
 def _at(number: EffectNumber, strength: float) -> float:

@@ -26,7 +26,7 @@ def informative(model: Model, windows: Windows, free: Sequence[FreeParameter], m
     """The numbers, in order, of at most `most` windows; all where there are no more."""
     if windows.count <= most:
         return list(range(windows.count))
-    p = model.plant.p
+    p = model.p
     guess = model.starts(windows, p)
     x0, _ = fit_states(model, windows, guess, p, _ROUNDS)
     normal = normal_equations(model, windows, x0, p, guess, directions(model, free, np.zeros(len(free))))

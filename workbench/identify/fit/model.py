@@ -12,6 +12,7 @@ from ...engine.jobs import Stepping
 from ...engine.tangent import tangent_attempt, tangent_outputs
 from ...linear import equilibrium
 from ...plant import Plant
+from .session_numbers import SessionNumber, session_windows
 from .windows import DelayedCommand, Group, Windows, first_guess
 
 _TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
@@ -24,11 +25,17 @@ _LANES = 256  # directions times windows that are computed together, so that the
 class Model:
     """A plant and the signals it is compared in. Errors are predicted less measured, over sigma.
 
-    `brief`: it will run a few times only, so that a long compilation does not pay (see Engine).
+    `brief`: it will run a few times only, so that a long compilation does not pay (see Engine). Parameters p [k] are
+    the plant's and behind them, one for each of `sessions`, what makes a number another one in a session's records;
+    `p` are those to start from, `parameters` their names.
     """
 
-    def __init__(self, plant: Plant, names: Sequence[str], brief: bool = False) -> None:
-        self.plant, self.names = plant, tuple(names)
+    def __init__(
+        self, plant: Plant, names: Sequence[str], brief: bool = False, sessions: Sequence[SessionNumber] = ()
+    ) -> None:
+        self.plant, self.names, self.sessions = plant, tuple(names), tuple(sessions)
+        self.parameters = (*plant.parameters, *(number.name for number in sessions))
+        self.p = np.append(plant.p, [number.start for number in sessions])
         self.engine = Engine(plant, _TOLERANCE, brief=brief)
         self._columns = [plant.output(name) for name in names]
 
@@ -39,12 +46,32 @@ class Model:
         both = np.append(self.plant.p, 0 * self.plant.p)
         return back_end_of(*graphs, both, _STEPPING, "auto")[0]
 
+    def parameters_of(self, windows: Windows, group: Group, p: np.ndarray) -> np.ndarray:
+        """The plant's parameters [w, k] in each window of a group."""
+        k = len(self.plant.parameters)
+        values = np.tile(p[:k], (len(group.which), 1))
+        for own, column, rows in session_windows(self.sessions, self.plant.parameters, windows, group):
+            values[rows, column] = self.sessions[own].value(p[column], p[k + own])
+        return values
+
+    def _directions_of(self, windows: Windows, group: Group, p: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Changes of the plant's parameters [w, directions, k] in each window of a group along `along`."""
+        k = len(self.plant.parameters)
+        changes = np.tile(along[:, :k], (len(group.which), 1, 1))
+        for own, column, rows in session_windows(self.sessions, self.plant.parameters, windows, group):
+            by_base, by_change = self.sessions[own].slopes(p[column], p[k + own])
+            changes[rows, :, column] = by_base * along[:, column] + by_change * along[:, k + own]
+        return changes
+
     def starts(self, windows: Windows, p: np.ndarray, fitted: np.ndarray | None = None) -> np.ndarray:
         """Plausible initial states [windows, n]: what is measured, and for the rest where the window before ended.
 
         The window before starts where it was guessed to, or at its `fitted` state [windows, n].
         """
         x0, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
+        values = np.empty((windows.count, len(self.plant.parameters)))
+        for group in windows.groups:
+            values[group.which] = self.parameters_of(windows, group, p)
         for w, (index, first, end) in enumerate(windows.spans):
             if index != last or windows.spans[w - 1][2] != first:
                 before, last = self._at_rest, index
@@ -53,7 +80,7 @@ class Model:
             u = self._constant(windows.records[index].signals["command"][first:end])
             x = x0[w] if fitted is None else fitted[w]
             run = self.engine.run(
-                x, t if len(t) > len(u) else np.append(t, t[-1] + windows.records[index].period), u, p
+                x, t if len(t) > len(u) else np.append(t, t[-1] + windows.records[index].period), u, values[w]
             )
             before = run.x[-1] if run.ok else x
         return x0
@@ -70,14 +97,18 @@ class Model:
 
     def predict(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
         """Outputs [w, rows, signals] of each group's windows from x0 [windows, n]; NaN from where one failed."""
-        return [self.engine.outputs(x, u, p)[..., self._columns] for x, u in self.states(windows, x0, p)]
+        return [
+            self.engine.outputs(x, u, self.parameters_of(windows, group, p)[:, None])[..., self._columns]
+            for group, (x, u) in zip(windows.groups, self.states(windows, x0, p), strict=True)
+        ]
 
     def states(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """States [w, rows, n] and the inputs that have arrived by then [w, rows, m], of each group's windows."""
         states = []
         for group in windows.groups:
             late = self._late(windows, group, p)
-            x = self.engine.run_batch(x0[group.which], group.t, self._constant(late.mean), p).x[:, :-1]
+            values = self.parameters_of(windows, group, p)
+            x = self.engine.run_batch(x0[group.which], group.t, self._constant(late.mean), values).x[:, :-1]
             states.append((x, self._constant(late.now)))
         return states
 
@@ -110,8 +141,11 @@ class Model:
             du = np.zeros((0, group.t.shape[1] - 1, len(self.plant.inputs))) if inputs is None else inputs[g]
             size = n + len(along) + len(du)
             whole = np.empty((len(group.which), group.weight[0].size, size))
+            late, values = self._late(windows, group, p), self.parameters_of(windows, group, p)
+            changes = self._directions_of(windows, group, p, along)
             for part in _chunks(len(group.which), size):
-                dy = self._along(windows, group, part, x0[group.which[part]], p, along, du)
+                arriving = DelayedCommand(late.mean[part], late.slope[part], late.now[part])
+                dy = self._along(group.t[part], arriving, x0[group.which[part]], values[part], changes[part], du)
                 dy *= group.weight[part][:, None]
                 whole[part] = dy.reshape(*dy.shape[:2], -1).transpose(0, 2, 1)
             slopes.append(whole)
@@ -124,7 +158,8 @@ class Model:
         errors = self.errors(windows, x0, p)
         tangents = []
         for group, e, (x, u) in zip(windows.groups, errors, self.states(windows, x0, p), strict=True):
-            parts = [self._rows(x[w], u[w], np.diff(group.t[w]), p, inputs) for w in range(len(x))]
+            values = self.parameters_of(windows, group, p)
+            parts = [self._rows(x[w], u[w], np.diff(group.t[w]), values[w], inputs) for w in range(len(x))]
             ahead, outputs = (np.array(part) for part in zip(*parts, strict=True))
             outputs = outputs * group.weight[..., None]
             n = self.plant.n
@@ -152,33 +187,31 @@ class Model:
 
     def _along(
         self,
-        windows: Windows,
-        group: Group,
-        part: slice,
+        t: np.ndarray,
+        late: DelayedCommand,
         x0: np.ndarray,
         p: np.ndarray,
         along: np.ndarray,
         du: np.ndarray,
     ) -> np.ndarray:
-        """Change of the outputs [w, directions, rows, signals] of some windows."""
-        n, m, k = self.plant.n, len(self.plant.inputs), len(p)
-        late = self._late(windows, group, p)
-        w, rows, size = len(x0), late.mean.shape[1], n + len(along) + len(du)
+        """Change of the outputs [w, directions, rows, signals] of windows with parameters p [w, k] along `along` [w,
+        numbers, k] and `du`."""
+        n, m, (w, numbers, k) = self.plant.n, len(self.plant.inputs), along.shape
+        rows, size = late.mean.shape[1], n + numbers + len(du)
         x, u, q = np.zeros((w, size, 2 * n)), np.zeros((w, size, rows, 2 * m)), np.zeros((w, size, 2 * k))
-        x[..., :n], q[..., :k] = x0[:, None], p
-        u[..., self.plant.input("command")] = late.mean[part, None]
+        x[..., :n], q[..., :k] = x0[:, None], p[:, None]
+        u[..., self.plant.input("command")] = late.mean[:, None]
         x[:, np.arange(n), n + np.arange(n)] = self.plant.scale
-        q[:, n : n + len(along), k:] = along
+        q[:, n : n + numbers, k:] = along
         if self.plant.delay is not None:
-            by = along[:, self.plant.parameters.index(self.plant.delay)]
-            u[:, n : n + len(along), :, m + self.plant.input("command")] = late.slope[part, None] * by[:, None]
-        u[:, n + len(along) :, :, m:] = du
+            by = along[..., self.plant.parameters.index(self.plant.delay)]
+            u[:, n : n + numbers, :, m + self.plant.input("command")] = late.slope[:, None] * by[..., None]
+        u[:, n + numbers :, :, m:] = du
         x, u, q = x.reshape(-1, 2 * n), u.reshape(-1, rows, 2 * m), q.reshape(-1, 2 * k)
-        t = np.repeat(group.t[part], size, axis=0)
-        batch = self._tangents.run_batch(x, t, u, q)
-        u[..., self.plant.input("command")] = np.repeat(late.now[part], size, axis=0)
+        batch = self._tangents.run_batch(x, np.repeat(t, size, axis=0), u, q)
+        u[..., self.plant.input("command")] = np.repeat(late.now, size, axis=0)
         if not self.plant.interpolated:  # what has arrived by a row's moment is one sample or another: it has no slope
-            u.reshape(w, size, rows, -1)[:, n : n + len(along), :, m + self.plant.input("command")] = 0.0
+            u.reshape(w, size, rows, -1)[:, n : n + numbers, :, m + self.plant.input("command")] = 0.0
         dy = self._tangents.outputs(batch.x[:, :-1], u, q[:, None])
         return np.where(np.abs(dy) < _MOST, dy, 0.0).reshape(w, size, rows, -1)
 

@@ -48,15 +48,15 @@ def numbers_at(model: Model, free: Sequence[FreeParameter], x: np.ndarray, p: np
     """The parameters p with the free ones at distances x."""
     p = p.copy()
     for f, distance in zip(free, x, strict=True):
-        p[model.plant.parameters.index(f.name)] = np.clip(f.value(float(distance)), f.low, f.high)
+        p[model.parameters.index(f.name)] = np.clip(f.value(float(distance)), f.low, f.high)
     return p
 
 
 def directions(model: Model, free: Sequence[FreeParameter], x: np.ndarray) -> np.ndarray:
     """Changes of all parameters per distance of each free one [k, parameters]."""
-    along = np.zeros((len(free), len(model.plant.parameters)))
+    along = np.zeros((len(free), len(model.parameters)))
     for row, f, distance in zip(along, free, x, strict=True):
-        row[model.plant.parameters.index(f.name)] = f.value(float(distance)) if f.scale is None else f.scale
+        row[model.parameters.index(f.name)] = f.value(float(distance)) if f.scale is None else f.scale
     return along
 
 

@@ -21,6 +21,7 @@ from .solver import Fit
 from .windows import Windows
 
 CLEAR = 30.0  # of noise that is coloured and of the misfit: fall of the squared errors that no chance makes
+_OWN = 1e-6  # of a number's information in a group: less, and the group has that number to itself already
 _MATTERS, _ODD = 0.5, 50.0  # %: less is no matter, more is no other state of one rig
 
 
@@ -79,7 +80,7 @@ def session_differences(
         shift, gain = -score / information, score**2 / information
         steps = np.array([_relative(fit, k) for k in range(len(fit.free))])
         percent, error = 100 * shift * steps, 196 * np.sqrt(noise / information) * np.abs(steps)
-        plausible = (np.abs(percent) > _MATTERS) & (np.abs(percent) < _ODD)
+        plausible = (np.abs(percent) > _MATTERS) & (np.abs(percent) < _ODD) & (information > _OWN * np.diag(within))
         best = int(np.argmax(np.where(plausible, gain, 0.0)))
         if plausible[best] and gain[best] > CLEAR * noise:
             who = tuple(windows.records[i].name for i in places)

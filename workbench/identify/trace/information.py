@@ -13,7 +13,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...plant.effects import Effect
-from ..fit.free_parameters import Candidate, at_strength, model_with
+from ..fit.free_parameters import Candidate, at_strength
 from ..fit.initial_states import fit_states
 from ..fit.model import Model
 from ..fit.normal_equations import accumulate, directions, ranges
@@ -84,8 +84,7 @@ def effect_information(
     problem: EstimationProblem, model_fit: FittedModel, candidates: Sequence[Candidate]
 ) -> EffectInformation:
     """What tells of these effects about a fit."""
-    names, known = problem.train.names, model_fit.effects
-    models = [model_with(problem.rig, (*known, each.effect), names, brief=True) for each in candidates]
+    models = [problem.model((*model_fit.effects, each.effect), brief=True) for each in candidates]
     return EffectInformation(model_fit, tuple(candidates), tuple(models))
 
 

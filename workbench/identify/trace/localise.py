@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...plant import Plant, build
 from ...plant.effects import Effect
 from ...plant.probes import probes
 from ...rigs.rig import Rig
+from ..fit.free_parameters import extend_parameters, model_with
 from ..fit.model import Model
 from ..fit.windows import Windows
 
@@ -184,14 +184,14 @@ def _step(windows: LinearTimeVaryingModel, k: int, decay: float) -> np.ndarray:
 
 
 def linearise_windows(
-    rig: Rig, known: Sequence[Effect], windows: Windows, x0: np.ndarray, p: np.ndarray, base: Plant
+    rig: Rig, known: Sequence[Effect], windows: Windows, x0: np.ndarray, p: np.ndarray, base: Model
 ) -> dict[str, list[LinearTimeVaryingModel]]:
-    """The windows linearised with each equation's disturbance: x0 and p are those of the plant `base`."""
+    """The windows linearised with each equation's disturbance: x0 and p are those of the model `base`."""
     probed = probes(rig)
-    model = Model(build(rig, (*known, *probed)), windows.names)
-    first = len(base.inputs)
+    model = model_with(rig, (*known, *probed), windows.names, sessions=base.sessions)
+    first = len(base.plant.inputs)
     columns = list(range(first, len(model.plant.inputs)))
-    values = model.plant.parameter_values(**dict(zip(base.parameters, p.tolist(), strict=True)))
+    values = extend_parameters(base.plant, p, model.plant)
     whole = [LinearTimeVaryingModel(*parts) for parts in model.linear(windows, x0, values, columns)]
     names = [variable.name for variable in model.plant.inputs[first:]]
     linearised = {}
@@ -252,12 +252,13 @@ def _parity_sums(
             x[..., i] = np.where(valid, group.measured[..., k], x[..., i])
         if not valid.any():
             continue
-        weight, here = group.weight[..., column], model.engine.outputs(x, u, p)[..., model.plant.output(tested)]
+        values, output = model.parameters_of(windows, group, p)[:, None], model.plant.output(tested)
+        weight, here = group.weight[..., column], model.engine.outputs(x, u, values)[..., output]
         for signal, state in given.items():
             k, i = windows.names.index(signal), model.plant.state(state)
             moved, sigma = x.copy(), 1 / group.weight[..., k].max()
             moved[..., i] += sigma
-            slope = model.engine.outputs(moved, u, p)[..., model.plant.output(tested)] - here
+            slope = model.engine.outputs(moved, u, values)[..., output] - here
             variance += (slope * weight) ** 2
         error = (here - group.measured[..., column]) * weight
         square += float(np.sum((error**2 / variance)[valid]))

@@ -48,4 +48,4 @@ def opened(
     problem: EstimationProblem, model_fit: FittedModel, windows: Windows, x0: np.ndarray
 ) -> dict[str, list[LinearTimeVaryingModel]]:
     """Windows cut open equation by equation, group after group."""
-    return linearise_windows(problem.rig, model_fit.effects, windows, x0, model_fit.fit.p, model_fit.model.plant)
+    return linearise_windows(problem.rig, model_fit.effects, windows, x0, model_fit.fit.p, model_fit.model)

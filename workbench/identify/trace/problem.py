@@ -9,20 +9,25 @@ the state that fits its first rows. A search cuts the train records into blocks,
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...plant.effects import Effect
 from ...records import Campaign
 from ...records.campaign import FREE_RUN
 from ...rigs.rig import Rig
 from ..data.noise_floor import NoiseFloor
 from ..data.scored_floor import scored_floor
+from ..fit.determined import FreeParameter
 from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
+from ..fit.model import Model
 from ..fit.rotation import BLOCKS
+from ..fit.session_numbers import SessionNumber, session_numbers
 from ..fit.windows import WINDOW, Windows, cut_windows
 from .samples import variable_samples
 
@@ -32,7 +37,10 @@ MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
 
 @dataclass(frozen=True, eq=False)
 class EstimationProblem:
-    """Windows of one campaign by role; without `select` the train windows are rotated (see fit/rotation.py)."""
+    """Windows of one campaign by role; without `select` the train windows are rotated (see fit/rotation.py).
+
+    `sessions`: the numbers that are others in some of the records.
+    """
 
     campaign: Campaign
     rig: Rig
@@ -40,11 +48,21 @@ class EstimationProblem:
     train: Windows
     select: Windows | None
     heldout: Windows
+    sessions: tuple[SessionNumber, ...] = ()
 
     @property
     def free_run(self) -> bool:
         """Whether held-out and select records are run through freely."""
         return self.campaign.score == FREE_RUN
+
+    @property
+    def free(self) -> tuple[FreeParameter, ...]:
+        """What a fit of the rig may move: its uncertain numbers, and what differs in sessions."""
+        return (*uncertain(self.rig), *(number.free() for number in self.sessions if number.fitted))
+
+    def model(self, effects: Sequence[Effect] = (), brief: bool = False) -> Model:
+        """The rig with effects beyond those that it declares, in the signals that are compared (see Model)."""
+        return model_with(self.rig, effects, self.train.names, brief, self.sessions)
 
     @property
     def large(self) -> bool:
@@ -54,8 +72,8 @@ class EstimationProblem:
     def chosen(self) -> dict[str, list[int]]:
         """The windows that tell most of the rig's numbers, where there are more than a search needs, by role."""
         roles = {"train": self.train} | ({"select": self.select} if self.select else {})
-        model, free = model_with(self.rig, (), self.train.names), uncertain(self.rig)
-        return {role: informative(model, windows, free, MOST) for role, windows in roles.items()}
+        model = self.model()
+        return {role: informative(model, windows, self.free, MOST) for role, windows in roles.items()}
 
     def in_blocks(self) -> "EstimationProblem":
         """With each train record cut into blocks."""
@@ -86,7 +104,7 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     """Windows and noise floor of a campaign. Raises InputError where it cannot be fitted, saying what to add."""
     if not campaign.train:
         raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
-    floor = scored_floor(campaign)
+    sessions, floor = session_numbers(campaign, rig), scored_floor(campaign)
     plant = model_with(rig, (), ()).plant
     roles = {role: getattr(campaign, role) for role in ("train", "select", "heldout")}
     every = [record for records in roles.values() for record in records]
@@ -96,7 +114,7 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
             for role, own in roles.items()
             if own
         }
-        return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"])
+        return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"], sessions)
     cut = {role: cut_windows(plant, own, floor, beside=every) for role, own in roles.items() if own}
     for role, windows in cut.items():
         seconds = sum(float(record.t[-1] - record.t[0]) + record.period for record in windows.records)
@@ -104,4 +122,4 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
             raise InputError(
                 f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
             )
-    return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"])
+    return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"], sessions)

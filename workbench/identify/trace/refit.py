@@ -8,7 +8,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...plant.effects import Effect
 from ..fit.determined import FreeParameter
-from ..fit.free_parameters import Candidate, extend_parameters, model_with, uncertain
+from ..fit.free_parameters import Candidate, extend_parameters
 from ..fit.initial_states import free_runs, predicted_states
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
@@ -78,13 +78,12 @@ def fit_rig(
     problem: EstimationProblem, starts: int = 1, report_progress: Callable[[str], None] = lambda _: None
 ) -> FittedModel:
     """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best."""
-    free = uncertain(problem.rig)
-    model = model_with(problem.rig, (), problem.train.names)
+    free, model = problem.free, problem.model()
     random = np.random.default_rng(0)
     best, lost = None, ["any signal"]
     for start in range(starts):
         x = np.zeros(len(free)) if start == 0 else random.uniform(-0.7, 0.7, len(free))
-        p = model.plant.p
+        p = model.p
         guess = model.starts(problem.train, p)
         fit = fit_numbers(model, problem.train, free, x, p, guess, problem.kappas)
         if fit.ok and (best is None or fit.squares.sum() < best.squares.sum()):
@@ -101,7 +100,7 @@ def fit_rig(
 
 def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
     """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses."""
-    model = model_with(problem.rig, (*model_fit.effects, candidate.effect), problem.train.names)
+    model = problem.model((*model_fit.effects, candidate.effect))
     fit = _fitted(problem, model_fit, model, candidate)
     if again and not fit.chi2 < decide.CLOSED:
         moved = _elsewhere(candidate)
@@ -116,7 +115,7 @@ def refit_from_declared(problem: EstimationProblem, model_fit: FittedModel) -> F
 
     Numbers absorb an effect while the model lacks it, and may not find back by themselves.
     """
-    own = len(uncertain(problem.rig))
+    own = len(problem.free)
     x = np.concatenate((np.zeros(own), model_fit.fit.x[own:]))
     p = numbers_at(model_fit.model, model_fit.fit.free, x, model_fit.fit.p)
     guess = model_fit.model.starts(problem.train, p)
@@ -147,7 +146,7 @@ def is_switched_off(model_fit: FittedModel) -> bool:
     """Whether the effect that was added last was fitted to nothing: then only its free states explain anything."""
     effect, values = (
         model_fit.known[-1].effect,
-        dict(zip(model_fit.model.plant.parameters, model_fit.fit.p, strict=True)),
+        dict(zip(model_fit.model.parameters, model_fit.fit.p, strict=True)),
     )
     strong = [number for number in effect.fitted if number.off is not None]
     return all(

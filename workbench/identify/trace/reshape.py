@@ -15,7 +15,7 @@ from scipy.optimize import lsq_linear
 
 from ...base.errors import InputError
 from ...plant.effects import Effect, EffectNumber, applies, learned, refinements
-from ..fit.free_parameters import Candidate, extend_parameters, model_with
+from ..fit.free_parameters import Candidate, extend_parameters
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
 from ..fit.solver import fit_numbers
@@ -96,7 +96,7 @@ def scored(
 def refit_reshaped(problem: EstimationProblem, before: FittedModel, reshaping: Reshaping) -> FittedModel:
     """The fit with a reshaping, all numbers free."""
     known = reshaping.known(before)
-    model = model_with(problem.rig, [candidate.effect for candidate in known], problem.train.names)
+    model = problem.model([candidate.effect for candidate in known])
     own = {free.name: float(x) for free, x in zip(before.fit.free, before.fit.x, strict=True)}
     names = [candidate.effect.key(n.name) for candidate in known for n in candidate.effect.fitted]
     rig_free = [free for free in before.fit.free if free.name not in names]
@@ -156,7 +156,7 @@ class _ScoreTest:
     def gain(self, reshaping: Reshaping) -> tuple[Candidate, float]:
         """The numbers to start a refit from, and the fall of the squared errors linear in its further numbers."""
         effects = [candidate.effect for candidate in reshaping.known(self._before)]
-        model = model_with(self._problem.rig, effects, self.windows.names, brief=True)
+        model = self._problem.model(effects, brief=True)
         further = reshaping.further(self._before)
         own = [n for n in reshaping.candidate.effect.fitted if n.name in further]
         strong, best, most = [n for n in own if n.off is not None], reshaping.candidate, 0.0
@@ -205,7 +205,7 @@ def _values(candidate: Candidate) -> dict[str, float]:
 
 def _numbers(before: FittedModel, candidate: Candidate | None, effect: Effect) -> dict[str, float]:
     """Numbers of an effect: those that were fitted where it had them before, else off, else typical."""
-    values = dict(zip(before.model.plant.parameters, before.fit.p.tolist(), strict=True))
+    values = dict(zip(before.model.parameters, before.fit.p.tolist(), strict=True))
     had = {} if candidate is None else {n.name: values[candidate.effect.key(n.name)] for n in candidate.effect.numbers}
     return {n.name: n.typical if n.off is None else n.off for n in effect.numbers} | had
 

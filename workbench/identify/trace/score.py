@@ -75,7 +75,7 @@ def score(
     rig: Rig, known: Sequence[Effect], effect: Effect, base: Model, windows: Windows, fit: Fit, rest: NuisanceProjection
 ) -> Score:
     """The score of one effect beside those that are `known` already, about a fit of the model `base`."""
-    model = model_with(rig, (*known, effect), windows.names, brief=True)
+    model = model_with(rig, (*known, effect), windows.names, brief=True, sessions=base.sessions)
     plain = base.errors(windows, fit.x0, fit.p)
     left = rest(plain)
     best = Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left))

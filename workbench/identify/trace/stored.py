@@ -10,7 +10,7 @@ from ...base.errors import InputError
 from ...plant.effects import Effect, refine_at
 from ...plant.effects.grammar import LEARNED
 from ...plant.effects.learned_pieces import find_learned
-from ..fit.free_parameters import Candidate, model_with, uncertain
+from ..fit.free_parameters import Candidate
 from ..fit.rotation import Selection
 from ..fit.solver import Fit
 from .problem import EstimationProblem
@@ -32,8 +32,8 @@ def packed(model_fit: FittedModel) -> dict[str, Any]:
 def unpacked(stored: Mapping[str, Any], problem: EstimationProblem, library: Sequence[Effect]) -> FittedModel:
     """The fit again."""
     known = tuple(unpacked_candidate(item, library, problem.samples) for item in stored["known"])
-    model = model_with(problem.rig, [candidate.effect for candidate in known], problem.train.names)
-    free = (*uncertain(problem.rig), *(number for candidate in known for number in candidate.free()))
+    model = problem.model([candidate.effect for candidate in known])
+    free = (*problem.free, *(number for candidate in known for number in candidate.free()))
     arrays = {name: stored["fit"][name] for name in _ARRAYS}
     fit = Fit(free=free, samples=stored["fit"]["samples"], at_bounds=tuple(stored["fit"]["at_bounds"]), **arrays)
     return FittedModel(known, model, fit, Selection(**stored["selection"]))

@@ -1,0 +1,103 @@
+"""What a fit found of the numbers that a campaign's sessions have to themselves."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ...base.units import from_si
+from ...identify.fit.session_numbers import SessionNumber
+from ...identify.fit.solver import Fit
+from ...identify.trace.problem import EstimationProblem
+from ...report import Table
+from ...rigs.rig import Number
+
+
+@dataclass(frozen=True)
+class SessionFit:
+    """A number of a session after a fit, SI: the rig's own as fitted, what changes it, with its 95 % interval."""
+
+    own: SessionNumber
+    number: Number
+    base: float
+    change: float
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float:
+        """The number in the session."""
+        return self.own.value(self.base, self.change)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Of the value, where the rig's own number is as fitted."""
+        return self.own.value(self.base, self.low), self.own.value(self.base, self.high)
+
+    def __str__(self) -> str:
+        """ "K3 0.983 times the rig's (95 % 0.981 to 0.985)"."""
+        if self.own.is_factor:
+            return f"{self.number.name} {self.change:.4g} times the rig's (95 % {self.low:.4g} to {self.high:.4g})"
+        change, low, high = (self._shown(end) - self._shown(0.0) for end in (self.change, self.low, self.high))
+        return f"{self.number.name} {change:+.3g} {self.number.unit} (95 % {low:+.3g} to {high:+.3g})"
+
+    def json(self) -> dict[str, Any]:
+        """As metrics.json has it: value in the session and what makes it, SI, [change, low, high] at 95 %."""
+        kind = "factor" if self.own.is_factor else "shift"
+        where = {"session": self.own.session, "number": f"{self.number.name} [{self.number.si}]"}
+        return where | {"value": self.value, kind: [self.change, self.low, self.high]}
+
+    def row(self) -> list[Any]:
+        """Session, number and values, in the unit of the rig file."""
+        values = [self._shown(value) for value in (self.base, self.value, *self.interval)]
+        times = self.change if self.own.is_factor else None
+        return [self.own.session, self.number.name, self.number.unit, *values, times]
+
+    def _shown(self, value: float) -> float:
+        return float(from_si(value, self.number.unit, self.number.si))
+
+
+def session_fits(problem: EstimationProblem, fit: Fit) -> list[SessionFit]:
+    """The numbers of sessions that a fit moved."""
+    places = {free.name: index for index, free in enumerate(fit.free)}
+    fits = []
+    for own in (number for number in problem.sessions if number.fitted):
+        base, change = (fit.free[k].value(float(fit.x[k])) for k in (places[own.number], places[own.name]))
+        number = problem.rig.numbers[own.number]
+        fits.append(SessionFit(own, number, base, change, *fit.interval(places[own.name])))
+    return fits
+
+
+def session_fits_table(problem: EstimationProblem, fits: Sequence[SessionFit]) -> Table:
+    """Each beside the rig's own number."""
+    head = ["session", "number", "unit", "rig's own", "in the session", "95 % low", "95 % high", "factor"]
+    every = "; ".join(
+        f"{session.name}: {', '.join(session.records)}{_warm(session.temperature)}"
+        for session in problem.campaign.sessions
+    )
+    note = f"The interval is of the difference: the rig's own number is taken as fitted. Sessions: {every}."
+    return Table("Numbers of sessions", head, [each.row() for each in fits], note=note)
+
+
+def session_fits_sentence(fits: Sequence[SessionFit]) -> str:
+    """One sentence on all of them; nothing without any."""
+    by_session: dict[str, list[str]] = {}
+    for each in fits:
+        by_session.setdefault(each.own.session, []).append(str(each))
+    return "".join(f" In session {name}: {', '.join(said)}." for name, said in by_session.items())
+
+
+def numbers_in_sessions(
+    before: Mapping[str, Mapping[str, Number]], fits: Sequence[SessionFit], source: str
+) -> dict[str, dict[str, Number]]:
+    """The numbers of every session for a rig file: those fitted, and others as they were `before`."""
+    sessions = {name: dict(numbers) for name, numbers in before.items()}
+    for each in fits:
+        number = replace(
+            each.number, value=each.value, source=f"fitted to {source}: {each}", interval=tuple(sorted(each.interval))
+        )
+        sessions.setdefault(each.own.session, {})[each.number.name] = number
+    return sessions
+
+
+def _warm(temperature: float | None) -> str:
+    return "" if temperature is None else f" ({float(from_si(temperature, 'degC', 'K')):.3g} degC)"
