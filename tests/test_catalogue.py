@@ -1,6 +1,7 @@
 """What is listed and shown: everything there is, and derived numbers that the model confirms."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -10,7 +11,7 @@ from workbench.commands.list.catalogue import KINDS, listing, listing_text
 from workbench.commands.show.describe import describe, describe_text
 from workbench.control.controller_spec import controller_spec
 from workbench.plant.effects import LIBRARY
-from workbench.rigs.rig import bundled, load_rig
+from workbench.rigs.rig import EffectUse, bundled, load_rig
 
 
 @pytest.fixture(scope="module")
@@ -114,3 +115,11 @@ def test_the_text_names_every_number_and_effect(shown, with_effect):
     assert "Effect jack.friction coulomb" in describe_text(
         describe(with_effect("jack.friction", "coulomb", Fc=(800.0, "N")))
     )
+
+
+@pytest.mark.parametrize("formula", ["play", "prandtl-ishlinskii", "bouc-wen"])
+def test_a_rig_with_hysteresis_is_shown(formula):
+    """A play has no slope inside its gap, so that nothing scales its rate where a search starts."""
+    rig = replace(load_rig("jack-10t"), effects=(EffectUse("pilot.hysteresis", formula, {}),))
+    names = [row["name"] for row in describe(rig)["derived"]]
+    assert names == [row["name"] for row in describe(load_rig("jack-10t"))["derived"]]

@@ -45,6 +45,7 @@ SEEN_IN = {
 }
 SECOND_ORDER = {"drive": ("pa", "pb", "position"), "flow": ("pa", "pb", "position")}
 RIGS = ("jack-10t", "festo-tp511")
+EDGES = ("drive.saturation hard", "drive.saturation one-sided")  # at off they have an edge, no slope
 HARD = (0.4, -0.4, 0.05, -0.02, 0.8, -0.8)  # command, for 25 ms each
 SMALL = {  # typical is what a 10 t jack shows: what a training cylinder would
     "supply.sag": 10.0,
@@ -188,7 +189,7 @@ def test_slopes_exist_everywhere_and_lead_away_from_off(hard, effect):
     for lane, states in enumerate(batch.x):
         here = [np.array(part) for part in slopes.map(len(states))(states.T, hard.u.T, p[lane])]
         assert all(np.isfinite(part).all() for part in here)
-        if lane == 0 and not effect.delay and effect.title != "drive.saturation hard":  # that one has an edge, no slope
+        if lane == 0 and not effect.delay and effect.title not in EDGES:
             steepest = np.abs(here[1].reshape(-1, len(own))).max(axis=0)  # columns repeat number by number, row by row
             assert all(s > 0 for s, n in zip(steepest, effect.numbers, strict=True) if n.off is not None)
 
@@ -203,7 +204,11 @@ def test_what_does_not_apply_is_refused(rig):
     assert all(applies(effect, rig) for effect in LIBRARY)
     missing = {effect.title for effect in LIBRARY if not applies(effect, training)}
     three_stage = ("drive.saturation", "drive.corrector", "pilot.hysteresis", "main.stiction")
-    assert missing == {"drive.lag amplifier", *(e.title for e in LIBRARY if e.name in three_stage)}
+    assert missing == {
+        "drive.lag amplifier",
+        "drive.lag two poles",
+        *(e.title for e in LIBRARY if e.name in three_stage),
+    }
     declared = replace(training, effects=(EffectUse("drive.lag", "", {}),))
     message = 'drive.lag amplifier does not apply to a second-order valve; formula "command filter" does'
     with pytest.raises(InputError, match=message):

@@ -29,11 +29,15 @@ from workbench.commands.trace.answer import TraceAnswer
 from workbench.commands.trace.metrics import more_json, trace_json
 from workbench.commands.trace.study import effects_for, identity, run_trace, trace_campaign, traced
 from workbench.commands.trace.tables import candidates_table
+from workbench.identify.fit.free_parameters import Candidate
 from workbench.identify.fit.initial_states import predicted_states
 from workbench.identify.fit.normal_equations import numbers_at
 from workbench.identify.fit.rotation import Selection
+from workbench.identify.trace.context import trace_context
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig, refit, with_selection
+from workbench.identify.trace.refits import run_pass
+from workbench.identify.trace.rule import explained
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
@@ -153,6 +157,27 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
     assert answer["effects"] == ["jack.friction"]
     assert list(more["failed"]) == ["jack.friction stribeck"]
     assert candidates_table(left).rows[-1][1] == "stribeck"
+
+
+def test_a_formula_with_memory_is_fitted_from_short_windows():
+    with one_blas_thread():
+        problem = estimation_problem(rubbing_campaign(), RIG)
+        alone, lugre = fit_rig(problem), find("jack.friction", "lugre")
+        far = Candidate(lugre, {number.name: number.high for number in lugre.numbers})
+        refitted = refit(problem, alone, far)
+    assert explained(alone.squares, refitted.squares, alone.samples) > 0.9
+
+
+def test_where_a_formula_with_memory_explains_nothing_the_name_s_others_are_fitted(monkeypatch):
+    monkeypatch.setattr("workbench.identify.trace.refits.refit", lambda problem, alone, candidate, again=False: alone)
+    lugre = find("jack.friction", "lugre")
+    library = [lugre, replace(lugre, formula="another")]
+    with one_blas_thread():
+        problem = estimation_problem(rubbing_campaign(), RIG)
+        context = trace_context(problem, library, no_checkpoint, lambda _: None, several=False)
+        alone = fit_rig(problem)
+        tried = run_pass(context, 1, alone, alone).tried
+    assert {fit.candidate.effect.formula for fit in tried} == {"lugre", "another"}
 
 
 def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch):

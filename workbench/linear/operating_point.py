@@ -104,8 +104,10 @@ class _Balance:
         self._rates = ca.Function("rates", [x, v], [rates])
         self._slopes = ca.Function("slopes", [x, v], [slopes])
         self.scale = np.append(plant.scale, [i.scale for i in plant.inputs])[columns]
-        rows = np.abs(self._jacobian_si(np.zeros(len(columns))) * self.scale).max(axis=1)
-        self.rows = np.maximum(rows, 1e-12)
+        rows, away = (
+            np.abs(self._jacobian_si(z) * self.scale).max(axis=1) for z in (np.zeros(len(columns)), self._apart())
+        )
+        self.rows = np.maximum(np.where(rows > 0, rows, away), 1e-12)  # a play has no slope inside its gap
 
     def unpack(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Full state and input from scaled unknowns."""
@@ -116,6 +118,10 @@ class _Balance:
     def residual(self, z: np.ndarray) -> np.ndarray:
         """Rates that must vanish, each over the largest slope of its own equation."""
         return np.array(self._rates(*self.unpack(z))).ravel()[self.balanced] / self.rows
+
+    def _apart(self) -> np.ndarray:
+        """Scaled unknowns that all differ: no play is inside its gap there."""
+        return 1.0 + np.arange(len(self.columns)) / len(self.columns)
 
     @property
     def slope(self) -> Any:

@@ -69,9 +69,12 @@ def escape_bad_starts(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Initial states [w, n] of which those that a bad guess had caught are better, new guesses, and which are [w].
 
-    The new guess is where the window before ends, from its fitted state: that is how far its neighbour is known.
+    The new guess is where the window before ends, from its fitted state, with what is measured or, where that is
+    nearer, without: that is how far its neighbour is known.
     """
-    anew = model.starts(windows, p, x0)
+    measured, joined = model.starts(windows, p, x0), model.joined(windows, p, x0)
+    nearer = np.less(*(costs(model, windows, guess, p, guess)[0] for guess in (joined, measured)))
+    anew = np.where(nearer[:, None], joined, measured)
     states, trial_squares = fit_states(model, windows, anew, p, _REFRESH_ROUNDS)
     better = trial_squares < _CAUGHT * squares
     return np.where(better[:, None], states, x0), anew, better

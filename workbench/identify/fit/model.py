@@ -12,8 +12,9 @@ from ...engine.jobs import Stepping
 from ...engine.tangent import tangent_attempt, tangent_outputs
 from ...linear import equilibrium
 from ...plant import Plant
+from ...records import Record
 from .session_numbers import SessionNumber, session_windows
-from .windows import DelayedCommand, Group, Windows, first_guess
+from .windows import DelayedCommand, Group, Windows, first_guess, run_up
 
 _TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
 _SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
@@ -69,21 +70,46 @@ class Model:
         The window before starts where it was guessed to, or at its `fitted` state [windows, n].
         """
         x0, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
-        values = np.empty((windows.count, len(self.plant.parameters)))
-        for group in windows.groups:
-            values[group.which] = self.parameters_of(windows, group, p)
+        values = self._values(windows, p)
         for w, (index, first, end) in enumerate(windows.spans):
             if index != last or windows.spans[w - 1][2] != first:
                 before, last = self._at_rest, index
-            x0[w] = first_guess(self.plant, windows, w, before)
-            t = windows.records[index].t[first : end + 1]
-            u = self._constant(windows.records[index].signals["command"][first:end])
-            x = x0[w] if fitted is None else fitted[w]
-            run = self.engine.run(
-                x, t if len(t) > len(u) else np.append(t, t[-1] + windows.records[index].period), u, values[w]
-            )
-            before = run.x[-1] if run.ok else x
+            record = windows.records[index]
+            x0[w] = first_guess(self.plant, record, first, end, before)
+            before = self._end(record, first, end, x0[w] if fitted is None else fitted[w], values[w])
         return x0
+
+    def joined(self, windows: Windows, p: np.ndarray, fitted: np.ndarray) -> np.ndarray:
+        """Initial states [windows, n] where the windows before end, from their `fitted` states [windows, n].
+
+        What is measured corrects none of it: a play that holds is found by what went before, and by nothing else. A
+        window with none before it is run up to from 20 ms earlier.
+        """
+        x0, values = np.empty((windows.count, self.plant.n)), self._values(windows, p)
+        for w, (index, first, _) in enumerate(windows.spans):
+            record, (other, start, end) = windows.records[index], windows.spans[w - 1]
+            if (other, end) == (index, first):
+                x0[w] = self._end(record, start, end, fitted[w - 1], values[w])
+            else:
+                start = run_up(record, first)
+                guess = first_guess(self.plant, record, start, first, self._at_rest)
+                x0[w] = self._end(record, start, first, guess, values[w])
+        return x0
+
+    def _values(self, windows: Windows, p: np.ndarray) -> np.ndarray:
+        """The plant's parameters [windows, k] in every window."""
+        values = np.empty((windows.count, len(self.plant.parameters)))
+        for group in windows.groups:
+            values[group.which] = self.parameters_of(windows, group, p)
+        return values
+
+    def _end(self, record: Record, first: int, end: int, x: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """The state [n] after rows of a record from x [n]; x where the plant cannot be simulated."""
+        if first == end:
+            return x
+        t, u = record.t[first : end + 1], self._constant(record.signals["command"][first:end])
+        run = self.engine.run(x, t if len(t) > len(u) else np.append(t, t[-1] + record.period), u, p)
+        return run.x[-1] if run.ok else x
 
     @cached_property
     def _at_rest(self) -> np.ndarray:

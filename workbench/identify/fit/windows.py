@@ -158,11 +158,9 @@ def delayed(record: Record, delay: float, interpolated: bool = False) -> Delayed
     return DelayedCommand(mean, -np.diff(command[rows]) / np.diff(edges), mean if interpolated else command[rows[:-1]])
 
 
-def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> np.ndarray:
-    """The initial state [n] of a window: the end of the one before it, corrected by what is measured directly."""
+def first_guess(plant: Plant, record: Record, first: int, end: int, before: np.ndarray) -> np.ndarray:
+    """The state [n] at row `first` of rows up to `end`: that `before` them, corrected by what is measured directly."""
     x = before.copy()
-    index, first, end = windows.spans[w]
-    record = windows.records[index]
     early = slice(first, min(end, first + int(_EARLY) + 1))
     middle = plant.p[plant.parameters.index("xmid")]
     direct = {"pa": ("P1", 0.0), "pb": ("P2", 0.0), "spool": ("z3", 0.0), "position": ("x", middle)}
@@ -174,6 +172,13 @@ def first_guess(plant: Plant, windows: Windows, w: int, before: np.ndarray) -> n
         half = (np.mean(record.signals["load_pressure"][early]) - x[a] + x[b]) / 2
         x[a], x[b] = x[a] + half, x[b] - half
     return x
+
+
+def run_up(record: Record, first: int) -> int:
+    """The row up to 20 ms before row `first`, with no gap between them."""
+    start = max(0, first - round(_BEFORE / record.period))
+    gaps = np.flatnonzero(np.diff(record.t[start : first + 1]) > _GAP * record.period)
+    return start + int(gaps[-1]) + 1 if gaps.size else start
 
 
 def _spans(record: Record, late: float, length: float) -> list[tuple[int, int]]:

@@ -19,6 +19,7 @@ from ..fit.windows import Windows
 from . import rule as decide
 from .problem import EstimationProblem
 from .score import initial_states_with_effect
+from .short_windows import fit_short_windows_first
 
 _REFIT_ROUNDS = 12
 _WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
@@ -101,6 +102,11 @@ def fit_rig(
 def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
     """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses."""
     model = problem.model((*model_fit.effects, candidate.effect))
+    if candidate.effect.has_memory:
+        candidate, fit = fit_short_windows_first(
+            problem, model_fit.model, model_fit.fit, model, candidate.effect, _REFIT_ROUNDS
+        )
+        return with_selection(problem, model, fit, (*model_fit.known, candidate))
     fit = _fitted(problem, model_fit, model, candidate)
     if again and not fit.chi2 < decide.CLOSED:
         moved = _elsewhere(candidate)

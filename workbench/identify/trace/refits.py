@@ -20,6 +20,8 @@ _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is
 _RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 
+_LOST = 0.05  # explained share below which a formula with memory says nothing of the name's other ones
+
 
 def run_pass(
     context: TraceContext, number: int, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED
@@ -65,11 +67,26 @@ class _Refits:
             tried.append(first)
             if not several and first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
                 tried += [self._try(*pair) for pair in own[1:]]
+            elif not several and _is_lost(first):
+                tried += self._others_with_memory(first.judgement, ranked)
         if several and (best := best_of_several(self._context.problem, self._model_fit, tried)):
             name = best.judgement.name
             own = [pair for pair in ranked if pair[0].effect.name == name]
             tried += [self._try(*pair) for pair in own[1:]]
         return tuple(sorted(tried, key=lambda candidate_fit: -candidate_fit.judgement.explained))
+
+    def _others_with_memory(
+        self, first: decide.Judgement, ranked: Sequence[tuple[Candidate, float]]
+    ) -> list[CandidateFit]:
+        """The name's other formulas with memory, whatever their score, until one explains the misfit."""
+        tried: list[CandidateFit] = []
+        for candidate, share in ranked:
+            effect = candidate.effect
+            if effect.name == first.name and effect.formula != first.formula and effect.has_memory:
+                tried.append(self._try(candidate, share))
+                if tried[-1].judgement.explained >= decide.NAMED:
+                    break
+        return tried
 
     def _try(self, candidate: Candidate, share: float, again: bool = False) -> CandidateFit:
         context, number, effect = self._context, self._number, candidate.effect
@@ -98,3 +115,8 @@ class _Refits:
         return decide.Judgement(
             effect.name, effect.formula, explained, refitted.squares / n, len(effect.fitted), passes
         )
+
+
+def _is_lost(first: CandidateFit) -> bool:
+    """Whether a formula with memory explains nothing: a score at windows in which a loop hunts says little of it."""
+    return first.candidate.effect.has_memory and first.judgement.explained < _LOST

@@ -40,9 +40,12 @@ def number(
     return EffectNumber(name, si, shown or si, typical, low, high, meaning, dry, off, tried, given, refines, at_least)
 
 
-def state(name: str, si: str, scale: float, start: float = 0.0) -> EffectState:
-    """A state of an effect: SI unit, a magnitude that is large for it, a plausible start value."""
-    return EffectState(name, si, scale, start)
+def state(name: str, si: str, scale: float, start: float = 0.0, memory: bool = False) -> EffectState:
+    """A state of an effect: SI unit, a magnitude that is large for it, a plausible start value.
+
+    `memory`: it stays where it was until something drags it along.
+    """
+    return EffectState(name, si, scale, start, memory)
 
 
 def effect(

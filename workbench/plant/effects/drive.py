@@ -6,13 +6,14 @@ import casadi as ca
 
 from .decorator import effect, number, state
 from .effect import Effect, Scope
-from .lag import first_order
+from .lag import first_order, second_order
 
 _TIMING = "drive timing"
 _FAST = "steps and fast multisine on the command, with current or spool recorded"
 _LARGE = "large steps of the command, with current recorded"
 _FILTER = "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998: prefilter"
 _PID = "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: filtered derivative, back-calculation with Tt = Ti"
+_ON_SPOOL = "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: derivative of the process variable, c = 0"
 
 _TAU = number("tau", 1e-3, "s", shown="ms", low=0.0, high=2e-2, off=0.0, meaning="time constant")
 _KI = number("ki", 40.0, "1/s", low=0.0, high=500.0, off=0.0, meaning="integral rate 1/Ti")
@@ -29,6 +30,7 @@ _DELAY = number(
     meaning="time by which the command is late",
     tried=(5e-4, 1e-3, 1.5e-3, 2.5e-3, 3.5e-3, 5e-3, 7e-3, 1e-2),
 )
+_SHARE = number("share", 0.08, "1", shown="%", low=0.02, high=1.0, off=1.0, meaning="limit over the declared one")
 _C0, _C1 = state("c0", "1", 1.0), state("c1", "1", 1.0)
 
 shift = Effect(
@@ -87,20 +89,54 @@ def command_filter(command: ca.SX, s: Scope) -> ca.SX:
 
 
 @effect(
+    "drive.lag",
+    "two poles",
+    equation="drive",
+    family=_TIMING,
+    slot="current",
+    source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: coil driven by an amplifier with current feedback",
+    shows=_FAST,
+    numbers=(
+        replace(_TAU, typical=5e-4, high=1e-2, meaning="1/(2 pi) of the period"),
+        number("zeta", 0.8, "1", low=0.3, high=2.0, meaning="damping ratio"),
+    ),
+    states=(state("i", "A", 0.02), state("i_rate", "A", 0.02)),
+)
+def two_poles(current: ca.SX, s: Scope) -> ca.SX:
+    """tau^2 i'' + 2 zeta tau i' + i = demand."""
+    return second_order(current, s, "i")
+
+
+@effect(
     "drive.saturation",
     "hard",
     equation="drive",
     slot="current",
     source="Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: actuator saturation",
     shows=_LARGE,
-    numbers=(
-        number("share", 0.08, "1", shown="%", low=0.02, high=1.0, off=1.0, meaning="limit over the declared one"),
-    ),
+    numbers=(_SHARE,),
 )
 def hard(current: ca.SX, s: Scope) -> ca.SX:
     """|i| <= share * declared limit."""
     top = s.p("share") * s["limit"]
     return ca.fmax(ca.fmin(current, top), -top)
+
+
+@effect(
+    "drive.saturation",
+    "one-sided",
+    equation="drive",
+    slot="current",
+    source="Tietze, Schenk, Electronic Circuits, 2nd ed. 2008, ch. 15: push-pull stage, one transistor a half wave",
+    shows=_LARGE,
+    numbers=tuple(
+        replace(_SHARE, name=name, meaning=f"{way} limit over the declared one", tried=(0.03, 0.06, 0.12, 0.25))
+        for name, way in (("up", "upper"), ("down", "lower"))
+    ),
+)
+def one_sided(current: ca.SX, s: Scope) -> ca.SX:
+    """-down * declared limit <= i <= up * declared limit."""
+    return ca.fmax(ca.fmin(current, s.p("up") * s["limit"]), -s.p("down") * s["limit"])
 
 
 @effect(
@@ -143,6 +179,12 @@ def _lead(demand: ca.SX, s: Scope) -> ca.SX:
     rate = (s["error"] - s.x("c1")) / s.p("tf")
     s.rate("c1", rate)
     return demand + s["gain"] * s.p("Td") * rate
+
+
+def _lead_on_spool(demand: ca.SX, s: Scope) -> ca.SX:
+    rate = (s["spool"] - s.x("c1")) / s.p("tf")
+    s.rate("c1", rate)
+    return demand - s["gain"] * s.p("Td") * rate
 
 
 def _integral(demand: ca.SX, s: Scope) -> ca.SX:
@@ -195,6 +237,36 @@ def lead(demand: ca.SX, s: Scope) -> ca.SX:
 def pi_lead(demand: ca.SX, s: Scope) -> ca.SX:
     """u = demand + Kp Td (e - c1)/tf + c0, tf c1' = e - c1, c0' = ki (Kp e + sat(u) - u)."""
     return _integral(_lead(demand, s), s)
+
+
+@effect(
+    "drive.corrector",
+    "lead on the spool",
+    equation="drive",
+    slot="corrector",
+    source=_ON_SPOOL,
+    shows=_FAST,
+    numbers=(_TD, _TF),
+    states=(_C1,),
+)
+def lead_on_spool(demand: ca.SX, s: Scope) -> ca.SX:
+    """u = demand - Kp Td (z - c1)/tf, tf c1' = z - c1, z the measured spool over its travel."""
+    return _lead_on_spool(demand, s)
+
+
+@effect(
+    "drive.corrector",
+    "pi, lead on the spool",
+    equation="drive",
+    slot="corrector",
+    source=_ON_SPOOL,
+    shows=_FAST,
+    numbers=(_KI, _TD, _TF),
+    states=(_C0, _C1),
+)
+def pi_lead_on_spool(demand: ca.SX, s: Scope) -> ca.SX:
+    """u = demand - Kp Td (z - c1)/tf + c0, tf c1' = z - c1, c0' = ki (Kp e + sat(u) - u)."""
+    return _integral(_lead_on_spool(demand, s), s)
 
 
 @effect(

@@ -43,12 +43,16 @@ class EffectNumber:
 
 @dataclass(frozen=True)
 class EffectState:
-    """A state that an effect adds: SI unit, magnitude, and a plausible start value."""
+    """A state that an effect adds: SI unit, magnitude, and a plausible start value.
+
+    `memory`: it stays where it was until something drags it along, as a play does, so that a loop may hunt on it.
+    """
 
     name: str
     unit: str
     scale: float
     start: float = 0.0
+    memory: bool = False
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,11 @@ class Effect:
     def fitted(self) -> tuple[EffectNumber, ...]:
         """The numbers that a fit may move."""
         return tuple(number for number in self.numbers if not number.given)
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether one of its states is memory."""
+        return any(state.memory for state in self.states)
 
     @property
     def title(self) -> str:

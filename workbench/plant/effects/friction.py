@@ -99,7 +99,12 @@ def _formulas(of: _Rubbing) -> tuple[Effect, ...]:
         level = s.p("Fc") + (s.p("Fs") - s.p("Fc")) * _peak(s["velocity"], s)
         return friction + level * ca.tanh(s["velocity"] / of.creep)
 
-    @here("lugre", source=_CANUDAS, numbers=take("Fc", "ratio", "vs", "d", "td"), states=(state("z", "1", 1.0),))
+    @here(
+        "lugre",
+        source=_CANUDAS,
+        numbers=take("Fc", "ratio", "vs", "d", "td"),
+        states=(state("z", "1", 1.0, memory=True),),
+    )
     def lugre(friction: ca.SX, s: Scope) -> ca.SX:
         """F = Fc (z + td z'), d z' = v - |v| z/g, g = 1 + (ratio - 1) exp(-(v/vs)^2).
 

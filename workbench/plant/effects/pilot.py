@@ -17,7 +17,7 @@ _R = number("r", 2e-4, "A", shown="mA", low=0.0, high=5e-3, off=0.0, meaning="ha
 
 
 def _state(name: str) -> EffectState:
-    return state(name, "A", 0.02)
+    return state(name, "A", 0.02, memory=True)
 
 
 def _held_back(current: ca.SX, s: Scope, dragged: str, half: ca.SX) -> ca.SX:

@@ -19,7 +19,7 @@ class Slot:
 
 _VALVE = {
     "command": Slot("spool-position command [1] after the drive's input"),
-    "corrector": Slot("output of the spool loop over rated current [1]", ("error", "gain", "limit")),
+    "corrector": Slot("output of the spool loop over rated current [1]", ("error", "spool", "gain", "limit")),
     "current": Slot("pilot current [A], as measured", ("limit",)),
     "motor_current": Slot("current [A] that makes torque in the motor"),
     "main_friction": Slot("dry friction [N] against the main spool's motion", ("spool", "velocity")),

@@ -63,7 +63,8 @@ class ThreeStage(Valve):
 
 def _drive(b: Assembly, command: ca.SX, z: ca.SX) -> ca.SX:
     """Spool loop and current amplifier: normalised error -> pilot current [A]."""
-    error = b.slot("command", command) - z / b["z3max"]
+    spool = z / b["z3max"]
+    error = b.slot("command", command) - spool
     demand = b["Kp"] * error
     if "Td" in b:
         filtered = b.state("c1", "1", 1.0)
@@ -74,7 +75,7 @@ def _drive(b: Assembly, command: ca.SX, z: ca.SX) -> ca.SX:
         demand += integral
         excess = _saturate(demand, b["isat"]) - demand
         b.rate("c0", b["Kp"] * error / b["Ti"] + 400 * excess)
-    demand = b.slot("corrector", demand, error=error, gain=b["Kp"], limit=b["isat"])
+    demand = b.slot("corrector", demand, error=error, spool=spool, gain=b["Kp"], limit=b["isat"])
     return b.slot("current", b["imax"] * _saturate(demand, b["isat"]), limit=b["imax"] * b["isat"])
 
 

@@ -2,8 +2,8 @@
 
 import casadi as ca
 
-from ....plant.effects import EffectNumber, EffectState, Scope
-from ....plant.effects.lag import FAST, first_order, second_order
+from ....plant.effects import EffectState, Scope
+from ....plant.effects.lag import FAST, first_order
 from .formula import off_library, shape, size
 
 _FRANKLIN = "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998"
@@ -14,9 +14,9 @@ def _filter(command: ca.SX, s: Scope) -> ca.SX:
     return first_order(command, s, "c")
 
 
-def _two_poles(value: ca.SX, s: Scope) -> ca.SX:
-    """tau^2 y'' + 2 zeta tau y' + y = value."""
-    return second_order(value, s, "y")
+def _three_poles(current: ca.SX, s: Scope) -> ca.SX:
+    """(tau d/dt + 1)^3 i = demand."""
+    return first_order(first_order(first_order(current, s, "first"), s, "second"), s, "third")
 
 
 def _bare_pole(current: ca.SX, s: Scope) -> ca.SX:
@@ -26,28 +26,32 @@ def _bare_pole(current: ca.SX, s: Scope) -> ca.SX:
     return s.x("i") + 1e-6 / length * (current - s.x("i"))
 
 
-def _one_sided(current: ca.SX, s: Scope) -> ca.SX:
-    """-limit (1 - down) <= i <= limit (1 - up)."""
-    return ca.fmax(ca.fmin(current, (1 - s.p("up")) * s["limit"]), -(1 - s.p("down")) * s["limit"])
+def _one_bends(current: ca.SX, s: Scope) -> ca.SX:
+    """i = demand / (1 + w demand/limit) where demand is above 0, / (1 - v demand/limit) where below."""
+    ratio = current / s["limit"]
+    return current / (1 + s.p("w") * ca.fmax(ratio, 0) + s.p("v") * ca.fmax(-ratio, 0))
 
 
-def _fourth_power(current: ca.SX, s: Scope) -> ca.SX:
-    """i = demand / (1 + (w demand / declared limit)^4)^(1/4)."""
-    ratio = s.p("w") * current / s["limit"]
-    return current / (1 + ratio**4) ** 0.25
+def _arctangent(current: ca.SX, s: Scope) -> ca.SX:
+    """i = L atan(demand/L), L = limit/w."""
+    reached = s["limit"] / (s.p("w") + 1e-9)
+    return reached * ca.atan(current / reached)
 
 
 def _leaky(demand: ca.SX, s: Scope) -> ca.SX:
-    """u = demand + c, c' = ki Kp e - c/leak: an integral that forgets."""
+    """u = demand + c + Kp Td (e - f)/tf, c' = ki Kp e - c/leak, tf f' = e - f: an integral that forgets, and a lead."""
+    rate = (s["error"] - s.x("f")) / s.p("tf")
     s.rate("c", s.p("ki") * s["gain"] * s["error"] - s.x("c") / s.p("leak"))
-    return demand + s.x("c")
+    s.rate("f", rate)
+    return demand + s.x("c") + s["gain"] * s.p("Td") * rate
 
 
-def _lag_lead(demand: ca.SX, s: Scope) -> ca.SX:
-    """u = demand + k (demand - c), tf c' = demand - c: k above 0 leads."""
-    gap = demand - s.x("c")
-    s.rate("c", gap / s.p("tf"))
-    return demand + s.p("k") * gap
+def _smooth_lead(demand: ca.SX, s: Scope) -> ca.SX:
+    """u = demand + Td d', tf d' = c - d, tf c' = demand - c: a lead behind a filter of two poles."""
+    s.rate("c", (demand - s.x("c")) / s.p("tf"))
+    rate = (s.x("c") - s.x("d")) / s.p("tf")
+    s.rate("d", rate)
+    return demand + s.p("Td") * rate
 
 
 def _slow_a(pressure: ca.SX, s: Scope) -> ca.SX:
@@ -85,7 +89,6 @@ def _late(pressure: ca.SX, s: Scope, side: str) -> ca.SX:
 
 _DELAY = size("delay", "s", 1.5e-3, 2e-2, "time by which the command is late")
 _TAU = size("tau", "s", 1e-3, 2e-2, "time constant")
-_Y = (EffectState("y", "A", 0.02), EffectState("y_rate", "A", 0.02))
 _SIDES = (EffectState("a", "Pa", 1e7, 1e7), EffectState("b", "Pa", 1e7, 1e7))
 
 EFFECTS = (
@@ -100,14 +103,11 @@ EFFECTS = (
     ),
     off_library(
         "drive.lag",
-        "two poles",
-        "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: coil and amplifier with current feedback",
-        {"current": _two_poles},
-        (
-            size("tau", "s", 5e-4, 1e-2, "1/(2 pi) of the period"),
-            EffectNumber("zeta", "1", "1", 0.8, 0.5, 1.5, "damping"),
-        ),
-        _Y,
+        "three poles",
+        "Strejc, Regelungstechnik 7, 1959: equal lags in series",
+        {"current": _three_poles},
+        (size("tau", "s", 3e-4, 7e-3, "time constant of each"),),
+        tuple(EffectState(name, "A", 0.02) for name in ("first", "second", "third")),
     ),
     off_library(
         "drive.lag",
@@ -119,33 +119,41 @@ EFFECTS = (
     ),
     off_library(
         "drive.saturation",
-        "one-sided",
-        "a power stage whose halves differ",
-        {"current": _one_sided},
-        (size("up", "1", 0.9, 0.98, "lost of the limit upwards"), size("down", "1", 0.75, 0.98, "lost downwards")),
+        "unequal bends",
+        "a power stage whose halves differ; each by Rapp, 1991, p = 1/2",
+        {"current": _one_bends},
+        (
+            size("w", "1", 5.0, 50.0, "declared limit over the one tended to upwards"),
+            size("v", "1", 2.0, 50.0, "declared limit over the one tended to downwards"),
+        ),
     ),
     off_library(
         "drive.saturation",
-        "fourth power",
-        "Rapp, 2nd European Conference on Satellite Communications, 1991: p = 2",
-        {"current": _fourth_power},
-        (size("w", "1", 5.0, 50.0, "declared limit over the one that is tended to"),),
+        "arctangent",
+        "a smooth saturation: the inverse tangent",
+        {"current": _arctangent},
+        (size("w", "1", 5.0, 50.0, "declared limit over 2/pi of the one that is tended to"),),
     ),
     off_library(
         "drive.corrector",
         "leaky integral",
         "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3",
         {"corrector": _leaky},
-        (size("ki", "1/s", 40.0, 500.0, "integral rate"), shape("leak", "s", 0.05, "time in which it forgets")),
-        (EffectState("c", "1", 1.0),),
+        (
+            size("ki", "1/s", 40.0, 500.0, "integral rate"),
+            size("Td", "s", 3e-4, 3e-3, "lead time"),
+            shape("leak", "s", 0.05, "time in which it forgets"),
+            shape("tf", "s", 5e-4, "filter of the lead"),
+        ),
+        (EffectState("c", "1", 1.0), EffectState("f", "1", 1.0)),
     ),
     off_library(
         "drive.corrector",
-        "lag-lead",
-        "Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems, ch. 6",
-        {"corrector": _lag_lead},
-        (size("k", "1", 0.5, 5.0, "high-frequency gain less 1"), shape("tf", "s", 2e-3, "its time constant")),
-        (EffectState("c", "1", 1.0),),
+        "smooth lead",
+        "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: derivative behind a filter of two poles",
+        {"corrector": _smooth_lead},
+        (size("Td", "s", 6e-4, 5e-3, "lead time"), shape("tf", "s", 5e-4, "each time constant of its filter")),
+        (EffectState("c", "1", 1.0), EffectState("d", "1", 1.0)),
     ),
     off_library(
         "sensor.lag",
