@@ -159,7 +159,7 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
     assert candidates_table(left).rows[-1][1] == "stribeck"
 
 
-def test_a_formula_with_memory_is_fitted_from_short_windows():
+def test_a_formula_with_memory_that_starts_far_off_is_fitted_from_short_windows():
     with one_blas_thread():
         problem = estimation_problem(rubbing_campaign(), RIG)
         alone, lugre = fit_rig(problem), find("jack.friction", "lugre")

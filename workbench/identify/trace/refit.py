@@ -23,6 +23,7 @@ from .short_windows import fit_short_windows_first
 
 _REFIT_ROUNDS = 12
 _WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
+_NEAR = (1.0, 0.5, 0.25)  # of that strength: where one with memory that harms at each is sought in short windows
 _GONE = 1e-4  # of the typical strength
 _ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
 
@@ -102,7 +103,7 @@ def fit_rig(
 def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
     """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses."""
     model = problem.model((*model_fit.effects, candidate.effect))
-    if candidate.effect.has_memory:
+    if _is_lost(problem, model_fit, model, candidate):
         candidate, fit = fit_short_windows_first(
             problem, model_fit.model, model_fit.fit, model, candidate.effect, _REFIT_ROUNDS
         )
@@ -192,19 +193,33 @@ def run(problem: EstimationProblem, model: Model, windows: Windows, p: np.ndarra
 
 
 def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> Fit:
-    more = candidate.free()
-    free: Sequence[FreeParameter] = (*model_fit.fit.free, *more)
-    before = extend_parameters(model_fit.model.plant, model_fit.fit.p, model.plant)
-    offs = [number.off for number in candidate.effect.fitted]
-    places = [np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)]) for share in _WEAKER]
-    for place in places:
-        p = numbers_at(model, more, place, before)
-        guess = initial_states_with_effect(model, model_fit.model, problem.train, model_fit.fit.x0, p)
-        squares = sum(float(np.sum(e**2)) for e in model.errors(problem.train, guess, p))
-        if squares < model_fit.fit.squares.sum() or place is places[-1]:
+    free: Sequence[FreeParameter] = (*model_fit.fit.free, *candidate.free())
+    for share in _WEAKER:
+        place, p, guess, harmless = _start(problem, model_fit, model, candidate, share)
+        if harmless or share == _WEAKER[-1]:
             start = np.append(model_fit.fit.x, place)
             return fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _REFIT_ROUNDS)
-    raise AssertionError("one of the places is the last")
+    raise AssertionError("one of the shares is the last")
+
+
+def _is_lost(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> bool:
+    """Whether an effect with memory harms at every strength near its start: a loop hunts on it."""
+    return candidate.effect.has_memory and not any(
+        _start(problem, model_fit, model, candidate, share)[-1] for share in _NEAR
+    )
+
+
+def _start(
+    problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate, share: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Distances, parameters and initial states at a share of the strength to start from; whether it does no harm."""
+    more = candidate.free()
+    offs = [number.off for number in candidate.effect.fitted]
+    place = np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)])
+    p = numbers_at(model, more, place, extend_parameters(model_fit.model.plant, model_fit.fit.p, model.plant))
+    guess = initial_states_with_effect(model, model_fit.model, problem.train, model_fit.fit.x0, p)
+    squares = sum(float(np.sum(e**2)) for e in model.errors(problem.train, guess, p))
+    return place, p, guess, bool(squares < model_fit.fit.squares.sum())
 
 
 def _toward(free: FreeParameter, off: float | None, share: float) -> float:
