@@ -36,7 +36,8 @@ def _hard(i, p, x, c):
 
 
 def _one_sided(i, p, x, c):
-    return min(max(i, -p["down"] * c["limit"]), p["up"] * c["limit"]), {}
+    top = p["share"] * c["limit"]
+    return min(max(i, -top * (1 + min(p["less"], 0))), top * (1 - max(p["less"], 0))), {}
 
 
 def _soft(i, p, x, c):

@@ -129,14 +129,18 @@ def hard(current: ca.SX, s: Scope) -> ca.SX:
     slot="current",
     source="Tietze, Schenk, Electronic Circuits, 2nd ed. 2008, ch. 15: push-pull stage, one transistor a half wave",
     shows=_LARGE,
-    numbers=tuple(
-        replace(_SHARE, name=name, meaning=f"{way} limit over the declared one", tried=(0.03, 0.06, 0.12, 0.25))
-        for name, way in (("up", "upper"), ("down", "lower"))
+    numbers=(
+        replace(_SHARE, meaning="higher limit over the declared one", tried=(0.03, 0.06, 0.12, 0.25)),
+        number(
+            "less", 0.4, "1", low=-0.95, high=0.95, off=0.0, meaning="what the upper limit, below 0 the lower, lacks"
+        ),
     ),
 )
 def one_sided(current: ca.SX, s: Scope) -> ca.SX:
-    """-down * declared limit <= i <= up * declared limit."""
-    return ca.fmax(ca.fmin(current, s.p("up") * s["limit"]), -s.p("down") * s["limit"])
+    """-share (1 + min(less, 0)) declared limit <= i <= share (1 - max(less, 0)) declared limit."""
+    top = s.p("share") * s["limit"]
+    up, down = 1 - ca.fmax(s.p("less"), 0), 1 + ca.fmin(s.p("less"), 0)
+    return ca.fmax(ca.fmin(current, up * top), -down * top)
 
 
 @effect(
