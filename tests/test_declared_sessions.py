@@ -1,4 +1,4 @@
-"""Sessions that a campaign declares: numbers of their own in their records, in fits and in predictions."""
+"""Sessions and drifts that a campaign declares: numbers that are others in their records, fitted and predicted."""
 
 import json
 from dataclasses import replace
@@ -20,7 +20,7 @@ from workbench.identify.fit.normal_equations import directions
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.records import Campaign, load_campaign
-from workbench.records.sessions import Session
+from workbench.records.sessions import Drift, Session
 from workbench.rigs.rig import Rig, load_rig, rig_text
 
 FREE = ("K3", "z0")
@@ -91,8 +91,9 @@ def test_the_rig_as_found_has_the_session_and_other_commands_take_it(tmp_path):
     assert [number.start for number in again.sessions] == pytest.approx([FACTOR, SHIFT], rel=0.1)
 
 
-def test_slopes_to_what_a_session_changes_are_those_of_differences():
-    problem = estimation_problem(two_days(), RIG)
+def test_slopes_to_what_a_session_or_drift_changes_are_those_of_differences():
+    drift = Drift("days", ("warm steps", "cold steps", "warm triangle"), FREE, "record")
+    problem = estimation_problem(replace(two_days(), drifts=(drift,)), RIG)
     model, train = problem.model(), problem.train
     x0 = model.starts(train, model.p)
     along = directions(model, problem.free, np.zeros(len(problem.free)))
@@ -190,6 +191,82 @@ def test_reports_name_the_numbers_of_a_session():
     assert any(section.title == "In sessions" for section in page.sections)
     assert len(session_fits(estimation_problem(two_days(), RIG), fit_of())) == 2
     json.dumps(answer().outcome.metrics["session_numbers"])
+
+
+STEP = 1.015
+
+
+@cache
+def warming_up(numbers: tuple[str, ...] = ("K3",)) -> Campaign:
+    """Three repeats of steps and of a triangle in which the valve passes more each time; a fourth is held out."""
+    steps, triangle, _ = commands(1.0)
+    runs = [
+        made(RIG.with_values(K3=RIG["K3"] * STEP**run), f"{name} {run}", command, 10 * run + len(name))
+        for run in range(4)
+        for name, command in (("steps", steps), ("triangle", triangle))
+    ]
+    names = tuple(record.name for record in runs)
+    drifts = (Drift("warming", names, numbers, "repeat"),) if numbers else ()
+    return replace(campaign(RIG, 1.0), train=tuple(runs[:6]), heldout=tuple(runs[6:]), drifts=drifts)
+
+
+def test_a_drift_is_within_its_interval_and_predicts_the_next_repeat():
+    alike, apart = (
+        fit_campaign(warming_up(numbers), RIG, 1, no_checkpoint, lambda _: None).outcome for numbers in ((), ("K3",))
+    )
+    (drift,) = apart.metrics["session_numbers"]
+    assert (drift["session"], drift["per"]) == ("warming", "repeat")
+    value, low, high = drift["factor"]
+    assert low < STEP < high
+    assert value == pytest.approx(STEP, abs=2e-3)
+    assert apart.metrics["chi2"]["heldout"] < 1.1 < alike.metrics["chi2"]["heldout"]
+    assert "Drift warming: K3 1.01" in apart.page.verdict
+
+
+def test_later_repeats_that_differ_are_told_with_the_lines_of_a_drift():
+    problem = estimation_problem(warming_up(()), RIG)
+    with one_blas_thread():
+        difference = sessions(problem, fit_rig(problem).fit)[0]
+    lines = ["[drifts.repeats]", 'records = ["*"]', 'numbers = ["K3"]', 'per = "repeat"']
+    assert session_lines(problem, difference) == lines
+
+
+def test_a_drift_counts_records_or_repeats_in_their_order(tmp_path):
+    lines = '[drifts.a]\nrecords = ["warm *", "cold *"]\nnumbers = ["K3"]\nper = "{}"'
+    for per, weights in (("record", [0, 1, 2, 3, 4, 5]), ("repeat", [0, 0, 0, 1, 1, 1])):
+        days = load_campaign(folder(tmp_path / per, lines.format(per)))
+        (number,) = estimation_problem(days, RIG).sessions
+        assert list(number.weights.values()) == weights
+        assert next(iter(number.weights)) == "warm steps"
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ('records = ["hot_*"]\nnumbers = ["K3"]\nper = "record"', 'drifts.a.records: "hot_*" is no record'),
+        ('records = ["*"]\nnumbers = ["K3"]\nper = "hour"', "drifts.a.per"),
+        ('records = ["*"]\nper = "record"', "drifts.a.numbers: missing"),
+        ('records = ["*"]\nnumbers = ["K3"]\nper = "record"\nby = 2', "drifts.a.by: unknown key"),
+    ],
+)
+def test_a_bad_drift_is_refused_in_one_line(tmp_path, lines, said):
+    with pytest.raises(InputError) as error:
+        load_campaign(folder(tmp_path, f"[drifts.a]\n{lines}"))
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_number_may_drift_within_sessions():
+    drift = Drift("days", ("warm steps", "cold steps", "warm triangle"), ("K3",), "record")
+    problem = estimation_problem(replace(two_days(), drifts=(drift,)), RIG)
+    model = problem.model()
+    p = model.p.copy()
+    p[-3:] = [FACTOR, SHIFT, STEP]
+    (group,) = problem.train.groups
+    values = model.parameters_of(problem.train, group, p)[:, model.plant.parameters.index("K3")]
+    power = {"cold steps": (0, 1), "cold triangle": (0, 0), "warm steps": (1, 0), "warm triangle": (1, 2)}
+    of = [power[problem.train.records[problem.train.spans[w][0]].name] for w in group.which]
+    assert values == pytest.approx([RIG["K3"] * FACTOR**a * STEP**b for a, b in of])
 
 
 @cache

@@ -20,7 +20,7 @@ from .columns import ColumnMap
 from .frequency_sheet import FrequencySheet, listed_sheet
 from .read import read_record, record_name
 from .record import Record
-from .sessions import Session, read_sessions
+from .sessions import Drift, Session, read_drifts, read_sessions
 
 FILE = "campaign.toml"
 _APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
@@ -34,7 +34,7 @@ class Campaign:
 
     `select` are records that choose between models; without any, parts of the train records do so in turn. `score` is
     what is fitted and quoted: errors in short "windows", or of one "free-run" through each record. In the records of
-    `sessions` some of the rig's numbers may be others.
+    `sessions` some of the rig's numbers may be others, over those of `drifts` they may drift.
     """
 
     path: Path
@@ -46,6 +46,7 @@ class Campaign:
     sheets: tuple[FrequencySheet, ...] = ()
     score: str = WINDOWS
     sessions: tuple[Session, ...] = ()
+    drifts: tuple[Drift, ...] = ()
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -96,7 +97,7 @@ def load_campaign(folder: str | Path) -> Campaign:
     """
     file = Path(folder)
     file = file / FILE if file.is_dir() else file
-    top = read_toml(file).allow("rig", "records", "signals", "sheets", "score", "sessions")
+    top = read_toml(file).allow("rig", "records", "signals", "sheets", "score", "sessions", "drifts")
     rig = _rig(top, file.parent)
     score = top.word("score", (WINDOWS, FREE_RUN), WINDOWS)
     signals = top.optional_table("signals")
@@ -109,7 +110,8 @@ def load_campaign(folder: str | Path) -> Campaign:
     sheets = tuple(listed_sheet(entry, file.parent) for entry in top.tables("sheets"))
     files = {entry.name: entry.file for role in ROLES[1:] for entry in entries[role]}
     sessions = read_sessions(top.optional_table("sessions"), files, [entry.name for entry in entries["train"]])
-    return Campaign(file.parent, rig, **records, sheets=sheets, score=score, sessions=sessions)
+    drifts = read_drifts(top.optional_table("drifts"), files)
+    return Campaign(file.parent, rig, **records, sheets=sheets, score=score, sessions=sessions, drifts=drifts)
 
 
 def judged_by(campaign: Campaign, patterns: Sequence[str]) -> Campaign:

@@ -1,4 +1,4 @@
-"""Sessions of a campaign: records that were made on another day, with warmer oil, another supply."""
+"""Sessions of a campaign: records of another day, with warmer oil; and drifts, from one record to the next."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ from ..base.errors import echo
 from ..base.table import Table
 from ..base.units import Spec
 
+RECORD, REPEAT = PER = "record", "repeat"
 _OIL = Spec("K", 233.15, 423.15, "temperature of the oil")
 
 
@@ -22,6 +23,17 @@ class Session:
     records: tuple[str, ...]
     numbers: tuple[str, ...] = ()
     temperature: float | None = None
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Records, by name and in order, over which `numbers` of the rig drift: with each further one of them ("record"),
+    or with each further one of the same command ("repeat")."""
+
+    name: str
+    records: tuple[str, ...]
+    numbers: tuple[str, ...]
+    per: str
 
 
 def read_sessions(tables: Table, files: Mapping[str, str], train: Sequence[str]) -> tuple[Session, ...]:
@@ -44,15 +56,30 @@ def read_sessions(tables: Table, files: Mapping[str, str], train: Sequence[str])
     return sessions
 
 
+def read_drifts(tables: Table, files: Mapping[str, str]) -> tuple[Drift, ...]:
+    """The tables [drifts.NAME]; records in the order of the patterns. Raises InputError for a bad key or pattern."""
+    drifts = []
+    for name in tables:
+        table = tables.table(name, "records", "numbers", "per")
+        records = _records(table, files)
+        drifts.append(Drift(name, records, table.words("numbers", "K3"), table.word("per", PER)))
+    return tuple(drifts)
+
+
 def _session(table: Table, name: str, files: Mapping[str, str]) -> Session:
     table.allow("records", "numbers", "temperature")
+    temperature = table.quantity("temperature", _OIL) if "temperature" in table else None
+    return Session(name, _records(table, files), table.words("numbers", "K3", ()), temperature)
+
+
+def _records(table: Table, files: Mapping[str, str]) -> tuple[str, ...]:
+    """The records that match a pattern, pattern by pattern."""
     patterns = table.words("records", "warm_*")
     for pattern in patterns:
         if not any(_matches(record, file, pattern) for record, file in files.items()):
             raise table.complaint("records", f"{echo(pattern)} is no record; there are {', '.join(files)}")
-    records = tuple(record for record, file in files.items() if any(_matches(record, file, p) for p in patterns))
-    temperature = table.quantity("temperature", _OIL) if "temperature" in table else None
-    return Session(name, records, table.words("numbers", "K3", ()), temperature)
+    matching = (name for pattern in patterns for name, file in files.items() if _matches(name, file, pattern))
+    return tuple(dict.fromkeys(matching))
 
 
 def _matches(record: str, file: str, pattern: str) -> bool:

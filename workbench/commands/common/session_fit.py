@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from ...base.units import from_si
 from ...identify.fit.session_numbers import SessionNumber
 from ...identify.fit.solver import Fit
@@ -25,32 +27,39 @@ class SessionFit:
 
     @property
     def value(self) -> float:
-        """The number in the session."""
-        return self.own.value(self.base, self.change)
+        """The number in the session, or after one step of a drift."""
+        return self._after(self.change)
 
     @property
     def interval(self) -> tuple[float, float]:
         """Of the value, where the rig's own number is as fitted."""
-        return self.own.value(self.base, self.low), self.own.value(self.base, self.high)
+        return self._after(self.low), self._after(self.high)
+
+    def _after(self, change: float) -> float:
+        return float(self.own.values(np.array([self.base]), change, np.ones(1))[0])
 
     def __str__(self) -> str:
         """ "K3 0.983 times the rig's (95 % 0.981 to 0.985)"."""
         if self.own.is_factor:
-            return f"{self.number.name} {self.change:.4g} times the rig's (95 % {self.low:.4g} to {self.high:.4g})"
+            times = f"times with every {self.own.per}" if self.own.per else "times the rig's"
+            return f"{self.number.name} {self.change:.4g} {times} (95 % {self.low:.4g} to {self.high:.4g})"
         change, low, high = (self._shown(end) - self._shown(0.0) for end in (self.change, self.low, self.high))
-        return f"{self.number.name} {change:+.3g} {self.number.unit} (95 % {low:+.3g} to {high:+.3g})"
+        step = f"{self.number.unit} with every {self.own.per}" if self.own.per else self.number.unit
+        return f"{self.number.name} {change:+.3g} {step} (95 % {low:+.3g} to {high:+.3g})"
 
     def json(self) -> dict[str, Any]:
         """As metrics.json has it: value in the session and what makes it, SI, [change, low, high] at 95 %."""
         kind = "factor" if self.own.is_factor else "shift"
         where = {"session": self.own.session, "number": f"{self.number.name} [{self.number.si}]"}
+        where |= {"per": self.own.per} if self.own.per else {}
         return where | {"value": self.value, kind: [self.change, self.low, self.high]}
 
     def row(self) -> list[Any]:
         """Session, number and values, in the unit of the rig file."""
         values = [self._shown(value) for value in (self.base, self.value, *self.interval)]
         times = self.change if self.own.is_factor else None
-        return [self.own.session, self.number.name, self.number.unit, *values, times]
+        of = f"{self.own.session}, with every {self.own.per}" if self.own.per else self.own.session
+        return [of, self.number.name, self.number.unit, *values, times]
 
     def _shown(self, value: float) -> float:
         return float(from_si(value, self.number.unit, self.number.si))
@@ -82,16 +91,18 @@ def session_fits_sentence(fits: Sequence[SessionFit]) -> str:
     """One sentence on all of them; nothing without any."""
     by_session: dict[str, list[str]] = {}
     for each in fits:
-        by_session.setdefault(each.own.session, []).append(str(each))
-    return "".join(f" In session {name}: {', '.join(said)}." for name, said in by_session.items())
+        kind = "Drift" if each.own.per else "In session"
+        by_session.setdefault(f"{kind} {each.own.session}", []).append(str(each))
+    return "".join(f" {where}: {', '.join(said)}." for where, said in by_session.items())
 
 
 def numbers_in_sessions(
     before: Mapping[str, Mapping[str, Number]], fits: Sequence[SessionFit], source: str
 ) -> dict[str, dict[str, Number]]:
-    """The numbers of every session for a rig file: those fitted, and others as they were `before`."""
+    """The numbers of every session for a rig file: those fitted, and others as they were `before`; what drifts has the
+    number that the first record had."""
     sessions = {name: dict(numbers) for name, numbers in before.items()}
-    for each in fits:
+    for each in (each for each in fits if not each.own.per):
         number = replace(
             each.number, value=each.value, source=f"fitted to {source}: {each}", interval=tuple(sorted(each.interval))
         )

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from ...identify.fit.sessions import SessionDifference, groups, session_differences
+from ...identify.fit.sessions import LATER, SessionDifference, groups, session_differences
 from ...identify.fit.solver import Fit
 from ...identify.trace.problem import EstimationProblem
 from ...records import Campaign
 from ...records.campaign import FILE
-from ...records.sessions import Session
+from ...records.sessions import REPEAT, Session
 from ...report import Section, Table
 
 _LISTED = 4  # records of a group that are named
@@ -24,8 +24,9 @@ def sessions(problem: EstimationProblem, fit: Fit) -> list[SessionDifference]:
         f"of session {session.name}": tuple(k for k, name in enumerate(names) if name in session.records)
         for session in problem.campaign.sessions
     }
-    found = groups(problem.train.records)
-    others = {name: places for name, places in found.items() if places not in declared.values()}
+    known = [set(places) for places in declared.values()]
+    known += [set(range(len(names))) - places for places in known]
+    others = {name: own for name, own in groups(problem.train.records).items() if set(own) not in known}
     return session_differences(fit, problem.train, declared | others, problem.kappa)
 
 
@@ -68,6 +69,8 @@ def session_lines(problem: EstimationProblem, difference: SessionDifference) -> 
     """The lines of campaign.toml that give the group the number to itself; none for a number that is no rig's own."""
     if difference.number not in problem.rig.numbers:
         return []
+    if difference.group == LATER:
+        return ["[drifts.repeats]", 'records = ["*"]', f'numbers = ["{difference.number}"]', f'per = "{REPEAT}"']
     own = _declared(problem.campaign, difference)
     if own is not None:
         numbers = ", ".join(f'"{name}"' for name in (*own.numbers, difference.number))
@@ -84,8 +87,7 @@ def _pattern(problem: EstimationProblem, difference: SessionDifference) -> str:
     """The records of the group in every role: by what their names begin with, where no other's do, else listed."""
     campaign = problem.campaign
     moving = [*campaign.train, *campaign.select, *campaign.heldout]
-    places = groups(moving).get(difference.group, ())
-    names = [moving[k].name for k in places] if difference.group.startswith("with ") else list(difference.records)
+    names = [moving[k].name for k in groups(moving)[difference.group]]
     begins = (names[0][:end] for end in range(len(names[0]), 0, -1))
     begin = next((part for part in begins if all(name.startswith(part) for name in names)), "")
     others = [record.name for record in moving if record.name not in names]

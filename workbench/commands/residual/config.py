@@ -8,6 +8,7 @@ import numpy as np
 
 from ...records import Campaign, Record, load_campaign
 from ...records.campaign import ROLES, judged_by
+from ...records.sessions import Drift
 from ...rigs.rig import Rig, load_rig
 from ..common.shipped import campaign as campaign_folder
 
@@ -38,9 +39,13 @@ def load(options: argparse.Namespace) -> tuple[Campaign, Rig]:
 
 
 def fingerprint(campaign: Campaign) -> dict[str, Any]:
-    """What says that a campaign is the same one: its folder's name, a digest of every record, its sessions."""
+    """What says that a campaign is the same one: its folder's name, a digest of every record, sessions, drifts."""
     records = {role: {record.name: _digest(record) for record in getattr(campaign, role)} for role in ROLES}
-    sessions = [{"name": s.name, "records": list(s.records), "numbers": list(s.numbers)} for s in campaign.sessions]
+    sessions = [
+        {"name": each.name, "records": list(each.records), "numbers": list(each.numbers)}
+        | ({"per": each.per} if isinstance(each, Drift) else {})
+        for each in (*campaign.sessions, *campaign.drifts)
+    ]
     return {"name": campaign.path.resolve().name} | records | ({"sessions": sessions} if sessions else {})
 
 

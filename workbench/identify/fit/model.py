@@ -51,17 +51,21 @@ class Model:
         """The plant's parameters [w, k] in each window of a group."""
         k = len(self.plant.parameters)
         values = np.tile(p[:k], (len(group.which), 1))
-        for own, column, rows in session_windows(self.sessions, self.plant.parameters, windows, group):
-            values[rows, column] = self.sessions[own].value(p[column], p[k + own])
+        weights = session_windows(self.sessions, self.plant.parameters, windows, group)
+        for number, change, (column, weight) in zip(self.sessions, p[k:], weights, strict=True):
+            values[:, column] = number.values(values[:, column], change, weight)
         return values
 
     def _directions_of(self, windows: Windows, group: Group, p: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Changes of the plant's parameters [w, directions, k] in each window of a group along `along`."""
         k = len(self.plant.parameters)
-        changes = np.tile(along[:, :k], (len(group.which), 1, 1))
-        for own, column, rows in session_windows(self.sessions, self.plant.parameters, windows, group):
-            by_base, by_change = self.sessions[own].slopes(p[column], p[k + own])
-            changes[rows, :, column] = by_base * along[:, column] + by_change * along[:, k + own]
+        values, changes = np.tile(p[:k], (len(group.which), 1)), np.tile(along[:, :k], (len(group.which), 1, 1))
+        weights = session_windows(self.sessions, self.plant.parameters, windows, group)
+        for number, change, own, (column, weight) in zip(self.sessions, p[k:], along[:, k:].T, weights, strict=True):
+            base = values[:, column]
+            by_base, by_change = number.slopes(base, change, weight)
+            changes[:, :, column] = by_base[:, None] * changes[:, :, column] + np.outer(by_change, own)
+            values[:, column] = number.values(base, change, weight)
         return changes
 
     def starts(self, windows: Windows, p: np.ndarray, fitted: np.ndarray | None = None) -> np.ndarray:

@@ -1,10 +1,11 @@
-"""Numbers of a rig that are others in a session: how they follow from the rig's, and what a fit may move of them.
+"""Numbers of a rig that are others in some records: in a session, or more and more as they drift.
 
-A number that is positive over its range is the rig's own times a factor, another is the rig's own and a shift. Whatever
-a session does, its numbers stay in the ranges that the rig declares.
+A number that is positive over its range is the rig's own times a factor, another is the rig's own and a shift; with
+weight w, the factor to the power of w, or w shifts. In a session w is 1; where a number drifts, w counts the records
+before. Numbers stay in the ranges that the rig declares.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,9 @@ from ...base.errors import InputError, nearest
 from ...plant import Plant, build
 from ...records import Campaign
 from ...records.campaign import FILE
+from ...records.sessions import RECORD, Drift, Session
 from ...rigs.rig import Number, Rig
+from ..data.noise_floor import same_command
 from .determined import FreeParameter
 from .windows import Group, Windows
 
@@ -22,18 +25,21 @@ _LEAST, _MOST = 0.5, 2.0  # factors: beyond, it is no other state of one rig
 
 @dataclass(frozen=True)
 class SessionNumber:
-    """A number of the rig in the `records` of a session: the rig's own times `start`, or plus it (see `is_factor`).
+    """A number of the rig in the records of a session or drift: the rig's own times `start`, or plus it (see
+    `is_factor`), as often as `weights` say, by record.
 
-    `low` and `high`, SI, are the ends of the number's range; `fitted`: a fit moves it from its start.
+    `low` and `high`, SI, are the ends of the number's range; `fitted`: a fit moves it from its start; `per` is "record"
+    or "repeat" of a drift, empty of a session.
     """
 
     session: str
     number: str
-    records: frozenset[str]
+    weights: Mapping[str, float]
     start: float
     low: float
     high: float
     fitted: bool
+    per: str = ""
 
     @property
     def name(self) -> str:
@@ -52,32 +58,37 @@ class SessionNumber:
         width = self.high - self.low
         return FreeParameter(self.name, self.start, -width, width, width / 2, "of a session")
 
-    def value(self, base: float, change: float) -> float:
-        """The number in the session, SI, where the rig's own is `base`."""
-        return float(np.clip(self._changed(base, change), self.low, self.high))
+    def values(self, base: np.ndarray, change: float, weight: np.ndarray) -> np.ndarray:
+        """The number [w], SI, with weights [w], where it would be `base` [w]."""
+        return np.clip(self._changed(base, change, weight), self.low, self.high)
 
-    def slopes(self, base: float, change: float) -> tuple[float, float]:
-        """Slopes of the value to the rig's own number and to the change; none at an end of the range."""
-        if not self.low <= self._changed(base, change) <= self.high:
-            return 0.0, 0.0
-        return (change, base) if self.is_factor else (1.0, 1.0)
+    def slopes(self, base: np.ndarray, change: float, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Slopes [w] of the values to `base` and to the change; none at an end of the range."""
+        value = self._changed(base, change, weight)
+        inside = (self.low <= value) & (value <= self.high)
+        if self.is_factor:
+            return inside * change**weight, inside * base * weight * change ** (weight - 1)
+        return 1.0 * inside, inside * weight
 
-    def _changed(self, base: float, change: float) -> float:
-        return base * change if self.is_factor else base + change
+    def _changed(self, base: np.ndarray, change: float, weight: np.ndarray) -> np.ndarray:
+        return base * change**weight if self.is_factor else base + change * weight
 
 
 def session_numbers(campaign: Campaign, rig: Rig) -> tuple[SessionNumber, ...]:
-    """What differs in the campaign's sessions: numbers that it declares, and those that the rig has for a session.
+    """What differs in the campaign's sessions, numbers that it declares and those that the rig has for a session, and
+    what drifts.
 
-    A declared number is fitted where train records of the session and others tell it. Raises InputError for a number
-    that the rig lacks or that has no bounds.
+    A declared number is fitted where train records tell it. Raises InputError for a number that the rig lacks or that
+    has no bounds.
     """
     train = {record.name for record in campaign.train}
-    return tuple(
-        _session_number(campaign, rig, session.name, name, train)
+    sessions = [
+        _session_number(campaign, rig, session, name, train)
         for session in campaign.sessions
         for name in dict.fromkeys((*session.numbers, *rig.sessions.get(session.name, {})))
-    )
+    ]
+    drifts = [_drifting(campaign, rig, drift, name) for drift in campaign.drifts for name in drift.numbers]
+    return (*sessions, *drifts)
 
 
 def session_plants(campaign: Campaign, rig: Rig) -> dict[str, Plant]:
@@ -92,27 +103,44 @@ def session_plants(campaign: Campaign, rig: Rig) -> dict[str, Plant]:
 
 def session_windows(
     numbers: Sequence[SessionNumber], parameters: Sequence[str], windows: Windows, group: Group
-) -> list[tuple[int, int, np.ndarray]]:
-    """Which session number, of which parameter, in which windows of a group."""
+) -> list[tuple[int, np.ndarray]]:
+    """For each number its parameter, and its weights in the windows of a group [w]."""
     names = [windows.records[windows.spans[w][0]].name for w in group.which]
     return [
-        (k, parameters.index(number.number), np.flatnonzero([name in number.records for name in names]))
-        for k, number in enumerate(numbers)
+        (parameters.index(number.number), np.array([number.weights.get(name, 0.0) for name in names]))
+        for number in numbers
     ]
 
 
-def _session_number(campaign: Campaign, rig: Rig, session: str, name: str, train: set[str]) -> SessionNumber:
-    place = f"{campaign.path / FILE}: sessions.{session}.numbers"
+def _session_number(campaign: Campaign, rig: Rig, own: Session, name: str, train: set[str]) -> SessionNumber:
+    number, low, high = _bounded(rig, name, f"{campaign.path / FILE}: sessions.{own.name}.numbers")
+    others = {n for each in campaign.sessions if name in each.numbers for n in each.records}
+    fitted = name in own.numbers and bool(train & set(own.records)) and bool(train - others)
+    start = _start(number, rig.sessions.get(own.name, {}).get(name))
+    return SessionNumber(own.name, name, dict.fromkeys(own.records, 1.0), start, low, high, fitted)
+
+
+def _drifting(campaign: Campaign, rig: Rig, drift: Drift, name: str) -> SessionNumber:
+    number, low, high = _bounded(rig, name, f"{campaign.path / FILE}: drifts.{drift.name}.numbers")
+    by_name = {record.name: record for record in campaign.records}
+    records = [by_name[own] for own in drift.records]
+    weights = {
+        record.name: float(sum(drift.per == RECORD or same_command(before, record) for before in records[:place]))
+        for place, record in enumerate(records)
+    }
+    fitted = len({weights.get(record.name, 0.0) for record in campaign.train}) > 1
+    return SessionNumber(drift.name, name, weights, _start(number, None), low, high, fitted, drift.per)
+
+
+def _bounded(rig: Rig, name: str, place: str) -> tuple[Number, float, float]:
+    """A number of the rig with the ends of its range, SI."""
     if name not in rig.numbers:
         raise InputError(f"{place}: rig {rig.name} has no number {name[:80]}; {nearest(name[:80], rig.numbers)}")
-    number, (own,) = rig.numbers[name], (each for each in campaign.sessions if each.name == session)
+    number = rig.numbers[name]
     if number.low is None or number.high is None or not number.low < number.high:
         free = ", ".join(each.name for each in rig.numbers.values() if each.low is not None)
         raise InputError(f"{place}: {name} of rig {rig.name} has no bounds, so it is not fitted; choose from {free}")
-    others = {n for each in campaign.sessions if name in each.numbers for n in each.records}
-    fitted = name in own.numbers and bool(train & set(own.records)) and bool(train - others)
-    start = _start(number, rig.sessions.get(session, {}).get(name))
-    return SessionNumber(session, name, frozenset(own.records), start, number.low, number.high, fitted)
+    return number, number.low, number.high
 
 
 def _start(number: Number, in_session: Number | None) -> float:

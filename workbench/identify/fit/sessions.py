@@ -21,6 +21,7 @@ from .solver import Fit
 from .windows import Windows
 
 CLEAR = 30.0  # of noise that is coloured and of the misfit: fall of the squared errors that no chance makes
+LATER = "later repeats"
 _OWN = 1e-6  # of a number's information in a group: less, and the group has that number to itself already
 _MATTERS, _ODD = 0.5, 50.0  # %: less is no matter, more is no other state of one rig
 
@@ -50,7 +51,7 @@ def groups(records: Sequence[Record]) -> dict[str, tuple[int, ...]]:
         alike = [k for k, other in enumerate(records) if carried[k] == carried[i] and same_command(other, record)]
         if alike.index(i) >= (len(alike) + 1) // 2:
             later.append(i)
-    return found | ({"later repeats": tuple(later)} if later else {})
+    return found | ({LATER: tuple(later)} if later else {})
 
 
 def session_differences(
