@@ -174,9 +174,9 @@ def test_where_a_formula_with_memory_explains_nothing_the_name_s_others_are_fitt
     library = [lugre, replace(lugre, formula="another")]
     with one_blas_thread():
         problem = estimation_problem(rubbing_campaign(), RIG)
-        context = trace_context(problem, library, no_checkpoint, lambda _: None, several=False)
         alone = fit_rig(problem)
-        tried = run_pass(context, 1, alone, alone).tried
+        with trace_context(problem, library, no_checkpoint, lambda _: None, several=False) as context:
+            tried = run_pass(context, 1, alone, alone).tried
     assert {fit.candidate.effect.formula for fit in tried} == {"lugre", "another"}
 
 

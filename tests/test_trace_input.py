@@ -55,7 +55,7 @@ def test_a_killed_trace_goes_on_from_its_last_stage(tmp_path):
     assert not out.exists()
     done = subprocess.run(command(folder, out), cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    assert "score of" not in done.stderr  # that stage was there
+    assert "scores of" not in done.stderr  # that stage was there
     assert json.loads((out / "trace.json").read_text())["effects"] == ["jack.friction"]
     assert {"trace.json", "rig.toml", "metrics.json", "report.html", "config.toml"} <= {p.name for p in out.iterdir()}
 

@@ -15,6 +15,7 @@ from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.trace.refit import FittedModel, fit_rig
 from ...identify.trace.shortlist import score_effects, unpacked_shortlist
 from ...identify.trace.stored import packed, unpacked
+from ...identify.trace.workers import trace_workers
 from ...plant.effects import Effect, applies
 from ...records import Campaign
 from ...records.excitation import Excitation, excitation_text
@@ -88,7 +89,8 @@ def _ranked(
     if not decide.misfit(model_fit.chi2, model_fit.samples, problem.kappa):
         return ()
     progress("scores of the effects")
-    stored = stage("scores", lambda: score_effects(problem, model_fit, library, lambda _: None))
+    with trace_workers(1, problem, library, ()) as workers:
+        stored = stage("scores", lambda: score_effects(workers, problem, model_fit, library, lambda _: None))
     return unpacked_shortlist(stored, library).ranked
 
 

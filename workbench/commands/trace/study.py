@@ -44,12 +44,14 @@ def trace_campaign(
     several: bool = False,
     stage: Stage = no_checkpoint,
     progress: Progress = lambda _: None,
+    jobs: int = 1,
 ) -> TraceAnswer:
     """Why do model and rig disagree? Trace a campaign's residual to the effect that the model lacks.
 
     campaign: a campaign folder, or a Campaign. rig: a Rig, a bundled rig's name or a rig file; without one, the rig
     that the campaign names. effects: Python files with effects of your own. without: names that are not to be tried.
     several: the rig is known to lack more than one effect, so that those which only explain a part are added too.
+    jobs: worker processes; the answer is the same. A script that asks for several needs `if __name__ == "__main__"`.
     Raises InputError for records, a rig or effects that cannot be read, and for records that are not of this rig.
     """
     if not isinstance(campaign, Campaign):
@@ -58,7 +60,7 @@ def trace_campaign(
         rig = load_rig(rig or campaign.rig)
     files = [str(Path(file).resolve()) for file in effects]
     library = effects_for(rig, files, without)
-    return _answer(campaign, rig, library, stage, progress, files, without, several)
+    return _answer(campaign, rig, library, stage, progress, files, without, several, jobs)
 
 
 def run_trace(
@@ -69,9 +71,10 @@ def run_trace(
     progress: Progress,
     files: Sequence[str] = (),
     several: bool = False,
+    jobs: int = 1,
 ) -> Outcome:
-    """Trace a campaign to effects of `library`; `files` are where effects beside the library's come from."""
-    return _answer(campaign, rig, library, stage, progress, files, (), several).outcome
+    """Trace a campaign to effects of `library` by `jobs` processes; `files` are where further effects come from."""
+    return _answer(campaign, rig, library, stage, progress, files, (), several, jobs).outcome
 
 
 def identity(
@@ -97,9 +100,10 @@ def _answer(
     files: Sequence[str],
     without: Sequence[str],
     several: bool,
+    jobs: int,
 ) -> TraceAnswer:
     with one_blas_thread():
-        result = trace(estimation_problem(campaign, rig), library, stage, progress, several)
+        result = trace(estimation_problem(campaign, rig), library, stage, progress, several, jobs, files)
         answer, both = trace_json(result), compared(result)
         shape = missing_shape(result, stage, progress)
         shown = (

@@ -1,7 +1,9 @@
 """What every part of a trace works with: its problem, the effects that it may find, and stages that keep its fits."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
@@ -11,6 +13,7 @@ from .locate import FaultLocation, locate_fault
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors, heldout_errors, refit_all_windows
 from .stored import packed, unpacked
+from .workers import Workers, trace_workers
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +26,7 @@ class TraceContext:
     stage: Stage
     report_progress: Progress
     several: bool
+    workers: Workers
 
     def fit(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:
         """A fit on the windows of the search, kept as a stage."""
@@ -62,18 +66,22 @@ class TraceContext:
         return place.evidence[0][1] >= decide.SIGNIFICANT * self.problem.kappa
 
 
+@contextmanager
 def trace_context(
     problem: EstimationProblem,
     library: Sequence[Effect],
     stage: Stage,
     report_progress: Progress,
     several: bool,
-) -> TraceContext:
-    """The context of a trace, with the windows that a search needs."""
+    jobs: int = 1,
+    files: Sequence[str | Path] = (),
+) -> Iterator[TraceContext]:
+    """The context of a trace, with the windows that a search needs and `jobs` processes."""
     search = problem
     if problem.free_run:
         search = problem.in_blocks()
     elif problem.large:
         search = problem.only(stage("windows", problem.chosen))
     able = [effect for effect in library if applies(effect, problem.rig)]
-    return TraceContext(problem, search, able, stage, report_progress, several)
+    with trace_workers(jobs, search, able, files) as workers:
+        yield TraceContext(problem, search, able, stage, report_progress, several, workers)

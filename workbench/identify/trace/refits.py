@@ -1,26 +1,29 @@
 """One pass of a search: effects are scored about a fit, the best are refitted beside it, and the rule judges them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
 from . import rule as decide
 from .context import TraceContext
 from .findings import CandidateFit, Pass
+from .problem import EstimationProblem
 from .refit import FittedModel, is_switched_off, refit
 from .several import best_of_several
 from .shortlist import Shortlist, score_effects, unpacked_shortlist
+from .stored import packed_candidate, packed_refit, unpacked, unpacked_candidate
 
 NAMES = 4  # effects on the shortlist
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
 _RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
-
 _LOST = 0.05  # explained share below which a formula with memory says nothing of the name's other ones
+
+Ranked = Sequence[tuple[Candidate, float]]
+"""Candidates with their share of the misfit by the score test, most first."""
 
 
 def run_pass(
@@ -38,10 +41,10 @@ def run_pass(
 
 def _shortlist(context: TraceContext, number: int, model_fit: FittedModel, library: Sequence[Effect]) -> Shortlist:
     def compute() -> dict[str, Any]:
-        def report(effect: Effect) -> None:
-            context.report_progress(f"pass {number}: score of {effect.name} {effect.formula}")
+        def report(names: Sequence[str]) -> None:
+            context.report_progress(f"pass {number}: scores of {', '.join(names)}")
 
-        return score_effects(context.problem, model_fit, library, report)
+        return score_effects(context.workers, context.problem, model_fit, library, report)
 
     return unpacked_shortlist(context.stage(f"scores-{number}", compute), library)
 
@@ -52,59 +55,72 @@ class _Refits:
     def __init__(self, context: TraceContext, number: int, model_fit: FittedModel, before: FittedModel) -> None:
         self._context, self._number, self._model_fit, self._before = context, number, model_fit, before
 
-    def of(self, ranked: Sequence[tuple[Candidate, float]]) -> tuple[CandidateFit, ...]:
-        """Refits of the shortlist, most explained first: the best formula of each name, then its others."""
-        several = self._context.several
+    def of(self, ranked: Ranked) -> tuple[CandidateFit, ...]:
+        """Refits of the shortlist, most explained first.
+
+        A refit decides which others are worth it. Workers that would wait go ahead with those that the scores promise;
+        what was refitted in vain is left out of the answer, which so does not depend on how many workers there are.
+        """
+        tried: dict[str, CandidateFit] = {}
+        while ahead := [pair for pair in self._planned(ranked, tried) if pair[0].effect.title not in tried]:
+            tried |= self._refitted(ahead[: self._context.workers.count], first=not tried)
+        fits = [tried[candidate.effect.title] for candidate, _ in self._planned(ranked, tried)]
+        return tuple(sorted(fits, key=lambda candidate_fit: -candidate_fit.judgement.explained))
+
+    def _planned(self, ranked: Ranked, tried: Mapping[str, CandidateFit]) -> list[tuple[Candidate, float]]:
+        """The best formula of each name, then its others; what is not `tried` explains as much as its score says."""
+
+        def explains(pair: tuple[Candidate, float]) -> float:
+            candidate_fit = tried.get(pair[0].effect.title)
+            return pair[1] if candidate_fit is None else candidate_fit.judgement.explained
+
         able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > _FAINT]
         names = list(dict.fromkeys(candidate.effect.name for candidate, _ in able))[:NAMES]
-        tried: list[CandidateFit] = []
+        planned: list[tuple[Candidate, float]] = []
         for name in names:
             own = [pair for pair in able if pair[0].effect.name == name]
-            explained = max((candidate_fit.judgement.explained for candidate_fit in tried), default=0.0)
+            explained = max(map(explains, planned), default=0.0)
             if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
                 continue
-            first = self._try(*own[0], again=not tried)
-            tried.append(first)
-            if not several and first.judgement.explained >= _FORMULAS * max(explained, decide.PARTIAL):
-                tried += [self._try(*pair) for pair in own[1:]]
-            elif not several and _is_lost(first):
-                tried += self._others_with_memory(first.judgement, ranked)
-        if several and (best := best_of_several(self._context.problem, self._model_fit, tried)):
-            name = best.judgement.name
-            own = [pair for pair in ranked if pair[0].effect.name == name]
-            tried += [self._try(*pair) for pair in own[1:]]
-        return tuple(sorted(tried, key=lambda candidate_fit: -candidate_fit.judgement.explained))
+            planned.append(own[0])
+            if not self._context.several and explains(own[0]) >= _FORMULAS * max(explained, decide.PARTIAL):
+                planned += own[1:]
+            elif not self._context.several and own[0][0].effect.has_memory and explains(own[0]) < _LOST:
+                planned += _others_with_memory(own[0][0].effect, ranked, explains)
+        return planned + self._formulas_of_best(ranked, [tried.get(pair[0].effect.title) for pair in planned])
 
-    def _others_with_memory(
-        self, first: decide.Judgement, ranked: Sequence[tuple[Candidate, float]]
-    ) -> list[CandidateFit]:
-        """The name's other formulas with memory, whatever their score, until one explains the misfit."""
-        tried: list[CandidateFit] = []
-        for candidate, share in ranked:
+    def _formulas_of_best(self, ranked: Ranked, fits: Sequence[CandidateFit | None]) -> list[tuple[Candidate, float]]:
+        """Where several effects are missing: the other formulas of the one to add, once it is known."""
+        known = [candidate_fit for candidate_fit in fits if candidate_fit is not None]
+        if not self._context.several or len(known) < len(fits):
+            return []
+        best = best_of_several(self._context.problem, self._model_fit, known)
+        return [pair for pair in ranked if best and pair[0].effect.name == best.judgement.name][1:]
+
+    def _refitted(self, pairs: Ranked, first: bool) -> dict[str, CandidateFit]:
+        """Refits by title; the `first` one of a pass may take a second start."""
+        context, number = self._context, self._number
+        items: dict[str, Any] = {}
+        for place, (candidate, _) in enumerate(pairs):
             effect = candidate.effect
-            if effect.name == first.name and effect.formula != first.formula and effect.has_memory:
-                tried.append(self._try(candidate, share))
-                if tried[-1].judgement.explained >= decide.NAMED:
-                    break
-        return tried
+            context.report_progress(f"pass {number}: fit with {effect.title}")
+            name = f"refit-{number}-{effect.name}-{effect.formula}"
+            items[name] = packed_candidate(candidate) | {"again": first and place == 0}
+        results = context.workers(_refit, self._model_fit, items, context.stage, lambda _: None)
+        return {pair[0].effect.title: self._judged(*pair, result) for pair, result in zip(pairs, results, strict=True)}
 
-    def _try(self, candidate: Candidate, share: float, again: bool = False) -> CandidateFit:
-        context, number, effect = self._context, self._number, candidate.effect
-        context.report_progress(f"pass {number}: fit with {effect.title}")
-        try:
-            refitted = context.fit(
-                f"refit-{number}-{effect.name}-{effect.formula}",
-                lambda: refit(context.problem, self._model_fit, candidate, again),
-            )
-        except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
+    def _judged(self, candidate: Candidate, share: float, stored: Mapping[str, Any]) -> CandidateFit:
+        context, effect = self._context, candidate.effect
+        if "failed" in stored:
             nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
-            return CandidateFit(candidate, share, nothing, None, str(error))
-        judgement = self._judged(effect, refitted)
+            return CandidateFit(candidate, share, nothing, None, stored["failed"])
+        refitted = unpacked(stored, context.problem, context.library)
+        judgement = self._judgement(effect, refitted)
         explained = 100 * judgement.explained
-        context.report_progress(f"pass {number}: {effect.name} {effect.formula} explains {explained:.1f} %")
+        context.report_progress(f"pass {self._number}: {effect.name} {effect.formula} explains {explained:.1f} %")
         return CandidateFit(candidate, share, judgement, refitted)
 
-    def _judged(self, effect: Effect, refitted: FittedModel) -> decide.Judgement:
+    def _judgement(self, effect: Effect, refitted: FittedModel) -> decide.Judgement:
         context, model_fit, n = self._context, self._model_fit, self._model_fit.samples
         explained = decide.explained(self._before.squares, refitted.squares, n)
         squares = float(model_fit.fit.squares.sum()), float(refitted.fit.squares.sum())
@@ -117,6 +133,26 @@ class _Refits:
         )
 
 
-def _is_lost(first: CandidateFit) -> bool:
-    """Whether a formula with memory explains nothing: a score at windows in which a loop hunts says little of it."""
-    return first.candidate.effect.has_memory and first.judgement.explained < _LOST
+def _others_with_memory(
+    first: Effect, ranked: Ranked, explains: Callable[[tuple[Candidate, float]], float]
+) -> list[tuple[Candidate, float]]:
+    """Where a formula with memory explains nothing: the name's others with memory, until one explains the misfit.
+
+    A score at windows in which a loop hunts says little of such a formula.
+    """
+    others: list[tuple[Candidate, float]] = []
+    for pair in ranked:
+        effect = pair[0].effect
+        if effect.name == first.name and effect.formula != first.formula and effect.has_memory:
+            others.append(pair)
+            if explains(pair) >= decide.NAMED:
+                break
+    return others
+
+
+def _refit(
+    problem: EstimationProblem, library: Sequence[Effect], model_fit: FittedModel, item: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The fit with a candidate: see refit.py."""
+    candidate = unpacked_candidate(item, library)
+    return packed_refit(lambda: refit(problem, model_fit, candidate, item["again"]))

@@ -1,65 +1,86 @@
 """The search for a rig's own shape, tier by tier, with stages that a resumed trace reads back."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from ...base.checkpoint import Progress, Stage
-from ...base.errors import InputError
+from ...base.checkpoint import no_checkpoint
 from ...plant.effects import Effect
+from .context import TraceContext
 from .locate import locate_fault
 from .problem import EstimationProblem
 from .refit import FittedModel
 from .reshape import REFITS, Reshaping, best, offered, refit_reshaped, scored
-from .stored import packed, packed_candidate, unpacked, unpacked_candidate
+from .stored import packed_candidate, packed_refit, unpacked, unpacked_candidate
 
 ROUNDS = 3  # reshapings that may follow one another
+_TOGETHER = 8  # reshapings that a worker scores at a time: each time it computes what the numbers could do as well
 
 
-class Shapes:
-    """Looks for the reshaping of a fit that the rule takes."""
+def best_reshaping(context: TraceContext, number: int, before: FittedModel) -> tuple[Effect, FittedModel] | None:
+    """The effect as reshaped, or learned, and the fit with it: the first tier in which one passes; else None."""
+    problem = context.problem
+    equation = context.stage(f"shapes-{number}", lambda: locate_fault(problem, before).equation)
+    for tier, reshapings in enumerate(offered(problem, before, equation)):
+        scores = _scores(context, f"{number}-{tier}", before, reshapings)
+        refits = _refits(context, number, before, [each for each, _ in scores[:REFITS]])
+        if taken := best(problem, before, refits, max(len(scores), 1)):
+            reshaping, fitted = taken
+            return reshaping.candidate.effect, fitted
+    return None
 
-    def __init__(
-        self, problem: EstimationProblem, library: Sequence[Effect], stage: Stage, report_progress: Progress
-    ) -> None:
-        self._problem, self._library, self._stage, self._report_progress = problem, library, stage, report_progress
 
-    def best(self, number: int, before: FittedModel) -> tuple[Effect, FittedModel] | None:
-        """The effect as reshaped, or learned, and the fit with it: the first tier in which one passes; else None."""
-        equation = self._stage(f"shapes-{number}", lambda: locate_fault(self._problem, before).equation)
-        for tier, reshapings in enumerate(offered(self._problem, before, equation)):
-            scores = self._scores(f"{number}-{tier}", before, reshapings)
-            refits = [(each, self._refit(number, before, each)) for each, _ in scores[:REFITS]]
-            able = [(each, fitted) for each, fitted in refits if fitted is not None]
-            if taken := best(self._problem, before, able, max(len(scores), 1)):
-                reshaping, fitted = taken
-                return reshaping.candidate.effect, fitted
-        return None
+def _scores(
+    context: TraceContext, name: str, before: FittedModel, reshapings: Sequence[Reshaping]
+) -> list[tuple[Reshaping, float]]:
+    def compute() -> list[dict[str, Any]]:
+        context.report_progress(f"shape {name}: {len(reshapings)} reshapings, scored")
+        items = [_packed(each) for each in reshapings]
+        parts = {str(first): items[first : first + _TOGETHER] for first in range(0, len(items), _TOGETHER)}
+        results = context.workers(_score_part, before, parts, no_checkpoint, lambda _: None)
+        return sorted((entry for part in results for entry in part["scores"]), key=lambda entry: -entry["gain"])
 
-    def _scores(self, name: str, before: FittedModel, reshapings: Sequence[Reshaping]) -> list[tuple[Reshaping, float]]:
-        def compute() -> list[dict[str, Any]]:
-            self._report_progress(f"shape {name}: {len(reshapings)} reshapings, scored")
-            scores = scored(self._problem, before, reshapings)
-            return [packed_candidate(each.candidate) | {"place": each.place, "gain": gain} for each, gain in scores]
+    return [
+        (_unpacked(entry, context.library, context.problem), float(entry["gain"]))
+        for entry in context.stage(f"scores-shape-{name}", compute)
+    ]
 
-        return [
-            (
-                Reshaping(unpacked_candidate(entry, self._library, self._problem.samples), entry["place"]),
-                float(entry["gain"]),
-            )
-            for entry in self._stage(f"scores-shape-{name}", compute)
-        ]
 
-    def _refit(self, number: int, before: FittedModel, reshaping: Reshaping) -> FittedModel | None:
-        title = reshaping.candidate.effect.title
-        self._report_progress(f"shape {number}: fit with {title}")
-        try:
-            stored = self._stage(
-                f"shape-{number}-{title}", lambda: packed(refit_reshaped(self._problem, before, reshaping))
-            )
-        except (InputError, np.linalg.LinAlgError, RuntimeError):
-            return None
-        fitted = unpacked(stored, self._problem, self._library)
-        self._report_progress(f"shape {number}: {title}: chi2 {fitted.chi2:.4g} on what it did not see")
-        return fitted
+def _refits(
+    context: TraceContext, number: int, before: FittedModel, reshapings: Sequence[Reshaping]
+) -> list[tuple[Reshaping, FittedModel]]:
+    """Reshapings that could be refitted, with their fits."""
+    titles = [reshaping.candidate.effect.title for reshaping in reshapings]
+    for title in titles:
+        context.report_progress(f"shape {number}: fit with {title}")
+    items = {f"shape-{number}-{title}": _packed(each) for title, each in zip(titles, reshapings, strict=True)}
+    refits = []
+    results = context.workers(_refit, before, items, context.stage, lambda _: None)
+    for title, reshaping, stored in zip(titles, reshapings, results, strict=True):
+        if "failed" not in stored:
+            fitted = unpacked(stored, context.problem, context.library)
+            context.report_progress(f"shape {number}: {title}: chi2 {fitted.chi2:.4g} on what it did not see")
+            refits.append((reshaping, fitted))
+    return refits
+
+
+def _score_part(
+    problem: EstimationProblem, library: Sequence[Effect], before: FittedModel, items: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Scores of some reshapings."""
+    scores = scored(problem, before, [_unpacked(item, library, problem) for item in items])
+    return {"scores": [_packed(each) | {"gain": gain} for each, gain in scores]}
+
+
+def _refit(
+    problem: EstimationProblem, library: Sequence[Effect], before: FittedModel, item: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The fit with a reshaping: see reshape.py."""
+    return packed_refit(lambda: refit_reshaped(problem, before, _unpacked(item, library, problem)))
+
+
+def _packed(reshaping: Reshaping) -> dict[str, Any]:
+    return packed_candidate(reshaping.candidate) | {"place": reshaping.place}
+
+
+def _unpacked(stored: Mapping[str, Any], library: Sequence[Effect], problem: EstimationProblem) -> Reshaping:
+    return Reshaping(unpacked_candidate(stored, library, problem.samples), stored["place"])

@@ -1,6 +1,6 @@
 """Fits as what a stage of a run can keep, and back: arrays and names, no models."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from typing import Any
 
@@ -37,6 +37,14 @@ def unpacked(stored: Mapping[str, Any], problem: EstimationProblem, library: Seq
     arrays = {name: stored["fit"][name] for name in _ARRAYS}
     fit = Fit(free=free, samples=stored["fit"]["samples"], at_bounds=tuple(stored["fit"]["at_bounds"]), **arrays)
     return FittedModel(known, model, fit, Selection(**stored["selection"]))
+
+
+def packed_refit(refit: Callable[[], FittedModel]) -> dict[str, Any]:
+    """A refit as `packed` keeps it, or why there is none."""
+    try:
+        return packed(refit())
+    except (InputError, np.linalg.LinAlgError, RuntimeError) as error:
+        return {"failed": str(error)}
 
 
 def packed_candidate(candidate: Candidate) -> dict[str, Any]:

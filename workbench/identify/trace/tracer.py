@@ -4,6 +4,7 @@ Every step is a stage that a resumed trace reads back. The rule is in rule.py: a
 """
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from ...base.checkpoint import Progress, Stage
 from ...plant.effects import Effect
@@ -20,12 +21,16 @@ def trace(
     stage: Stage,
     report_progress: Progress,
     several: bool = False,
+    jobs: int = 1,
+    files: Sequence[str | Path] = (),
 ) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
 
     `several`: the rig is known to lack more than one; effects that explain only part of what is left are added too,
     the best first, until none passes. The verdict is then "incomplete" unless the residual reaches the floor.
     Held-out records are looked at when all is decided: they confirm what was found, or nothing is named.
+    `jobs`: processes that share scores and refits; the answer is the same. `files` are where effects come from that
+    are neither of the library nor named by the rig.
     """
-    context = trace_context(problem, library, stage, report_progress, several)
-    return judge_search(context, search_effects(context))
+    with trace_context(problem, library, stage, report_progress, several, jobs, files) as context:
+        return judge_search(context, search_effects(context))

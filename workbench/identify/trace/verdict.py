@@ -10,7 +10,7 @@ from .findings import CandidateFit, LearnedShape, Trace, partial_effect
 from .locate import FaultLocation
 from .refit import FittedModel, HeldoutErrors
 from .search import SearchResult
-from .shapes import ROUNDS, Shapes
+from .shapes import ROUNDS, best_reshaping
 
 
 def judge_search(context: TraceContext, search: SearchResult) -> Trace:
@@ -84,10 +84,9 @@ def _shaped(
     context: TraceContext, start: FittedModel, named: FittedModel, plain: HeldoutErrors
 ) -> tuple[FittedModel, HeldoutErrors, tuple[LearnedShape, ...]]:
     """The fit with what can be learned of the rig's shape, if the held-out records bear it out; else as named."""
-    shapes = Shapes(context.problem, context.library, context.stage, context.report_progress)
     reshaped: list[tuple[Effect, FittedModel]] = []
     for number in range(1, ROUNDS + 1):
-        if not context.is_misfit(start) or (shape := shapes.best(number, start)) is None:
+        if not context.is_misfit(start) or (shape := best_reshaping(context, number, start)) is None:
             break
         reshaped.append(shape)
         start = shape[1]
