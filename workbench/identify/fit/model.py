@@ -138,7 +138,7 @@ class Model:
         for group in windows.groups:
             late = self._late(windows, group, p)
             values = self.parameters_of(windows, group, p)
-            x = self.engine.run_batch(x0[group.which], group.t, self._constant(late.mean), values).x[:, :-1]
+            x = self.engine.run_batch(x0[group.which], group.t[:, :-1], self._constant(late.mean), values).x
             states.append((x, self._constant(late.now)))
         return states
 
@@ -238,11 +238,11 @@ class Model:
             u[:, n : n + numbers, :, m + self.plant.input("command")] = late.slope[:, None] * by[..., None]
         u[:, n + numbers :, :, m:] = du
         x, u, q = x.reshape(-1, 2 * n), u.reshape(-1, rows, 2 * m), q.reshape(-1, 2 * k)
-        batch = self._tangents.run_batch(x, np.repeat(t, size, axis=0), u, q)
+        batch = self._tangents.run_batch(x, np.repeat(t[:, :-1], size, axis=0), u, q)
         u[..., self.plant.input("command")] = np.repeat(late.now, size, axis=0)
         if not self.plant.interpolated:  # what has arrived by a row's moment is one sample or another: it has no slope
             u.reshape(w, size, rows, -1)[:, n : n + numbers, :, m + self.plant.input("command")] = 0.0
-        dy = self._tangents.outputs(batch.x[:, :-1], u, q[:, None])
+        dy = self._tangents.outputs(batch.x, u, q[:, None])
         return np.where(np.abs(dy) < _MOST, dy, 0.0).reshape(w, size, rows, -1)
 
 
