@@ -15,6 +15,7 @@ from workbench.commands.common.session_fit import session_fits
 from workbench.commands.common.sessions import session_lines, sessions
 from workbench.commands.fit.study import FitAnswer, fit_campaign
 from workbench.commands.residual.study import run_residual
+from workbench.commands.show.describe import describe, describe_text
 from workbench.identify.fit.free_parameters import uncertain
 from workbench.identify.fit.normal_equations import directions
 from workbench.identify.trace.problem import estimation_problem
@@ -87,6 +88,7 @@ def test_the_rig_as_found_has_the_session_and_other_commands_take_it(tmp_path):
     residual = run_residual(two_days(), found, no_checkpoint, lambda _: None, free_run=True)
     assert residual.metrics["chi2"] == pytest.approx(answer().chi2["heldout"], rel=0.01)
     assert [row["records"] for row in residual.metrics["free_run"]][::4] == [["cold sines"], ["warm sines"]]
+    assert "\n\nSession warm\nK3" in describe_text(describe(found))
     again = estimation_problem(two_days(), found)
     assert [number.start for number in again.sessions] == pytest.approx([FACTOR, SHIFT], rel=0.1)
 

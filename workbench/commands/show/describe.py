@@ -35,9 +35,13 @@ def describe(rig: Rig) -> dict[str, Any]:
         {"name": use.name, "formula": use.formula, "numbers": [_number(n, "") for n in use.numbers.values()]}
         for use in rig.effects
     ]
+    sessions = [
+        {"name": name, "numbers": [_number(number, specs[number.name].meaning) for number in own.values()]}
+        for name, own in rig.sessions.items()
+    ]
     kinds = {"valve": rig.valve, "corrector": rig.corrector, "jack": rig.jack}
     head = {"name": rig.name, "title": rig.title, "source": rig.source, **kinds}
-    return {**head, "numbers": numbers, "effects": effects, "derived": _derived(rig)}
+    return {**head, "numbers": numbers, "effects": effects, "sessions": sessions, "derived": _derived(rig)}
 
 
 def describe_text(table: Mapping[str, Any]) -> str:
@@ -53,6 +57,8 @@ def describe_text(table: Mapping[str, Any]) -> str:
             f"Effect {use['name']} {use['formula']}",
             columns([_number_cells(row) for row in use["numbers"]]),
         ]
+    for own in table["sessions"]:
+        lines += ["", f"Session {own['name']}", columns([_number_cells(row) for row in own["numbers"]])]
     return "\n".join(line.rstrip() for line in "\n".join(lines).splitlines())
 
 
