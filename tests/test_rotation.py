@@ -1,6 +1,7 @@
 """Cross-validation in closed form, windows by what they tell, and intervals under a wrong model."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from workbench.identify.data import noise_floor
 from workbench.identify.fit import cut_windows
 from workbench.identify.fit.determined import FreeParameter
 from workbench.identify.fit.informative import kinds
+from workbench.identify.fit.initial_states import predicted_states
 from workbench.identify.fit.intervals import clustered, widest
 from workbench.identify.fit.normal_equations import ranges
 from workbench.identify.fit.rotation import BLOCKS, blocks, rotated
@@ -124,3 +126,22 @@ def test_intervals_hold_where_errors_go_together(by_record):
         plainly += abs(estimate) < 1.96 * np.sqrt(inverse[0, 0] ** 2 * noise[0, 0])
     assert inside / 400 > 0.9
     assert plainly / 400 < 0.6
+
+
+def test_joined_windows_go_on_from_where_the_ones_before_end():
+    """What is measured moves nothing; the first one of a record is run up to, and so moves as the record does."""
+    problem = estimation_problem(rubbing_campaign(), rubbing())
+    model, windows = problem.model(), problem.train
+    x0, _ = predicted_states(model, windows, model.p)
+    joined = model.joined(windows, model.p, x0)
+    before = [w for w, (span, after) in enumerate(pairwise(windows.spans)) if (span[0], span[2]) == after[:2]]
+    assert before
+    record, first, end = (windows.records[windows.spans[before[0]][0]], *windows.spans[before[0]][1:])
+    u = np.zeros((end - first, len(model.plant.inputs)))
+    u[:, 0] = record.signals["command"][first:end]
+    last = model.engine.run(x0[before[0]], record.t[first : end + 1], u, model.p).x[-1]
+    assert joined[before[0] + 1] == pytest.approx(last)
+    begins = [w for w in range(windows.count) if w - 1 not in before]
+    speed = model.plant.state("v")
+    still, moving = (np.abs(x[begins, speed] - x0[begins, speed]).max() for x in (0 * x0, joined))
+    assert moving < still
