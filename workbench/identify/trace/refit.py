@@ -104,14 +104,11 @@ def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candida
     """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses."""
     model = problem.model((*model_fit.effects, candidate.effect))
     if _is_lost(problem, model_fit, model, candidate):
-        candidate, fit = fit_short_windows_first(
-            problem, model_fit.model, model_fit.fit, model, candidate.effect, _REFIT_ROUNDS
-        )
+        candidate, fit = _from_elsewhere(problem, model_fit, model, candidate)
         return with_selection(problem, model, fit, (*model_fit.known, candidate))
     fit = _fitted(problem, model_fit, model, candidate)
     if again and not fit.chi2 < decide.CLOSED:
-        moved = _elsewhere(candidate)
-        other = _fitted(problem, model_fit, model, moved)
+        moved, other = _from_elsewhere(problem, model_fit, model, candidate)
         if not fit.ok or other.squares.sum() < fit.squares.sum():
             fit, candidate = other, moved
     return with_selection(problem, model, fit, (*model_fit.known, candidate))
@@ -200,6 +197,16 @@ def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, ca
             start = np.append(model_fit.fit.x, place)
             return fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _REFIT_ROUNDS)
     raise AssertionError("one of the shares is the last")
+
+
+def _from_elsewhere(
+    problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate
+) -> tuple[Candidate, Fit]:
+    """A fit from another start, and that start: by way of short windows for an effect with memory."""
+    if candidate.effect.has_memory:
+        return fit_short_windows_first(problem, model_fit.model, model_fit.fit, model, candidate.effect, _REFIT_ROUNDS)
+    moved = _elsewhere(candidate)
+    return moved, _fitted(problem, model_fit, model, moved)
 
 
 def _is_lost(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> bool:
