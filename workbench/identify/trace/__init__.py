@@ -11,6 +11,7 @@ information         what records would tell, before they are made
 problem             which records are fitted, which select, which judge
 refit, rule         a fit with one effect more, and the rule that names one
 short_windows       the fit of an effect on which a loop may hunt
+pairs, joint        two effects at once: by the score test, and refitted together
 several             which of several missing effects comes first
 shape               what an unknown looks like
 reshape, shapes, samples    the rig's own shape, learned: one reshaping, the search, where the campaign was

@@ -33,12 +33,16 @@ class CandidateFit:
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """One search for an effect: shortlist with scores (share of the misfit) and cosines, and what was refitted."""
+    """One search for an effect: shortlist with scores (share of the misfit) and cosines, and what was refitted.
+
+    `pairs` are the shortlist of two effects at once, with the share of the misfit.
+    """
 
     before: FittedModel
     scores: tuple[tuple[Candidate, float], ...]
     compared: tuple[str, ...]
     cosines: np.ndarray
+    pairs: tuple[tuple[tuple[Candidate, Candidate], float], ...]
     tried: tuple[CandidateFit, ...]
     accepted: tuple[CandidateFit, ...]
 

@@ -106,12 +106,20 @@ def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candida
     if _is_lost(problem, model_fit, model, candidate):
         candidate, fit = _from_elsewhere(problem, model_fit, model, candidate)
         return with_selection(problem, model, fit, (*model_fit.known, candidate))
-    fit = _fitted(problem, model_fit, model, candidate)
+    fit = _fitted(problem, model_fit, model, (candidate,))
     if again and not fit.chi2 < decide.CLOSED:
         moved, other = _from_elsewhere(problem, model_fit, model, candidate)
         if not fit.ok or other.squares.sum() < fit.squares.sum():
             fit, candidate = other, moved
     return with_selection(problem, model, fit, (*model_fit.known, candidate))
+
+
+def refit_together(problem: EstimationProblem, model_fit: FittedModel, candidates: Sequence[Candidate]) -> FittedModel:
+    """The fit with several more effects at once, all numbers free."""
+    effects = (*model_fit.effects, *(candidate.effect for candidate in candidates))
+    model = problem.model(effects)
+    fit = _fitted(problem, model_fit, model, candidates)
+    return with_selection(problem, model, fit, (*model_fit.known, *candidates))
 
 
 def refit_from_declared(problem: EstimationProblem, model_fit: FittedModel) -> FittedModel:
@@ -189,10 +197,11 @@ def run(problem: EstimationProblem, model: Model, windows: Windows, p: np.ndarra
     return free_runs(model, windows, p) if problem.free_run else predicted_states(model, windows, p)
 
 
-def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> Fit:
-    free: Sequence[FreeParameter] = (*model_fit.fit.free, *candidate.free())
+def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidates: Sequence[Candidate]) -> Fit:
+    more = [number for candidate in candidates for number in candidate.free()]
+    free: Sequence[FreeParameter] = (*model_fit.fit.free, *more)
     for share in _WEAKER:
-        place, p, guess, harmless = _start(problem, model_fit, model, candidate, share)
+        place, p, guess, harmless = _start(problem, model_fit, model, candidates, share)
         if harmless or share == _WEAKER[-1]:
             start = np.append(model_fit.fit.x, place)
             return fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _REFIT_ROUNDS)
@@ -206,22 +215,22 @@ def _from_elsewhere(
     if candidate.effect.has_memory:
         return fit_short_windows_first(problem, model_fit.model, model_fit.fit, model, candidate.effect, _REFIT_ROUNDS)
     moved = _elsewhere(candidate)
-    return moved, _fitted(problem, model_fit, model, moved)
+    return moved, _fitted(problem, model_fit, model, (moved,))
 
 
 def _is_lost(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> bool:
     """Whether an effect with memory harms at every strength near its start: a loop hunts on it."""
     return candidate.effect.has_memory and not any(
-        _start(problem, model_fit, model, candidate, share)[-1] for share in _NEAR
+        _start(problem, model_fit, model, (candidate,), share)[-1] for share in _NEAR
     )
 
 
 def _start(
-    problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate, share: float
+    problem: EstimationProblem, model_fit: FittedModel, model: Model, candidates: Sequence[Candidate], share: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
     """Distances, parameters and initial states at a share of the strength to start from; whether it does no harm."""
-    more = candidate.free()
-    offs = [number.off for number in candidate.effect.fitted]
+    more = [number for candidate in candidates for number in candidate.free()]
+    offs = [number.off for candidate in candidates for number in candidate.effect.fitted]
     place = np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)])
     p = numbers_at(model, more, place, extend_parameters(model_fit.model.plant, model_fit.fit.p, model.plant))
     guess = initial_states_with_effect(model, model_fit.model, problem.train, model_fit.fit.x0, p)

@@ -17,7 +17,8 @@ from .shortlist import Shortlist, score_effects, unpacked_shortlist
 from .stored import packed_candidate, packed_refit, unpacked, unpacked_candidate
 
 NAMES = 4  # effects on the shortlist
-_FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is the best
+_BESIDE = 2  # beside effects added before: about a fit that lacks little a score says what a refit will
+_FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is a rival of the best
 _RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 _LOST = 0.05  # explained share below which a formula with memory says nothing of the name's other ones
@@ -36,7 +37,7 @@ def run_pass(
     tried = _Refits(context, number, model_fit, before).of(shortlist.ranked)
     best = decide.named([candidate_fit.judgement for candidate_fit in tried], share)
     accepted = tuple(next(fit for fit in tried if fit.judgement is judgement) for judgement in best)
-    return Pass(model_fit, shortlist.ranked, shortlist.compared, shortlist.cosines, tried, accepted)
+    return Pass(model_fit, shortlist.ranked, shortlist.compared, shortlist.cosines, shortlist.pairs, tried, accepted)
 
 
 def _shortlist(context: TraceContext, number: int, model_fit: FittedModel, library: Sequence[Effect]) -> Shortlist:
@@ -74,8 +75,10 @@ class _Refits:
             candidate_fit = tried.get(pair[0].effect.title)
             return pair[1] if candidate_fit is None else candidate_fit.judgement.explained
 
-        able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > _FAINT]
-        names = list(dict.fromkeys(candidate.effect.name for candidate, _ in able))[:NAMES]
+        least = min(_FAINT, _RIVAL * ranked[0][1]) if ranked else _FAINT
+        able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > least]
+        most = _BESIDE if self._model_fit.known and not self._context.several else NAMES
+        names = list(dict.fromkeys(candidate.effect.name for candidate, _ in able))[:most]
         planned: list[tuple[Candidate, float]] = []
         for name in names:
             own = [pair for pair in able if pair[0].effect.name == name]
@@ -115,22 +118,23 @@ class _Refits:
             nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
             return CandidateFit(candidate, share, nothing, None, stored["failed"])
         refitted = unpacked(stored, context.problem, context.library)
-        judgement = self._judgement(effect, refitted)
+        judgement = judge(context, effect, self._model_fit, self._before, refitted)
         explained = 100 * judgement.explained
         context.report_progress(f"pass {self._number}: {effect.name} {effect.formula} explains {explained:.1f} %")
         return CandidateFit(candidate, share, judgement, refitted)
 
-    def _judgement(self, effect: Effect, refitted: FittedModel) -> decide.Judgement:
-        context, model_fit, n = self._context, self._model_fit, self._model_fit.samples
-        explained = decide.explained(self._before.squares, refitted.squares, n)
-        squares = float(model_fit.fit.squares.sum()), float(refitted.fit.squares.sum())
-        fall = decide.bic_fall(*squares, len(effect.fitted), context.problem.train.samples)
-        kappa = context.problem.kappa
-        passes = decide.passes(model_fit.squares, refitted.squares, fall, kappa, len(context.library))
-        passes = passes and not is_switched_off(refitted)
-        return decide.Judgement(
-            effect.name, effect.formula, explained, refitted.squares / n, len(effect.fitted), passes
-        )
+
+def judge(
+    context: TraceContext, effect: Effect, model_fit: FittedModel, before: FittedModel, refitted: FittedModel
+) -> decide.Judgement:
+    """What the rule says of an effect that `refitted` has beyond `model_fit`; shares are of the misfit of `before`."""
+    n = model_fit.samples
+    explained = decide.explained(before.squares, refitted.squares, n)
+    squares = float(model_fit.fit.squares.sum()), float(refitted.fit.squares.sum())
+    fall = decide.bic_fall(*squares, len(effect.fitted), context.problem.train.samples)
+    passes = decide.passes(model_fit.squares, refitted.squares, fall, context.problem.kappa, len(context.library))
+    passes = passes and not is_switched_off(refitted)
+    return decide.Judgement(effect.name, effect.formula, explained, refitted.squares / n, len(effect.fitted), passes)
 
 
 def _others_with_memory(

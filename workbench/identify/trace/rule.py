@@ -80,6 +80,16 @@ def passes(before: float, after: float, bic_fall: float, kappa: float, candidate
     return bic_fall > BIC * kappa and chance(before, after, kappa, candidates) < CHANCE
 
 
+def best_pair(explained: Sequence[float], chi2: Sequence[float]) -> int | None:
+    """Which of several pairs of effects is the one, by the share of the misfit that each explains and the chi2 that it
+    leaves; None where none explains enough, or another explains as much: many pairs can mimic what is in no library."""
+    able = [place for place, share in enumerate(explained) if share >= PAIR or chi2[place] < CLOSED]
+    best = max(able, key=lambda place: explained[place], default=None)
+    if best is None or any(explained[place] >= explained[best] - TIED for place in able if place != best):
+        return None
+    return best
+
+
 def named(judgements: Sequence[Judgement], share: float = NAMED) -> list[Judgement]:
     """The best formulas of the effects that explain the misfit, best first; several: they tie; none: unknown.
 

@@ -7,6 +7,7 @@ cosines between the g of two effects say what a campaign can tell apart, before 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,15 +24,6 @@ _TELLING = 12  # windows: 6 s
 _SMALLEST, _LARGEST = 0.2, 5.0  # how far beyond a tried strength the fit may be started
 
 
-@dataclass(frozen=True, eq=False)
-class Score:
-    """An effect's gain (fall of the squared errors), the numbers to start a refit from, and its g [samples]."""
-
-    candidate: Candidate
-    gain: float
-    shape: np.ndarray
-
-
 @dataclass(frozen=True)
 class _ScoredEffect:
     """An effect at a strength: all its strengths or `only` one, with `shape` for the numbers that only shape it."""
@@ -43,6 +35,54 @@ class _ScoredEffect:
 
     def numbers(self, factor: float = 1.0) -> dict[str, float]:
         return at_strength(self.effect, self.strength * factor, self.only) | dict(self.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """An effect as it was tried: its g as a unit vector [samples], <g, g>, and by what factor of the tried strength it
+    fits best alone."""
+
+    tried: _ScoredEffect
+    shape: np.ndarray
+    square: float
+    factor: float
+
+    @property
+    def effect(self) -> Effect:
+        """What was tried."""
+        return self.tried.effect
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether the effect may be the other way round."""
+        return any(n.off is not None and n.low < n.off < n.high for n in self.effect.numbers)
+
+    @property
+    def amplitude(self) -> float:
+        """How far along the unit vector the effect fits best alone."""
+        return self.factor * float(np.sqrt(self.square))
+
+    @property
+    def gain(self) -> float:
+        """The fall of the squared errors; 0 where the effect would have to be what it cannot."""
+        return self.factor * self.factor * self.square if self.factor > 0 or self.two_sided else 0.0
+
+    def candidate(self, amplitude: float | None = None) -> Candidate:
+        """The effect with the numbers to start a refit from: where it has an amplitude, or fits best alone."""
+        factor = self.factor if amplitude is None else amplitude / float(np.sqrt(self.square))
+        near = float(np.sign(factor) * np.clip(abs(factor), _SMALLEST, _LARGEST))
+        return Candidate(self.effect, self.tried.numbers(near))
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """An effect's gain (fall of the squared errors), the numbers to start a refit from, and its g [samples], all where
+    it gains most; and every trial."""
+
+    candidate: Candidate
+    gain: float
+    shape: np.ndarray
+    trials: tuple[Trial, ...]
 
 
 class NuisanceProjection:
@@ -78,21 +118,14 @@ def score(
     model = model_with(rig, (*known, effect), windows.names, brief=True, sessions=base.sessions)
     plain = base.errors(windows, fit.x0, fit.p)
     left = rest(plain)
-    best = Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left))
-    for trial in _tried(effect):
-        change = effect_change(model, base, windows, fit, effect, trial.numbers(), plain)
-        if change is None:
-            continue
-        shape = rest(change)
-        size = float(shape @ shape)
-        factor = -float(shape @ left) / size if size > 0 else 0.0
-        if factor < 0 and not _two_sided(effect):
-            continue
-        gain = factor * factor * size
-        if gain > best.gain:
-            factor = float(np.sign(factor) * np.clip(abs(factor), _SMALLEST, _LARGEST))
-            best = Score(Candidate(effect, trial.numbers(factor)), gain, shape / np.sqrt(size))
-    return best
+    changes = (
+        (tried, effect_change(model, base, windows, fit, effect, tried.numbers(), plain)) for tried in _tried(effect)
+    )
+    trials = tuple(_trial(tried, rest(change), left) for tried, change in changes if change is not None)
+    best = max(trials, key=lambda trial: trial.gain, default=None)
+    if best is None or best.gain == 0:
+        return Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left), trials)
+    return Score(best.candidate(), best.gain, best.shape, trials)
 
 
 def worst_windows(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
@@ -146,5 +179,18 @@ def _tried(effect: Effect) -> list[_ScoredEffect]:
     return trials + [_ScoredEffect(effect, STRENGTHS[0], shape=(shape,)) for shape in shapes]
 
 
-def _two_sided(effect: Effect) -> bool:
-    return any(n.off is not None and n.low < n.off < n.high for n in effect.numbers)
+def packed_trial(trial: Trial) -> dict[str, Any]:
+    """A trial as plain data and arrays, without its effect."""
+    tried = {name: getattr(trial.tried, name) for name in ("strength", "only", "shape")}
+    return {"tried": tried, "shape": trial.shape, "square": trial.square, "factor": trial.factor}
+
+
+def unpacked_trial(stored: Mapping[str, Any], effect: Effect) -> Trial:
+    """The trial again."""
+    return Trial(**{**stored, "tried": _ScoredEffect(effect, **stored["tried"])})
+
+
+def _trial(tried: _ScoredEffect, shape: np.ndarray, left: np.ndarray) -> Trial:
+    square = float(shape @ shape)
+    factor = -float(shape @ left) / square if square > 0 else 0.0
+    return Trial(tried, shape / np.sqrt(square) if square > 0 else shape, square, factor)

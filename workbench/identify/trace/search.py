@@ -7,6 +7,7 @@ import numpy as np
 from . import rule as decide
 from .context import TraceContext
 from .findings import CandidateFit, Pass, partial_effect
+from .joint import refit_pairs
 from .locate import FaultLocation
 from .refit import FittedModel, fit_rig, refit_from_declared, refit_without_last_effect
 from .refits import run_pass
@@ -63,17 +64,13 @@ class _Search:
         effects: tuple[CandidateFit, ...] = ()
         tied: tuple[str, ...] = ()
         model_fit = base
-        while (
-            len(effects) < _PASSES
-            and context.is_misfit(model_fit)
-            and self._matters(base, model_fit.squares - model_fit.samples)
-        ):
+        while len(effects) < _PASSES and context.is_misfit(model_fit):
             this_pass = self._pass(model_fit, model_fit)
             if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
                 if not effects:
                     return (), (), better
                 model_fit, effects = better, (*effects[:-1], replace(effects[-1], model_fit=better))
-            elif this_pass.accepted and self._matters(base, model_fit.squares - this_pass.accepted[0].refitted.squares):
+            elif this_pass.accepted and self._adds(base, effects, this_pass):
                 tied = tied or tuple(other.candidate.effect.name for other in this_pass.accepted[1:])
                 effects = (*effects, this_pass.accepted[0])
             elif context.several and (part := best_of_several(context.problem, model_fit, this_pass.tried)):
@@ -110,16 +107,25 @@ class _Search:
         model_fit = self._context.fit(name, lambda: refit_from_declared(self._context.problem, candidate_fit.refitted))
         return replace(candidate_fit, model_fit=model_fit)
 
-    def _matters(self, base: FittedModel, fall: float) -> bool:
-        return self._context.several or decide.worth_adding(fall, base.squares, base.samples)
+    def _adds(self, base: FittedModel, effects: tuple[CandidateFit, ...], this_pass: Pass) -> bool:
+        """Whether the effect that a pass accepted goes to those before: the first if it matters, a later one if no
+        other name explains as much."""
+        if self._context.several:
+            return True
+        if effects:
+            return len(this_pass.accepted) == 1
+        fall = this_pass.before.squares - this_pass.accepted[0].refitted.squares
+        return decide.worth_adding(fall, base.squares, base.samples)
 
     def _pair(self, this_pass: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
         """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
         first = partial_effect(this_pass)
-        if first is None:
-            return ()
-        second = self._pass(first.refitted, base, decide.PAIR)
-        return (first, second.accepted[0]) if second.accepted else ()
+        second = self._pass(first.refitted, base, decide.PAIR) if first else None
+        if first and second and second.accepted:
+            return first, second.accepted[0]
+        together = refit_pairs(self._context, this_pass)
+        self._passes += together
+        return tuple(fit for each in together for fit in each.accepted)
 
 
 def _matters_for_fit(model_fit: FittedModel, refitted: FittedModel) -> bool:

@@ -15,15 +15,16 @@ from .shapes import ROUNDS, best_reshaping
 
 def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     """The answer of a trace. Raises InputError where the rig cannot follow the held-out records."""
-    effects, tied, place = search.effects, search.tied, search.place
+    tied, place = search.tied, search.place
     alone = context.fit_all_windows("base, all windows", search.base)
-    named = context.fit_all_windows("final", effects[-1].refitted) if effects else alone
     before = context.heldout("before", alone)
     if not np.isfinite(before.chi2):
         raise InputError(
             f"{context.problem.campaign.path}: {context.problem.rig.name} cannot follow the held-out records; "
             "check them"
         )
+    effects = _without_faint(context, search, before)
+    named = context.fit_all_windows("final", effects[-1].refitted) if effects else alone
     plain = context.heldout("named", named) if effects else before
     refuted: tuple[CandidateFit, ...] = ()
     if effects and not (context.several or _confirmed(context, before, plain)):
@@ -67,6 +68,28 @@ def _verdict(
     if context.is_misfit(after):
         return "incomplete"
     return "tied" if tied and len(effects) == 1 else "named"
+
+
+def _without_faint(context: TraceContext, search: SearchResult, before: HeldoutErrors) -> tuple[CandidateFit, ...]:
+    """The effects of a search, less last ones that took away little and that held-out records, `before` without any
+    effect, do not ask for: they may be what the formula of another misses."""
+    effects = search.effects
+    while len(effects) > 1 and not context.several and _is_faint(search, effects):
+        number = len(effects)
+        fits = [context.fit_all_windows(f"final {number - back}", effects[-1 - back].refitted) for back in (1, 0)]
+        fewer, all_errors = (
+            context.heldout(f"of {number - back}", fit) for back, fit in zip((1, 0), fits, strict=True)
+        )
+        alone = not _confirmed(context, before, fewer) and _confirmed(context, before, all_errors)
+        if alone or _confirmed(context, fewer, all_errors):
+            break
+        effects = effects[:-1]
+    return effects
+
+
+def _is_faint(search: SearchResult, effects: tuple[CandidateFit, ...]) -> bool:
+    before, after = (fit.refitted for fit in effects[-2:])
+    return not decide.worth_adding(before.squares - after.squares, search.base.squares, search.base.samples)
 
 
 def _confirmed(context: TraceContext, before: HeldoutErrors, after: HeldoutErrors) -> bool:

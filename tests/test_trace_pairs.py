@@ -1,0 +1,137 @@
+"""Two effects at once: the joint score against least squares, the rule, and a small cylinder that lacks two."""
+
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+import pytest
+from made_campaigns import campaign
+from scipy.optimize import nnls
+
+from workbench.base.process_pool import one_blas_thread
+from workbench.commands.common.outcome import no_checkpoint
+from workbench.identify.trace.context import TraceContext, trace_context
+from workbench.identify.trace.findings import Pass
+from workbench.identify.trace.joint import refit_pairs
+from workbench.identify.trace.pairs import joint_amplitudes, joint_gains
+from workbench.identify.trace.problem import estimation_problem
+from workbench.identify.trace.refit import fit_rig
+from workbench.identify.trace.refits import run_pass
+from workbench.identify.trace.rule import best_pair, worth_adding
+from workbench.identify.trace.search import search_effects
+from workbench.identify.trace.verdict import judge_search
+from workbench.plant.effects import find
+from workbench.rigs.rig import EffectUse, Number, load_rig
+
+RANDOM = np.random.default_rng(5)
+
+
+def directions(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors [count, 30] with something in common, and an error [30]."""
+    shapes = RANDOM.standard_normal((count, 30)) + 0.7 * RANDOM.standard_normal(30)
+    return shapes / np.linalg.norm(shapes, axis=1)[:, None], RANDOM.standard_normal(30)
+
+
+def test_the_joint_gain_is_that_of_least_squares():
+    shapes, error = directions(5)
+    cosines, alone = shapes @ shapes.T, shapes @ error
+    gains = joint_gains(alone, cosines, np.zeros(5, bool))
+    beside = joint_amplitudes(alone, cosines)
+    for i in range(5):
+        for j in set(range(5)) - {i}:
+            amplitudes, left, *_ = np.linalg.lstsq(shapes[[i, j]].T, error)
+            assert gains[i, j] == pytest.approx(error @ error - left[0])
+            assert (beside[i, j], beside[j, i]) == pytest.approx(amplitudes)
+
+
+def test_an_effect_of_one_sign_has_no_negative_amplitude():
+    shapes, error = directions(40)
+    cosines, alone = shapes @ shapes.T, shapes @ error
+    gains = joint_gains(alone, cosines, np.ones(40, bool))
+    possible = 0
+    for i in range(40):
+        for j in range(i):
+            amplitudes, left = nnls(shapes[[i, j]].T, error)
+            if (amplitudes > 0).all():
+                assert gains[i, j] == pytest.approx(error @ error - left**2)
+                possible += 1
+            else:  # one of the two would be used alone: that is no pair
+                assert gains[i, j] == 0
+    assert 0 < possible < 780
+
+
+def test_two_that_hide_each_other_gain_together():
+    cosines = np.array([[1.0, 0.9], [0.9, 1.0]])
+    gains = joint_gains(np.array([1.0, 0.0]), cosines, np.zeros(2, bool))
+    assert gains[0, 1] == pytest.approx(1 / (1 - 0.81))
+
+
+def test_two_that_look_alike_are_no_pair():
+    cosines = np.array([[1.0, 0.97], [0.97, 1.0]])
+    assert not joint_gains(np.array([3.0, 1.0]), cosines, np.zeros(2, bool)).any()
+
+
+@pytest.mark.parametrize(
+    ("explained", "chi2", "best"),
+    [
+        ([], [], None),
+        ([0.9, 0.5], [1.4, 3.0], None),
+        ([0.6, 0.97], [1.4, 1.2], 1),
+        ([0.9, 0.5], [1.02, 3.0], 0),
+        ([0.97, 0.975], [1.2, 1.2], None),
+    ],
+)
+def test_a_pair_explains_enough_and_is_the_only_one(explained: list[float], chi2: list[float], best: int | None):
+    assert best_pair(explained, chi2) == best
+
+
+EFFECTS = (find("jack.friction", "coulomb"), find("load.spring", "linear"), find("sensor.lag", ""))
+
+
+def used(name: str, formula: str, **numbers: float) -> EffectUse:
+    """An effect as a rig declares it, SI."""
+    si = {number.name: number.si for number in find(name, formula).numbers}
+    return EffectUse(name, formula, {key: Number(key, v, si[key], si[key], "made up") for key, v in numbers.items()})
+
+
+@cache
+def lacking(*uses: tuple[str, float]) -> TraceContext:
+    """A search on records of a cylinder with effects that its file lacks: a number of each by its name."""
+    effects = {
+        "Fc": partial(used, "jack.friction", "coulomb"),
+        "k": partial(used, "load.spring", "linear", x0=0.0),
+        "tau": partial(used, "sensor.lag", "first order"),
+    }
+    rig = load_rig("festo-tp511")
+    truth = replace(rig, effects=tuple(effects[name](**{name: value}) for name, value in uses))
+    return trace_context(estimation_problem(campaign(truth), rig), EFFECTS, no_checkpoint, lambda _: None, False)
+
+
+def together(context: TraceContext) -> tuple[Pass, ...]:
+    with one_blas_thread():
+        base = fit_rig(context.problem)
+        return refit_pairs(context, run_pass(context, 1, base, base))
+
+
+def test_two_effects_are_refitted_together():
+    spring, friction = together(lacking(("Fc", 40.0), ("k", 1000.0)))
+    first, second = spring.accepted[0], friction.accepted[0]
+    assert (first.judgement.name, second.judgement.name) == ("load.spring", "jack.friction")
+    assert second.candidate.start["Fc"] == pytest.approx(40, rel=0.3)
+    assert first.judgement.explained < 0.9 < 0.99 < second.judgement.explained
+    assert friction.before is first.model_fit
+    assert second.refitted.effects == (first.candidate.effect, second.candidate.effect)
+
+
+def test_an_effect_that_the_other_does_without_is_none_of_a_pair():
+    assert together(lacking(("Fc", 60.0), ("tau", 0.004))) == ()
+
+
+def test_a_faint_second_effect_is_named_where_held_out_records_ask_for_it():
+    context = lacking(("Fc", 60.0), ("tau", 0.004))
+    with one_blas_thread():
+        answer = judge_search(context, search_effects(context))
+    names = [fit.judgement.name for fit in answer.effects]
+    assert (answer.verdict, names) == ("named", ["jack.friction", "sensor.lag"])
+    before, both = answer.passes[1].before.squares, answer.effects[1].refitted.squares
+    assert not worth_adding(before - both, answer.base.squares, answer.base.samples)
