@@ -1,5 +1,6 @@
 """Two effects at once: the joint score against least squares, the rule, and a small cylinder that lacks two."""
 
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache, partial
 
@@ -14,7 +15,7 @@ from workbench.identify.trace.context import TraceContext, trace_context
 from workbench.identify.trace.findings import Pass
 from workbench.identify.trace.joint import refit_pairs
 from workbench.identify.trace.pairs import joint_amplitudes, joint_gains
-from workbench.identify.trace.problem import estimation_problem
+from workbench.identify.trace.problem import EstimationProblem, estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.identify.trace.refits import run_pass
 from workbench.identify.trace.rule import best_pair, worth_adding
@@ -95,8 +96,8 @@ def used(name: str, formula: str, **numbers: float) -> EffectUse:
 
 
 @cache
-def lacking(*uses: tuple[str, float]) -> TraceContext:
-    """A search on records of a cylinder with effects that its file lacks: a number of each by its name."""
+def lacking(*uses: tuple[str, float]) -> EstimationProblem:
+    """Records of a cylinder with effects that its file lacks: a number of each by its name."""
     effects = {
         "Fc": partial(used, "jack.friction", "coulomb"),
         "k": partial(used, "load.spring", "linear", x0=0.0),
@@ -104,11 +105,15 @@ def lacking(*uses: tuple[str, float]) -> TraceContext:
     }
     rig = load_rig("festo-tp511")
     truth = replace(rig, effects=tuple(effects[name](**{name: value}) for name, value in uses))
-    return trace_context(estimation_problem(campaign(truth), rig), EFFECTS, no_checkpoint, lambda _: None, False)
+    return estimation_problem(campaign(truth), rig)
 
 
-def together(context: TraceContext) -> tuple[Pass, ...]:
-    with one_blas_thread():
+def searching(problem: EstimationProblem) -> AbstractContextManager[TraceContext]:
+    return trace_context(problem, EFFECTS, no_checkpoint, lambda _: None, False)
+
+
+def together(problem: EstimationProblem) -> tuple[Pass, ...]:
+    with one_blas_thread(), searching(problem) as context:
         base = fit_rig(context.problem)
         return refit_pairs(context, run_pass(context, 1, base, base))
 
@@ -128,8 +133,7 @@ def test_an_effect_that_the_other_does_without_is_none_of_a_pair():
 
 
 def test_a_faint_second_effect_is_named_where_held_out_records_ask_for_it():
-    context = lacking(("Fc", 60.0), ("tau", 0.004))
-    with one_blas_thread():
+    with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.004))) as context:
         answer = judge_search(context, search_effects(context))
     names = [fit.judgement.name for fit in answer.effects]
     assert (answer.verdict, names) == ("named", ["jack.friction", "sensor.lag"])
