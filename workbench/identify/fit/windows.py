@@ -88,6 +88,13 @@ class Windows:
         spans = tuple(self.spans[w] for w in keep)
         return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
 
+    def and_those_of(self, other: "Windows") -> "Windows":
+        """These windows, then those of others in which the same signals are compared."""
+        records, names = (*self.records, *other.records), self.names
+        spans = (*self.spans, *((index + len(self.records), first, end) for index, first, end in other.spans))
+        weights = {name: max(self._weights[name], other._weights[name]) for name in names}
+        return Windows(records, names, spans, _groups(records, names, spans, weights))
+
     def beginnings(self, rows: int) -> "Windows":
         """The first rows of each."""
         spans = tuple((index, first, min(first + rows, end)) for index, first, end in self.spans)

@@ -11,7 +11,7 @@ from ...plant.effects import Effect, applies
 from . import rule as decide
 from .locate import FaultLocation, locate_fault
 from .problem import EstimationProblem
-from .refit import FittedModel, HeldoutErrors, heldout_errors, refit_all_windows
+from .refit import FittedModel, HeldoutErrors, heldout_errors, numbers_explain, refit_all_windows
 from .stored import packed, unpacked
 from .workers import Workers, trace_workers
 
@@ -42,6 +42,11 @@ class TraceContext:
     def heldout(self, name: str, model_fit: FittedModel) -> HeldoutErrors:
         """The errors of a fit on the held-out records, kept as a stage."""
         return HeldoutErrors(**self.stage(f"heldout {name}", lambda: asdict(heldout_errors(self.whole, model_fit))))
+
+    def numbers_explain(self, model_fit: FittedModel, heldout: HeldoutErrors) -> bool:
+        """Whether numbers alone explain a misfit on the held-out records, kept as a stage."""
+        stored = self.stage("both", lambda: {"explained": numbers_explain(self.whole, model_fit, heldout)})
+        return bool(stored["explained"])
 
     def location(self, name: str, model_fit: FittedModel, heldout: HeldoutErrors | None = None) -> FaultLocation:
         """In which equation the misfit of a fit sits, kept as a stage."""

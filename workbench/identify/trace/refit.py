@@ -186,6 +186,18 @@ def with_selection(problem: EstimationProblem, model: Model, fit: Fit, known: tu
     return FittedModel(known, model, fit, Selection(squares, samples))
 
 
+def numbers_explain(problem: EstimationProblem, model_fit: FittedModel, heldout: HeldoutErrors) -> bool:
+    """Whether a misfit on held-out records is one of numbers alone, which the train records tell too little of: fitted
+    to both, the same model leaves no misfit in either."""
+    fit, windows = model_fit.fit, problem.train.and_those_of(problem.heldout)
+    guess = np.concatenate((fit.x0, heldout.x0))
+    both = fit_numbers(model_fit.model, windows, fit.free, fit.x, fit.p, guess, problem.kappas)
+    parts = (problem.train, both.squares[: problem.train.count]), (problem.heldout, both.squares[problem.train.count :])
+    return not any(
+        decide.misfit(float(squares.sum()) / part.samples, part.samples, problem.kappa) for part, squares in parts
+    )
+
+
 def heldout_errors(problem: EstimationProblem, model_fit: FittedModel) -> HeldoutErrors:
     """The errors of a fit on the held-out records: to be asked when all is decided."""
     x0, squares = run(problem, model_fit.model, problem.heldout, model_fit.fit.p)
