@@ -258,6 +258,8 @@ def _none(trace: Trace, undetectable: Sequence[str]) -> str:
         )
     said = "Nothing is missing that these recordings could show: once its numbers are fitted, the rig follows the "
     said += f"held-out records to {_times(before)} times the noise."
+    if not trace.at_floor:
+        said += " Fitted to these too, its numbers leave no more than noise: the train records tell too little of them."
     if undetectable:
         said += f" They could not have shown a typical {listed(undetectable, 'or')}."
     return said
