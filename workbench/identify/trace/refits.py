@@ -69,7 +69,10 @@ class _Refits:
         return tuple(sorted(fits, key=lambda candidate_fit: -candidate_fit.judgement.explained))
 
     def _planned(self, ranked: Ranked, tried: Mapping[str, CandidateFit]) -> list[tuple[Candidate, float]]:
-        """The best formula of each name, then its others; what is not `tried` explains as much as its score says."""
+        """The best formula of each name, then all its others; what is not `tried` explains as much as its score says.
+
+        Scores do not choose among a name's formulas: a lag below a sample period is far from linear in its strength.
+        """
 
         def explains(pair: tuple[Candidate, float]) -> float:
             candidate_fit = tried.get(pair[0].effect.title)
@@ -87,7 +90,7 @@ class _Refits:
                 continue
             planned.append(own[0])
             if not self._context.several and explains(own[0]) >= _FORMULAS * max(explained, decide.PARTIAL):
-                planned += own[1:]
+                planned += [pair for pair in ranked if pair[0].effect.name == name and pair is not own[0]]
             elif not self._context.several and own[0][0].effect.has_memory and explains(own[0]) < _LOST:
                 planned += _others_with_memory(own[0][0].effect, ranked, explains)
         return planned + self._formulas_of_best(ranked, [tried.get(pair[0].effect.title) for pair in planned])
