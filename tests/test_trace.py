@@ -9,6 +9,7 @@ import pytest
 from made_campaigns import (
     LIBRARY,
     SIGMA,
+    campaign,
     commands,
     found,
     made,
@@ -35,9 +36,9 @@ from workbench.identify.fit.normal_equations import numbers_at
 from workbench.identify.fit.rotation import Selection
 from workbench.identify.trace.context import trace_context
 from workbench.identify.trace.problem import estimation_problem
-from workbench.identify.trace.refit import fit_rig, refit, with_selection
+from workbench.identify.trace.refit import fit_rig, heldout_errors, numbers_explain, refit, with_selection
 from workbench.identify.trace.refits import run_pass
-from workbench.identify.trace.rule import explained
+from workbench.identify.trace.rule import explained, misfit
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
@@ -337,3 +338,15 @@ def test_records_need_not_be_whole_or_alike(how):
     carried = {name for one in changed.get("heldout", of.heldout) for name in one.signals} - {"command"}
     assert {name.split()[0] for name in outcome.metrics["rms"]} == carried
     assert "jack.friction" in render(outcome.page)
+
+
+@pytest.mark.parametrize(("force", "numbers_alone"), [(0.0, True), (60.0, False)])
+def test_numbers_explain_what_numbers_miss_and_no_friction(force, numbers_alone):
+    """A fit whose numbers are off misses the held-out record; so does one without the friction of the rig."""
+    problem = estimation_problem(campaign(rubbing(force) if force else RIG), RIG)
+    fit = fit_rig(problem)
+    x = fit.fit.x + (0.0 if force else 0.3)
+    moved = replace(fit, fit=replace(fit.fit, x=x, p=numbers_at(fit.model, fit.fit.free, x, fit.fit.p)))
+    errors = heldout_errors(problem, moved)
+    assert misfit(errors.chi2, errors.samples, problem.kappa)
+    assert numbers_explain(problem, moved, errors) is numbers_alone
