@@ -3,6 +3,7 @@
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it: before numpy is loaded
+os.environ["JACKBENCH_TRUSTED"] = "*"  # what tests write may run; test_trust.py takes it back
 
 from dataclasses import replace
 from functools import partial

@@ -10,7 +10,7 @@
 loops        ClosedLoop, tune, benchmark; SCENARIOS, RIG_SET
 campaigns    trace, fit, residual, load_campaign, read_record
 experiments  run, what `jackbench run`, `bench` and `tune` compute
-rigs         load_rig, save_rig, Rig, variation, with_delay; linear_plant, of a python-control system
+rigs         load_rig, save_rig, Rig, variation, with_delay; linear_plant, of a python-control system; trust
 plants       build, Plant, Engine, equilibrium, linearise, discretise, stepped_sine, known_effects
 controllers  controller, of one's own "file.py:Class"; Controller, design_numbers and number, to write one
 fractional   FractionalTransferFunction, fit_fractional; read_sheet, of a frequency response
@@ -40,6 +40,7 @@ from .base.lazy import lazy_names
 if TYPE_CHECKING:
     from .base.errors import InputError
     from .base.signals import SIGNALS
+    from .base.trust import trust
     from .base.units import from_si, quantity, to_si
     from .control.controller_spec import ControllerSpec
     from .control.controller_type import controller
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "base.errors": ("InputError",),
     "base.signals": ("SIGNALS",),
+    "base.trust": ("trust",),
     "base.units": ("from_si", "quantity", "to_si"),
     "control.controller_spec": ("ControllerSpec",),
     "control.controller_type": ("controller",),
@@ -140,6 +142,7 @@ __all__ = [
     "stepped_sine",
     "to_si",
     "trace",
+    "trust",
     "tune",
     "variation",
     "with_delay",

@@ -8,8 +8,11 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import NoReturn
 
+from .base import trust
 from .base.errors import InputError
 from .commands import COMMANDS
+
+_WITHOUT_RIG = ("compare", "list", "new", "trust")
 
 
 class Parser(argparse.ArgumentParser):
@@ -25,8 +28,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else list(arguments)
     for threads in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ.setdefault(threads, "1")  # matrices here are small, and the engine has a thread a core
+    os.environ["PYTHONSAFEPATH"] = "1"  # worker processes import nothing from the working folder either
     try:
         options = _parser(words).parse_args(words)
+        if getattr(options, "trust", False):
+            trust.allow_everything()
         options.call(options, words)
     except InputError as error:
         print(f"jackbench: {' '.join(str(error).split())}", file=sys.stderr)
@@ -50,6 +56,8 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
         command = commands.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.")
         if name == first_word:
             import_module(f".commands.{name.replace('-', '_')}.options", __package__).options(command)
+            if name not in _WITHOUT_RIG:
+                command.add_argument("--trust", action="store_true", help="run the effect_files of rigs, this once")
     return parser
 
 

@@ -31,5 +31,6 @@ COMMANDS = {
     "new": "make a starter folder: a rig, experiments, a campaign, a controller",
     "list": "list what there is",
     "show": "show a rig and what follows from its numbers",
+    "trust": "let code that comes with a rig run",
     "speed": "time the engine beside public solvers",
 }

@@ -16,23 +16,13 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
+from ..base.private_files import cache_folder, is_private
 from .vector_math import LIBM
 
 _DIGEST = 32  # bytes of SHA-256 before the object file: LLVM would bring the process down over a damaged one
 _LOADED: dict[str, Any] = {}  # by key: libraries stay for the life of the process
 _ONE_AT_A_TIME = Lock()
 _NUMBERS = count()
-
-
-def cache_folder() -> Path:
-    """Where compiled plants are kept: $XDG_CACHE_HOME, or what the system has for this purpose."""
-    if given := os.environ.get("XDG_CACHE_HOME"):
-        base = Path(given)
-    elif sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    else:
-        base = Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
-    return base / "jackbench"
 
 
 def functions(key: Sequence[str], write: Callable[[], str], names: Sequence[str]) -> list[int]:
@@ -112,17 +102,12 @@ def _c_library() -> dict[str, int]:
 def _stored(digest: str) -> bytes | None:
     """Code from the cache folder; None where there is none, it is damaged, or others could have written it."""
     with suppress(OSError), (cache_folder() / f"{digest}.o").open("rb") as file:
-        if not (_is_private(cache_folder().stat()) and _is_private(os.fstat(file.fileno()))):
+        if not (is_private(cache_folder().stat()) and is_private(os.fstat(file.fileno()))):
             return None
         content = file.read()
         if hashlib.sha256(content[_DIGEST:]).digest() == content[:_DIGEST]:
             return content[_DIGEST:]
     return None
-
-
-def _is_private(status: os.stat_result) -> bool:
-    """Whether a file or folder belongs to this user and no other may write to it; where there is no POSIX, always."""
-    return not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
 
 
 def _store(digest: str, code: bytes) -> bytes:

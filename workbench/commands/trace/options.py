@@ -4,6 +4,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
+from ...base import trust
 from ...base.errors import InputError
 from ..common.options import jobs, works
 from ..common.rig_out import finish_with_rig, leaves_rig
@@ -38,6 +39,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _trace(options: argparse.Namespace, words: list[str]) -> None:
     paths: list[Path] = options.campaign
+    trust.allow(*options.effects)
     if all(path.is_file() and path.suffix != ".toml" for path in paths):
         from .sheets import trace_command
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
+from ...base import trust
 from ...base.errors import InputError, nearest
 from ...base.units import from_si, to_si
 from ...rigs.rig import EffectUse, Number, Rig
@@ -41,7 +42,8 @@ def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:
 def load_effects(path: str | Path) -> tuple[Effect, ...]:
     """The effects that a Python file defines at its top level.
 
-    Raises InputError with file and line: no such file, an error of Python, no effect in it, an effect that cannot be.
+    Raises InputError with file and line: no such file, one that is not trusted, an error of Python, no effect in it,
+    an effect that cannot be.
     """
     effects = declared(_executed(path).values())
     if not effects:
@@ -55,17 +57,19 @@ def load_effects(path: str | Path) -> tuple[Effect, ...]:
 
 
 def _executed(path: str | Path) -> dict[str, object]:
-    """The names that a Python file defines. It is the user's own code, as a controller's is, and is run like it.
+    """The names that a Python file defines, which runs only where the user trusts it, see base/trust.py.
 
     Executed rather than imported: no bytecode is left beside the rig, a name like that of a package hides nothing, and
     a file that has changed is read anew.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        content = Path(path).read_bytes()
+        text = content.decode("utf-8")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not text in UTF-8; effect_files are Python files") from None
     except OSError:
         raise InputError(f"{path}: no such file; effect_files are paths beside the rig file") from None
+    trust.check(Path(path), content)
     names: dict[str, object] = {"__name__": Path(path).stem, "__file__": str(path)}
     try:
         exec(compile(text, str(path), "exec"), names)

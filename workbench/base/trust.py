@@ -1,0 +1,79 @@
+"""Code that comes with data: it runs only where the user has said so, by the digest of what it says.
+
+A rig file or a campaign is data, whoever sent it, but may name Python files with effects of its own. Such a file runs
+after `jackbench trust FILE`, which keeps the digest of its content in the user's config folder: a file that has changed
+since then is another file. What is allowed is trusted by this process and its workers only.
+"""
+
+import os
+from hashlib import sha256
+from pathlib import Path
+
+from .errors import InputError
+from .private_files import config_folder, is_private
+
+_ALLOWED = "JACKBENCH_TRUSTED"  # in the environment, which worker processes inherit: digests, or EVERYTHING
+_EVERYTHING = "*"
+
+
+def trust(*files: str | Path) -> Path:
+    """Remember what these files say now; the list that remembers. Raises InputError for a file that cannot be read, or
+    where the list cannot be written."""
+    digests = {_digest(_content(file)): Path(file).resolve() for file in files}
+    list_file = config_folder() / "trusted"
+    known = _remembered()
+    lines = [f"{digest}  {path}\n" for digest, path in digests.items() if digest not in known]
+    try:
+        list_file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with open(os.open(list_file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600), "a", encoding="utf-8") as file:
+            file.write("".join(lines))
+    except OSError as error:
+        raise InputError(f"{list_file}: {error.strerror}; digests of trusted files are kept there") from None
+    return list_file
+
+
+def allow(*files: str | Path) -> None:
+    """Trust these files as they are now, until this process ends. Raises InputError for one that cannot be read."""
+    os.environ[_ALLOWED] = " ".join([*_allowed(), *(_digest(_content(file)) for file in files)])
+
+
+def allow_everything() -> None:
+    """Trust every file, until this process ends."""
+    os.environ[_ALLOWED] = _EVERYTHING
+
+
+def check(path: Path, content: bytes) -> None:
+    """Raises InputError unless the user trusts a file of this content."""
+    allowed, digest = _allowed(), _digest(content)
+    if _EVERYTHING not in allowed and digest not in allowed and digest not in _remembered():
+        raise InputError(
+            f"{path}: Python code that a rig file names, and not trusted; read it, then `jackbench trust {path}`, "
+            "or add --trust for once"
+        )
+
+
+def _allowed() -> list[str]:
+    return os.environ.get(_ALLOWED, "").split()
+
+
+def _remembered() -> set[str]:
+    """Trusted digests; none of a list that others could have written."""
+    list_file = config_folder() / "trusted"
+    try:
+        with list_file.open(encoding="utf-8") as file:
+            if not (is_private(os.fstat(file.fileno())) and is_private(list_file.parent.stat())):
+                return set()
+            return {line.split(maxsplit=1)[0] for line in file if line.strip()}
+    except (OSError, UnicodeDecodeError):
+        return set()
+
+
+def _content(file: str | Path) -> bytes:
+    try:
+        return Path(file).read_bytes()
+    except OSError as error:
+        raise InputError(f"{file}: {error.strerror}; name a Python file") from None
+
+
+def _digest(content: bytes) -> str:
+    return sha256(content).hexdigest()

@@ -1,0 +1,1 @@
+"""`jackbench trust`: let code that comes with a rig or a campaign run."""
