@@ -11,8 +11,10 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..base.errors import InputError, echo, nearest
-from ..base.signals import SIGNALS
+from ..base.signals import MEASURED, SIGNALS
 from ..base.table import Table
 from ..base.toml import read_toml
 from ..base.units import Spec
@@ -107,6 +109,7 @@ def load_campaign(folder: str | Path) -> Campaign:
     _check_copies(listed, entries, file.parent)
     records = {role: tuple(_record(file.parent, entry, mapping) for entry in entries[role]) for role in ROLES}
     _check_mapped(signals, mapping, [record for group in records.values() for record in group])
+    _check_alike(listed, entries, records)
     sheets = tuple(listed_sheet(entry, file.parent) for entry in top.tables("sheets"))
     files = {entry.name: entry.file for role in ROLES[1:] for entry in entries[role]}
     sessions = read_sessions(top.optional_table("sessions"), files, [entry.name for entry in entries["train"]])
@@ -181,6 +184,27 @@ def _check_copies(records: Table, entries: Mapping[str, list[_Entry]], folder: P
         part_at_rest = role == "static" != again and not entry.is_whole
         if content == copied and entry.meets(copy) and not part_at_rest:
             raise records.complaint(again, f"{copy.file} has the samples of {entry.file} in {role}; list them once")
+
+
+def _check_alike(listed: Table, entries: Mapping[str, list[_Entry]], records: Mapping[str, Sequence[Record]]) -> None:
+    """Raises InputError for moving records of two files that have the same samples, whatever their format."""
+    moving = [
+        (role, entry.file, record)
+        for role in ROLES[1:]
+        for entry, record in zip(entries[role], records[role], strict=True)
+    ]
+    for (role, file, record), (again, copy, other) in combinations(moving, 2):
+        if file != copy and _same_samples(record, other):
+            raise listed.complaint(again, f"{copy} has the samples of {file} in {role}; list them once")
+
+
+def _same_samples(record: Record, other: Record) -> bool:
+    """Whether two records agree in every signal that both measured, to the rounding of their formats."""
+    shared = [name for name in record.names if name in other.signals and name in MEASURED]
+    if record.t.size != other.t.size or not shared or not np.allclose(record.t, other.t, rtol=1e-9, atol=1e-9):
+        return False
+    pairs = ((record.signals[name], other.signals[name]) for name in shared)
+    return all(np.allclose(a, b, rtol=0.0, atol=1e-7 * (np.ptp(a) + np.finfo(float).tiny)) for a, b in pairs)
 
 
 def _content(path: Path) -> str:

@@ -47,6 +47,8 @@ def read_record(
         filled, known, more = _mended(path, rows, t, name, column.cell, values)
         signals[name] = column.to_si(filled, SIGNALS[name].si)
         valid[name] = known & _inside(column.clip, filled)
+        if known.any() and not valid[name].any():
+            raise InputError(f"{path}: {column.cell}: clip leaves no sample, they go {_range(filled)}; widen it")
         notes += more
     if ignored:
         notes.append(f"{path.name}: not used: " + ", ".join(ignored))
@@ -81,6 +83,10 @@ def _clock(mapping: Mapping[str, ColumnMap], rows: int) -> np.ndarray:
 
 def _inside(clip: tuple[float, float] | None, values: np.ndarray) -> np.ndarray:
     return np.ones(values.size, dtype=bool) if clip is None else (values > clip[0]) & (values < clip[1])
+
+
+def _range(values: np.ndarray) -> str:
+    return f"from {values.min():.6g} to {values.max():.6g}"
 
 
 def _refuse_few(path: Path, rows: int) -> None:

@@ -24,6 +24,7 @@ from ..base.units import Spec, from_si, to_si
 from . import schema
 from .jack import JACKS, JackKind
 from .summary import html_table, summary
+from .together import check_together
 from .valve import VALVES, ValveKind
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
@@ -256,6 +257,8 @@ def _read(path: Path, shown: str) -> Rig:
         **_numbers(jack, jack_kind.numbers, "kind"),
         **_numbers(top.table("load"), schema.LOAD),
     }
+    limits = _numbers(top.table("limits"), schema.LIMITS)
+    check_together(top, numbers, limits)
     control = top.table("control", *schema.CONTROL)
     return Rig(
         name=top.text("name", path.stem),
@@ -265,7 +268,7 @@ def _read(path: Path, shown: str) -> Rig:
         corrector=corrector,
         jack=jack_kind.name,
         numbers=numbers,
-        limits=_numbers(top.table("limits"), schema.LIMITS),
+        limits=limits,
         period=read_number(control, "period", schema.CONTROL["period"]),
         sensors=read_sensors(top.optional_table("sensors")),
         effects=tuple(_effect(use) for use in top.tables("effects")),

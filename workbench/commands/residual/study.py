@@ -10,6 +10,7 @@ from ...base.units import from_si
 from ...identify.data.noise_floor import NoiseFloor
 from ...identify.data.scored_floor import scored_floor
 from ...identify.data.whiteness import Whiteness, whiteness
+from ...identify.fit.mistaken import check_columns
 from ...identify.fit.predict import Prediction, predict_free, predict_whole, predict_windows
 from ...identify.fit.session_numbers import session_plants
 from ...identify.fit.windows import WINDOW, compared
@@ -31,6 +32,7 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
     plants = session_plants(campaign, rig)
     for record in campaign.heldout:
         compared(plants[record.name], record, floor)  # a refusal comes before any progress line
+    check_columns(campaign, rig, floor)
     predictions, whole = [], campaign.score == FREE_RUN
     for record in campaign.heldout:
         progress(f"{record.name}: " + ("one free run" if whole else f"windows of {WINDOW:g} s"))

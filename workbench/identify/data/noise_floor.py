@@ -10,6 +10,8 @@ from scipy.signal import lfilter
 from ...base.errors import InputError
 from ...base.signals import MEASURED
 from ...records import Campaign, Record
+from .static import check_static
+from .white_part import white_part
 
 STATIC = "static record"
 ESTIMATED = "estimated from the records"
@@ -23,7 +25,6 @@ FEWEST_ROWS = 20
 RINGING_ROWS = 500  # fewer do not resolve a ringing
 RINGING_SHARE = 0.05  # of the variance; less moves sigma by less than 2.5 %
 RINGING_CHANCE = 60.0  # over the rows: what the best of many modes explains of mere noise, with some room
-BLOCK = 50  # rows
 REPEATED = 0.5  # s: pieces in which repeats are compared
 CALM = 4.0  # times the median variance of the pieces: beyond it a repeat came earlier or later, which is no noise
 FED_BACK = ("position", "force")  # their noise is in the command, by the loop, and would pass for an answer to it
@@ -62,8 +63,9 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
 
     Without either: from third differences in train and heldout, which see the white part only; kappa is 1.
     sigma is never below the smallest step seen in any record / sqrt(12). Raises InputError for a signal that never
-    changes: no floor can be given.
+    changes, as no floor can be given, and for a static record that moves.
     """
+    check_static(campaign)
     records = campaign.records
     rest = [runs for record in campaign.static for runs in _at_rest(record)]
     again = _repeated((*campaign.train, *campaign.select, *campaign.heldout))
@@ -77,7 +79,7 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
         if name in again:
             floor = max(floor, (*sigma_and_kappa(again[name]), REPEATS))
         elif not runs:
-            floor = (_white_part(name, carriers), 1.0, ESTIMATED)
+            floor = (white_part(name, carriers), 1.0, ESTIMATED)
         least = _resolution(campaign, name, carriers) / np.sqrt(12.0)
         sigma[name], kappa[name], source[name] = floor if floor[0] > least else (least, 1.0, QUANTISATION)
     return NoiseFloor(sigma, kappa, source)
@@ -237,17 +239,6 @@ def _orthonormal(columns: np.ndarray) -> np.ndarray:
 
 def _without(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
     return values - basis @ (basis.T @ values)
-
-
-def _white_part(name: str, records: Iterable[Record]) -> float:
-    """sigma from third differences, as rms over blocks of 50 rows and their median, which passes over moves."""
-    squares = [np.zeros(0)]
-    for record in records:
-        valid = np.convolve(record.valid[name], np.ones(4), "valid") == 4.0
-        third = np.diff(record.signals[name], 3)[valid] ** 2 / 20.0  # 1 + 9 + 9 + 1
-        squares.append(third[: third.size // BLOCK * BLOCK].reshape(-1, BLOCK).mean(axis=1))
-    blocks = np.concatenate(squares)
-    return float(np.sqrt(np.median(blocks))) if blocks.size else 0.0
 
 
 def _resolution(campaign: Campaign, name: str, records: Sequence[Record]) -> float:

@@ -25,6 +25,7 @@ from ..data.scored_floor import scored_floor
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
+from ..fit.mistaken import check_columns
 from ..fit.model import Model
 from ..fit.rotation import BLOCKS
 from ..fit.session_numbers import SessionNumber, session_numbers
@@ -105,6 +106,7 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     if not campaign.train:
         raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
     sessions, floor = session_numbers(campaign, rig), scored_floor(campaign)
+    check_columns(campaign, rig, floor)
     plant = model_with(rig, (), ()).plant
     roles = {role: getattr(campaign, role) for role in ("train", "select", "heldout")}
     every = [record for records in roles.values() for record in records]

@@ -1,0 +1,100 @@
+"""Recordings and rigs that cannot be what they are called are named as what they are, before anything is fitted."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import InputError
+from workbench.identify.data.scored_floor import scored_floor
+from workbench.identify.data.static import check_static
+from workbench.identify.fit.mistaken import check_columns
+from workbench.records import load_campaign
+from workbench.rigs.rig import load_rig
+
+BUNDLED = Path(__file__).parents[1] / "workbench" / "rigs" / "jack-10t.toml"
+SAMPLE = Path(__file__).parents[1] / "experiments" / "sample"
+
+
+@pytest.fixture(scope="module")
+def sample():
+    return load_campaign(SAMPLE)
+
+
+def changed(campaign, change):
+    """The campaign with other signals in every record."""
+
+    def each(records):
+        return tuple(replace(record, signals={**record.signals, **change(record.signals)}) for record in records)
+
+    roles = {role: each(getattr(campaign, role)) for role in ("static", "train", "select", "heldout")}
+    return replace(campaign, **roles)
+
+
+def test_columns_that_are_what_they_are_called_pass(sample, rig):
+    check_columns(sample, rig, scored_floor(sample))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda s: {"pa": s["pb"], "pb": s["pa"]}, "pa and pb look swapped: chi2 of jack-10t as declared falls from"),
+        (lambda s: {"command": -s["command"]}, "the sign of command looks wrong"),
+        (lambda s: {"position": -s["position"]}, "the sign of position looks wrong"),
+        (lambda s: {"spool": -s["spool"]}, "the sign of spool looks wrong"),
+        (lambda s: {"command": 10 * s["command"]}, "command reaches 4.2.*, and 1 is full command"),
+        (lambda s: {"pa": 1e5 * s["pa"]}, "pa reaches .* bar, and the supply has 210 bar; it looks like Pa under bar"),
+        (lambda s: {"pb": s["pb"] / 10}, "pb looks 10 times too small"),
+    ],
+)
+def test_a_column_that_is_mistaken_is_named(sample, rig, change, words):
+    wrong = changed(sample, change)
+    with pytest.raises(InputError, match=words):
+        check_columns(wrong, rig, scored_floor(wrong))
+
+
+def test_a_static_record_that_moves_is_refused(sample):
+    check_static(sample)
+    with pytest.raises(InputError, match=r"static record triangle moves: position varies by 24 mm .* list one at rest"):
+        check_static(replace(sample, static=(sample.train[1],)))
+
+
+def test_a_copy_in_another_format_is_a_copy(tmp_path):
+    """A held-out record that is a train record with its last digits cut is the train record."""
+    for path in SAMPLE.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    text = (SAMPLE / "campaign.toml").read_text("utf-8")
+    (tmp_path / "campaign.toml").write_text(text.replace("multisine.csv.gz", "again.csv"), "utf-8")
+    record = load_campaign(SAMPLE).train[0]
+    units = {"command": (1.0, "1"), "position": (1e3, "mm"), "pa": (1e-5, "bar")}
+    columns = [record.t, *(record.signals[name] * scale for name, (scale, _) in units.items())]
+    header = ",".join(["t [s]", *(f"{name} [{unit}]" for name, (_, unit) in units.items())])
+    np.savetxt(tmp_path / "again.csv", np.column_stack(columns), delimiter=",", header=header, comments="", fmt="%.17g")
+    with pytest.raises(InputError, match=r"again.csv has the samples of steps.csv.gz in train; list them once"):
+        load_campaign(tmp_path)
+
+
+def test_a_clip_that_leaves_nothing_is_refused(tmp_path):
+    for path in SAMPLE.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    with (tmp_path / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[signals.pa]\ncolumn = "pa"\nclip = [-2.0, -1.0]\n')
+    with pytest.raises(InputError, match=r"pa .*: clip leaves no sample, they go from .* to .*; widen it"):
+        load_campaign(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("Ps = {value = 210", "Ps = {value = 3", r"supply.Ps: 3 bar is not above the return pressure, 4.35\d* bar"),
+        ("stroke = {value = 0.24", "stroke = {value = 0.3", r"limits.stroke: 300 mm .* beyond the end stops, 250 mm"),
+    ],
+)
+def test_numbers_that_cannot_be_beside_each_other_are_refused(tmp_path, old, new, words):
+    path, text = tmp_path / "rig.toml", BUNDLED.read_text("utf-8")
+    assert old in text
+    text = text.replace(old, new).replace("bounds = [203.7, 216.3]", "bounds = [1, 216.3]")
+    path.write_text(text, "utf-8")
+    with pytest.raises(InputError, match=words):
+        load_rig(path)

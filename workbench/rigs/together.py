@@ -1,0 +1,25 @@
+"""What the numbers of a rig have to be to each other."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ..base.table import Table
+from ..base.units import from_si
+
+if TYPE_CHECKING:
+    from .rig import Number
+
+
+def check_together(top: Table, numbers: Mapping[str, "Number"], limits: Mapping[str, "Number"]) -> None:
+    """Raises InputError for numbers of a rig file that are possible one by one, but not beside each other."""
+    supply, tank = numbers["Ps"], numbers["Pr"]
+    if supply.value <= tank.value:
+        low, high = (f"{from_si(n.value, n.unit, n.si):.6g} {n.unit}" for n in (supply, tank))
+        problem = f"{low} is not above the return pressure, {high}, so nothing would move; correct one of them"
+        raise top.table("supply").complaint("Ps", problem)
+    stroke, travel = limits["stroke"], numbers["S"]
+    longest = travel.value if travel.high is None else travel.high  # an uncertain stroke may be that long
+    if stroke.value > longest / 2 * (1 + 1e-9):
+        allowed, half = (f"{1e3 * value:.6g} mm" for value in (stroke.value, longest / 2))
+        problem = f"{allowed} to each side of mid stroke is beyond the end stops, {half}; give half of S at most"
+        raise top.table("limits").complaint("stroke", problem)
