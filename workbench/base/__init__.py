@@ -5,6 +5,7 @@ units, signals  units at the borders; the signals of a jack rig by name
 toml, table, key_lines    TOML files read strictly: a table that is asked by key; the line of each key
 lazy            names of a package, loaded when first used
 checkpoint      stages of a long computation, and progress
+trust, private_files     code that comes with data, and whether it may run; where a user keeps things
 cores, process_pool    processors, and worker processes that share them
 gain_phase      gain in decibels and phase in degrees of a complex response
 vector_fitting  a rational function fitted to a frequency response

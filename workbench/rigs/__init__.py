@@ -1,7 +1,7 @@
 """What a rig is: its numbers with units, sources and bounds.
 
 rig         a rig and its TOML file; the bundled ones are beside this file
-schema      the numbers that every rig has
+schema, together    the numbers that every rig has, and what they have to be to each other
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
 jack        the kinds of jack
 summary     a rig in a few lines, and as a table in a notebook

@@ -6,6 +6,7 @@ normal_equations, initial_states, solver    the least squares problem and its so
 rotation, informative, intervals    what windows say of a fit without them; which tell most; how far numbers are known
 predict, repeats    what a model predicts of a record, in windows or free
 sessions, session_numbers    groups of records that differ; numbers that are others in declared sessions
+mistaken            columns that are not what they are called
 unexplained         whether a fitted rig follows its records at all
 
     from workbench.identify.fit import Model, cut_windows, fit_numbers, predicted_states, uncertain

@@ -14,6 +14,7 @@ from scipy.stats import t as student
 from .windows import Windows
 
 _FEWEST = 4  # clusters: with fewer their scatter says nothing
+_TINY = 1e-300  # a variance that rounding has made negative
 _NORMAL = 1.96  # what an interval of 95 % takes of a standard deviation
 
 
@@ -34,7 +35,7 @@ def clustered(gradients: np.ndarray, windows: Windows, by_record: bool) -> np.nd
 
 def widest(inverse: np.ndarray, scatters: Sequence[np.ndarray], prior: np.ndarray) -> np.ndarray:
     """Covariance [k, k] of the first scatter, every number's deviation stretched to the largest of all scatters'."""
-    covariances = [inverse @ (scatter + prior) @ inverse for scatter in scatters]
-    deviations = np.sqrt([np.diag(covariance) for covariance in covariances])
+    covariances = [inverse @ (scatter + prior) @ inverse.T for scatter in scatters]
+    deviations = np.sqrt([np.maximum(np.diag(covariance), _TINY) for covariance in covariances])
     stretch = deviations.max(axis=0) / deviations[0]
     return covariances[0] * np.outer(stretch, stretch)
