@@ -141,7 +141,7 @@ def test_the_command_leaves_the_rig_where_it_is_told(tmp_path, capsys):
         (["fit", "--starts", "0"], ["--starts 0"]),
         (["fit", "--rig-out", "nowhere/rig.toml"], ["--rig-out", "no folder"]),
         (["fit", "--rig", "bare.toml"], ["no number has bounds"]),
-        (["fit", "--rig", "other.toml", "--starts", "1"], ["constant", "units"]),
+        (["fit", "--rig", "other.toml", "--starts", "1"], ["spool looks 25.4 times too small", "unit"]),
         (["trace", "--without", "jack.frction"], ["--without", 'did you mean "jack.friction"']),
         (["trace", "--effects", "mine.py"], ["mine.py", "no such file"]),
     ],

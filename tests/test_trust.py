@@ -106,7 +106,7 @@ def test_a_residual_runs_no_code_that_a_campaign_brings(foreign, capsys):
     assert not (foreign / "out").exists()
 
 
-@pytest.mark.parametrize(("file", "words"), [("absent.py", "No such file"), ("rig.toml", "no Python file")])
+@pytest.mark.parametrize(("file", "words"), [("absent.py", "no such file"), ("rig.toml", "no Python file")])
 def test_what_cannot_be_trusted_is_refused(foreign, capsys, file, words):
     assert main(["trust", str(foreign / file)]) == 2
     error = capsys.readouterr().err

@@ -71,6 +71,8 @@ def _remembered() -> set[str]:
 def _content(file: str | Path) -> bytes:
     try:
         return Path(file).read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{file}: no such file; name a Python file") from None
     except OSError as error:
         raise InputError(f"{file}: {error.strerror}; name a Python file") from None
 
