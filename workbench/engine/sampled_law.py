@@ -10,7 +10,6 @@ oracle in tests.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from itertools import accumulate
 
 import casadi as ca
 import numpy as np
@@ -19,12 +18,13 @@ from ..plant import Plant
 from . import object_cache
 from .codegen import gathered_inputs
 from .emit import emit
+from .guard_rules import let_through, packed_state, parts, watched
+from .guard_shape import GuardShape, length, places
 from .jobs import Frame
 from .lanes import Code
 from .tape import divide_less, read
 
 _Parts = Mapping[str, ca.SX]
-TRIPS = ("", "stroke", "speed", "force", "command")  # by the number that a tripped law keeps
 OUT = ("sent", "demanded", "held", "trip")  # what every instant puts out, before the recorded outputs
 
 
@@ -72,6 +72,7 @@ class LawShape:
     states: int
     measured: tuple[str, ...]
     sensors: tuple[str, ...]
+    guard: GuardShape
     late: int = 0
     split: bool = False
     interpolated: bool = False
@@ -83,12 +84,17 @@ class LawShape:
     @property
     def read(self) -> tuple[str, ...]:
         """The outputs that are read: those that the law or the guard needs."""
-        return tuple(name for name in self.sensors if name in (*self.measured, "position", "force"))
+        return self.guard.read
 
     @property
     def state(self) -> dict[str, slice]:
         """Places in the state of an instant: the command that the drive holds last, those on their way, ..."""
-        return _places(held=1, line=self.late + 1, command=1, position=1, trip=1, law=self.states)
+        return places(held=1, line=self.late + 1, command=1, guard=length(self.guard.state), law=self.states)
+
+    @property
+    def trip(self) -> int:
+        """Place of the number of a trip in the state."""
+        return self.state["guard"].start + self.guard.state["trip"].start
 
     @property
     def numbers(self) -> dict[str, slice]:
@@ -97,45 +103,27 @@ class LawShape:
         law = {"a": n * n, "b": n * m, "c": n, "d": m, "e": n}
         if self.graphs:
             law = {"q": self.graphs.numbers}
-        guard = {"middle": 1, "stroke": 1, "move": 1, "force": 1, "step": 1}
+        guard = {name: place.stop - place.start for name, place in self.guard.numbers.items()}
         taps = {"taps": self.late + 1} if self.own_delays else {}
-        return _places(**law, offset=1, **guard, part=1, **taps, noise=sensors, resolution=sensors)
+        return places(**law, offset=1, **guard, part=1, **taps, noise=sensors, resolution=sensors)
 
     def inputs(self, plant: Plant) -> dict[str, slice]:
         """Places in the row of an instant: reference, added command, the plant's inputs but for the command, noise."""
-        return _places(reference=1, added=1, others=len(plant.inputs) - 1, noise=len(self.sensors) if self.noisy else 0)
-
-
-def _places(**sizes: int) -> dict[str, slice]:
-    ends = accumulate(sizes.values())
-    return {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
-
-
-def packed(places: Mapping[str, slice], **values: np.ndarray | float) -> np.ndarray:
-    """Values [.., size of their place], a number standing for a single one, side by side: [.., k]."""
-    parts = [np.atleast_1d(np.asarray(values[name], float)) for name in places]
-    lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
-    return np.concatenate([np.broadcast_to(part, (*lead, part.shape[-1])) for part in parts], axis=-1)
+        return places(reference=1, added=1, others=len(plant.inputs) - 1, noise=len(self.sensors) if self.noisy else 0)
 
 
 def instant(plant: Plant, shape: LawShape) -> ca.Function:
     """(x, u, p, state, row, numbers) -> (inputs of the plant, state after, what is put out), one after the other."""
     x, u, p = (ca.SX.sym(*args) for args in (("x", plant.n), ("u", len(plant.inputs)), ("p", len(plant.parameters))))
-    places = (shape.state, shape.inputs(plant), shape.numbers)
-    state, row, numbers = (
-        ca.SX.sym(name, max(part.stop for part in of.values()))
-        for name, of in zip(("s", "r", "q"), places, strict=True)
-    )
-    s, r, q = (
-        {name: vector[part] for name, part in of.items()}
-        for vector, of in zip((state, row, numbers), places, strict=True)
-    )
+    vectors = (shape.state, shape.inputs(plant), shape.numbers)
+    state, row, numbers = (ca.SX.sym(name, length(of)) for name, of in zip(("s", "r", "q"), vectors, strict=True))
+    s, r, q = (parts(vector, of) for vector, of in zip((state, row, numbers), vectors, strict=True))
     outputs = plant.h(x, ca.vertcat(s["held"], r["others"]), p)
     signals = {name: outputs[plant.output(name)] for name in shape.read}
     readings = {name: _reading(shape, i, name, signals[name], r, q) for i, name in enumerate(shape.read)}
     law = _law(shape, s, r, q, readings)
     held, last, line = _arriving(shape, s["line"], law["sent"], q)
-    after = ca.vertcat(last, line, law["sent"], readings["position"], law["trip"], law["state"])
+    after = ca.vertcat(last, line, law["sent"], law["guard"], law["state"])
     put_out = [law["sent"], law["demanded"], held, law["trip"]]
     put_out += [outputs[plant.output(name)] for name in shape.recorded]
     arguments = [x, u, p, state, row, numbers]
@@ -161,13 +149,18 @@ def _law(
 ) -> dict[str, ca.SX]:
     """The command that the guard lets through, what was demanded, the trip, and the law's state after."""
     signals = ca.vertcat(r["reference"], *(readings[name] for name in shape.measured))
-    trip = _watched(s, q, readings)
-    demanded = ca.if_else(trip > 0, 0, _asked(shape, s["law"], signals, q) + r["added"])
-    trip = ca.if_else(trip > 0, trip, ca.if_else(ca.fabs(demanded) <= np.finfo(float).max, 0, TRIPS.index("command")))
-    target = ca.if_else(trip > 0, 0, ca.fmin(1, ca.fmax(-1, demanded)))
-    sent = s["command"] + ca.fmin(q["step"], ca.fmax(-q["step"], target - s["command"]))
+    guard = parts(s["guard"], shape.guard.state)
+    guard = watched(shape.guard, guard, ca.vertcat(*readings.values()), s["command"], q)
+    asked = ca.if_else(guard["trip"] > 0, 0, _asked(shape, s["law"], signals, q) + r["added"])
+    sent, trip = let_through(guard, asked, s["command"], q)
     advanced = _advanced(shape, s["law"], signals, sent - r["added"], q)
-    return {"sent": sent, "demanded": demanded, "trip": trip, "state": ca.if_else(trip > 0, s["law"], advanced)}
+    return {
+        "sent": sent,
+        "demanded": asked,
+        "trip": trip,
+        "guard": packed_state(shape.guard, guard | {"trip": trip}),
+        "state": ca.if_else(trip > 0, s["law"], advanced),
+    }
 
 
 def _asked(shape: LawShape, x: ca.SX, signals: ca.SX, q: _Parts) -> ca.SX:
@@ -184,17 +177,6 @@ def _advanced(shape: LawShape, x: ca.SX, signals: ca.SX, sent: ca.SX, q: _Parts)
     n, m = shape.states, signals.numel()
     a, b = (ca.reshape(q[name], columns, n).T for name, columns in (("a", n), ("b", m)))
     return a @ x + b @ signals + q["e"] * (sent - q["offset"])
-
-
-def _watched(s: _Parts, q: _Parts, readings: _Parts) -> ca.SX:
-    """The guard's look at the signals; the number of the reason for a trip, or 0. A trip stays."""
-    moved = ca.fabs(readings["position"] - s["position"])  # NaN, and so no trip, at the first instant
-    trip = ca.SX(0)
-    if "force" in readings:
-        trip = ca.if_else(ca.fabs(readings["force"]) > q["force"], TRIPS.index("force"), trip)
-    trip = ca.if_else(moved > q["move"], TRIPS.index("speed"), trip)
-    trip = ca.if_else(ca.fabs(readings["position"] - q["middle"]) > q["stroke"], TRIPS.index("stroke"), trip)
-    return ca.if_else(s["trip"] > 0, s["trip"], trip)
 
 
 def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, q: _Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -236,17 +218,17 @@ def compile_law(plant: Plant, shape: LawShape) -> SampledLaw:
 def _module(graph: ca.Function, plant: Plant, shape: LawShape, width: int, fused: bool) -> str:
     """IR of `sample(slot, law, row, numbers, out)` for one lane of a block of `width`."""
     tape, code = divide_less(read(graph), {2, 5}), Code(1, fused)
-    places = Frame(width, plant.n, len(plant.inputs), len(plant.parameters), 0).places
+    frame = Frame(width, plant.n, len(plant.inputs), len(plant.parameters), 0).places
     sources: dict[int, Callable[[int], str]] = {
-        argument: (lambda e, first=places[name]: f"ptr %slot, i64 {first + e * width}")
+        argument: (lambda e, first=frame[name]: f"ptr %slot, i64 {first + e * width}")
         for argument, name in enumerate("xup")
     }
     for argument, name in ((3, "law"), (4, "row"), (5, "numbers")):
         sources[argument] = lambda e, name=name: f"ptr %{name}, i64 {e}"
     values = emit(code, tape, [node for _, node in tape.results], gathered_inputs(code, tape, sources))
-    inputs, states = len(plant.inputs), max(part.stop for part in shape.state.values())
+    inputs, states = len(plant.inputs), length(shape.state)
     for element, node in tape.results:
-        target = f"ptr %slot, i64 {places['u'] + element * width}"
+        target = f"ptr %slot, i64 {frame['u'] + element * width}"
         if element >= inputs + states:
             target = f"ptr %out, i64 {element - inputs - states}"
         elif element >= inputs:

@@ -7,7 +7,8 @@ import numpy as np
 
 from ..control.protocol import SampledLaw
 from ..engine import Engine
-from ..engine.sampled_law import OUT, TRIPS
+from ..engine.guard_shape import TRIPS
+from ..engine.sampled_law import OUT
 from ..linear.equilibria import Equilibria
 from ..rigs.rig import Rig
 from .compiled_loop import CompiledLaw, compiled_law
@@ -38,7 +39,7 @@ class Lanes:
         return cls({name: columns[name] for name in recorded}, columns["sent"], columns["demanded"], trip, failed)
 
     def why(self, lane: int) -> str:
-        """The limit that tripped a lane: stroke, speed, force or command."""
+        """What tripped a lane, of TRIPS."""
         return TRIPS[int(self.trip[lane])]
 
 

@@ -1,6 +1,6 @@
 """Closed loops, compiled: the plant, a law that is data or a graph, and the guard in one run of the engine."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,9 +8,10 @@ import numpy as np
 from ..control.linear_law import LinearLaw
 from ..control.protocol import SampledLaw
 from ..engine import Engine, LaneDelays
-from ..engine.sampled_law import TRIPS, LawShape, packed
+from ..engine.guard_shape import length, packed
+from ..engine.sampled_law import LawShape
 from ..rigs.rig import Rig
-from .guard import Guard
+from .guard_numbers import guard_numbers, guard_shape, trip_reason
 from .sensors import Sensors
 
 _STATES = 4  # laws are filled up to a multiple of so many states, so that laws alike share their machine code
@@ -26,7 +27,7 @@ class CompiledLaw:
 
     shape: LawShape
     durations: np.ndarray
-    guard: Guard
+    guard: Mapping[str, float | np.ndarray]
     delays: LaneDelays
     noise: np.ndarray
     resolution: np.ndarray
@@ -38,7 +39,7 @@ class CompiledLaw:
             self.shape.numbers,
             **{name: np.array([numbers[name] for numbers in own]) for name in own[0]},
             offset=offset[:, None],
-            **self.guard.numbers(),
+            **self.guard,
             part=self.delays.part[:, None] if self.shape.own_delays else self.delays.part[0],
             taps=self.delays.taps,
             noise=self.noise,
@@ -53,8 +54,7 @@ class CompiledLaw:
             held=command,
             line=np.repeat(command, self.shape.late + 1, axis=1),
             command=command,
-            position=np.full((lanes, 1), np.nan),
-            trip=np.zeros((lanes, 1)),
+            guard=np.zeros((lanes, length(self.shape.guard.state))),
             law=np.array([np.pad(x, (0, self.shape.states - len(x))) for x in states]),
         ).copy()
 
@@ -96,11 +96,13 @@ def compiled_law(
     states = max(each.states for each in laws)
     states = states if graph else -(-states // _STATES) * _STATES
     drive = late, split, plant.interpolated, delays.differ
-    shape = LawShape(states, law.measures, sensors.names, *drive, sensors.noisy, recorded, graph)
+    guard = guard_shape(rig, sensors.names, law.measures)
+    shape = LawShape(states, law.measures, sensors.names, guard, *drive, sensors.noisy, recorded, graph)
     places = [sensors.names.index(name) for name in shape.read]
     durations = np.array([part, 1 - part] if split else [1.0]) * rig.period.value
     durations = delays.durations(rig.period.value) if split and delays.differ else durations
-    return CompiledLaw(shape, durations, Guard(rig), delays, sensors.noise[places], sensors.resolution[places])
+    limits = guard_numbers(rig, guard, sensors.noisy)
+    return CompiledLaw(shape, durations, limits, delays, sensors.noise[places], sensors.resolution[places])
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ class CompiledLoop:
     def __init__(
         self, engine: Engine, rig: Rig, law: SampledLaw, sensors: Sensors, u: np.ndarray, signals: np.ndarray
     ) -> None:
-        self._engine, self._sensors = engine, sensors
+        self._engine, self._rig, self._sensors = engine, rig, sensors
         self.law = compiled_law(engine, rig, [law], sensors, engine.plant.p[None])
         x, offset = law.start(signals, float(u[0]))
         self.numbers, self.state = self.law.numbers([law], np.array([offset])), self.law.start([x], u[None, :1])
@@ -140,6 +142,6 @@ class CompiledLoop:
         batch, out = self._engine.run_sampled(law.shape, x[None], law.durations, self.state, rows, self.numbers)
         failed = int(batch.failed[0])
         sent, demanded, held, trips = out[0].T
-        trip = TRIPS[int(trips[failed])]  # the last where nothing failed: -1
-        reason = law.guard.reason(trip) if trip else None
+        trip = int(trips[failed])  # the last where nothing failed: -1
+        reason = trip_reason(self._rig, trip) if trip else None
         return Instants(batch.x[0], sent, demanded, held, reason, None if failed < 0 else failed)

@@ -101,7 +101,7 @@ class _Plants:
         self._x, self._u = chunk.points.x, chunk.points.u.copy()
         self._state = ready.start([np.zeros(0)] * lanes, chunk.points.u[:, :1])
         self._numbers = ready.numbers([_DEMANDED], np.zeros(lanes))
-        self._held, self._trip = ready.shape.state["held"].start, ready.shape.state["trip"].start
+        self._held, self._trip = ready.shape.state["held"].start, ready.shape.trip
         self._others = ready.shape.inputs(engine.plant)["others"]
         self._out = np.empty((k, lanes, len(OUT) + len(ready.shape.recorded)))
         self._failed = np.zeros(lanes, bool)

@@ -57,7 +57,8 @@ class SampledLoop:
         compiled: bool = True,
     ) -> None:
         self._engine, self._period, self._controller = engine, rig.period.value, controller
-        self._sensors, self._guard = Sensors(rig, engine.plant.outputs, seed), Guard(rig)
+        self._sensors = Sensors(rig, engine.plant.outputs, seed)
+        self._guard = Guard(rig, controller.measures, self._sensors.noisy)
         self._x, self._held = start.x.copy(), start.u.copy()
         self._line = DelayLine(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.interpolated)
         self._samples, self._started = 0, False

@@ -1,0 +1,210 @@
+"""The rules of the guard as one graph: what it concludes from readings, and what it lets through to the drive.
+
+A loop in Python evaluates the graph sample by sample, a compiled one has it inside its instant: the rules are written
+once. The state of a guard is a vector with the places of `state`, its numbers one with those of `numbers`, so that
+other rigs and limits need no other machine code.
+
+Four looks are taken. Limits: of stroke, speed and force, and whether the jack can still stop before the end of its
+stroke, or the force before its limit. Repeated readings: noise makes exact repeats rare. The rig's own observer, in
+a window that forgets: displacement by the flow through the valve and the compression of the oil against the measured
+one; impulse of the pressures less the load cell against the measured change of speed.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+
+import casadi as ca
+
+from .guard_shape import TRIPS, GuardShape, length
+
+_DISBELIEVED = ("speed", "lost", "observer", "still position")  # trips that say that the position is wrong
+_LARGEST = 1.7e308
+_HELD = 3  # equal readings before a jump that say that samples were lost
+
+_Parts = Mapping[str, ca.SX]
+
+
+def watched(shape: GuardShape, s: _Parts, y: ca.SX, u: ca.SX, q: _Parts) -> dict[str, ca.SX]:
+    """The guard's state after readings y, where the drive last got the command u; a trip stays."""
+    first, finite = s["count"] < 1, ca.fabs(ca.sum1(y)) <= _LARGEST
+    y = ca.if_else(finite, y, s["last"])
+    after = dict(s) | {"count": s["count"] + 1, "last": y}
+    after["still"] = ca.if_else(first, 0, (y == s["last"]) * (s["still"] + 1))
+    push = _push(shape, s, y, q)
+    after |= _motion(shape, s, y, q, first, push)
+    after |= _load(shape, s, y, q, first)
+    if shape.observes:
+        after |= _observer(shape, s, after, y, u, q, first, push)
+    reason = ca.if_else(finite, _reason(shape, s, after, y, u, q, push, first), TRIPS.index("finite"))
+    now = ca.if_else(s["trip"] > 0, s["trip"], reason)
+    believed = 1 - ca.fmin(1, sum((now == TRIPS.index(name) for name in _DISBELIEVED), ca.SX(0)))
+    speed = ca.if_else(believed, after["v"], after["flow"]) if shape.observes else after["v"]
+    gain = push / q["mass"] * q["latency"]
+    speed = speed + ca.if_else(speed * gain > 0, gain, 0)
+    after["brake"] = ca.if_else(s["trip"] > 0, _faded(s["brake"], q), _braking_command(u, speed, believed, shape, q))
+    return after | {"trip": now}
+
+
+def let_through(s: _Parts, demanded: ca.SX, u: ca.SX, q: _Parts) -> tuple[ca.SX, ca.SX]:
+    """The command that the drive gets after u, and the reason for a trip, for the demanded one: limited in size and
+    rate; after a trip the one of the brake."""
+    finite = ca.fabs(demanded) <= _LARGEST
+    trip = ca.if_else(s["trip"] > 0, s["trip"], ca.if_else(finite, 0, TRIPS.index("command")))
+    target = ca.if_else(trip > 0, s["brake"], ca.fmin(1, ca.fmax(-1, demanded)))
+    return u + ca.fmin(q["step"], ca.fmax(-q["step"], target - u)), trip
+
+
+def _push(shape: GuardShape, s: _Parts, y: ca.SX, q: _Parts) -> ca.SX:
+    """Force [N] that accelerates the mass, of the pressures less the load cell; 0 where they are not measured."""
+    if not shape.observes:
+        return ca.SX(0)
+    load = y[shape.at("force")] if "force" in shape.read else 0
+    return q["area_a"] * y[shape.at("pa")] - q["area_b"] * y[shape.at("pb")] - load
+
+
+def _motion(shape: GuardShape, s: _Parts, y: ca.SX, q: _Parts, first: ca.SX, push: ca.SX) -> dict[str, ca.SX]:
+    """Position and speed: a prediction by the force on the mass, corrected by what the position says of it."""
+    x, period = y[shape.at("position")], q["period"]
+    gain = push / q["mass"] * period
+    ahead = s["x"] + (s["v"] + gain / 2) * period
+    off = x - ahead
+    return {
+        "x": ca.if_else(first, x, ahead + q["fast"] * off),
+        "v": ca.if_else(first, 0, s["v"] + gain + q["slow"] / period * off),
+    }
+
+
+def _load(shape: GuardShape, s: _Parts, y: ca.SX, q: _Parts, first: ca.SX) -> dict[str, ca.SX]:
+    """Force of the load cell and its rate, filtered alike."""
+    if "force" not in shape.read:
+        return {}
+    force, period = y[shape.at("force")], q["period"]
+    ahead = s["f"] + s["df"] * period
+    off = force - ahead
+    return {
+        "f": ca.if_else(first, force, ahead + q["fast"] * off),
+        "df": ca.if_else(first, 0, s["df"] + q["slow"] / period * off),
+    }
+
+
+def _flow_speed(shape: GuardShape, s: _Parts, y: ca.SX, u: ca.SX, q: _Parts) -> tuple[ca.SX, ca.SX]:
+    """Speed [m/s] of a piston on stiff oil by the flows through the lands, and the spool's travel [m]."""
+    lagged = s["spool"] + q["lag"] * ((u + q["null"]) * q["travel"] - s["spool"])
+    z = y[shape.at("spool")] if "spool" in shape.read else lagged
+    pa, pb = y[shape.at("pa")], y[shape.at("pb")]
+    supply = y[shape.at("supply")] if "supply" in shape.read else q["supply"]
+    shut = ca.fmax(0, 1 - ca.fabs(z) / (2 * q["lap"]))
+    leak, wide = q["lap"] * shut * shut, ca.fabs(z) + q["lap"]
+    forward, backward = ca.if_else(z >= 0, wide, leak), ca.if_else(z >= 0, leak, wide)
+    into_a = q["flow_a"] * (forward * _root(supply - pa) - backward * _root(pa - q["drain"]))
+    out_of_b = q["flow_b"] * (forward * _root(pb - q["drain"]) - backward * _root(supply - pb))
+    return (into_a + out_of_b) / 2, lagged
+
+
+def _root(drop: ca.SX) -> ca.SX:
+    return ca.sqrt(ca.fmax(drop, 0))
+
+
+def _observer(
+    shape: GuardShape, s: _Parts, after: _Parts, y: ca.SX, u: ca.SX, q: _Parts, first: ca.SX, push: ca.SX
+) -> dict[str, ca.SX]:
+    """What flow and pressures say that the readings should have done, in a window that forgets."""
+    speed, spool = _flow_speed(shape, s, y, u, q)
+    moved = y[shape.at("position")] - s["last"][shape.at("position")]
+    pressed = push + (y[shape.at("force")] if "force" in shape.read else 0)
+    before = q["area_a"] * s["last"][shape.at("pa")] - q["area_b"] * s["last"][shape.at("pb")]
+    keep, period = 1 - q["forget"], q["period"]
+    rest = ca.if_else(first, push, s["rest"])
+    steps = {
+        "gap": moved - speed * period,
+        "travel": ca.fabs(speed) * period,
+        "strain": pressed - before,
+        "impulse": (push - rest) * period,
+        "change": after["v"] - s["v"],
+    }
+    sums = {name: ca.if_else(first, 0, keep * s[name] + step) for name, step in steps.items()}
+    return sums | {"flow": speed, "rest": rest, "spool": ca.if_else(first, (u + q["null"]) * q["travel"], spool)}
+
+
+def _reason(
+    shape: GuardShape, s: _Parts, after: _Parts, y: ca.SX, u: ca.SX, q: _Parts, push: ca.SX, first: ca.SX
+) -> ca.SX:
+    """The number of the reason for a trip, or 0: of several, the last one of this list."""
+    position = y[shape.at("position")]
+    place = shape.at("position")
+    moved = ca.fabs(position - s["last"][place])
+    reasons: list[tuple[str, ca.SX]] = []
+    if shape.observes:
+        reasons += _implausible(shape, after, q)
+    reasons += [(f"still {name}", after["still"][i] >= q["repeats"][i]) for i, name in enumerate(shape.read)]
+    reasons.append(("braking", _too_late(after, u, push, q)))
+    if "force" in shape.read:
+        force = y[shape.at("force")]
+        reasons.append(("force", ca.fmax(ca.fabs(after["f"] + after["df"] * q["load_latency"]), ca.fabs(force)) > q["force"]))
+    jumped = ca.if_else(first, 0, moved > q["move"])
+    reasons.append(("speed", jumped))
+    reasons.append(("lost", ca.logic_and(jumped, s["still"][place] >= _HELD)))
+    reasons.append(("stroke", ca.fabs(position - q["middle"]) > q["stroke"]))
+    trip = ca.SX(0)
+    for name, holds in reasons:
+        trip = ca.if_else(holds, TRIPS.index(name), trip)
+    return trip
+
+
+def _implausible(shape: GuardShape, after: _Parts, q: _Parts) -> list[tuple[str, ca.SX]]:
+    """Where measured and observed motion differ by more than other oil, flow and mass explain."""
+    strain = q["compliance"] * after["strain"]
+    gap = ca.fabs(after["gap"] + strain)
+    impulse = ca.fabs(after["impulse"] - q["mass"] * after["change"])
+    return [
+        ("impulse", impulse > q["allowed_impulse"] + q["share"] * q["mass"] * ca.fabs(after["change"])),
+        ("observer", gap > q["allowed"] + q["share"] * after["travel"] + ca.fabs(strain)),
+    ]
+
+
+def _too_late(after: _Parts, u: ca.SX, push: ca.SX, q: _Parts) -> ca.SX:
+    """Whether braking that began any later would end beyond the stroke, unless the jack slows down enough by itself."""
+    v, latency = after["v"], q["latency"]
+    ahead = ca.if_else(v >= 0, 1, -1)
+    speed, gain = ca.fabs(v), ahead * push / q["mass"]
+    left = q["stroke"] - ahead * (after["x"] - q["middle"])
+    faster = speed + ca.fmax(gain, 0) * latency
+    way = faster * faster / (2 * q["braking"]) + (speed + faster) / 2 * latency
+    slowing = ca.logic_and(ahead * u < q["opening"] * speed, -2 * gain * left > speed * speed)
+    return ca.logic_and(way > left, ca.logic_not(slowing))
+
+
+def _braking_command(u: ca.SX, speed: ca.SX, believed: ca.SX, shape: GuardShape, q: _Parts) -> ca.SX:
+    """Where the brake begins: the opening that throttles this speed with the braking force, no wider than it is."""
+    wide = q["opening"] * speed
+    braked = ca.fmin(ca.fmax(u, ca.fmin(wide, 0)), ca.fmax(wide, 0))
+    return braked if shape.observes else ca.if_else(believed, braked, u)
+
+
+def _faded(brake: ca.SX, q: _Parts) -> ca.SX:
+    """The brake's command one period on, towards 0."""
+    return brake - ca.fmin(q["fade"], ca.fmax(-q["fade"], brake))
+
+
+@cache
+def graphs(shape: GuardShape) -> tuple[ca.Function, ca.Function]:
+    """(state, readings, u, numbers) -> state, and (state, demanded, u, numbers) -> (command, trip)."""
+    state, y = ca.SX.sym("s", length(shape.state)), ca.SX.sym("y", len(shape.read))
+    numbers, u, demanded = ca.SX.sym("q", length(shape.numbers)), ca.SX.sym("u"), ca.SX.sym("r")
+    s, q = parts(state, shape.state), parts(numbers, shape.numbers)
+    after = watched(shape, s, y, u, q)
+    command, trip = let_through(s, demanded, u, q)
+    return (
+        ca.Function("watch", [state, y, u, numbers], [ca.cse(packed_state(shape, after))]),
+        ca.Function("limit", [state, demanded, u, numbers], [ca.vertcat(command, trip)]),
+    )
+
+
+def parts(vector: ca.SX, of: Mapping[str, slice]) -> dict[str, ca.SX]:
+    """A vector by the names of its places."""
+    return {name: vector[place] for name, place in of.items()}
+
+
+def packed_state(shape: GuardShape, s: _Parts) -> ca.SX:
+    """A guard's state as a vector."""
+    return ca.vertcat(*(s[name] for name in shape.state))

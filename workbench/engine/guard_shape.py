@@ -1,0 +1,64 @@
+"""What the guard's graph reads, keeps and is given: places in its vectors, and the names of trips."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import accumulate
+
+import numpy as np
+
+from ..base.signals import MEASURED
+
+WATCHED = ("position", "force", "pa", "pb", "supply", "spool")  # what the rules read beside what the law does
+TRIPS = (
+    "", "stroke", "speed", "force", "command", "braking", "lost", "observer", "impulse", "finite",
+    *(f"still {name}" for name in MEASURED),
+)  # by the number that a tripped guard keeps; "command": no finite one
+
+def places(**sizes: int) -> dict[str, slice]:
+    ends = accumulate(sizes.values())
+    return {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+
+
+def packed(places: Mapping[str, slice], **values: np.ndarray | float) -> np.ndarray:
+    """Values [.., size of their place], a number standing for a single one, side by side: [.., k]."""
+    parts = [np.atleast_1d(np.asarray(values[name], float)) for name in places]
+    lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+    return np.concatenate([np.broadcast_to(part, (*lead, part.shape[-1])) for part in parts], axis=-1)
+
+
+def length(of: Mapping[str, slice]) -> int:
+    """Of a vector with such places."""
+    return max(place.stop for place in of.values())
+
+
+@dataclass(frozen=True)
+class GuardShape:
+    """What decides the graph: the signals `read`, and whether the rig `observes`: pressures of a jack that is known."""
+
+    read: tuple[str, ...]
+    jack: bool
+
+    @property
+    def observes(self) -> bool:
+        """Whether flow and pressures say how the jack moves."""
+        return self.jack and "pa" in self.read and "pb" in self.read
+
+    @property
+    def state(self) -> dict[str, slice]:
+        """Places in the guard's state: reason for a trip, command to which the brake has come, samples since the start,
+        filtered position and speed, force and its rate, integrals of the observer, spool, last readings, repeats."""
+        names = ("trip", "brake", "count", "x", "v", "f", "df", "flow", "gap", "travel", "strain", "impulse", "change")
+        read = len(self.read)
+        return places(**dict.fromkeys((*names, "rest", "spool"), 1), last=read, still=read)
+
+    @property
+    def numbers(self) -> dict[str, slice]:
+        """Places of the numbers of a rig."""
+        names = ("middle", "stroke", "move", "force", "step", "period", "fast", "slow", "mass", "braking", "latency")
+        names += ("opening", "fade", "load_latency", "forget", "allowed", "share", "allowed_impulse", "lag", "null")
+        names += ("flow_a", "flow_b", "lap", "travel", "compliance", "area_a", "area_b", "supply", "drain")
+        return places(**dict.fromkeys(names, 1), repeats=len(self.read))
+
+    def at(self, name: str) -> int:
+        """Place of a signal in the readings."""
+        return self.read.index(name)

@@ -1,0 +1,47 @@
+"""The rules of the guard evaluated sample by sample, in CasADi's interpreter: fixed places, nothing is copied."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from .guard_rules import graphs
+from .guard_shape import GuardShape
+
+
+class GuardSteps:
+    """A guard's state, stepped by `watch` and `limit`. `numbers` are those of `shape.numbers`, in its order."""
+
+    def __init__(self, shape: GuardShape, numbers: np.ndarray) -> None:
+        self._read, self._numbers = shape.read, np.array(numbers, float)
+        self._trip = shape.state["trip"].start
+        watch, limit = graphs(shape)
+        self._state = np.zeros(watch.numel_in(0))
+        self._after, self._sent = np.zeros(len(self._state)), np.zeros(2)
+        self._readings, self._command, self._demanded = np.zeros(len(self._read)), np.zeros(1), np.zeros(1)
+        watched, self._watch = watch.buffer()
+        limited, self._limit = limit.buffer()
+        for buffer, array, result in ((watched, self._readings, self._after), (limited, self._demanded, self._sent)):
+            for place, argument in enumerate((self._state, array, self._command, self._numbers)):
+                buffer.set_arg(place, argument.data)
+            buffer.set_res(0, result.data)
+        self._buffers = watched, limited
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self._state[:] = 0
+
+    def watch(self, measurement: Mapping[str, float], command: float) -> int:
+        """Read the signals (SI, NaN where one is missing), the drive holding a command; the number of the trip, or 0."""
+        self._readings[:] = [measurement.get(name, np.nan) for name in self._read]
+        self._command[0] = command
+        self._watch()
+        self._state[:] = self._after
+        return int(self._state[self._trip])
+
+    def limit(self, demanded: float, command: float) -> tuple[float, int]:
+        """The command that the drive gets after `command`, and the number of the trip, or 0."""
+        self._demanded[0], self._command[0] = demanded, command
+        self._limit()
+        sent, trip = self._sent.tolist()
+        self._state[self._trip] = trip
+        return sent, int(trip)

@@ -1,0 +1,150 @@
+"""The numbers of a rig's guard: limits, how it brakes, what its observer takes the jack for, what noise allows."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..engine.guard_shape import TRIPS, WATCHED, GuardShape
+from ..rigs.rig import Rig
+from .capability import oil_stiffness, stall_force
+
+_NEVER = 1e15  # of a rule that a rig cannot have
+_BRAKING = 0.7  # of the stall force and of the force limit, by which the guard brakes
+_WINDOW = 0.15  # s: over which the observer adds up what it sees
+_SHARE = 0.5  # by which flow and mass may be other than the rig says
+_OFFSET = 0.006  # of the stroke limit: what the observer lets pass
+_FRICTION = 0.1  # of the stall force: what the balance of forces lets pass
+_CALM = 0.005  # of the speed limit: six standard deviations of the filtered speed, where that is possible
+_HOUR = 3600.0  # s: in which repeated readings at rest trip with a chance of at most
+_CHANCE = 1e-6
+_VALVE_LAG = 4e-3  # s: of a valve whose spool's frequency is not known
+
+
+def max_move_per_period(rig: Rig) -> float:
+    """How far [m] the measured position may move in one period: at the speed limit, with room for the sensor's noise.
+
+    The room is six standard deviations of the difference of two readings, and one step of the resolution.
+    """
+    sensor = rig.sensors.get("position")
+    room = 6 * math.sqrt(2) * sensor.noise + sensor.resolution if sensor else 0.0
+    return rig.limit("speed") * rig.period.value + room
+
+
+def guard_shape(rig: Rig, signals: Sequence[str], measures: Sequence[str]) -> GuardShape:
+    """What the guard of a rig reads of the measured `signals`, where a controller needs those of `measures`."""
+    read = tuple(name for name in signals if name in (*measures, *WATCHED))
+    return GuardShape(read, rig.is_jack)
+
+
+def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float | np.ndarray]:
+    """All numbers of the rules by name, SI; rules that the rig cannot have are put out of reach."""
+    period = rig.period.value
+    fast, slow = _filter_gains(rig)
+    numbers: dict[str, float | np.ndarray] = {
+        "middle": rig.middle,
+        "stroke": rig.limit("stroke"),
+        "move": max_move_per_period(rig),
+        "force": rig.limit("force"),
+        "step": rig.limit("command_rate") * period,
+        "period": period,
+        "fast": fast,
+        "slow": slow,
+        "repeats": np.array([_repeats(rig, name) if noisy else _NEVER for name in shape.read]),
+        "forget": period / _WINDOW,
+        "share": _SHARE,
+    }
+    return numbers | (_jack_numbers(rig) if rig.is_jack else _UNKNOWN)
+
+
+_UNKNOWN = {
+    "mass": 1.0, "braking": _NEVER, "latency": 0.0, "opening": _NEVER, "fade": _NEVER, "load_latency": 0.0,
+    "allowed": _NEVER, "allowed_impulse": _NEVER, "lag": 1.0, "null": 0.0, "flow_a": 0.0, "flow_b": 0.0, "lap": 1.0,
+    "travel": 1.0, "compliance": 0.0, "area_a": 0.0, "area_b": 0.0, "supply": 0.0, "drain": 0.0,
+}  # fmt: skip
+
+
+def _jack_numbers(rig: Rig) -> dict[str, float]:
+    """Of a jack behind a spool: what brakes it, and its observer."""
+    area_a, area_b = rig.areas
+    stall = min(stall_force(rig, sign) for sign in (1.0, -1.0))
+    braking = _BRAKING * min(stall, rig.limit("force"))
+    flow = rig["n"] * rig["K3"]
+    full = flow * rig["z3max"] * math.sqrt((stall + braking) / (area_a**3 + area_b**3))  # m/s at full command, braking
+    mode, valve = math.sqrt(oil_stiffness(rig) / rig["M"]), _valve_lag(rig)
+    late = rig.period.value + _delay(rig) + valve
+    sensor = rig.sensors.get("position")
+    return {
+        "mass": rig["M"],
+        "braking": braking / rig["M"],
+        "latency": late + 0.5 / rig.limit("command_rate") + math.pi / (4 * mode),
+        "opening": 1 / full,
+        "fade": braking / rig["M"] / full * rig.period.value,
+        "load_latency": late + 1 / mode,
+        "allowed": _OFFSET * rig.limit("stroke") + (6 * math.sqrt(2) * sensor.noise if sensor else 0.0),
+        "allowed_impulse": _FRICTION * stall * _WINDOW,
+        "lag": min(1.0, rig.period.value / valve),
+        "null": rig["z0"] if "z0" in rig.numbers else 0.0,
+        "flow_a": flow / area_a,
+        "flow_b": flow / area_b,
+        "lap": rig["eps"],
+        "travel": rig["z3max"],
+        "compliance": 1 / oil_stiffness(rig),
+        "area_a": area_a,
+        "area_b": area_b,
+        "supply": rig["Ps"],
+        "drain": rig["Pr"],
+    }
+
+
+def _filter_gains(rig: Rig) -> tuple[float, float]:
+    """Gains of the filter of position and speed, critically damped: the fastest whose speed is calm enough."""
+    sensor, period = rig.sensors.get("position"), rig.period.value
+    noise = sensor.noise if sensor else 0.0
+    for pole in np.linspace(0.6, 0.98, 39).tolist():
+        fast, slow = 1 - pole**2, (1 - pole) ** 2
+        spread = slow / period * math.sqrt(2 / (fast * (4 - slow - 2 * fast))) * noise
+        if 6 * spread <= _CALM * rig.limit("speed"):
+            break
+    return fast, slow
+
+
+def _repeats(rig: Rig, name: str) -> float:
+    """How many readings in a row that repeat the one before are no chance: of noise that is coarse against its
+    resolution, q/(2 sigma root(pi)) of them do."""
+    sensor = rig.sensors[name]
+    if not sensor.noise:
+        return _NEVER
+    chance = sensor.resolution / (2 * sensor.noise * math.sqrt(math.pi)) if sensor.resolution else 1e-15
+    if chance > 0.5:
+        return _NEVER
+    return float(max(3, math.ceil(math.log(_CHANCE * rig.period.value / _HOUR) / math.log(chance))))
+
+
+def _valve_lag(rig: Rig) -> float:
+    """Time [s] by which the spool is behind its command."""
+    return rig["zeta"] / (math.pi * rig["f0"]) if "f0" in rig.numbers else _VALVE_LAG
+
+
+def _delay(rig: Rig) -> float:
+    """Time [s] by which the drive gets its command late."""
+    return sum(number.value for use in rig.effects for name, number in use.numbers.items() if name == "delay")
+
+
+def trip_reason(rig: Rig, trip: int) -> str:
+    """Why the guard tripped, in words, for the number of a trip."""
+    name, stroke = TRIPS[trip], rig.signal("position").text(rig.limit("stroke"))
+    centre = "mid stroke" if rig.is_jack else "rest"
+    if name.startswith("still "):
+        return f"the {name[6:]} signal stands still: {_repeats(rig, name[6:]):g} equal readings"
+    return {
+        "stroke": f"position beyond +-{stroke} of {centre}",
+        "speed": f"speed above {rig.signal('velocity').text(rig.limit('speed'))}",
+        "force": f"force above {rig.limit('force') / 1e3:g} kN",
+        "command": "the controller's command is not finite",
+        "braking": f"too fast to stop within +-{stroke} of {centre}",
+        "lost": "the position signal is lost for some samples: it stood still, then jumped",
+        "observer": "the position signal does not move as flow and pressures say",
+        "impulse": "force, pressures and acceleration do not agree",
+        "finite": "a signal is not finite",
+    }[name]
