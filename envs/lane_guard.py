@@ -5,7 +5,7 @@ from math import isfinite
 
 import numpy as np
 
-from workbench.loop.guard import max_move_per_period
+from workbench.loop.guard_numbers import max_move_per_period
 from workbench.loop.sampled_loop import SIMULATION_FAILED
 from workbench.rigs.rig import Rig
 

@@ -17,7 +17,7 @@ import casadi as ca
 
 from .guard_shape import TRIPS, GuardShape, length
 
-_DISBELIEVED = ("speed", "lost", "observer", "still position")  # trips that say that the position is wrong
+_DISBELIEVED = ("lost", "observer", "still position")  # trips that say that the position is wrong
 _LARGEST = 1.7e308
 _HELD = 3  # equal readings before a jump that say that samples were lost
 
@@ -38,7 +38,8 @@ def watched(shape: GuardShape, s: _Parts, y: ca.SX, u: ca.SX, q: _Parts) -> dict
     reason = ca.if_else(finite, _reason(shape, s, after, y, u, q, push, first), TRIPS.index("finite"))
     now = ca.if_else(s["trip"] > 0, s["trip"], reason)
     believed = 1 - ca.fmin(1, sum((now == TRIPS.index(name) for name in _DISBELIEVED), ca.SX(0)))
-    speed = ca.if_else(believed, after["v"], after["flow"]) if shape.observes else after["v"]
+    speed = ca.if_else(now == TRIPS.index("speed"), s["v"], after["v"])  # after a jump: the one before
+    speed = ca.if_else(believed, speed, after["flow"]) if shape.observes else speed
     gain = push / q["mass"] * q["latency"]
     speed = speed + ca.if_else(speed * gain > 0, gain, 0)
     after["brake"] = ca.if_else(s["trip"] > 0, _faded(s["brake"], q), _braking_command(u, speed, believed, shape, q))

@@ -33,7 +33,7 @@ def max_move_per_period(rig: Rig) -> float:
 
 def guard_shape(rig: Rig, signals: Sequence[str], measures: Sequence[str]) -> GuardShape:
     """What the guard of a rig reads of the measured `signals`, where a controller needs those of `measures`."""
-    read = tuple(name for name in signals if name in (*measures, *WATCHED))
+    read = tuple(name for name in dict.fromkeys((*signals, "position")) if name in (*measures, *WATCHED))
     return GuardShape(read, rig.is_jack)
 
 
