@@ -164,15 +164,16 @@ def _implausible(shape: GuardShape, after: _Parts, q: _Parts) -> list[tuple[str,
 
 
 def _too_late(after: _Parts, u: ca.SX, push: ca.SX, q: _Parts) -> ca.SX:
-    """Whether braking that began any later would end beyond the stroke, unless the jack slows down enough by itself."""
+    """Whether braking that began any later would end beyond the stroke, where the command does not brake already; or
+    where even the whole force of the supply would not stop the jack, unless it slows down enough by itself."""
     v, latency = after["v"], q["latency"]
     ahead = ca.if_else(v >= 0, 1, -1)
     speed, gain = ca.fabs(v), ahead * push / q["mass"]
-    left = q["stroke"] - ahead * (after["x"] - q["middle"])
+    left = 2 * (q["stroke"] + q["over"] - ahead * (after["x"] - q["middle"]))
     faster = speed + ca.fmax(gain, 0) * latency
-    way = faster * faster / (2 * q["braking"]) + (speed + faster) / 2 * latency
-    slowing = ca.logic_and(ahead * u < q["opening"] * speed, -2 * gain * left > speed * speed)
-    return ca.logic_and(way > left, ca.logic_not(slowing))
+    now = faster * faster > q["braking"] * (left - (speed + faster) * latency)
+    over = ca.logic_and(speed * speed > q["stall"] * left, speed * speed > -gain * left)
+    return ca.logic_or(ca.logic_and(now, ahead * u >= q["opening"] * speed), over)
 
 
 def _braking_command(u: ca.SX, speed: ca.SX, believed: ca.SX, shape: GuardShape, q: _Parts) -> ca.SX:

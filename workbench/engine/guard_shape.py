@@ -54,7 +54,7 @@ class GuardShape:
     @property
     def numbers(self) -> dict[str, slice]:
         """Places of the numbers of a rig."""
-        names = ("middle", "stroke", "move", "force", "step", "period", "fast", "slow", "mass", "braking", "latency")
+        names = ("middle", "stroke", "move", "force", "step", "period", "fast", "slow", "mass", "braking", "stall", "over", "latency")
         names += ("opening", "fade", "load_latency", "forget", "allowed", "share", "allowed_impulse", "lag", "null")
         names += ("flow_a", "flow_b", "lap", "travel", "compliance", "area_a", "area_b", "supply", "drain")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))

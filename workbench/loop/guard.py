@@ -46,12 +46,15 @@ class Guard:
         if self.tripped is None and trip:
             self.tripped = broken or trip_reason(self._rig, trip)
 
-    def limit(self, demanded: float) -> float:
-        """The command [1] that the drive gets for the demanded one: limited in size and rate, safe after a trip."""
+    def limit(self, demanded: float, failure: str | None = None) -> float:
+        """The command [1] that the drive gets for the demanded one: limited in size and rate, safe after a trip.
+
+        `failure`: why there is no demanded command, in words, where the controller failed.
+        """
         rules = self._rules or self._steps(("position",))
         self._command, trip = rules.limit(demanded, self._command)
         if self.tripped is None and trip:
-            self.tripped = trip_reason(self._rig, trip)
+            self.tripped = failure or trip_reason(self._rig, trip)
         return self._command
 
     def _broken(self, measurement: Mapping[str, float]) -> str | None:

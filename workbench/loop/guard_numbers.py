@@ -10,7 +10,8 @@ from ..rigs.rig import Rig
 from .capability import oil_stiffness, stall_force
 
 _NEVER = 1e15  # of a rule that a rig cannot have
-_BRAKING = 0.7  # of the stall force and of the force limit, by which the guard brakes
+_BRAKING = 0.85  # of the stall force and of the force limit, for which the guard opens the valve to brake
+_REACHED = 0.95  # of the same: the force that the jack then stands against on the way
 _WINDOW = 0.15  # s: over which the observer adds up what it sees
 _SHARE = 0.5  # by which flow and mass may be other than the rig says
 _OFFSET = 0.006  # of the stroke limit: what the observer lets pass
@@ -58,7 +59,7 @@ def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float |
 
 
 _UNKNOWN = {
-    "mass": 1.0, "braking": _NEVER, "latency": 0.0, "opening": _NEVER, "fade": _NEVER, "load_latency": 0.0,
+    "mass": 1.0, "braking": _NEVER, "stall": _NEVER, "over": 0.0, "latency": 0.0, "opening": _NEVER, "fade": _NEVER, "load_latency": 0.0,
     "allowed": _NEVER, "allowed_impulse": _NEVER, "lag": 1.0, "null": 0.0, "flow_a": 0.0, "flow_b": 0.0, "lap": 1.0,
     "travel": 1.0, "compliance": 0.0, "area_a": 0.0, "area_b": 0.0, "supply": 0.0, "drain": 0.0,
 }  # fmt: skip
@@ -68,7 +69,8 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
     """Of a jack behind a spool: what brakes it, and its observer."""
     area_a, area_b = rig.areas
     stall = min(stall_force(rig, sign) for sign in (1.0, -1.0))
-    braking = _BRAKING * min(stall, rig.limit("force"))
+    most = min(stall, rig.limit("force"))
+    braking = _BRAKING * most
     flow = rig["n"] * rig["K3"]
     full = flow * rig["z3max"] * math.sqrt((stall + braking) / (area_a**3 + area_b**3))  # m/s at full command, braking
     mode, valve = math.sqrt(oil_stiffness(rig) / rig["M"]), _valve_lag(rig)
@@ -76,8 +78,10 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
     sensor = rig.sensors.get("position")
     return {
         "mass": rig["M"],
-        "braking": braking / rig["M"],
-        "latency": late + 0.5 / rig.limit("command_rate") + math.pi / (4 * mode),
+        "braking": _REACHED * most / rig["M"],
+        "over": _OFFSET * rig.limit("stroke"),
+        "stall": stall / rig["M"],
+        "latency": late + 0.5 / rig.limit("command_rate"),
         "opening": 1 / full,
         "fade": braking / rig["M"] / full * rig.period.value,
         "load_latency": late + 1 / mode,

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, nan
 from numbers import Real
 from time import perf_counter_ns
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -62,12 +62,13 @@ class SampledLoop:
         self._x, self._held = start.x.copy(), start.u.copy()
         self._line = DelayLine(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.interpolated)
         self._samples, self._started = 0, False
+        self._failure: str | None = None
         self._name = type(innermost(controller)).__name__
         check_sensors(rig, controller.measures)
         measured = self._measure()
         self._guard.reset(float(self._held[0]))
         reference = measured[controller.measures[0]]
-        self._call("reset", reference, measured, float(self._held[0]))
+        self._told("reset", reference, measured, float(self._held[0]))
         law = sampled_law(controller) if compiled and engine.back_end == "compiled" else None
         self.compiled = law and CompiledLoop(
             engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
@@ -130,35 +131,42 @@ class SampledLoop:
         if self._guard.tripped is not None:
             return self._guard.limit(Guard.safe), Guard.safe, 0.0
         began = perf_counter_ns()
-        if future is not None:
-            cast(Any, self._controller).set_preview(future)
-        demanded = self._demanded(reference, measured) + added
+        demanded = self._demanded(reference, measured, future) + added
         computed = perf_counter_ns()
-        sent = self._guard.limit(demanded)
+        sent = self._guard.limit(demanded, self._failure)
         limited = perf_counter_ns()
         if self._guard.tripped is None:
-            self._call("update", sent - added)
+            self._told("update", sent - added)
+            self._started = True
         return sent, demanded, (perf_counter_ns() - began - limited + computed) / 1e3
 
-    def _demanded(self, reference: float, measured: Mapping[str, float]) -> float:
+    def _demanded(self, reference: float, measured: Mapping[str, float], future: np.ndarray | None) -> float:
         """What the controller computes. Raises InputError for one that fails, returns what is no number, or starts with
-        one that is not finite; later such a command trips the guard."""
-        demanded = self._call("compute", reference, measured)
-        if not isinstance(demanded, Real):
-            what = f"returns {type(demanded).__name__}, no number"
-        elif not self._started and not isfinite(demanded):
-            what = f"returns {demanded} at the start"
-        else:
-            self._started = True
-            return cast(float, demanded)
-        raise InputError(f"{self._name}.compute: {what}; return the command, -1 to 1")
+        one that is not finite; later any of these trips the guard."""
+        if future is not None:
+            self._told("set_preview", future)
+        demanded = self._told("compute", reference, measured)
+        if self._failure:
+            return nan
+        if isinstance(demanded, Real) and (self._started or isfinite(demanded)):
+            return float(demanded)
+        what = f"{demanded} at the start" if isinstance(demanded, Real) else f"{type(demanded).__name__}, no number"
+        self._fail(f"{self._name}.compute: returns {what}", "return the command, -1 to 1")
+        return nan
 
-    def _call(self, method: str, *arguments: Any) -> Any:
-        """A method of the controller. Raises InputError where it fails."""
+    def _told(self, method: str, *arguments: Any) -> Any:
+        """A method of the controller, None where it fails."""
         try:
             return getattr(self._controller, method)(*arguments)
         except Exception as error:
-            raise InputError(f"{self._name}.{method}: {type(error).__name__}: {error}; mend the controller") from error
+            self._fail(f"{self._name}.{method}: {type(error).__name__}: {error}", "mend the controller", error)
+            return None
+
+    def _fail(self, what: str, advice: str, cause: Exception | None = None) -> None:
+        """The controller failed: at the start an InputError, later a reason to trip."""
+        if not self._started:
+            raise InputError(f"{what}; {advice}") from cause
+        self._failure = self._failure or what
 
     def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
         """Go on by one period with the commands that arrive in it; False, unmoved, where that cannot be simulated."""
