@@ -32,7 +32,7 @@ def watched(shape: GuardShape, s: _Parts, y: ca.SX, u: ca.SX, q: _Parts) -> dict
     after["still"] = ca.if_else(first, 0, (y == s["last"]) * (s["still"] + 1))
     push = _push(shape, s, y, q)
     after |= _motion(shape, s, y, q, first, push)
-    after |= _load(shape, s, y, q, first)
+    after |= _load(shape, s, y, q, first, push)
     if shape.observes:
         after |= _observer(shape, s, after, y, u, q, first, push)
     reason = ca.if_else(finite, _reason(shape, s, after, y, u, q, push, first), TRIPS.index("finite"))
@@ -41,7 +41,7 @@ def watched(shape: GuardShape, s: _Parts, y: ca.SX, u: ca.SX, q: _Parts) -> dict
     speed = ca.if_else(now == TRIPS.index("speed"), s["v"], after["v"])  # after a jump: the one before
     speed = ca.if_else(believed, speed, after["flow"]) if shape.observes else speed
     gain = push / q["mass"] * q["latency"]
-    speed = speed + ca.if_else(speed * gain > 0, gain, 0)
+    speed = ca.if_else(now == TRIPS.index("force"), 0, speed + ca.if_else(speed * gain > 0, gain, 0))
     after["brake"] = ca.if_else(s["trip"] > 0, _faded(s["brake"], q), _braking_command(u, speed, believed, shape, q))
     return after | {"trip": now}
 
@@ -75,16 +75,17 @@ def _motion(shape: GuardShape, s: _Parts, y: ca.SX, q: _Parts, first: ca.SX, pus
     }
 
 
-def _load(shape: GuardShape, s: _Parts, y: ca.SX, q: _Parts, first: ca.SX) -> dict[str, ca.SX]:
-    """Force of the load cell and its rate, filtered alike."""
+def _load(shape: GuardShape, s: _Parts, y: ca.SX, q: _Parts, first: ca.SX, push: ca.SX) -> dict[str, ca.SX]:
+    """Force of the load cell and its rate, in the same way: the push moves the specimen."""
     if "force" not in shape.read:
         return {}
     force, period = y[shape.at("force")], q["period"]
-    ahead = s["f"] + s["df"] * period
+    gain = q["specimen"] * push / q["mass"] * period
+    ahead = s["f"] + (s["df"] + gain / 2) * period
     off = force - ahead
     return {
         "f": ca.if_else(first, force, ahead + q["fast"] * off),
-        "df": ca.if_else(first, 0, s["df"] + q["slow"] / period * off),
+        "df": ca.if_else(first, 0, s["df"] + gain + q["slow"] / period * off),
     }
 
 
@@ -140,8 +141,8 @@ def _reason(
     reasons += [(f"still {name}", after["still"][i] >= q["repeats"][i]) for i, name in enumerate(shape.read)]
     reasons.append(("braking", _too_late(after, u, push, q)))
     if "force" in shape.read:
-        force = y[shape.at("force")]
-        reasons.append(("force", ca.fmax(ca.fabs(after["f"] + after["df"] * q["load_latency"]), ca.fabs(force)) > q["force"]))
+        most = ca.fmax(_highest_load(after, push, q), ca.fabs(y[shape.at("force")]))
+        reasons.append(("force", most > q["force"]))
     jumped = ca.if_else(first, 0, moved > q["move"])
     reasons.append(("speed", jumped))
     reasons.append(("lost", ca.logic_and(jumped, s["still"][place] >= _HELD)))
@@ -154,7 +155,7 @@ def _reason(
 
 def _implausible(shape: GuardShape, after: _Parts, q: _Parts) -> list[tuple[str, ca.SX]]:
     """Where measured and observed motion differ by more than other oil, flow and mass explain."""
-    strain = q["compliance"] * after["strain"]
+    strain = after["strain"] / q["oil"]
     gap = ca.fabs(after["gap"] + strain)
     impulse = ca.fabs(after["impulse"] - q["mass"] * after["change"])
     return [
@@ -174,6 +175,16 @@ def _too_late(after: _Parts, u: ca.SX, push: ca.SX, q: _Parts) -> ca.SX:
     now = faster * faster > q["braking"] * (left - (speed + faster) * latency)
     over = ca.logic_and(speed * speed > q["stall"] * left, speed * speed > -gain * left)
     return ca.logic_or(ca.logic_and(now, ahead * u >= q["opening"] * speed), over)
+
+
+def _highest_load(after: _Parts, push: ca.SX, q: _Parts) -> ca.SX:
+    """Force [N] to which the load cell still swings where the valve closes now: the push lasts as long as that takes,
+    then the mass swings between specimen and shut-in oil."""
+    late, stiffness = q["latency"], q["specimen"] + q["oil"]
+    jerk = q["specimen"] * push / q["mass"]
+    load, rate = after["f"] + (after["df"] + jerk * late / 2) * late, after["df"] + jerk * late
+    rest = (after["f"] + push - load) * q["specimen"] / stiffness
+    return ca.fabs(load + rest) + ca.sqrt(rest * rest + rate * rate * q["mass"] / stiffness)
 
 
 def _braking_command(u: ca.SX, speed: ca.SX, believed: ca.SX, shape: GuardShape, q: _Parts) -> ca.SX:

@@ -59,9 +59,9 @@ def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float |
 
 
 _UNKNOWN = {
-    "mass": 1.0, "braking": _NEVER, "stall": _NEVER, "over": 0.0, "latency": 0.0, "opening": _NEVER, "fade": _NEVER, "load_latency": 0.0,
+    "mass": 1.0, "braking": _NEVER, "stall": _NEVER, "over": 0.0, "latency": 0.0, "opening": _NEVER, "fade": _NEVER, 
     "allowed": _NEVER, "allowed_impulse": _NEVER, "lag": 1.0, "null": 0.0, "flow_a": 0.0, "flow_b": 0.0, "lap": 1.0,
-    "travel": 1.0, "compliance": 0.0, "area_a": 0.0, "area_b": 0.0, "supply": 0.0, "drain": 0.0,
+    "travel": 1.0, "oil": _NEVER, "specimen": 0.0, "area_a": 0.0, "area_b": 0.0, "supply": 0.0, "drain": 0.0,
 }  # fmt: skip
 
 
@@ -73,7 +73,7 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
     braking = _BRAKING * most
     flow = rig["n"] * rig["K3"]
     full = flow * rig["z3max"] * math.sqrt((stall + braking) / (area_a**3 + area_b**3))  # m/s at full command, braking
-    mode, valve = math.sqrt(oil_stiffness(rig) / rig["M"]), _valve_lag(rig)
+    valve = _valve_lag(rig)
     late = rig.period.value + _delay(rig) + valve
     sensor = rig.sensors.get("position")
     return {
@@ -84,7 +84,6 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "latency": late + 0.5 / rig.limit("command_rate"),
         "opening": 1 / full,
         "fade": braking / rig["M"] / full * rig.period.value,
-        "load_latency": late + 1 / mode,
         "allowed": _OFFSET * rig.limit("stroke") + (6 * math.sqrt(2) * sensor.noise if sensor else 0.0),
         "allowed_impulse": _FRICTION * stall * _WINDOW,
         "lag": min(1.0, rig.period.value / valve),
@@ -93,7 +92,8 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "flow_b": flow / area_b,
         "lap": rig["eps"],
         "travel": rig["z3max"],
-        "compliance": 1 / oil_stiffness(rig),
+        "oil": oil_stiffness(rig),
+        "specimen": rig["ks"],
         "area_a": area_a,
         "area_b": area_b,
         "supply": rig["Ps"],
