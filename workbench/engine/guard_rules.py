@@ -144,7 +144,7 @@ def _reason(
         most = ca.fmax(_highest_load(after, push, q), ca.fabs(y[shape.at("force")]))
         reasons.append(("force", most > q["force"]))
     jumped = ca.if_else(first, 0, moved > q["move"])
-    reasons.append(("speed", jumped))
+    reasons.append(("speed", ca.logic_or(jumped, _too_fast(after, u, push, q))))
     reasons.append(("lost", ca.logic_and(jumped, s["still"][place] >= _HELD)))
     reasons.append(("stroke", ca.fabs(position - q["middle"]) > q["stroke"]))
     trip = ca.SX(0)
@@ -159,9 +159,16 @@ def _implausible(shape: GuardShape, after: _Parts, q: _Parts) -> list[tuple[str,
     gap = ca.fabs(after["gap"] + strain)
     impulse = ca.fabs(after["impulse"] - q["mass"] * after["change"])
     return [
-        ("impulse", impulse > q["allowed_impulse"] + q["share"] * q["mass"] * ca.fabs(after["change"])),
-        ("observer", gap > q["allowed"] + q["share"] * after["travel"] + ca.fabs(strain)),
+        ("impulse", impulse > q["allowed_impulse"] + q["mass_share"] * q["mass"] * ca.fabs(after["change"])),
+        ("observer", gap > q["allowed"] + q["flow_share"] * after["travel"] + ca.fabs(strain)),
     ]
+
+
+def _too_fast(after: _Parts, u: ca.SX, push: ca.SX, q: _Parts) -> ca.SX:
+    """Whether the speed will be above its limit before a command can change that, where the one there does not brake."""
+    v, ahead = after["v"], ca.if_else(after["v"] >= 0, 1, -1)
+    faster = ca.fabs(v) + ca.fmax(0, ahead * push / q["mass"]) * q["latency"]
+    return ca.logic_and(faster > q["speed"], ahead * u >= q["opening"] * ca.fabs(v))
 
 
 def _too_late(after: _Parts, u: ca.SX, push: ca.SX, q: _Parts) -> ca.SX:

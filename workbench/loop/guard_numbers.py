@@ -13,7 +13,9 @@ _NEVER = 1e15  # of a rule that a rig cannot have
 _BRAKING = 0.85  # of the stall force and of the force limit, for which the guard opens the valve to brake
 _REACHED = 0.95  # of the same: the force that the jack then stands against on the way
 _WINDOW = 0.15  # s: over which the observer adds up what it sees
-_SHARE = 0.5  # by which flow and mass may be other than the rig says
+_MASS_SHARE = 0.5  # by which the mass may be other than the rig says
+_KNOWN_FLOW = 0.2  # by which the flow may, where spool and supply are measured,
+_GUESSED_FLOW = 0.5  # and where command and declared supply stand for them
 _OFFSET = 0.006  # of the stroke limit: what the observer lets pass
 _FRICTION = 0.1  # of the stall force: what the balance of forces lets pass
 _CALM = 0.005  # of the speed limit: six standard deviations of the filtered speed, where that is possible
@@ -53,7 +55,9 @@ def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float |
         "slow": slow,
         "repeats": np.array([_repeats(rig, name) if noisy else _NEVER for name in shape.read]),
         "forget": period / _WINDOW,
-        "share": _SHARE,
+        "speed": rig.limit("speed"),
+        "mass_share": _MASS_SHARE,
+        "flow_share": _KNOWN_FLOW if {"spool", "supply"} <= set(shape.read) else _GUESSED_FLOW,
     }
     return numbers | (_jack_numbers(rig) if rig.is_jack else _UNKNOWN)
 

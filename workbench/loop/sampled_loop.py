@@ -102,7 +102,7 @@ class SampledLoop:
             x[k] = self._x
             self._held[1:] = u[k, 1:]
             command, demanded[k], spent[k] = self._sample(setpoint, more, known[k : k + ahead + 1] if ahead else None)
-            arriving = self._line.send(command)
+            arriving = self._send(command)
             sent[k], u[k, 0] = command, arriving[0][0]
             if not self._hold(arriving):
                 self._guard.tripped = SIMULATION_FAILED
@@ -167,6 +167,10 @@ class SampledLoop:
         if not self._started:
             raise InputError(f"{what}; {advice}") from cause
         self._failure = self._failure or what
+
+    def _send(self, command: float) -> tuple[tuple[float, float], ...]:
+        """What arrives at the drive in this period, and for what share of it, where a command is sent now."""
+        return self._line.send(command)
 
     def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
         """Go on by one period with the commands that arrive in it; False, unmoved, where that cannot be simulated."""
