@@ -9,6 +9,7 @@ COMMANDS = {
     "run": "run an experiment file",
     "bench": "controllers on a set of rigs in scenarios",
     "robustness": "every controller on thousands of drawn plants",
+    "faults": "what the guard makes of faults of sensors, controllers, drives and plants",
     "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
     "retune": "tune a controller anew on a rig as found: what that buys",
     "learn": "learn the drive file of a record that a loop plays again and again",

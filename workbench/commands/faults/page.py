@@ -1,0 +1,108 @@
+"""The report of a faults experiment: verdict, a table of faults, what is not seen, and loops without a fault."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.fitted_plant import with_fit
+from ..common.judged import played_words
+from .config import FaultsConfig
+from .played import MOMENTS
+
+STOP, BEYOND = 0.2, 10.0  # m/s at the end stop, and percent beyond a limit, up to which a fault did no harm
+_HELPLESS = ("valve stuck",)  # faults against which no command helps
+
+_Row = Mapping[str, Any]
+
+
+def faults_page(config: FaultsConfig, metrics: Mapping[str, Any]) -> Page:
+    """One table of faults over all loops, one of what passed the goals, one of what was not detected."""
+    rows = metrics["rows"]
+    sections = [
+        Section("Faults", [_faults(config, rows), faults_figure(rows)]),
+        Section("Beyond the goals", [_beyond(rows)]),
+        Section("Not detected", [_unseen(rows)]),
+        Section("Without a fault", [_calm(metrics)]),
+    ]
+    page = Page(f"Faults on {config.rig.name}", verdict(metrics), sections, {"seed": str(config.conditions.seed)})
+    return with_fit(page, config.rig)
+
+
+def harmful(row: _Row) -> bool:
+    """Whether it met the stop too fast, or passed a limit by too much."""
+    return row["stop_speed"] > STOP or row["beyond_percent"] > BEYOND
+
+
+def verdict(metrics: Mapping[str, Any]) -> str:
+    """How many faults did harm, how many of them a command could have prevented, and the false trips."""
+    rows = metrics["rows"]
+    harm = [row for row in rows if harmful(row)]
+    helpless = [row for row in harm if row["fault"].startswith(_HELPLESS)]
+    words = f"{len(rows)} faults: {len(harm) - len(helpless)} meet the stop above {STOP:g} m/s or pass a limit by more "
+    words += f"than {BEYOND:g} %"
+    words += f", besides {len(helpless)} of a stuck valve, which no command stops" if helpless else ""
+    return f"{words}; {metrics['false_trips']} false trips on {metrics['plants']} plants a loop."
+
+
+def _faults(config: FaultsConfig, rows: Sequence[_Row]) -> Table:
+    """A line a fault: over all loops and moments."""
+    lines = []
+    for name in dict.fromkeys(row["fault"] for row in rows):
+        mine = [row for row in rows if row["fault"] == name]
+        times = [row["detected_ms"] for row in mine if row["detected_ms"] is not None]
+        lines.append([
+            name, len(mine), len(times), float(np.median(times)) if times else None, max(times, default=None),
+            *(max(row[key] for row in mine) * scale for key, scale in (("stop_speed", 1), ("peak_force", 1e-3), ("beyond_percent", 1))),
+        ])  # fmt: skip
+    columns = ["fault", "played", "detected", "after, median [ms]", "worst [ms]", "speed at the stop [m/s]"]
+    columns += ["force, worst [kN]", "beyond a limit [%]"]
+    note = f"Worst of all loops and of {len(MOMENTS)} moments: {', '.join(MOMENTS)}. Force of load cell or end stop. "
+    return Table("All loops", columns, lines, note + played_words(config.conditions, config.rig))
+
+
+def _beyond(rows: Sequence[_Row]) -> Table:
+    columns = ["fault", "controller", "moment", "detected [ms]", "stop [m/s]", "force [kN]", "beyond [%]", "trip"]
+    lines = [
+        [row["fault"], row["controller"], row["moment"], row["detected_ms"], row["stop_speed"]]
+        + [row["peak_force"] / 1e3, row["beyond_percent"], row["tripped"] or "none"]
+        for row in rows
+        if harmful(row)
+    ]
+    note = f"Above {STOP:g} m/s at the end stop, or more than {BEYOND:g} % beyond a limit of stroke, speed or force."
+    return Table("", columns, lines, note)
+
+
+def _unseen(rows: Sequence[_Row]) -> Table:
+    """Faults that some loops did not detect, and what they did there."""
+    lines = []
+    for name in dict.fromkeys(row["fault"] for row in rows):
+        unseen = [row for row in rows if row["fault"] == name and row["detected_ms"] is None]
+        if unseen:
+            loops = ", ".join(dict.fromkeys(row["controller"] for row in unseen))
+            lines.append([name, len(unseen), max(row["beyond_percent"] for row in unseen), loops])
+    note = "A fault that does not show in the time that is watched, or that moves nothing, is not detected: a load cell "
+    note += "that says nothing else at no load, samples that are lost at rest, a supply that still suffices."
+    return Table("", ["fault", "not detected", "beyond a limit [%]", "loops"], lines, note)
+
+
+def _calm(metrics: Mapping[str, Any]) -> Table:
+    lines = [
+        [name, metrics["plants"], sum(trips.values()), ", ".join(f"{count} {what}" for what, count in trips.items())]
+        for name, trips in metrics["trips"].items()
+    ]
+    note = "A step of each loop on drawn plants without a fault."
+    if metrics["left_out"]:
+        note += f" Laws that do not run in lanes are left out: {', '.join(metrics['left_out'])}."
+    return Table("", ["controller", "plants", "false trips", "by"], lines, note)
+
+
+def faults_figure(rows: Sequence[_Row]) -> Figure:
+    """The share of the faults that is detected, over time, by moment."""
+    curves = []
+    for moment in MOMENTS:
+        times = [row["detected_ms"] for row in rows if row["moment"] == moment]
+        found = np.sort([time for time in times if time is not None])
+        curves.append(Curve(moment, found, 100 * np.arange(1, len(found) + 1) / max(1, len(times))))
+    return Figure("Share of the faults that are detected", "time [ms]", (Panel("detected [%]", tuple(curves)),))
