@@ -141,10 +141,10 @@ def _reason(
     reasons += [(f"still {name}", after["still"][i] >= q["repeats"][i]) for i, name in enumerate(shape.read)]
     reasons.append(("braking", _too_late(after, u, push, q)))
     if "force" in shape.read:
-        most = ca.fmax(_highest_load(after, push, q), ca.fabs(y[shape.at("force")]))
+        most = ca.fmax(_highest_load(after, push, u, q), ca.fabs(y[shape.at("force")]))
         reasons.append(("force", most > q["force"]))
     jumped = ca.if_else(first, 0, moved > q["move"])
-    reasons.append(("speed", ca.logic_or(jumped, _too_fast(after, u, push, q))))
+    reasons.append(("speed", ca.logic_or(jumped, _too_fast(after, push, q))))
     reasons.append(("lost", ca.logic_and(jumped, s["still"][place] >= _HELD)))
     reasons.append(("stroke", ca.fabs(position - q["middle"]) > q["stroke"]))
     trip = ca.SX(0)
@@ -164,11 +164,10 @@ def _implausible(shape: GuardShape, after: _Parts, q: _Parts) -> list[tuple[str,
     ]
 
 
-def _too_fast(after: _Parts, u: ca.SX, push: ca.SX, q: _Parts) -> ca.SX:
-    """Whether the speed will be above its limit before a command can change that, where the one there does not brake."""
-    v, ahead = after["v"], ca.if_else(after["v"] >= 0, 1, -1)
-    faster = ca.fabs(v) + ca.fmax(0, ahead * push / q["mass"]) * q["latency"]
-    return ca.logic_and(faster > q["speed"], ahead * u >= q["opening"] * ca.fabs(v))
+def _too_fast(after: _Parts, push: ca.SX, q: _Parts) -> ca.SX:
+    """Whether the speed will be above its limit before a command can change that."""
+    ahead = ca.if_else(after["v"] >= 0, 1, -1)
+    return ca.fabs(after["v"]) + ca.fmax(0, ahead * push / q["mass"]) * q["latency"] > q["speed"]
 
 
 def _too_late(after: _Parts, u: ca.SX, push: ca.SX, q: _Parts) -> ca.SX:
@@ -184,10 +183,10 @@ def _too_late(after: _Parts, u: ca.SX, push: ca.SX, q: _Parts) -> ca.SX:
     return ca.logic_or(ca.logic_and(now, ahead * u >= q["opening"] * speed), over)
 
 
-def _highest_load(after: _Parts, push: ca.SX, q: _Parts) -> ca.SX:
+def _highest_load(after: _Parts, push: ca.SX, u: ca.SX, q: _Parts) -> ca.SX:
     """Force [N] to which the load cell still swings where the valve closes now: the push lasts as long as that takes,
     then the mass swings between specimen and shut-in oil."""
-    late, stiffness = q["latency"], q["specimen"] + q["oil"]
+    late, stiffness = q["late"] + ca.fabs(u) / q["step"] * q["period"], q["specimen"] + q["oil"]
     jerk = q["specimen"] * push / q["mass"]
     load, rate = after["f"] + (after["df"] + jerk * late / 2) * late, after["df"] + jerk * late
     rest = (after["f"] + push - load) * q["specimen"] / stiffness

@@ -54,7 +54,7 @@ class GuardShape:
     @property
     def numbers(self) -> dict[str, slice]:
         """Places of the numbers of a rig."""
-        names = ("middle", "stroke", "move", "force", "step", "period", "fast", "slow", "mass", "braking", "stall", "over", "latency")
+        names = ("middle", "stroke", "move", "force", "step", "period", "fast", "slow", "mass", "braking", "stall", "over", "late", "latency")
         names += ("opening", "fade", "forget", "allowed", "flow_share", "mass_share", "speed", "allowed_impulse", "lag", "null")
         names += ("flow_a", "flow_b", "lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))

@@ -63,7 +63,7 @@ def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float |
 
 
 _UNKNOWN = {
-    "mass": 1.0, "braking": _NEVER, "stall": _NEVER, "over": 0.0, "latency": 0.0, "opening": _NEVER, "fade": _NEVER, 
+    "mass": 1.0, "braking": _NEVER, "stall": _NEVER, "over": 0.0, "late": 0.0, "latency": 0.0, "opening": _NEVER, "fade": _NEVER, 
     "allowed": _NEVER, "allowed_impulse": _NEVER, "lag": 1.0, "null": 0.0, "flow_a": 0.0, "flow_b": 0.0, "lap": 1.0,
     "travel": 1.0, "oil": _NEVER, "specimen": 0.0, "area_a": 0.0, "area_b": 0.0, "supply": 0.0, "drain": 0.0,
 }  # fmt: skip
@@ -85,6 +85,7 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "braking": _REACHED * most / rig["M"],
         "over": _OFFSET * rig.limit("stroke"),
         "stall": stall / rig["M"],
+        "late": late,
         "latency": late + 0.5 / rig.limit("command_rate"),
         "opening": 1 / full,
         "fade": braking / rig["M"] / full * rig.period.value,
