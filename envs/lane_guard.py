@@ -1,4 +1,7 @@
-"""The guard of workbench.guard over N lanes at once: the same decisions, lane by lane."""
+"""The limits of workbench.loop.guard over N lanes at once, without its brake, observer and repeated readings.
+
+An episode ends at a limit, and its sensors have no faults.
+"""
 
 from enum import IntEnum
 from math import isfinite

@@ -87,7 +87,7 @@ def test_a_command_that_is_added_to_the_laws_acts_in_both_alike(name):
     agree(*both(rig_for(spec, delay=0.3e-3), spec, 0.02 * np.sin(20 * t), 3, added=added), 0.02)
 
 
-@pytest.mark.parametrize(("reference", "reason"), [(0.26, "position beyond"), (0.12, "force above"), (None, None)])
+@pytest.mark.parametrize(("reference", "reason"), [(0.26, "too fast to stop"), (0.12, "force above"), (None, None)])
 def test_trips_come_in_the_same_sample_with_the_same_words(reference, reason):
     spec = next(one for one in TUNED if one.name == "p-dp")
     rig = load_rig("jack-10t")

@@ -141,12 +141,12 @@ def test_inputs_reach_the_plant(rig, engine, rest):
 @pytest.mark.parametrize(
     ("reference", "inputs", "reason"),
     [
-        (0.3, {}, "position beyond +-240 mm of mid stroke"),
+        (0.3, {}, "too fast to stop within +-240 mm of mid stroke"),
         (0.0, {"disturbance": 95e3}, "force above 90 kN"),
     ],
 )
 def test_a_loop_trips(rig, engine, rest, reference, inputs, reason):
-    """The record goes on, the command goes to 0 and stays there."""
+    """The record goes on, the command goes to 0 and stays there, the jack within its stroke."""
     steps = 1500
     loop = SampledLoop(engine, rig, position(2.0), rest)
     run = loop.run(np.full(steps, reference), {name: np.full(steps, value) for name, value in inputs.items()})
@@ -156,6 +156,7 @@ def test_a_loop_trips(rig, engine, rest, reference, inputs, reason):
     assert np.all(command[-300:] == 0)
     assert np.all(np.abs(np.diff(command)) <= RATE * PERIOD + 1e-12)
     assert np.all(np.abs(command) <= 1)
+    assert np.abs(run.record.signals["position"]).max() < rig["S"] / 2
 
 
 class Broken(P):
@@ -172,7 +173,43 @@ def test_a_command_that_is_not_finite_stops_the_loop(rig, engine, rest):
     run = run_loop(engine, rig, Broken(P.Design(gain=1.0), PERIOD), rest, np.zeros(100))
     assert run.tripped == "the controller's command is not finite"
     assert np.all(run.record.signals["command"][:50] == pytest.approx(0.1))
-    assert np.all(run.record.signals["command"][50:] == 0)
+    after = run.record.signals["command"][50:]
+    assert np.all(np.diff(after) <= 0)
+    assert np.all(after[20:] == 0)
+
+
+FAILURES = {
+    "raises": (ZeroDivisionError("oh"), "Failing.compute: ZeroDivisionError: oh"),
+    "nothing": (None, "Failing.compute: returns NoneType, no number"),
+    "array": (np.zeros(2), "Failing.compute: returns ndarray, no number"),
+    "complex": (1j, "Failing.compute: returns complex, no number"),
+}
+
+
+class Failing(P):
+    """A controller that returns something else, or raises it, after 50 periods."""
+
+    def __init__(self, result):
+        super().__init__(P.Design(gain=1.0), PERIOD)
+        self.calls, self.result = 0, result
+
+    def compute(self, reference, measurement):
+        self.calls += 1
+        if self.calls <= 50:
+            return 0.1
+        if isinstance(self.result, Exception):
+            raise self.result
+        return self.result
+
+
+@pytest.mark.parametrize("what", FAILURES)
+def test_a_controller_that_fails_on_the_way_trips_the_guard(rig, engine, rest, what):
+    result, reason = FAILURES[what]
+    run = run_loop(engine, rig, Failing(result), rest, np.zeros(200))
+    assert run.tripped == reason
+    assert len(run.record.t) == 200
+    assert np.all(run.record.signals["command"][90:] == 0)
+    assert np.ptp(run.record.signals["position"][150:]) < 0.01  # it swings on its oil, and goes nowhere
 
 
 def test_a_failed_simulation_ends_the_record(rig, engine, rest):

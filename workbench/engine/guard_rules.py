@@ -19,6 +19,7 @@ from .guard_shape import TRIPS, GuardShape, length
 
 _DISBELIEVED = ("lost", "observer", "still position")  # trips that say that the position is wrong
 _LARGEST = 1.7e308
+_WEAK = 0.05  # the largest command that holds a jack after a trip
 _HELD = 3  # equal readings before a jump that say that samples were lost
 
 _Parts = Mapping[str, ca.SX]
@@ -42,7 +43,9 @@ def watched(shape: GuardShape, s: _Parts, y: ca.SX, u: ca.SX, q: _Parts) -> dict
     speed = ca.if_else(believed, speed, after["flow"]) if shape.observes else speed
     gain = push / q["mass"] * q["latency"]
     speed = ca.if_else(now == TRIPS.index("force"), 0, speed + ca.if_else(speed * gain > 0, gain, 0))
-    after["brake"] = ca.if_else(s["trip"] > 0, _faded(s["brake"], q), _braking_command(u, speed, believed, shape, q))
+    after |= _held(s, after, believed * (now != TRIPS.index("finite")), q)
+    braked = ca.if_else(after["held"], _holding_command(after, q), _faded(s["brake"], q))
+    after["brake"] = ca.if_else(s["trip"] > 0, braked, _braking_command(u, speed, believed, shape, q))
     return after | {"trip": now}
 
 
@@ -198,6 +201,18 @@ def _braking_command(u: ca.SX, speed: ca.SX, believed: ca.SX, shape: GuardShape,
     wide = q["opening"] * speed
     braked = ca.fmin(ca.fmax(u, ca.fmin(wide, 0)), ca.fmax(wide, 0))
     return braked if shape.observes else ca.if_else(believed, braked, u)
+
+
+def _held(s: _Parts, after: _Parts, believed: ca.SX, q: _Parts) -> dict[str, ca.SX]:
+    """Where a jack stands that is to be held after a trip: from when the brake is through, if its position is known."""
+    stands = ca.logic_and(ca.logic_and(s["trip"] > 0, s["brake"] == 0), ca.fabs(after["v"]) < q["calm"])
+    held = ca.logic_and(q["hold"] > 0, ca.logic_or(s["held"], ca.logic_and(stands, believed)))
+    return {"held": held, "stand": ca.if_else(s["held"], s["stand"], after["x"])}
+
+
+def _holding_command(after: _Parts, q: _Parts) -> ca.SX:
+    """A weak proportional loop about where the jack stands."""
+    return ca.fmin(_WEAK, ca.fmax(-_WEAK, q["hold"] * (after["stand"] - after["x"])))
 
 
 def _faded(brake: ca.SX, q: _Parts) -> ca.SX:

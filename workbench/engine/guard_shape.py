@@ -10,9 +10,19 @@ from ..base.signals import MEASURED
 
 WATCHED = ("position", "force", "pa", "pb", "supply", "spool")  # what the rules read beside what the law does
 TRIPS = (
-    "", "stroke", "speed", "force", "command", "braking", "lost", "observer", "impulse", "finite",
+    "",
+    "stroke",
+    "speed",
+    "force",
+    "command",
+    "braking",
+    "lost",
+    "observer",
+    "impulse",
+    "finite",
     *(f"still {name}" for name in MEASURED),
 )  # by the number that a tripped guard keeps; "command": no finite one
+
 
 def places(**sizes: int) -> dict[str, slice]:
     ends = accumulate(sizes.values())
@@ -46,17 +56,19 @@ class GuardShape:
     @property
     def state(self) -> dict[str, slice]:
         """Places in the guard's state: reason for a trip, command to which the brake has come, samples since the start,
-        filtered position and speed, force and its rate, integrals of the observer, spool, last readings, repeats."""
+        filtered position and speed, force and its rate, integrals of the observer, load at rest, spool, whether
+        and where the jack is held, last readings, repeats."""
         names = ("trip", "brake", "count", "x", "v", "f", "df", "flow", "gap", "travel", "strain", "impulse", "change")
         read = len(self.read)
-        return places(**dict.fromkeys((*names, "rest", "spool"), 1), last=read, still=read)
+        return places(**dict.fromkeys((*names, "rest", "spool", "held", "stand"), 1), last=read, still=read)
 
     @property
     def numbers(self) -> dict[str, slice]:
         """Places of the numbers of a rig."""
-        names = ("middle", "stroke", "move", "force", "step", "period", "fast", "slow", "mass", "braking", "stall", "over", "late", "latency")
-        names += ("opening", "fade", "forget", "allowed", "flow_share", "mass_share", "speed", "allowed_impulse", "lag", "null")
-        names += ("flow_a", "flow_b", "lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
+        names = ("middle", "stroke", "speed", "move", "force", "step", "period", "fast", "slow", "calm", "hold")
+        names += ("mass", "braking", "stall", "over", "late", "latency", "opening", "fade")
+        names += ("forget", "allowed", "flow_share", "mass_share", "allowed_impulse", "lag", "null", "flow_a", "flow_b")
+        names += ("lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))
 
     def at(self, name: str) -> int:

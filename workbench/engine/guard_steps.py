@@ -31,7 +31,7 @@ class GuardSteps:
         self._state[:] = 0
 
     def watch(self, measurement: Mapping[str, float], command: float) -> int:
-        """Read the signals (SI, NaN where one is missing), the drive holding a command; the number of the trip, or 0."""
+        """Read the signals (SI, NaN where one is missing) while the drive holds a command; the trip's number, or 0."""
         self._readings[:] = [measurement.get(name, np.nan) for name in self._read]
         self._command[0] = command
         self._watch()

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import casadi as ca
-import numpy as np
 
 from ..plant import Plant
 from . import object_cache

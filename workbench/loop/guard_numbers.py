@@ -21,6 +21,7 @@ _FRICTION = 0.1  # of the stall force: what the balance of forces lets pass
 _CALM = 0.005  # of the speed limit: six standard deviations of the filtered speed, where that is possible
 _HOUR = 3600.0  # s: in which repeated readings at rest trip with a chance of at most
 _CHANCE = 1e-6
+_HOLDING = 6.0  # 1/s: of the loop that holds a jack after a trip
 _VALVE_LAG = 4e-3  # s: of a valve whose spool's frequency is not known
 
 
@@ -56,6 +57,7 @@ def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float |
         "repeats": np.array([_repeats(rig, name) if noisy else _NEVER for name in shape.read]),
         "forget": period / _WINDOW,
         "speed": rig.limit("speed"),
+        "calm": _CALM * rig.limit("speed"),
         "mass_share": _MASS_SHARE,
         "flow_share": _KNOWN_FLOW if {"spool", "supply"} <= set(shape.read) else _GUESSED_FLOW,
     }
@@ -63,10 +65,11 @@ def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float |
 
 
 _UNKNOWN = {
-    "mass": 1.0, "braking": _NEVER, "stall": _NEVER, "over": 0.0, "late": 0.0, "latency": 0.0, "opening": _NEVER, "fade": _NEVER, 
-    "allowed": _NEVER, "allowed_impulse": _NEVER, "lag": 1.0, "null": 0.0, "flow_a": 0.0, "flow_b": 0.0, "lap": 1.0,
-    "travel": 1.0, "oil": _NEVER, "specimen": 0.0, "area_a": 0.0, "area_b": 0.0, "supply": 0.0, "drain": 0.0,
-}  # fmt: skip
+    **dict.fromkeys(("braking", "stall", "opening", "fade", "allowed", "allowed_impulse", "oil"), _NEVER),
+    **dict.fromkeys(("over", "late", "latency", "hold", "null", "flow_a", "flow_b", "specimen"), 0.0),
+    **dict.fromkeys(("area_a", "area_b", "supply", "drain"), 0.0),
+    **dict.fromkeys(("mass", "lag", "lap", "travel"), 1.0),
+}
 
 
 def _jack_numbers(rig: Rig) -> dict[str, float]:
@@ -87,6 +90,7 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "stall": stall / rig["M"],
         "late": late,
         "latency": late + 0.5 / rig.limit("command_rate"),
+        "hold": _HOLDING / full if rig.stop == "hold" else 0.0,
         "opening": 1 / full,
         "fade": braking / rig["M"] / full * rig.period.value,
         "allowed": _OFFSET * rig.limit("stroke") + (6 * math.sqrt(2) * sensor.noise if sensor else 0.0),

@@ -82,7 +82,7 @@ class EffectUse:
 @dataclass(frozen=True)
 class Rig:
     """All that is known of a rig. `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a
-    sample to its command, those of its controller.
+    sample to its command, those of its controller; `stop` what its guard does after a trip.
 
     `sessions` are numbers of the plant that were others in the records of a campaign's session, by its name.
     `effect_files` are Python files with effects that the library lacks, by absolute path; see plant/effects.
@@ -103,6 +103,7 @@ class Rig:
     recordings: str = ""
     effect_files: tuple[str, ...] = ()
     computing_delay: Number = COMPUTING_DELAY
+    stop: str = schema.STOPS[0]
 
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number. Raises KeyError that names the nearest there is."""
@@ -257,7 +258,7 @@ def _read(path: Path, shown: str) -> Rig:
         **_numbers(jack, jack_kind.numbers, "kind"),
         **_numbers(top.table("load"), schema.LOAD),
     }
-    limits = _numbers(top.table("limits"), schema.LIMITS)
+    limits = _numbers(top.table("limits"), schema.LIMITS, "stop")
     check_together(top, numbers, limits)
     control = top.table("control", *schema.CONTROL)
     return Rig(
@@ -276,7 +277,16 @@ def _read(path: Path, shown: str) -> Rig:
         recordings=top.text("recordings", ""),
         effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
         computing_delay=_computing_delay(control),
+        stop=_stop(top.table("limits")),
     )
+
+
+def _stop(limits: Table) -> str:
+    if "stop" not in limits:
+        return schema.STOPS[0]
+    if limits.text("stop") == "depressurise":
+        raise limits.complaint("stop", f"no plant has a valve for that; possible: {', '.join(schema.STOPS)}")
+    return limits.word("stop", schema.STOPS)
 
 
 def _computing_delay(control: Table) -> Number:
@@ -367,7 +377,10 @@ def _rig_table(rig: Rig) -> dict[str, Any]:
         **{key: text for key, text in titles.items() if text},
         **({"effect_files": list(rig.effect_files)} if rig.effect_files else {}),
         **filled,
-        "limits": {name: number_entry(number) for name, number in rig.limits.items()},
+        "limits": {
+            **{name: number_entry(number) for name, number in rig.limits.items()},
+            **({"stop": rig.stop} if rig.stop != schema.STOPS[0] else {}),
+        },
         "control": {number.name: number_entry(number) for number in (rig.period, rig.computing_delay)},
         "sensors": sensors,
         **({"effects": effects} if effects else {}),

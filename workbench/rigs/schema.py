@@ -23,6 +23,7 @@ LIMITS = {
     "force": Spec("N", 1.0, 1e9, "capacity of the load cell"),
     "command_rate": Spec("1/s", 1e-2, 1e6, "allowed rate of the command"),
 }
+STOPS = ("close", "hold")  # what the guard does after a trip: close the valve, and then hold the jack where it stands
 CONTROL = {
     "period": Spec("s", 1e-6, 1.0, "control period"),
     "computing_delay": Spec("s", 0.0, 0.1, "time from a sample to its command"),

@@ -28,7 +28,7 @@ def false_trips(config: FaultsConfig, stand: Stand, controller: Controller) -> M
         stand.engine, stand.rig, controller, points, draw.p, reference, (loops.signal,), config.conditions.noise
     )
     for _, lanes in played:
-        trips.update("simulation" if failed else TRIPS[int(trip)] for trip, failed in zip(lanes.trip, lanes.failed, strict=True))
+        trips.update(
+            "simulation" if failed else TRIPS[int(trip)] for trip, failed in zip(lanes.trip, lanes.failed, strict=True)
+        )
     return {name: count for name, count in sorted(trips.items()) if name}
-
-

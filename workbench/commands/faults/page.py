@@ -14,6 +14,8 @@ from .played import MOMENTS
 STOP, BEYOND = 0.2, 10.0  # m/s at the end stop, and percent beyond a limit, up to which a fault did no harm
 _HELPLESS = ("valve stuck",)  # faults against which no command helps
 
+_WORST = {"stop_speed": 1.0, "peak_force": 1e-3, "beyond_percent": 1.0}  # and what makes their unit the shown one
+
 _Row = Mapping[str, Any]
 
 
@@ -54,7 +56,7 @@ def _faults(config: FaultsConfig, rows: Sequence[_Row]) -> Table:
         times = [row["detected_ms"] for row in mine if row["detected_ms"] is not None]
         lines.append([
             name, len(mine), len(times), float(np.median(times)) if times else None, max(times, default=None),
-            *(max(row[key] for row in mine) * scale for key, scale in (("stop_speed", 1), ("peak_force", 1e-3), ("beyond_percent", 1))),
+            *(max(row[key] for row in mine) * scale for key, scale in _WORST.items()),
         ])  # fmt: skip
     columns = ["fault", "played", "detected", "after, median [ms]", "worst [ms]", "speed at the stop [m/s]"]
     columns += ["force, worst [kN]", "beyond a limit [%]"]
@@ -65,8 +67,11 @@ def _faults(config: FaultsConfig, rows: Sequence[_Row]) -> Table:
 def _beyond(rows: Sequence[_Row]) -> Table:
     columns = ["fault", "controller", "moment", "detected [ms]", "stop [m/s]", "force [kN]", "beyond [%]", "trip"]
     lines = [
-        [row["fault"], row["controller"], row["moment"], row["detected_ms"], row["stop_speed"]]
-        + [row["peak_force"] / 1e3, row["beyond_percent"], row["tripped"] or "none"]
+        [
+            *(row[key] for key in ("fault", "controller", "moment", "detected_ms")),
+            *(row[key] * scale for key, scale in _WORST.items()),
+            row["tripped"] or "none",
+        ]
         for row in rows
         if harmful(row)
     ]
@@ -82,7 +87,9 @@ def _unseen(rows: Sequence[_Row]) -> Table:
         if unseen:
             loops = ", ".join(dict.fromkeys(row["controller"] for row in unseen))
             lines.append([name, len(unseen), max(row["beyond_percent"] for row in unseen), loops])
-    note = "A fault that does not show in the time that is watched, or that moves nothing, is not detected: a load cell "
+    note = (
+        "A fault that does not show in the time that is watched, or that moves nothing, is not detected: a load cell "
+    )
     note += "that says nothing else at no load, samples that are lost at rest, a supply that still suffices."
     return Table("", ["fault", "not detected", "beyond a limit [%]", "loops"], lines, note)
 

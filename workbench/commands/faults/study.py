@@ -34,7 +34,8 @@ def run_faults(config: FaultsConfig, stage: Stage, progress: Progress) -> Outcom
     metrics = {
         "rows": [row for row in rows if row["fault"] != "none"],
         "calm": calm,
-        "false_trips": sum(row["tripped"] is not None for row in calm) + sum(sum(each.values()) for each in trips.values()),
+        "false_trips": sum(row["tripped"] is not None for row in calm)
+        + sum(sum(each.values()) for each in trips.values()),
         "plants": config.plants,
         "trips": trips,
         "left_out": left_out,
