@@ -1,6 +1,7 @@
 """The rules of the guard evaluated sample by sample, in CasADi's interpreter: fixed places, nothing is copied."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,8 @@ class GuardSteps:
         self._state = np.zeros(watch.numel_in(0))
         self._after, self._sent = np.zeros(len(self._state)), np.zeros(2)
         self._readings, self._command, self._demanded = np.zeros(len(self._read)), np.zeros(1), np.zeros(1)
+        watched: Any
+        limited: Any
         watched, self._watch = watch.buffer()
         limited, self._limit = limit.buffer()
         for buffer, array, result in ((watched, self._readings, self._after), (limited, self._demanded, self._sent)):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import copysign, nan
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -161,7 +161,8 @@ class FaultyLoop(SampledLoop):
         self._since: Since | None = None
         self._last_demanded = self._last_sent = 0.0
         self._normal = draws(0 if seed is None else seed, 1)
-        super().__init__(engine, rig, _Faulty(controller, self._changed), start, seed, compiled=False)
+        faulty = cast(Controller, _Faulty(controller, self._changed))
+        super().__init__(engine, rig, faulty, start, seed, compiled=False)
         self._name = type(innermost(controller)).__name__
 
     def _measure(self) -> Signals:

@@ -112,14 +112,13 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
 
 def _filter_gains(rig: Rig) -> tuple[float, float]:
     """Gains of the filter of position and speed, critically damped: the fastest whose speed is calm enough."""
-    sensor, period = rig.sensors.get("position"), rig.period.value
-    noise = sensor.noise if sensor else 0.0
-    for pole in np.linspace(0.6, 0.98, 39).tolist():
-        fast, slow = 1 - pole**2, (1 - pole) ** 2
-        spread = slow / period * math.sqrt(2 / (fast * (4 - slow - 2 * fast))) * noise
-        if 6 * spread <= _CALM * rig.limit("speed"):
-            break
-    return fast, slow
+    sensor = rig.sensors.get("position")
+    allowed = _CALM * rig.limit("speed") * rig.period.value / (6 * sensor.noise) if sensor and sensor.noise else 1.0
+    poles = np.linspace(0.6, 0.98, 39)
+    fast, slow = 1 - poles**2, (1 - poles) ** 2
+    calm = slow * np.sqrt(2 / (fast * (4 - slow - 2 * fast))) <= allowed
+    pole = int(np.argmax(calm)) if calm.any() else -1
+    return float(fast[pole]), float(slow[pole])
 
 
 def _repeats(rig: Rig, name: str) -> float:

@@ -1,6 +1,6 @@
 """One fault in one loop: a step, the fault at rest before it, on the way, or near its end; what it came to."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,7 +71,7 @@ class Stand:
         return lambda k, y: k * period >= latest or (k * period > _STEP and (y[signal] - level) / step > share)
 
 
-def damage(signals: dict[str, np.ndarray], rig: Rig) -> dict[str, float]:
+def damage(signals: Mapping[str, np.ndarray], rig: Rig) -> dict[str, float]:
     """Speed [m/s] at which the jack met an end stop, 0 where it did not; the largest force [N] of load cell and stop;
     by how much [%] the worst of stroke, speed and force passed its limit, 0 where none did."""
     away, v, load = np.abs(signals["position"] - rig.middle), signals["velocity"], signals["force"]
