@@ -10,12 +10,13 @@ from ..rigs.rig import Rig
 from .capability import oil_stiffness, stall_force
 
 _NEVER = 1e15  # of a rule that a rig cannot have
-_BRAKING = 0.85  # of the stall force and of the force limit, for which the guard opens the valve to brake
-_REACHED = 0.95  # of the same: the force that the jack then stands against on the way
+_BRAKING = 0.9  # of the stall force and of the force limit, for which the guard opens the valve to brake
+_REACHED = 1.0  # of the same: the force that the jack then stands against on the way
 _WINDOW = 0.15  # s: over which the observer adds up what it sees
 _MASS_SHARE = 0.5  # by which the mass may be other than the rig says
 _KNOWN_FLOW = 0.2  # by which the flow may, where spool and supply are measured,
 _GUESSED_FLOW = 0.5  # and where command and declared supply stand for them
+_OVER = 0.02  # of the stroke limit, by which a braked jack may pass it where the stroke is longer still
 _OFFSET = 0.006  # of the stroke limit: what the observer lets pass
 _FRICTION = 0.1  # of the stall force: what the balance of forces lets pass
 _CALM = 0.005  # of the speed limit: six standard deviations of the filtered speed, where that is possible
@@ -86,7 +87,7 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
     return {
         "mass": rig["M"],
         "braking": _REACHED * most / rig["M"],
-        "over": _OFFSET * rig.limit("stroke"),
+        "over": min(_OVER * rig.limit("stroke"), max(0.0, rig["S"] / 2 - rig.limit("stroke")) / 2),
         "stall": stall / rig["M"],
         "late": late,
         "latency": late + 0.5 / rig.limit("command_rate"),
