@@ -144,7 +144,8 @@ def _reason(
     reasons += [(f"still {name}", after["still"][i] >= q["repeats"][i]) for i, name in enumerate(shape.read)]
     reasons.append(("braking", _too_late(after, u, push, q)))
     if "force" in shape.read:
-        most = ca.fmax(_highest_load(after, push, u, q), ca.fabs(y[shape.at("force")]))
+        swing = ca.if_else(q["specimen"] > 0, _highest_load(after, push, u, q), 0)  # nothing to press on: no swing
+        most = ca.fmax(swing, ca.fabs(y[shape.at("force")]))
         reasons.append(("force", most > q["force"]))
     jumped = ca.if_else(first, 0, moved > q["move"])
     reasons.append(("speed", ca.logic_or(jumped, _too_fast(after, push, q))))
