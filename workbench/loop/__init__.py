@@ -1,6 +1,7 @@
 """Closed loops, and every number that is measured on one.
 
 sampled_loop, guard       a sampled controller on the plant, behind the rig's limits
+guard_numbers, faults     a rig's numbers for the guard's rules; faults, and the loop in which one begins
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
 scenarios, reach          what a loop is asked for, and whether a rig can do it
 capability, trajectories, own_references    what a rig can give a motion; motions from rest to rest; recorded ones
