@@ -42,7 +42,9 @@ def test_every_fault_from_every_moment_and_plants_without_one(experiment, tmp_pa
     rows = metrics["rows"]
     assert {row["fault"] for row in rows} == {fault.name for fault in FAULTS} - {"specimen breaks"}
     assert len(rows) == (len(FAULTS) - 1) * len(MOMENTS)
-    assert {"fault", "controller", "moment", "detected_ms", "stop_speed", "peak_force", "beyond_percent"} <= set(rows[0])
+    assert {"fault", "controller", "moment", "detected_ms", "stop_speed", "peak_force", "beyond_percent"} <= set(
+        rows[0]
+    )
     assert metrics["false_trips"] == 0
     assert metrics["plants"] == 3
     assert all(row["tripped"] is None for row in metrics["calm"])

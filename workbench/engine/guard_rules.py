@@ -31,7 +31,7 @@ def watched(shape: GuardShape, s: _Parts, y: ca.SX, u: ca.SX, q: _Parts) -> dict
     y = ca.if_else(finite, y, s["last"])
     after = dict(s) | {"count": s["count"] + 1, "last": y}
     after["still"] = ca.if_else(first, 0, (y == s["last"]) * (s["still"] + 1))
-    push = _push(shape, s, y, q)
+    push = _push(shape, y, q)
     after |= _motion(shape, s, y, q, first, push)
     after |= _load(shape, s, y, q, first, push)
     if shape.observes:
@@ -58,12 +58,14 @@ def let_through(s: _Parts, demanded: ca.SX, u: ca.SX, q: _Parts) -> tuple[ca.SX,
     return u + ca.fmin(q["step"], ca.fmax(-q["step"], target - u)), trip
 
 
-def _push(shape: GuardShape, s: _Parts, y: ca.SX, q: _Parts) -> ca.SX:
+def _pressed(shape: GuardShape, y: ca.SX, q: _Parts) -> ca.SX:
+    """Force [N] of the pressures on the piston."""
+    return q["area_a"] * y[shape.at("pa")] - q["area_b"] * y[shape.at("pb")]
+
+
+def _push(shape: GuardShape, y: ca.SX, q: _Parts) -> ca.SX:
     """Force [N] that accelerates the mass, of the pressures less the load cell; 0 where they are not measured."""
-    if not shape.observes:
-        return ca.SX(0)
-    load = y[shape.at("force")] if "force" in shape.read else 0
-    return q["area_a"] * y[shape.at("pa")] - q["area_b"] * y[shape.at("pb")] - load
+    return _pressed(shape, y, q) - y[shape.at("force")] if shape.balances else ca.SX(0)
 
 
 def _motion(shape: GuardShape, s: _Parts, y: ca.SX, q: _Parts, first: ca.SX, push: ca.SX) -> dict[str, ca.SX]:
@@ -116,15 +118,13 @@ def _observer(
     """What flow and pressures say that the readings should have done, in a window that forgets."""
     speed, spool = _flow_speed(shape, s, y, u, q)
     moved = y[shape.at("position")] - s["last"][shape.at("position")]
-    pressed = push + (y[shape.at("force")] if "force" in shape.read else 0)
-    before = q["area_a"] * s["last"][shape.at("pa")] - q["area_b"] * s["last"][shape.at("pb")]
     keep, period = 1 - q["forget"], q["period"]
     rest = ca.if_else(first, push, s["rest"])
     steps = {
         "gap": moved - speed * period,
         "travel": ca.fabs(speed) * period,
-        "strain": pressed - before,
-        "impulse": (push - rest) * period,
+        "strain": _pressed(shape, y, q) - _pressed(shape, s["last"], q),
+        "impulse": (push - rest - q["friction"] * after["v"]) * period,
         "change": after["v"] - s["v"],
     }
     sums = {name: ca.if_else(first, 0, keep * s[name] + step) for name, step in steps.items()}
@@ -161,11 +161,12 @@ def _implausible(shape: GuardShape, after: _Parts, q: _Parts) -> list[tuple[str,
     """Where measured and observed motion differ by more than other oil, flow and mass explain."""
     strain = after["strain"] / q["oil"]
     gap = ca.fabs(after["gap"] + strain)
+    moved = [("observer", gap > q["allowed"] + q["flow_share"] * after["travel"] + ca.fabs(strain))]
+    if not shape.balances:  # a load that nothing measures is no fault
+        return moved
     impulse = ca.fabs(after["impulse"] - q["mass"] * after["change"])
-    return [
-        ("impulse", impulse > q["allowed_impulse"] + q["mass_share"] * q["mass"] * ca.fabs(after["change"])),
-        ("observer", gap > q["allowed"] + q["flow_share"] * after["travel"] + ca.fabs(strain)),
-    ]
+    allowed = q["allowed_impulse"] + q["mass_share"] * q["mass"] * ca.fabs(after["change"])
+    return [("impulse", impulse > allowed), *moved]
 
 
 def _too_fast(after: _Parts, push: ca.SX, q: _Parts) -> ca.SX:

@@ -54,6 +54,11 @@ class GuardShape:
         return self.jack and "pa" in self.read and "pb" in self.read
 
     @property
+    def balances(self) -> bool:
+        """Whether pressures and load cell say how the mass is accelerated."""
+        return self.observes and "force" in self.read
+
+    @property
     def state(self) -> dict[str, slice]:
         """Places in the guard's state: reason for a trip, command to which the brake has come, samples since the start,
         filtered position and speed, force and its rate, integrals of the observer, load at rest, spool, whether
@@ -67,7 +72,18 @@ class GuardShape:
         """Places of the numbers of a rig."""
         names = ("middle", "stroke", "speed", "move", "force", "step", "period", "fast", "slow", "calm", "hold")
         names += ("mass", "braking", "stall", "over", "late", "latency", "opening", "fade")
-        names += ("forget", "allowed", "flow_share", "mass_share", "allowed_impulse", "lag", "null", "flow_a", "flow_b")
+        names += (
+            "forget",
+            "allowed",
+            "flow_share",
+            "mass_share",
+            "allowed_impulse",
+            "friction",
+            "lag",
+            "null",
+            "flow_a",
+            "flow_b",
+        )
         names += ("lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))
 

@@ -67,7 +67,7 @@ def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float |
 
 _UNKNOWN = {
     **dict.fromkeys(("braking", "stall", "opening", "fade", "allowed", "allowed_impulse", "oil"), _NEVER),
-    **dict.fromkeys(("over", "late", "latency", "hold", "null", "flow_a", "flow_b", "specimen"), 0.0),
+    **dict.fromkeys(("over", "late", "latency", "hold", "null", "flow_a", "flow_b", "specimen", "friction"), 0.0),
     **dict.fromkeys(("area_a", "area_b", "supply", "drain"), 0.0),
     **dict.fromkeys(("mass", "lag", "lap", "travel"), 1.0),
 }
@@ -95,7 +95,8 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "opening": 1 / full,
         "fade": braking / rig["M"] / full * rig.period.value,
         "allowed": _OFFSET * rig.limit("stroke") + (6 * math.sqrt(2) * sensor.noise if sensor else 0.0),
-        "allowed_impulse": _FRICTION * stall * _WINDOW,
+        "allowed_impulse": (_FRICTION * stall + 2 * _dry_friction(rig)) * _WINDOW,
+        "friction": rig["b"],
         "lag": min(1.0, rig.period.value / valve),
         "null": rig["z0"] if "z0" in rig.numbers else 0.0,
         "flow_a": flow / area_a,
@@ -137,6 +138,14 @@ def _repeats(rig: Rig, name: str) -> float:
 def _valve_lag(rig: Rig) -> float:
     """Time [s] by which the spool is behind its command."""
     return rig["zeta"] / (math.pi * rig["f0"]) if "f0" in rig.numbers else _VALVE_LAG
+
+
+def _dry_friction(rig: Rig) -> float:
+    """Coulomb friction [N] that the rig declares; the sign of it is that of the speed."""
+    forces = (
+        n.value for use in rig.effects if use.name == "jack.friction" for n in use.numbers.values() if n.si == "N"
+    )
+    return max(forces, default=0.0)
 
 
 def _delay(rig: Rig) -> float:
