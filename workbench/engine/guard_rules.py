@@ -109,7 +109,8 @@ def _flow_speed(shape: GuardShape, s: _Parts, y: ca.SX, u: ca.SX, q: _Parts) -> 
 
 
 def _root(drop: ca.SX) -> ca.SX:
-    return ca.sqrt(ca.fmax(drop, 0))
+    """Signed root [Pa^0.5] of a pressure drop [Pa]: what is above the supply flows back."""
+    return drop / ca.sqrt(ca.fabs(drop) + 1.0)
 
 
 def _observer(
