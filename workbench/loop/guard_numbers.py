@@ -10,8 +10,8 @@ from ..rigs.rig import Rig
 from .capability import oil_stiffness, stall_force
 
 _NEVER = 1e15  # of a rule that a rig cannot have
-_BRAKING = 0.9  # of the stall force and of the force limit, for which the guard opens the valve to brake
-_REACHED = 1.0  # of the same: the force that the jack then stands against on the way
+_BRAKING = 0.95  # of the stall force and of the force limit, for which the guard opens the valve to brake
+_REACHED = 1.05  # of the same: the force that the jack then stands against on the way
 _WINDOW = 0.15  # s: over which the observer adds up what it sees
 _MASS_SHARE = 0.5  # by which the mass may be other than the rig says
 _KNOWN_FLOW = 0.2  # by which the flow may, where spool and supply are measured,
