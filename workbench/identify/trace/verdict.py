@@ -29,7 +29,8 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     refuted: tuple[CandidateFit, ...] = ()
     if effects and not (context.several or _confirmed(context, before, plain)):
         effects, tied, refuted, named, plain = (), (), effects, alone, before
-    if place is None and context.is_misfit(before) and not context.numbers_explain(alone, before):
+    nowhere = place is None or not context.is_significant(place)  # as far as the search could see
+    if nowhere and context.is_misfit(before) and not context.numbers_explain(alone, before):
         name = f"localise held-out-{len(search.passes)}" if search.passes else "localise held-out"
         place = context.location(name, alone, before)
     verdict = _verdict(context, plain, effects, tied, place)
