@@ -45,7 +45,7 @@ from workbench.base.toml import read_toml
 from workbench.base.units import Spec
 from workbench.rigs.rig import Rig, load_rig
 
-from .references import FAMILIES, Family, Range
+from .references import FAMILIES, Family, Multisine, Range, Sines
 
 LOOPS = ("position", "force")
 OBSERVATIONS = ("ideal", "sensors")
@@ -214,6 +214,10 @@ def _check(task: Task, top: Table) -> None:
     for name in ("position", task.loop):
         if name not in rig.sensors:
             raise top.complaint("rig", f"{rig.name} has no {name} sensor, which the guard and the loop need")
+    for _, family in task.references:
+        if isinstance(family, Sines | Multisine) and family.frequency.high > rig.nyquist:
+            fastest = f"{family.frequency.high:g} Hz is above half the control rate, {rig.nyquist:g} Hz"
+            raise top.complaint("references", f"{fastest}; lower frequency")
     if task.loop == "force" and task.specimen is None:
         raise top.complaint("specimen", "a force loop needs something to push; add a table [specimen]")
     reach = max(family.size.largest for _, family in task.references)

@@ -15,6 +15,7 @@ from made_runs import COMMAND, complete, finish, value_of
 
 from workbench.base.errors import InputError
 from workbench.commands.common.run_folder import open_run
+from workbench.commands.compare.finished import load
 
 ROOT = Path(__file__).parents[1]
 
@@ -133,6 +134,30 @@ def test_no_crash_while_publishing_loses_a_run(tmp_path: Path, monkeypatch, call
     complete(out, 3, force=True)
     assert os.listdir(tmp_path) == ["out"]
     assert value_of(out) == 3
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_run_that_is_stopped_after_the_renaming_is_whole(tmp_path: Path, monkeypatch, force: bool):
+    """What only resuming needs is still there, or the run that was replaced: to compare and to a command it is done."""
+    out, other = tmp_path / "out", complete(tmp_path / "other", 1)
+    if force:
+        complete(out, 1)
+
+    def stopped(path: Path, **_: Any) -> None:
+        if path.name == "stages":
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("shutil.rmtree", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        complete(out, 2, force=force)
+    monkeypatch.undo()
+    assert (out / "stages").is_dir()
+    assert [run.rows for run in load([out, other])] == [[{"value": 2}], [{"value": 1}]]
+    with pytest.raises(InputError, match="exists already"):
+        complete(out, 3)
+    assert sorted(os.listdir(tmp_path)) == ["other", "out"]
+    assert "stages" not in os.listdir(out)
+    assert value_of(out) == 2
 
 
 def test_a_lock_dies_with_its_process_even_if_a_worker_lives_on(tmp_path: Path):

@@ -277,5 +277,5 @@ def test_a_truth_that_does_not_fit_is_refused(tmp_path, text, message):
     (tmp_path / "truth.json").write_text(text)
     with pytest.raises(InputError, match=message):
         given(tmp_path)
-    with pytest.raises(InputError, match=r"truth.json: No such file"):
+    with pytest.raises(InputError, match=r"truth.json: no such file"):
         given(tmp_path / "c0")

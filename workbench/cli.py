@@ -1,6 +1,7 @@
 """The command line: reads arguments and hands them to the chosen command, which alone is imported."""
 
 import argparse
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -9,9 +10,11 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import NoReturn
 
 from .base import trust
-from .base.errors import InputError
+from .base.errors import InputError, clipped, short_path
 from .commands import COMMANDS
 
+_OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
+_LONGEST_WORD = 100
 _WITHOUT_RIG = ("compare", "list", "new", "trust")
 
 
@@ -34,16 +37,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if getattr(options, "trust", False):
             trust.allow_everything()
         options.call(options, words)
+        sys.stdout.flush()  # on a full disk, this is where it shows
     except InputError as error:
-        print(f"jackbench: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+        return _complaint(str(error))
     except BrokenPipeError:  # the reader of our output has seen enough, as in `jackbench list effects | head`
         sys.stderr.close()
         return 0
+    except OSError as error:
+        if error.errno not in _OF_THE_DISK:
+            raise
+        return _complaint(f"{error.filename or 'writing'}: {error.strerror}; mend that and repeat the command")
     except KeyboardInterrupt:
         print("jackbench: interrupted; the same command resumes", file=sys.stderr)
         return 130
     return 0
+
+
+def _complaint(text: str) -> int:
+    """One line on stderr, of words and paths that fit on one; the status of bad input."""
+    line = " ".join(short_path(word, _LONGEST_WORD) for word in text.split())
+    print(f"jackbench: {clipped(line, 1000)}", file=sys.stderr)
+    return 2
 
 
 def _parser(words: Sequence[str]) -> argparse.ArgumentParser:

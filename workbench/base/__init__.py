@@ -1,6 +1,7 @@
 """What everything else stands on: nothing here knows a rig.
 
 errors          the one exception for bad input
+files           reading of files that others made, and places and names of files to come
 units, signals  units at the borders; the signals of a jack rig by name
 toml, table, key_lines    TOML files read strictly: a table that is asked by key; the line of each key
 lazy            names of a package, loaded when first used

@@ -23,4 +23,14 @@ def echo(value: object) -> str:
         text = f'"{value}"' if isinstance(value, str) and value.isprintable() else repr(value)
     except ValueError:  # a whole number of more digits than Python prints
         return "a number of too many digits"
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    return clipped(text)
+
+
+def clipped(text: str, most: int = 80) -> str:
+    """At most so many characters of a text."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def short_path(path: object, most: int = 80) -> str:
+    """A path, no name in it longer than 80 characters or `most`, and 400 in all."""
+    return clipped("/".join(clipped(name, most) for name in str(path).split("/")), 400)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .errors import InputError, echo, nearest
+from .errors import InputError, clipped, echo, nearest
+from .files import name_problem
 from .key_lines import KeyPath
 from .units import Spec, quantity, to_si
 
@@ -77,6 +78,12 @@ class Table:
         """An error about a key of this table."""
         return InputError(f"{self.place.inside(key)}: {what}")
 
+    def named(self, name: str) -> str:
+        """The name of this table, by which results are stored. Raises InputError for one that no file can have."""
+        if problem := name_problem(name):
+            raise self.error(problem)
+        return name
+
     def error(self, what: str) -> InputError:
         """An error about this table."""
         return InputError(f"{self.place}: {what}")
@@ -143,11 +150,12 @@ class Table:
             raise self._misfit(key, "must be true or false")
         return value
 
-    def count(self, key: str, least: int = 1) -> int:
-        """A whole number, `least` or more, of at most 18 digits."""
+    def count(self, key: str, least: int = 1, most: int = 10**18 - 1) -> int:
+        """A whole number from `least` to `most`."""
         value = self._get(key, f"write {key} = {max(least, 1)}")
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value < 10**18:
-            raise self._misfit(key, f"must be a whole number, {least} or more")
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            limits = f"{least} or more" if most >= 10**17 else f"from {least} to {most}"
+            raise self._misfit(key, f"must be a whole number, {limits}")
         return value
 
     def number(self, key: str, default: float | None = None) -> float:
@@ -212,7 +220,7 @@ class Table:
         name = self.text(key)
         path = (beside / name).resolve()
         if path.suffix != suffix or not path.is_file():
-            raise self.complaint(key, f"no such file as {name[:80]} beside {self.place.document}; check the path")
+            raise self.complaint(key, f"no such file as {clipped(name)} beside {self.place.document}; check the path")
         return path
 
     def _get(self, key: str, hint: str, default: Any = None, missing: str = "missing") -> Any:

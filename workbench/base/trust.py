@@ -10,6 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from .errors import InputError
+from .files import read_bytes
 from .private_files import config_folder, is_private
 
 _ALLOWED = "JACKBENCH_TRUSTED"  # in the environment, which worker processes inherit: digests, or EVERYTHING
@@ -69,12 +70,7 @@ def _remembered() -> set[str]:
 
 
 def _content(file: str | Path) -> bytes:
-    try:
-        return Path(file).read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file; name a Python file") from None
-    except OSError as error:
-        raise InputError(f"{file}: {error.strerror}; name a Python file") from None
+    return read_bytes(Path(file), kind="Python file")
 
 
 def _digest(content: bytes) -> str:

@@ -18,6 +18,11 @@ _BARE_POWER = re.compile(r"\b(m|mm|cm|s|ms)([2-9])\b")  # "m/s2", as headers are
 
 _TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")  # "0.25 Hz", "2.15e-4 1/bar"
 
+_LONGEST = 80  # characters of a unit
+_EXPONENT = r"[-+]?\d{1,2}(?:\.\d{1,3})?"
+_POWER = rf"(?:\^|\*\*) *(?:{_EXPONENT}|\( *{_EXPONENT}(?:/\d{{1,2}})? *\))(?! *(?:\^|\*\*|\d))"
+_FORM = re.compile(rf"(?:{_POWER}|[^\W\d]\w*|\b1\b|\*(?!\*)|[ /()°%])*+")  # products and small powers
+
 _ANGLE = re.compile(r"\b(rad|deg|rev|turn|rpm)")  # of "rad/s", "degree/s", "revolution/min"
 
 
@@ -64,6 +69,7 @@ bar = 1e5 * pascal
 @lru_cache(maxsize=512)
 def _scale(unit: str, si: str) -> tuple[float, float]:
     """Gain and offset such that value_si = gain * value + offset; 2 pi rad/s are 1 Hz."""
+    _check_form(unit)
     try:
         registry = _common()
         written, target = (_parse(name, registry) for name in (unit, si))
@@ -102,7 +108,17 @@ def _parse(unit: str, registry: "pint.UnitRegistry") -> "pint.Unit":
         plain = "" if unit in ("1", "-", "") else unit.replace("%", "percent")
         return registry.parse_units(_BARE_POWER.sub(r"\1^\2", plain))
     except Exception as error:  # pint raises tokenizer, attribute and type errors alike for a bad unit
-        raise InputError(f'unknown unit {echo(unit)}; write it like "mm", "bar", "m/s^2", "1"') from error
+        raise _unknown(unit) from error
+
+
+def _check_form(unit: str) -> None:
+    """Raises InputError for text that pint would compute on, which may take for ever."""
+    if len(unit) > _LONGEST or not (unit == "-" or _FORM.fullmatch(unit)):
+        raise _unknown(unit)
+
+
+def _unknown(unit: str) -> InputError:
+    return InputError(f'unknown unit {echo(unit)}; write it like "mm", "bar", "m/s^2", "1"')
 
 
 def to_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
@@ -124,7 +140,7 @@ def quantity(value: float | str, si: str) -> float:
     finite.
     """
     if isinstance(value, str):
-        read = _TEXT.fullmatch(value)
+        read = _TEXT.fullmatch(value) if len(value) <= 2 * _LONGEST else None
         if read is None or not (read.group(2) or si == "1"):
             raise InputError(f'{echo(value)}: write a number and its unit, such as "1 {si}"')
         value = float(to_si(float(read.group(1)), read.group(2), si))

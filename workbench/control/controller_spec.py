@@ -151,7 +151,7 @@ def controller_spec(name: str, table: Table, beside: Path | None = None) -> Cont
     own = {key: entry for key, entry in table.values.items() if key != "compensators" and key not in _OF_THE_LOOP}
     numbers = {key: _number(table, entry) for key, entry in _OF_THE_LOOP.items() if key in table}
     _check_range(table, numbers)
-    return replace(_part(name, table.replaced(own), Controller, beside), compensators=around, **numbers)
+    return replace(_part(table.named(name), table.replaced(own), Controller, beside), compensators=around, **numbers)
 
 
 def _check_range(table: Table, numbers: Mapping[str, float]) -> None:

@@ -13,6 +13,7 @@ from .scenarios import SCENARIOS, Scenario
 from .step_metrics import LAST
 
 _SIGNALS = {"position": "position", "speed": "velocity", "force": "force", "load": "force"}
+_LONGEST = 10_000_000  # control periods of a scenario: hours of it
 _ROUNDING = 1 + 1e-9
 
 
@@ -22,6 +23,9 @@ def check_reach(scenario: Scenario, rig: Rig) -> None:
     period, stroke, force = rig.period.value, rig.limit("stroke"), rig.limit("force")
     if scenario.frequency and scenario.frequency * period >= 0.5:
         raise _error(scenario, f"{scenario.frequency:g} Hz: must be below half the control rate of {rig.name}")
+    if scenario.duration / period > _LONGEST:
+        limit = f"{_LONGEST} control periods of {1e3 * period:g} ms"
+        raise _error(scenario, f"a duration of {scenario.duration:g} s is above {limit}; shorten it")
     if scenario.arrives is not None and scenario.duration < scenario.arrives + LAST:
         least = f"{scenario.arrives + LAST:g} s, {LAST:g} s more than it takes to arrive"
         raise _error(scenario, f"a duration of {scenario.duration:g} s is too short; give at least {least}")

@@ -1,8 +1,6 @@
 """Campaign folders: which records of one rig measure the noise, are fitted, choose between models, only judge."""
 
-import gzip
 import math
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
@@ -14,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError, echo, nearest
+from ..base.files import read_bytes
 from ..base.signals import MEASURED, SIGNALS
 from ..base.table import Table
 from ..base.toml import read_toml
@@ -208,12 +207,8 @@ def _same_samples(record: Record, other: Record) -> bool:
 
 
 def _content(path: Path) -> str:
-    """What says that files have the same samples: a digest, unpacked; the path of one that cannot be read."""
-    try:
-        data = path.read_bytes()
-        return sha256(gzip.decompress(data) if path.suffix == ".gz" else data).hexdigest()
-    except (OSError, EOFError, zlib.error):
-        return str(path)
+    """What says that files have the same samples: a digest, unpacked."""
+    return sha256(read_bytes(path, kind="record")).hexdigest()
 
 
 def _listed(records: Table, role: str) -> list[_Entry]:

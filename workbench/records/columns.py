@@ -11,6 +11,7 @@ from ..base.errors import InputError
 from ..base.signals import SIGNALS
 from ..base.units import to_si
 
+_SHOWN = 20  # columns in a message
 _CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 
 
@@ -129,4 +130,5 @@ def _unused(cell: str, mapping: Mapping[str, ColumnMap]) -> str:
 
 
 def _listed(cells: Sequence[str]) -> str:
-    return ", ".join(f'"{cell}"' for cell in cells)
+    more = len(cells) - _SHOWN
+    return ", ".join(f'"{cell}"' for cell in cells[:_SHOWN]) + (f" and {more} more" if more > 0 else "")

@@ -1,20 +1,30 @@
 """MATLAB files: version 5 by scipy, version 7.3 (an HDF5 file) by h5py."""
 
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.files import MEBIBYTE, MOST_BYTES, open_file
+
+_NUMERIC = (
+    *("double", "single", "logical"),
+    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
+)
 
 
 def vectors(path: Path) -> dict[str, np.ndarray]:
     """Every real numeric vector in a .mat file, name -> [n]; scalars, matrices, text and structures are left out.
 
-    Raises InputError for a file that is broken or not MATLAB's.
+    Raises InputError for a file that is broken or not MATLAB's, and for vectors of more than MOST_BYTES in all.
     """
+    hdf5 = _is_hdf5(path)
     try:
-        arrays = _hdf5(path) if _is_hdf5(path) else _version5(path)
+        arrays = _hdf5(path) if hdf5 else _version5(path)
+    except InputError:
+        raise
     except Exception as error:  # of either library: struct.error, zlib.error, OSError, TypeError, ValueError ...
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise InputError(f"{path}: broken MAT file ({reason}); save it again") from None
@@ -22,22 +32,36 @@ def vectors(path: Path) -> dict[str, np.ndarray]:
 
 
 def _is_hdf5(path: Path) -> bool:
-    with path.open("rb") as file:
+    with open_file(path, kind="record") as file:
         head = file.read(520)
     return b"\x89HDF" in (head[:4], head[512:516])  # MATLAB puts its own 512 bytes before
 
 
 def _version5(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
-    return loadmat(path)
+    shapes = {name: shape for name, shape, kind in whosmat(path) if kind in _NUMERIC and 1 < prod(shape) == max(shape)}
+    _check_size(path, sum(map(prod, shapes.values())))
+    return loadmat(path, variable_names=list(shapes)) if shapes else {}
 
 
 def _hdf5(path: Path) -> dict[str, Any]:
     import h5py
 
     with h5py.File(path, "r") as file:
-        return {name: np.asarray(item[()]) for name, item in file.items() if isinstance(item, h5py.Dataset)}
+        items = {
+            name: item
+            for name, item in file.items()
+            if isinstance(item, h5py.Dataset) and item.shape and 1 < prod(item.shape) == max(item.shape)
+        }
+        _check_size(path, sum(prod(item.shape) for item in items.values()))
+        return {name: np.asarray(item[()]) for name, item in items.items()}
+
+
+def _check_size(path: Path, numbers: int) -> None:
+    if 8 * numbers > MOST_BYTES:
+        limit = f"more than {MOST_BYTES // MEBIBYTE} MiB, too large for a record"
+        raise InputError(f"{path}: {numbers} numbers are {limit}; split it")
 
 
 def _is_vector(values: Any) -> bool:

@@ -7,6 +7,7 @@ from ..base.errors import InputError, nearest
 CLASSES = dict(zip("ABCDEFGH", 16e-6 * 4.0 ** np.arange(8), strict=True))
 """Displacement PSD [m^3] at 0.1 cycles/m, the geometric mean of each class (ISO 8608:2016, table C.1)."""
 _REFERENCE = 0.1  # cycles/m; the PSD falls as the square of the spatial frequency
+_MOST_SAMPLES = 10_000_000
 _FINE = 100.0  # samples in a cycle of the highest frequency
 
 
@@ -20,6 +21,10 @@ def road(
     """
     if kind not in CLASSES:
         raise InputError(f'no road of class "{kind}"; {nearest(kind, CLASSES)}')
+    if seconds * band[1] * _FINE > _MOST_SAMPLES:
+        raise InputError(
+            f"{seconds:g} s up to {band[1]:g} Hz is more than can be computed; shorten it or lower the band"
+        )
     lines = np.arange(np.ceil(band[0] * seconds - 1e-9), np.floor(band[1] * seconds + 1e-9) + 1)
     if not 0 < band[0] < band[1] or not len(lines):
         raise InputError(f"band {band[0]:g} to {band[1]:g} Hz: must rise from above 0, and hold 1/{seconds:g} s")

@@ -1,9 +1,7 @@
 """Files as tables of numbers: .csv, .csv.gz, .parquet, .mat. Units and meanings come later, in `read`."""
 
 import csv
-import gzip
 import io
-import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, echo
+from ..base.files import MEBIBYTE, MOST_BYTES, open_file, read_bytes
 from .mat import vectors
 
 if TYPE_CHECKING:
     import pyarrow
 
 FORMATS = (".csv", ".csv.gz", ".parquet", ".mat")
+_MOST_COLUMNS, _LONGEST_CELL = 2000, 200
 MISSING = ("", "nan", "-nan", "na", "n/a", "#n/a", "null", "none")
 _SPELLED = sorted({text for word in MISSING for text in (word, word.upper(), word.capitalize())} | {"NaN", "-NaN"})
 
@@ -37,21 +37,24 @@ class DataTable:
 def open_table(path: Path) -> DataTable:
     """Open a table by its suffix. Raises InputError for a missing, empty, broken or unknown file."""
     name = path.name.lower()
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder, not a record; name a file ({', '.join(FORMATS)})")
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; check the path")
+    with open_file(path, kind="record") as file:
+        empty = not file.read(1)
     if not name.endswith(FORMATS):
         raise InputError(f"{path}: not a known kind of record; use one of {', '.join(FORMATS)}")
-    if path.stat().st_size == 0:
+    if empty:
         raise InputError(f"{path}: the file is empty; record or export it again")
-    if name.endswith(".parquet"):
-        return _parquet(path)
-    return _mat(path) if name.endswith(".mat") else _csv(path)
+    kind = _parquet if name.endswith(".parquet") else _mat if name.endswith(".mat") else _csv
+    table = kind(path)
+    if len(table.header) > _MOST_COLUMNS:
+        raise InputError(f"{path}: {len(table.header)} columns; keep the {_MOST_COLUMNS} that matter, or fewer")
+    for cell in table.header:
+        if len(cell) > _LONGEST_CELL:
+            raise InputError(f"{path}: column {echo(cell)}: a heading of {len(cell)} characters; shorten it")
+    return table
 
 
 def _csv(path: Path) -> DataTable:
-    lines = _content(path).removeprefix(b"\xef\xbb\xbf").splitlines()
+    lines = read_bytes(path, kind="record").removeprefix(b"\xef\xbb\xbf").splitlines()
     rows = np.array([number for number, line in enumerate(lines, 1) if line and not line.isspace()], dtype=int)
     if rows.size == 0:
         raise InputError(f"{path}: the file is empty; record or export it again")
@@ -89,19 +92,6 @@ def _csv(path: Path) -> DataTable:
     return DataTable(header, rows[1:], read)
 
 
-def _content(path: Path) -> bytes:
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
-    if not path.name.lower().endswith(".gz"):
-        return raw
-    try:
-        return gzip.decompress(raw)
-    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise InputError(f"{path}: broken or truncated gzip file ({error}); copy or record it again") from None
-
-
 def _first_fault(
     path: Path, header: tuple[str, ...], places: list[int], rows: np.ndarray, body: list[bytes], otherwise: str
 ) -> InputError:
@@ -134,6 +124,10 @@ def _parquet(path: Path) -> DataTable:
     import pyarrow.parquet as pq
 
     try:
+        about = pq.read_metadata(path)
+        if 8 * about.num_rows * about.num_columns > MOST_BYTES:
+            numbers = f"{about.num_rows} rows of {about.num_columns} columns"
+            raise InputError(f"{path}: {numbers} are more than {MOST_BYTES // MEBIBYTE} MiB; split it")
         table = pq.read_table(path)
     except (pa.ArrowException, OSError) as error:
         raise InputError(f"{path}: broken parquet file ({_first_line(error)}); write it again") from None

@@ -9,6 +9,7 @@ from html import escape
 from pathlib import Path
 
 from ..base.errors import InputError
+from ..base.files import check_place
 from .figures import Figure
 from .page import Page, Section, write_page
 from .table import Table, shown
@@ -38,8 +39,7 @@ def small_table_html(table: Table) -> str:
 def save_figure(figure: Figure, path: str | Path) -> Path:
     """Write a .png, .svg or interactive .html file. Raises InputError for another suffix and a missing folder."""
     path = Path(path)
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no folder {path.parent}; make it first")
+    check_place(path)
     if path.suffix == ".html":
         write_page(figure_page(figure), path)
     elif path.suffix in (".png", ".svg"):

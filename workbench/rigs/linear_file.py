@@ -26,6 +26,7 @@ from .linear_rig import DELAY, GAIN, LOAD, LinearRig
 from .linear_sheet import fit_sheet
 from .linear_signals import limit_specs, measured_as, output_signals
 from .rig import COMPUTING_DELAY, Number, Sensor, read_sensors
+from .together import check_speed_guard
 
 FREQUENCY_RESPONSE = "frequency_response"
 FORMS = ("state_space", "transfer_function", "chain", FREQUENCY_RESPONSE)
@@ -55,19 +56,23 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
         numbers["load"] = signals.quantity("load", LOAD)
     bounds = _bounds(top.optional_table("bounds"), numbers, specs)
     control = top.table("control", *schema.CONTROL)
+    period = _plain(control, "period", schema.CONTROL["period"])
+    limits = _limits(top.table("limits"), limit_specs(own["position"].si))
     measured = {name: own[name] for name in form.outputs}
     ideal = {name: Sensor(0.0, 0.0) for name in form.outputs}
+    sensors = read_sensors(top.table("sensors", *form.outputs), measured) if "sensors" in top else ideal
+    check_speed_guard(top, sensors, limits["speed"].value * period.value)
     return LinearRig(
-        name=top.text("name", stem),
+        name=top.named(top.text("name", stem)),
         title=top.text("title", ""),
         source=top.text("source", str(fit) if fit else ""),
         valve=_NONE,
         corrector=_NONE,
         jack=_NONE,
         numbers={name: _number(name, specs[name], value, *bounds.get(name, ())) for name, value in numbers.items()},
-        limits=_limits(top.table("limits"), limit_specs(own["position"].si)),
-        period=_plain(control, "period", schema.CONTROL["period"]),
-        sensors=read_sensors(top.table("sensors", *form.outputs), measured) if "sensors" in top else ideal,
+        limits=limits,
+        period=period,
+        sensors=sensors,
         computing_delay=_computing_delay(control),
         form=form,
         full_command=full,

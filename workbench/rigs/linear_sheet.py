@@ -10,6 +10,7 @@ from ..base.units import Spec
 from ..records.frequency_sheet import read_response
 from ..records.rational_fit import FitOrder, RationalFit, fit_rational
 
+_MOST_POLES = 50
 _SHARE = Spec("1", 1e-6, 1.0, "largest error")
 LARGEST_ERROR = 0.1  # rms of the relative error over the sheet, where the table says nothing else
 
@@ -23,7 +24,7 @@ def fit_sheet(table: Table, unit: str, si: str, delay: float | None) -> Rational
     path = table.path("file", Path(table.place.document).parent, ".csv")
     f, response = read_response(path, unit, si)
     counts: Mapping[str, int] = {
-        name: table.count(name, least)
+        name: table.count(name, least, _MOST_POLES)
         for name, least in (("poles", 1), ("zeros", 0), ("integrators", 0))
         if name in table
     }

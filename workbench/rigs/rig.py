@@ -24,7 +24,7 @@ from ..base.units import Spec, from_si, to_si
 from . import schema
 from .jack import JACKS, JackKind
 from .summary import html_table, summary
-from .together import check_together
+from .together import check_speed_guard, check_together
 from .valve import VALVES, ValveKind
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
@@ -164,6 +164,11 @@ class Rig:
         return self["ks"]
 
     @property
+    def nyquist(self) -> float:
+        """Half of the control rate [Hz]: no loop plays or answers a faster sine."""
+        return 0.5 / self.period.value
+
+    @property
     def is_jack(self) -> bool:
         """Whether it has chambers and a stroke over which loops differ."""
         return True
@@ -259,10 +264,13 @@ def _read(path: Path, shown: str) -> Rig:
         **_numbers(top.table("load"), schema.LOAD),
     }
     limits = _numbers(top.table("limits"), schema.LIMITS, "stop")
+    sensors = read_sensors(top.optional_table("sensors"))
     check_together(top, numbers, limits)
     control = top.table("control", *schema.CONTROL)
+    period = read_number(control, "period", schema.CONTROL["period"])
+    check_speed_guard(top, sensors, limits["speed"].value * period.value)
     return Rig(
-        name=top.text("name", path.stem),
+        name=top.named(top.text("name", path.stem)),
         title=top.text("title", ""),
         source=top.text("source", ""),
         valve=valve_kind.name,
@@ -270,8 +278,8 @@ def _read(path: Path, shown: str) -> Rig:
         jack=jack_kind.name,
         numbers=numbers,
         limits=limits,
-        period=read_number(control, "period", schema.CONTROL["period"]),
-        sensors=read_sensors(top.optional_table("sensors")),
+        period=period,
+        sensors=sensors,
         effects=tuple(_effect(use) for use in top.tables("effects")),
         sessions=_sessions(top.optional_table("sessions"), number_specs(valve_kind.name, corrector, jack_kind.name)),
         recordings=top.text("recordings", ""),

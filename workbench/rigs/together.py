@@ -1,5 +1,6 @@
 """What the numbers of a rig have to be to each other."""
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -7,7 +8,9 @@ from ..base.table import Table
 from ..base.units import from_si
 
 if TYPE_CHECKING:
-    from .rig import Number
+    from .rig import Number, Sensor
+
+_BLIND = 50.0  # times the speed limit: what the guard sees of a speed has to be below that
 
 
 def check_together(top: Table, numbers: Mapping[str, "Number"], limits: Mapping[str, "Number"]) -> None:
@@ -23,3 +26,22 @@ def check_together(top: Table, numbers: Mapping[str, "Number"], limits: Mapping[
         allowed, half = (f"{1e3 * value:.6g} mm" for value in (stroke.value, longest / 2))
         problem = f"{allowed} to each side of mid stroke is beyond the end stops, {half}; give half of S at most"
         raise top.table("limits").complaint("stroke", problem)
+
+
+def check_speed_guard(top: Table, sensors: Mapping[str, "Sensor"], move: float) -> None:
+    """Raises InputError for a position sensor whose noise and resolution hide what is far above the speed limit.
+
+    `move` (SI) is how far that limit lets the position go in a control period. What two readings differ by at rest, six
+    standard deviations of it, has to be allowed besides, see loop/guard.py.
+    """
+    if "position" not in sensors:
+        return
+    sensor = sensors["position"]
+    hidden = 6 * math.sqrt(2) * sensor.noise + sensor.resolution
+    if hidden > _BLIND * move:
+        loud = "noise" if 6 * math.sqrt(2) * sensor.noise > sensor.resolution else "resolution"
+        problem = (
+            f"readings at rest may differ by {hidden / move:.3g} times what the speed limit allows in a period, so the "
+            f"guard would see no speed; correct it, the speed limit or the period (up to {_BLIND:g} times)"
+        )
+        raise top.table("sensors").table("position").complaint(loud, problem)

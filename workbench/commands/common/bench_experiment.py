@@ -110,7 +110,7 @@ def _loop(
     members = read_rig_set(*rigs, top, rig)
     _check_sensors(top, controllers, members)
     full = rig.limit("force" if signal == "force" else "stroke")
-    bode = read_bode(top.table("bode"), "amplitudes_percent", full / 100)
+    bode = read_bode(top.table("bode"), "amplitudes_percent", full / 100, rig)
     own = tuple(scenario for scenario in scenarios if scenario.signal == signal)
     check_scenarios(top, own, members.values())
     return BenchLoop(rig.signal(signal), rig, members, tuple(controllers), own, bode)

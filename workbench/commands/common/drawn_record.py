@@ -10,7 +10,7 @@ from ...base.table import Table
 from ...base.units import from_si
 from ...plant import Plant
 from ...rigs.rig import Rig
-from .envelope_keys import read_factors
+from .envelope_keys import MOST_PLANTS, read_factors
 from .plant_draw import PlantDraw, draw_plants
 
 KEYS = ("plants", "draw", "stroke")
@@ -52,7 +52,7 @@ def read_drawn(
         raise top.complaint("stroke", f"the record of {size:.4g} {signal.unit} leaves it even from mid stroke")
     return DrawnConfig(
         rig,
-        plants or top.count("plants"),
+        plants or top.count("plants", 1, MOST_PLANTS),
         seed,
         read_factors(top, rig),
         (-reach - min(low, 0.0), reach - max(high, 0.0)),

@@ -6,6 +6,8 @@ from ...base.table import Table
 from ...loop.limits import POSITIONS, Limits
 from ...rigs.rig import Rig
 
+MOST_PLANTS = 1_000_000  # that are drawn
+
 
 def read_factors(top: Table, rig: Rig) -> dict[str, tuple[float, float]]:
     """[draw]: the least and the largest factor on numbers of the rig, by name; none without the table.

@@ -17,6 +17,7 @@ from ...rigs.linear_file import FORMS, FREQUENCY_RESPONSE, read_linear_rig
 from ...rigs.rig import Rig, load_rig
 
 _SHEET = ".csv"
+MOST_POINTS = 1000  # of a sweep: each is a simulation
 
 
 @dataclass(frozen=True)
@@ -145,13 +146,17 @@ def with_specimen(rig: Rig, specimen: Table) -> Rig:
     return rig.with_values(ks=numbers.stiffness, cs=numbers.damping)
 
 
-def read_bode(table: Table, sizes: str, si: float) -> BodeConfig:
-    """Range and number of points of a sweep, and its amplitudes: the list `sizes`, each of its numbers times `si`."""
+def read_bode(table: Table, sizes: str, si: float, rig: Rig) -> BodeConfig:
+    """Range and number of points of a sweep on a rig, and its amplitudes: the list `sizes`, its numbers times `si`."""
     table.allow("low_hz", "high_hz", "points", sizes)
     low, high = table.positive("low_hz"), table.positive("high_hz")
     if not low < high:
         raise table.complaint("low_hz", "must be below high_hz")
+    if high > rig.nyquist:
+        what = f"{high:g} Hz is above half the control rate of {rig.name}, {rig.nyquist:g} Hz; lower it"
+        raise table.complaint("high_hz", what)
     amplitudes = table.numbers(sizes, "[1, 10]")
     if min(amplitudes) <= 0:
         raise table.complaint(sizes, f"{min(amplitudes):g}: must be positive numbers")
-    return BodeConfig(low, high, table.count("points", 3), tuple(amplitude * si for amplitude in amplitudes))
+    points = table.count("points", 3, MOST_POINTS)
+    return BodeConfig(low, high, points, tuple(amplitude * si for amplitude in amplitudes))

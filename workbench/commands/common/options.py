@@ -10,6 +10,7 @@ from typing import Any
 
 from ...base.cores import cores
 from ...base.errors import InputError
+from ...base.files import check_place
 from .outcome import Outcome, Progress, Stage, leave
 
 Study = Callable[[Stage, Progress], Outcome]
@@ -78,9 +79,3 @@ def _check_picture(path: Path | None) -> None:
     if path.suffix not in (".png", ".svg"):
         raise InputError(f"--picture {path}: name a .png or an .svg file")
     check_place(path, "--picture")
-
-
-def check_place(path: Path, option: str) -> None:
-    """Raises InputError where a file cannot be written because its folder is not there."""
-    if not path.parent.is_dir():
-        raise InputError(f"{option} {path}: no folder {path.parent}; make it first")

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
-from .options import Call, Study, check_place, computes, finish
+from ...base.files import check_place
+from .options import Call, Study, computes, finish
 
 
 def leaves_rig(command: argparse.ArgumentParser, call: Call) -> None:

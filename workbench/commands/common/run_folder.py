@@ -14,6 +14,7 @@ import platform
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, TypeVar
@@ -25,13 +26,14 @@ import pyarrow.parquet as pq
 import tomli_w
 from filelock import FileLock, Timeout
 
-from ...base.errors import InputError
+from ...base.errors import InputError, short_path
 from ...report import Page, write_page
 
 T = TypeVar("T")
 
 _ARRAY = "__array__"
 _COMMAND, _LOCK = "@command.json", "@lock"  # quote() escapes "@": no stage can have these names
+_LONGEST_NAME = 200
 _DIGITS = 10  # of the floats in metrics.json: last-bit differences between machines do not show
 
 
@@ -56,7 +58,7 @@ class Run:
         if name in self._asked:
             raise ValueError(f'stage "{name}" is there twice: the second would get the result of the first')
         self._asked.add(name)
-        path = self.dir / "stages" / f"{quote(name, safe='')}.json"
+        path = self.dir / "stages" / f"{_file_name(name)}.json"
         if not path.exists():
             _store(path, compute())
         return _load(path)
@@ -93,6 +95,7 @@ def open_run(out: Path, command: Mapping[str, Any], force: bool = False) -> Iter
     """
     out = _resolved(out)
     partial = out.with_name(out.name + ".partial")
+    _tidy(out)
     identity = _canonical({"command": command, "versions": versions()})
     _check_free(out, force)
     _check_ours(partial)
@@ -141,11 +144,22 @@ def resolved_config(command: Mapping[str, Any]) -> str:
 def _resolved(out: Path) -> Path:
     try:
         out = out.resolve()
-    except (OSError, RuntimeError) as error:
-        raise InputError(f"{out}: {error}; choose another --out") from None
-    if not out.name:
-        raise InputError(f"{out}: cannot be an output folder; choose another --out")
+        if not out.name:
+            raise InputError(f"{out}: cannot be an output folder; choose another --out")
+        with suppress(FileNotFoundError, NotADirectoryError):
+            os.stat(out.with_name(f"{out.name}.partial") / "stages" / _COMMAND)
+    except InputError:
+        raise
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{short_path(out)}: {reason}; choose another --out") from None
     return out
+
+
+def _tidy(out: Path) -> None:
+    """Remove what a kill right after the renaming left beside a whole run."""
+    if (out / "stages" / _COMMAND).exists():
+        _remove_leftovers(out)
 
 
 def _check_free(out: Path, force: bool) -> None:
@@ -219,14 +233,29 @@ def _publish(partial: Path, out: Path) -> None:
         if path.is_file():
             _sync(path)
     _sync(partial)
-    aside = out.with_name(f".{out.name}.replaced")
+    aside = _aside(out)
     if out.exists():
         shutil.rmtree(aside, ignore_errors=True)  # left by a crash; `out` is newer
         out.rename(aside)
     partial.rename(out)
     _sync(out.parent)
-    shutil.rmtree(out / "stages")
-    shutil.rmtree(aside, ignore_errors=True)
+    _remove_leftovers(out)
+
+
+def _remove_leftovers(out: Path) -> None:
+    """What was needed to resume a run that is whole, and the run that it replaced."""
+    shutil.rmtree(out / "stages", ignore_errors=True)  # another process may be at it too
+    shutil.rmtree(_aside(out), ignore_errors=True)
+
+
+def _aside(out: Path) -> Path:
+    return out.with_name(f".{out.name}.replaced")
+
+
+def _file_name(stage: str) -> str:
+    """A file's name for a stage, with a digest where that would be too long for the disk."""
+    name = quote(stage, safe="")
+    return name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}-{sha256(name.encode()).hexdigest()[:16]}"
 
 
 def _remove_empty(made: list[Path]) -> None:

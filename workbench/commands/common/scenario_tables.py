@@ -46,6 +46,7 @@ def check_scenarios(top: Table, scenarios: Iterable[Scenario], rigs: Iterable[Ri
 
 def _own(name: str, tables: Table, rig: Rig) -> Scenario:
     table = tables.table(name, *_KEYS)
+    table.named(name)
     if name in SCENARIOS:
         raise table.error("is a standard scenario; choose another name")
     signal = table.word("signal", ("position", "force"), "position")
@@ -63,7 +64,7 @@ def _own(name: str, tables: Table, rig: Rig) -> Scenario:
     if "file" in table:
         return _waveform(name, table, signal, further, rig)
     if "road" in table:
-        return _road(name, table, signal, further)
+        return _road(name, table, signal, further, rig)
     size = _quantity(table, "size", si, "size", -_LARGE)
     if not size and (courses or not (load or "travel" in table)):
         raise table.complaint("size", "must be there, and not 0")
@@ -74,11 +75,11 @@ def _own(name: str, tables: Table, rig: Rig) -> Scenario:
     if "rate" in table:
         further["rate"] = table.quantity("rate", Spec(f"{si}/s", 1e-12, _LARGE, "rate of a ramp"))
     if "frequency" in table:
-        further["frequency"] = table.quantity("frequency", Spec("Hz", 1e-6, 1e6, "frequency of a sine"))
+        further["frequency"] = table.quantity("frequency", Spec("Hz", 1e-6, rig.nyquist, "frequency of a sine"))
     return Scenario(name, signal, size, table.quantity("duration", DURATION), **further)
 
 
-def _road(name: str, table: Table, signal: str, further: dict[str, Any]) -> Scenario:
+def _road(name: str, table: Table, signal: str, further: dict[str, Any], rig: Rig) -> Scenario:
     """A random road over the `duration`, from its first height on."""
     from ...records.road import CLASSES, road
 
@@ -87,8 +88,8 @@ def _road(name: str, table: Table, signal: str, further: dict[str, Any]) -> Scen
     if "size" in table:
         raise table.complaint("size", "the class of the road has the size; remove one")
     part = table.table("road", "class", "speed", "low", "high", "seed")
-    duration = table.quantity("duration", Spec("s", 1e-3, 1e6, "how long it is watched"))
-    low, high = (part.quantity(key, Spec("Hz", 1e-3, 1e3, f"{key}est frequency")) for key in ("low", "high"))
+    duration = table.quantity("duration", DURATION)
+    low, high = (part.quantity(key, Spec("Hz", 1e-3, rig.nyquist, f"{key}est frequency")) for key in ("low", "high"))
     speed = part.quantity("speed", Spec("m/s", 0.01, 100.0, "speed of the vehicle"))
     kind, seed = part.word("class", CLASSES), part.count("seed", 0)
     t, heights = table.about("road", lambda: road(kind, speed, duration, (low, high), seed))

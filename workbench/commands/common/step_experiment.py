@@ -55,12 +55,13 @@ def step_config(top: Table, rig: Rig) -> StepConfig:
     tables = top.optional_table("controllers")
     if not len(tables):
         raise top.complaint("controllers", "no controllers; add a table [controllers.NAME]")
+    size = float(to_si(1.0, signal.unit, signal.si))
     return StepConfig(
         rig,
         signal,
         tuple(_controller(tables, name, signal, rig) for name in tables),
         scenarios,
-        read_bode(top.table("bode"), f"amplitudes_{signal.unit.lower()}", float(to_si(1.0, signal.unit, signal.si))),
+        read_bode(top.table("bode"), f"amplitudes_{signal.unit.lower()}", size, rig),
         read_conditions(top),
         top.values,
     )

@@ -1,7 +1,6 @@
 """Finished run folders: opened again, to be compared."""
 
 import json
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -11,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.files import read_json
+from ...base.toml import read_toml
 
 
 @dataclass(frozen=True)
@@ -60,18 +61,14 @@ def fingerprint(runs: Sequence[Finished]) -> dict[str, str]:
 
 
 def _open(path: Path, name: str) -> Finished:
-    begun = path.suffix == ".partial" or (path / "stages").exists()
-    if begun or (not path.exists() and path.with_name(f"{path.name}.partial").exists()):
+    if path.suffix == ".partial" or (not path.exists() and path.with_name(f"{path.name}.partial").exists()):
         raise InputError(f"{path}: is an unfinished run; finish it by the command that began it")
     if not path.is_dir():
         raise InputError(f"{path}: no such run folder; name a folder that jackbench left")
-    try:
-        metrics = json.loads((path / "metrics.json").read_text(encoding="utf-8"))
-        config = tomllib.loads((path / "config.toml").read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: is no run of jackbench (no {Path(error.filename).name}); name another") from None
-    except (ValueError, OSError) as error:
-        raise InputError(f"{path}: cannot be read ({error}); run it again") from None
+    for file in ("metrics.json", "config.toml"):
+        if not (path / file).exists():
+            raise InputError(f"{path}: is no run of jackbench (no {file}); name another")
+    metrics, config = read_json(path / "metrics.json"), read_toml(path / "config.toml").values
     rows = metrics.get("rows", []) if isinstance(metrics, dict) else None
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise InputError(f"{path / 'metrics.json'}: is not what jackbench writes; name another folder")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...base.errors import InputError, nearest
+from ...base.files import check_place
 from ...base.signals import SIGNALS
 from ...base.units import from_si, to_si
 from ...control.controller_spec import ControllerSpec
@@ -20,6 +21,7 @@ from ...loop.margins import linear_loop
 from ...loop.sampled_loop import LoopRun, SampledLoop
 from ...plant import build
 from ...records.excitation import (
+    MOST_ROWS,
     SIMPLE,
     Excitation,
     chirp,
@@ -96,6 +98,8 @@ def designed(design: Design, rig: Rig) -> Excitation:
         raise InputError(f'signal "{design.signal}": write command or reference')
     if design.repeat < 1:
         raise InputError(f"repeat {design.repeat}: must be 1 or more")
+    if design.repeat * design.seconds > MOST_ROWS * rig.period.value:
+        raise InputError(f"repeat {design.repeat}: more than {MOST_ROWS} control periods in all; repeat less often")
     signal = SIGNALS[design.signal]
     size, period = float(to_si(design.amplitude, signal.unit, signal.si)), rig.period.value
     most = 1.0 if design.signal == "command" else rig.limit("stroke")
@@ -115,8 +119,7 @@ def designed(design: Design, rig: Rig) -> Excitation:
 
 def excite(design: Design, rig: Rig, out: Path, force: bool = False) -> str:
     """Design, play on the simulated rig, write the file; the sentences to print. Raises InputError, writing nothing."""
-    if not out.parent.is_dir():
-        raise InputError(f"{out}: no folder {out.parent}; make it first")
+    check_place(out, "--out")
     if out.suffix != ".csv":
         raise InputError(f"{out}: name a .csv file")
     if out.exists() and not force:

@@ -41,7 +41,7 @@ def load_inverse(path: str | Path, rig: str | None = None, plants: int | None = 
     )
     if preview >= length:
         raise top.complaint("preview", "must be below the length; shorten it")
-    band = top.quantity("band", Spec("Hz", 1e-3, 0.5 / period, "within which references move"))
+    band = top.quantity("band", Spec("Hz", 1e-3, record.rig.nyquist, "within which references move"))
     outer = _outer(top.table("outer"), record.rig, period) if "outer" in top else None
     return InverseConfig(record, over, preview, length, band, outer)
 

@@ -47,8 +47,7 @@ def load_learning(path: str | Path, rig: str | None = None, plants: int | None =
 
 def _measure(table: Table, signal: Signal, rig: Rig) -> MeasureConfig:
     table.allow("amplitude", "low", "high", "seconds", "lines")
-    nyquist = 0.5 / rig.period.value
-    low, high = (table.quantity(key, Spec("Hz", 1e-3, nyquist, f"{key}est frequency")) for key in ("low", "high"))
+    low, high = (table.quantity(key, Spec("Hz", 1e-3, rig.nyquist, f"{key}est frequency")) for key in ("low", "high"))
     return MeasureConfig(
         table.quantity("amplitude", Spec(signal.si, 1e-9, 1e9, "peak of the multisine")),
         (low, high),

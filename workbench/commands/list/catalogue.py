@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InputError, nearest
+from ...base.files import read_bytes
 from ...base.toml import read_toml
 from ...rigs.rig import bundled
 from ..common.columns import columns
@@ -103,12 +104,13 @@ def _effect_number(number: "EffectNumber") -> dict[str, Any]:
 
 def _experiments(folder: Path) -> list[dict[str, Any]]:
     ours = shipped()
-    own = {} if folder.resolve() == ours.resolve() else {str(path): path for path in sorted(folder.glob("*.toml"))}
+    here = [] if folder.resolve() == ours.resolve() else sorted(folder.glob("*.toml"))
+    own = {str(path): path for path in here if path.is_file()}
     there = {path.stem: path for path in sorted(ours.glob("*.toml"))}
     campaigns = {path.parent.name: path for path in sorted(ours.glob("*/campaign.toml"))}
     return [{"name": name, "summary": _first_comment(path)} for name, path in (own | there | campaigns).items()]
 
 
 def _first_comment(path: Path) -> str:
-    rows = path.read_text("utf-8-sig").splitlines()
+    rows = read_bytes(path).decode("utf-8-sig", errors="replace").splitlines()
     return next((row.lstrip("# ").strip() for row in rows if row[:1] == "#"), "")

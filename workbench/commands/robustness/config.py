@@ -11,7 +11,7 @@ from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.conditions import Conditions
 from ...rigs.rig import Rig
-from ..common.envelope_keys import read_factors, read_positions
+from ..common.envelope_keys import MOST_PLANTS, read_factors, read_positions
 from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
 
 KEYS = (
@@ -65,7 +65,7 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
         raise table.complaint("stroke", "a share of the stroke limit, at most 1")
     return RobustnessConfig(
         rig=nominal,
-        plants=plants or table.count("plants"),
+        plants=plants or table.count("plants", 1, MOST_PLANTS),
         conditions=read_conditions(table),
         signal=signal,
         step=table.quantity("step", Spec(signal.si, *_STEPS.get(signal.si, _ANY_STEP), "size of the step")),

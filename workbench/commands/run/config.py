@@ -9,7 +9,7 @@ from ...base.table import Table
 from ...control.controller_spec import read_numbers
 from ...control.protocol import design_numbers, number
 from ...rigs.rig import Rig
-from ..common.experiment import read_experiment, rig_of
+from ..common.experiment import MOST_POINTS, read_experiment, rig_of
 from ..common.step_experiment import StepConfig, step_config
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def load_config(path: str | Path, rig: str | None = None) -> Config:
 def _paper(top: Table, rig: Rig) -> PaperConfig:
     top.allow("experiment", "rig", "points")
     _three_stages(top, rig)
-    return PaperConfig(rig, top.count("points", 5), top.values)
+    return PaperConfig(rig, top.count("points", 5, MOST_POINTS), top.values)
 
 
 def _three_stages(top: Table, rig: Rig) -> None:
@@ -89,6 +89,6 @@ def _corrector(top: Table, rig: Rig) -> CorrectorConfig:
         Maker(corners.f3db, corners.f90, (peak[0], peak[1])),
         top.positive("current_limit"),
         top.positive("least_damping"),
-        top.count("points", 5),
+        top.count("points", 5, MOST_POINTS),
         top.values,
     )

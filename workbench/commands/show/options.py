@@ -5,8 +5,9 @@ import json
 from pathlib import Path
 
 from ...base.errors import InputError
+from ...base.files import check_place
 from ...rigs.rig import load_rig
-from ..common.options import check_place, prints
+from ..common.options import prints
 from .rig_file import rig_file
 
 

@@ -12,7 +12,7 @@ from ...loop.capability import Capability, capability
 from ...loop.conditions import Conditions
 from ...loop.sines import ORDERS
 from ...rigs.rig import Rig
-from ..common.envelope_keys import read_factors
+from ..common.envelope_keys import MOST_PLANTS, read_factors
 from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of
 from ..common.rig_sets import check_variations, read_rig_set
 
@@ -79,7 +79,7 @@ def load_sines(path: str | Path, rig: str | None = None, plants: int | None = No
         amplitude=amplitude,
         sines=_sines(top, reach, amplitude, nominal),
         harmonics=_harmonics(top),
-        plants=plants or (top.count("plants", 0) if "plants" in top else 0),
+        plants=plants or (top.count("plants", 0, MOST_PLANTS) if "plants" in top else 0),
         stroke=_share(top, "stroke") if "stroke" in top else 0.0,
         factors=read_factors(top, nominal),
         conditions=read_conditions(top),

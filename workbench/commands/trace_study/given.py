@@ -1,11 +1,11 @@
 """Campaigns that are there already, with their truth beside them."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
+from ...base.files import read_json
 
 TRUTH = "truth.json"
 
@@ -26,14 +26,13 @@ class Given:
 def given(folder: Path) -> list[Given]:
     """The campaigns of a folder with a truth.json beside them. Raises InputError."""
     path = folder / TRUTH
+    document = read_json(path)
     try:
-        listed = json.loads(path.read_text(encoding="utf-8"))["campaigns"]
+        listed = document["campaigns"]
         items = [Given(folder / entry["id"], entry) for entry in listed]
         missing = [
             key for item in items for key in ("kind", "effects", "equation", "equations") if key not in item.truth
         ]
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}; put one beside the campaign folders") from None
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f'{path}: {error}; write {{"campaigns": [{{"id": ..., "kind": ...}}]}}') from None
     if missing:

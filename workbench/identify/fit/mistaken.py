@@ -14,12 +14,15 @@ import numpy as np
 from ...base.errors import InputError
 from ...plant import build
 from ...records import Campaign, Record
+from ...records.campaign import WINDOWS
 from ...rigs.rig import Rig
 from ..data.noise_floor import NoiseFloor
 from .initial_states import predicted_states
 from .model import Model
-from .windows import Windows, cut_windows
+from .windows import WINDOW, Windows, cut_windows
 
+_ROWS, _SLOW = 10, 20.0  # of a window at least; times the control period: no recording of a loop is that coarse
+_CLOCKS = {"ms": 1e3, "us": 1e6}  # in a second
 _FULL = 1.05  # of full command: more is another unit
 _PRESSURES = ("pa", "pb", "supply")
 _PRESSURE_UNITS = {"bar": 1e5, "MPa": 1e6, "psi": 6894.757, "Pa": 1.0}
@@ -47,6 +50,7 @@ class _Mistake:
 def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
     """Raises InputError for columns that are not what they are called, naming what they seem to be."""
     for record in campaign.records:
+        _check_clock(campaign, record, rig)
         _check_command(campaign, record)
         _check_pressures(campaign, record, rig)
     records = [
@@ -69,6 +73,17 @@ def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
             f"{campaign.path}: {mistake.words}: chi2 of {rig.name} as declared falls from {plain:.3g} to {undone:.3g} "
             f"without that; {mistake.remedy}"
         )
+
+
+def _check_clock(campaign: Campaign, record: Record, rig: Rig) -> None:
+    times = record.period / rig.period.value
+    if record.period < WINDOW / _ROWS or (times < _SLOW and campaign.score != WINDOWS):
+        return
+    looks = next((f"; it looks like {unit} under s" for unit, size in _CLOCKS.items() if 1 / 3 < times / size < 3), "")
+    raise InputError(
+        f"{campaign.path}: record {record.name}: a row every {record.period:.3g} s, and the control period of "
+        f"{rig.name} is {1e3 * rig.period.value:g} ms{looks}; give its unit under [signals.t]"
+    )
 
 
 def _check_command(campaign: Campaign, record: Record) -> None:

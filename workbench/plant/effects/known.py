@@ -7,6 +7,7 @@ from types import TracebackType
 
 from ...base import trust
 from ...base.errors import InputError, nearest
+from ...base.files import read_bytes
 from ...base.units import from_si, to_si
 from ...rigs.rig import EffectUse, Number, Rig
 from . import air, compliance, drive, friction, lands, leakage, load, pilot, sensor, supply
@@ -63,12 +64,10 @@ def _executed(path: str | Path) -> dict[str, object]:
     a file that has changed is read anew.
     """
     try:
-        content = Path(path).read_bytes()
+        content = read_bytes(Path(path), kind="Python file")
         text = content.decode("utf-8")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not text in UTF-8; effect_files are Python files") from None
-    except OSError:
-        raise InputError(f"{path}: no such file; effect_files are paths beside the rig file") from None
     trust.check(Path(path), content)
     names: dict[str, object] = {"__name__": Path(path).stem, "__file__": str(path)}
     try:
