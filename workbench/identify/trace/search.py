@@ -108,14 +108,13 @@ class _Search:
         return replace(candidate_fit, model_fit=model_fit)
 
     def _adds(self, base: FittedModel, effects: tuple[CandidateFit, ...], this_pass: Pass) -> bool:
-        """Whether the effect that a pass accepted goes to those before: the first if it matters, a later one if no
-        other name explains as much."""
+        """Whether the effect that a pass accepted goes to those before: it has to matter, but for a second one, which
+        may be faint; a later one only if no other name explains as much."""
         if self._context.several:
             return True
-        if effects:
-            return len(this_pass.accepted) == 1
         fall = this_pass.before.squares - this_pass.accepted[0].refitted.squares
-        return decide.worth_adding(fall, base.squares, base.samples)
+        matters = decide.worth_adding(fall, base.squares, base.samples) or len(effects) == 1
+        return matters and (not effects or len(this_pass.accepted) == 1)
 
     def _pair(self, this_pass: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
         """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
