@@ -24,7 +24,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "experiments/README.md")
 HELD = re.compile(r"^<!-- held: (jackbench [^:]+): ([^>]+?) -->$", re.MULTILINE)
 NOT_HELD = {
-    "How often is a trace right?": "85 minutes; a study of an earlier version, which the section says",
+    "How often is a trace right?": "more than an hour",
+    "Sessions": "fits of minutes, and data not shipped",
     "A search": "each search takes up to 80 s; one of them is held, and the bench holds what all of them left",
     "Speed": "times, different in each run",
     "A real rig: what its free run shows": "what a trace of several effects found: minutes, and data not shipped",

@@ -87,7 +87,8 @@ def test_action_that_is_not_finite_terminates(position):
 
 def test_end_stop_terminates(written, tmp_path, rig):
     limits = {**rig.limits, "stroke": replace(rig.limits["stroke"], value=1.0)}
-    save_rig(replace(rig, limits=limits), tmp_path / "loose.toml")
+    numbers = {**rig.numbers, "S": replace(rig.numbers["S"], low=0.5, high=2.0)}  # as far as the file knows
+    save_rig(replace(rig, limits=limits, numbers=numbers), tmp_path / "loose.toml")
     env = JackPosition(written("position", rig="loose.toml", **hold_at(10)))
     env.reset(seed=0)
     _, (_, _, terminated, _, info) = drive(env, 0.5)

@@ -144,7 +144,7 @@ def test_the_drive_holds_the_jack_gently(ready):
 def test_what_is_too_large_is_made_smaller(ready):
     rig = ready.rig
     large = designed(Design("triangle", "command", 0.3, 1.0), rig)
-    assert "position beyond" in str(trouble(play(ready, large)))
+    assert "too fast to stop" in str(trouble(play(ready, large)))
     fits = within_limits(ready, large)
     assert fits is not None
     assert trouble(play(ready, fits)) is None
@@ -165,7 +165,7 @@ def test_excite_writes_what_the_rig_can_play(tmp_path):
 @pytest.mark.parametrize(
     ("design", "words"),
     [
-        (Design("triangle", "command", 0.3, 1.0), ["amplitude 0.3", "position beyond", "fits"]),
+        (Design("triangle", "command", 0.3, 1.0), ["amplitude 0.3", "too fast to stop", "fits"]),
         (Design("triangle", "command", 1.5, 1.0), ["at most 1"]),
         (Design("steps", "reference", 500.0, 1.0), ["at most 240"]),
         (Design("chirp", "command", 0.1, 1.0), ["needs its band"]),

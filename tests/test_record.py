@@ -161,5 +161,5 @@ def test_what_can_not_be_recorded_is_refused(tmp_path, ready):
     with pytest.raises(InputError, match="static is taken"):
         plan("jack-10t", [file])
     far = a_file(tmp_path, "far", triangle(0.3, 1.0, PERIOD), "command")
-    with pytest.raises(InputError, match="far: on jack-10t, position beyond"):
+    with pytest.raises(InputError, match="far: on jack-10t, too fast to stop"):
         run_record(plan("jack-10t", [far]), no_checkpoint, lambda _: None)

@@ -9,6 +9,7 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
 from workbench.commands.learn.config import load_learning
 from workbench.commands.robustness.config import load_robustness
@@ -177,5 +178,6 @@ def test_a_force_needs_a_specimen(tmp_path):
 def test_every_shipped_experiment_loads():
     for path in sorted((Path(__file__).parents[1] / "experiments").glob("*.toml")):
         loaders = {"new-rig": load_datasheet, "bench": load_bench, "tune": load_tune, "robustness": load_robustness,
-                   "learn": load_learning, "inverse": load_inverse, "sines": load_sines}  # fmt: skip
+                   "learn": load_learning, "inverse": load_inverse, "sines": load_sines,
+                   "faults": load_faults}  # fmt: skip
         loaders.get(tomllib.loads(path.read_text())["experiment"], load_config)(path)

@@ -27,6 +27,7 @@ _FULL = 1.05  # of full command: more is another unit
 _PRESSURES = ("pa", "pb", "supply")
 _PRESSURE_UNITS = {"bar": 1e5, "MPa": 1e6, "psi": 6894.757, "Pa": 1.0}
 _FAR = 5.0  # times the supply pressure, or below it by 50: no pressure of this rig
+_BEYOND = 1.5  # times the stroke: no position of this rig
 _WINDOWS = 6
 _MOVES = 1.0  # chi2 about the mean: what moves less tells no sign
 _WRONG = -0.3  # correlation of what is measured with what is predicted: below it a column is the wrong way round
@@ -53,6 +54,7 @@ def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
         _check_clock(campaign, record, rig)
         _check_command(campaign, record)
         _check_pressures(campaign, record, rig)
+        _check_position(campaign, record, rig)
     records = [
         record for record in (*campaign.train, *campaign.heldout) if np.ptp(record.signals.get("command", [0.0])) > 0
     ]
@@ -92,6 +94,15 @@ def _check_command(campaign: Campaign, record: Record) -> None:
         raise InputError(
             f"{campaign.path}: record {record.name}: command reaches {peak:.4g}, and 1 is full command; "
             f"under [signals.command] give its unit, or scale = {1 / float(f'{peak:.1g}'):.3g}"
+        )
+
+
+def _check_position(campaign: Campaign, record: Record, rig: Rig) -> None:
+    travel = float(np.ptp(record.signals.get("position", 0.0)))
+    if travel > _BEYOND * rig["S"]:
+        raise InputError(
+            f"{campaign.path}: record {record.name}: position goes over {1e3 * travel:.4g} mm, and the stroke is "
+            f"{1e3 * rig['S']:.4g} mm; give its unit under [signals.position]"
         )
 
 

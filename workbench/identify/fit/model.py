@@ -96,8 +96,8 @@ class Model:
                 x0[w] = self._end(record, start, end, fitted[w - 1], values[w])
             else:
                 start = run_up(record, first)
-                guess = first_guess(self.plant, record, start, first, self._at_rest)
-                x0[w] = self._end(record, start, first, guess, values[w])
+                guess = first_guess(self.plant, record, start, max(first, start + 1), self._at_rest)
+                x0[w] = self._end(record, start, first, guess, values[w]) if start < first else guess
         return x0
 
     def _values(self, windows: Windows, p: np.ndarray) -> np.ndarray:
