@@ -1,6 +1,8 @@
 """A starter folder runs as it is written; a bundled rig is exported as a file that reads back the same."""
 
 import json
+from io import StringIO
+from pathlib import Path
 
 import pytest
 
@@ -22,6 +24,53 @@ def test_its_experiments_run_from_the_folder(tmp_path, monkeypatch, rig):
         assert not row["tripped"]
         assert row["gain_margin_db"] > 6
     assert load_tune("tune.toml").start.rig.numbers == load_rig(rig).numbers
+
+
+TWO_STAGE = """differential
+210 bar
+2
+2 bar
+40 l/min
+70 bar
+1
+1 l/min
+210 bar
+100 %
+5 Hz
+60 Hz
+80 Hz
+20 cm^2
+10cm^2
+500 mm
+200 kg
+"""  # the first return pressure has no unit: it is asked for again
+
+
+def test_a_datasheet_is_asked_for_and_gives_a_rig_with_first_gains(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", StringIO(TWO_STAGE))
+    assert main(["new", "mine", "--ask", "two-stage"]) == 0
+    assert "write a number and its unit" in capsys.readouterr().out
+    assert main(["new", "again", "--datasheet", "mine/datasheet.toml"]) == 0
+    rig = load_rig("mine/rig.toml")
+    assert rig.numbers == load_rig("again/rig.toml").numbers
+    assert rig["Pr"] == 2e5
+    assert rig["AB"] == pytest.approx(1e-3)
+    monkeypatch.chdir(tmp_path / "mine")
+    assert main(["run", "step.toml"]) == 0
+    for row in json.loads(Path("out/step/metrics.json").read_text())["rows"]:
+        assert row["stable"]
+        assert row["gain_margin_db"] > 6
+
+
+def test_answers_that_end_name_all_that_is_missing_and_leave_nothing(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", StringIO("double-rod\n210 bar\n"))
+    assert main(["new", "mine", "--ask", "three-stage"]) == 2
+    complaint = capsys.readouterr().err
+    for name in ("rated_flow", "pilot_flow", "imax", "pilot f3db", "main f90", "Aj", "S", "M"):
+        assert name in complaint
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_its_readme_names_is_there(tmp_path, monkeypatch, capsys):

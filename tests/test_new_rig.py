@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
-from workbench.base.units import to_si
+from workbench.base.units import from_si, to_si, usual_unit
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.new_rig import study as new_rig
@@ -21,7 +21,10 @@ from workbench.identify.fit.determined import FIGURE_ERROR, FreeParameter, deter
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.rigs.datasheet import Response, build_rig, load_datasheet
+from workbench.rigs.datasheet_keys import figures
+from workbench.rigs.jack import JACKS
 from workbench.rigs.rig import load_rig, save_rig
+from workbench.rigs.valve import VALVES
 
 SERVO = """
 experiment = "new-rig"
@@ -168,10 +171,13 @@ def test_figures_that_no_valve_has_are_refused(tmp_path, old, new, words):
         ('experiment = "new-rig"', "", ["experiment"]),
         ('"second-order"', '"second order"', ["valve.kind", 'did you mean "second-order"']),
         ('Ps = {value = 210, unit = "bar"', 'Ps = {value = 210, unit = "kg"', ["supply.Ps", "converted"]),
-        ("Pr = ", "Pt = ", ["supply.Pt", 'did you mean "P']),
+        ("Pr = ", "Pt = ", ["missing: supply.Pr"]),
+        ("AB = {", "Ab = {", ["missing: jack.AB"]),
+        ("M = {value = 200", "m = 3\nM = {value = 200", ["load.m: unknown key"]),
         ("M = {value = 200", "M = {value = -200", ["load.M", "outside"]),
-        ('M = {value = 200, unit = "kg"}', "", ["load.M: missing", "moving mass"]),
-        ('stage = "main"', 'stage = "pilot"', ["valve.response", "main"]),
+        ('M = {value = 200, unit = "kg"}', "", ["missing: load.M", "moving mass"]),
+        ('stage = "main"', 'stage = "pilot"', ["missing", "[[valve.response]]", "main"]),
+        ('f90 = {value = 80, unit = "Hz"}\n', "", ["missing: f90 of", "main"]),
         ("reference = {value = 2,", "reference = {value = 70,", ["main_100", "below f3db"]),
         ("S = {value = 300", "S = {value = true", ["jack.S", "must be a finite number"]),
         ('unit = "mm"}', 'unit = "mm", bound = 3}', ["jack.S.bound"]),
@@ -187,10 +193,31 @@ def test_a_bad_datasheet_is_refused_in_one_line(tmp_path, old, new, words):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(("valve", "least"), [("second-order", 15), ("three-stage", 17)])
+def test_all_that_is_missing_is_named_at_once(tmp_path, valve, least):
+    """What the complaint names is what the sheet needs: with it, nothing is missing."""
+    with pytest.raises(InputError) as caught:
+        sheet_of(tmp_path, f'experiment = "new-rig"\nvalve.kind = "{valve}"\njack.kind = "differential"')
+    named = str(caught.value)
+    wanted = figures(VALVES[valve], JACKS["differential"])
+    assert len(wanted) >= least
+    assert all(figure.key in named for figure in wanted)
+    assert "\n" not in named
+    assert len(named) < 1000
+
+
+@given(st.floats(1e-12, 1e12), st.sampled_from(["m", "m^2", "m^3", "m^3/s", "Pa", "N", "s", "A", "kg", "N/m"]))
+def test_people_s_units_keep_numbers_readable(value, si):
+    unit = usual_unit(value, si)
+    shown = float(from_si(value, unit, si))
+    assert float(to_si(shown, unit, si)) == pytest.approx(value, rel=1e-12)
+    assert not 1e-4 <= value <= 1e4 or 1e-9 < shown < 1e12
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('like = "jack-10t"', "", ["valve.like: missing"]),
+        ('like = "jack-10t"', "", ["missing: valve.like"]),
         ('like = "jack-10t"', 'like = "festo-tp511"', ["no three-stage valve"]),
         ("[valve.rounding]\nJ", "[valve.rounding]\nj", ["valve.rounding", "j: unknown key"]),
         ("0.5e-7", "5e-7", ["valve.rounding", "J", "outside"]),

@@ -66,6 +66,24 @@ bar = 1e5 * pascal
 """  # what rigs and experiments are written in, as pint defines it: its whole file takes longer to read than numpy
 
 
+_USUAL = {
+    "m": (("um", 0.0), ("mm", 1e-4), ("m", 10.0)),
+    "m^2": (("mm^2", 0.0), ("cm^2", 1e-4)),
+    "m^3": (("cm^3", 0.0), ("l", 1e-3)),
+    "m^3/s": (("l/min", 0.0),),
+    "Pa": (("bar", 0.0), ("MPa", 1e8)),
+    "N": (("N", 0.0), ("kN", 1e3)),
+    "s": (("ms", 0.0), ("s", 1.0)),
+    "A": (("mA", 0.0), ("A", 1.0)),
+}  # by SI unit: units that people use, each from a size [SI] on
+
+
+def usual_unit(value: float, si: str) -> str:
+    """The unit in which people write a number of this size; 0 is of the size 1."""
+    units = _USUAL.get(si, ((si, 0.0),))
+    return [unit for unit, least in units if abs(value or 1.0) >= least][-1]
+
+
 @lru_cache(maxsize=512)
 def _scale(unit: str, si: str) -> tuple[float, float]:
     """Gain and offset such that value_si = gain * value + offset; 2 pi rad/s are 1 Hz."""
@@ -140,10 +158,16 @@ def quantity(value: float | str, si: str) -> float:
     finite.
     """
     if isinstance(value, str):
-        read = _TEXT.fullmatch(value) if len(value) <= 2 * _LONGEST else None
-        if read is None or not (read.group(2) or si == "1"):
-            raise InputError(f'{echo(value)}: write a number and its unit, such as "1 {si}"')
-        value = float(to_si(float(read.group(1)), read.group(2), si))
+        number, unit = number_and_unit(value, si)
+        value = float(to_si(number, unit, si))
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real) or not np.isfinite(float(value)):
         raise InputError(f"{echo(value)} is no finite number; write one in {si}, or text with a unit")
     return float(value)
+
+
+def number_and_unit(text: str, si: str) -> tuple[float, str]:
+    """The two parts of text such as "100 mm"; the unit may be left out where `si` is "1". Raises InputError."""
+    read = _TEXT.fullmatch(text) if len(text) <= 2 * _LONGEST else None
+    if read is None or not (read.group(2) or si == "1"):
+        raise InputError(f'{echo(text)}: write a number and its unit, such as "1 {si}"')
+    return float(read.group(1)), read.group(2) or "1"

@@ -6,28 +6,24 @@ says so in its source; the sensors are those that such a rig usually has.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..base.signals import SIGNALS
 from ..base.table import Table
 from ..base.toml import read_toml
-from ..base.units import Spec
+from ..base.units import Spec, from_si, to_si, usual_unit
 from . import schema
+from .datasheet_keys import RESPONSE, check_complete, figures
 from .jack import JACKS
 from .rig import Number, Rig, Sensor, load_rig, number_specs, read_number
 from .valve import VALVES, ValveKind
 
 KIND = "new-rig"
-_RESPONSE = {
-    "amplitude": Spec("1", 1e-3, 1.0, "amplitude of the sine, over full input"),
-    "reference": Spec("Hz", 1e-3, 1e4, "frequency that the gain is referred to"),
-    "f3db": Spec("Hz", 1e-2, 1e4, "where the gain has fallen by 3 dB"),
-    "f90": Spec("Hz", 1e-2, 1e4, "where the phase is -90 deg"),
-}
-_NEEDED = ("Ps", "Aj", "AA", "AB", "S", "M")
+_DIGITS = 3  # of a rule of thumb
 
 
 @dataclass(frozen=True)
@@ -78,12 +74,13 @@ class Datasheet:
 
 
 def load_datasheet(path: str | Path) -> Datasheet:
-    """Read a datasheet. Raises InputError with file and key."""
+    """Read a datasheet. Raises InputError with file and key, or with the names of all numbers that are missing."""
     path = Path(path)
     top = read_toml(path)
     if top.values.get("experiment") != KIND:
         raise top.complaint("experiment", f'is no datasheet; write experiment = "{KIND}" on top')
     top.allow("experiment", "name", "title", "source", "supply", "oil", "valve", "jack", "load")
+    check_complete(top)
     valve = top.table("valve")
     kind = VALVES[valve.word("kind", VALVES)]
     jack = top.table("jack").word("kind", JACKS)
@@ -119,9 +116,9 @@ def build_rig(sheet: Datasheet, valve: Mapping[str, Number], corrector: str = "p
             numbers[name] = sheet.given.get(name) or valve[name]
         else:
             value, reason = _thumb(name, known, areas)
-            known[name] = value
-            spread = (value / 2, value * 2) if value else (None, None)
-            numbers[name] = Number(name, value, spec.unit, spec.unit, f"estimate: {reason}", *spread)
+            estimate = _declared(name, value, spec.unit, f"estimate: {reason}")
+            known[name] = estimate.value
+            numbers[name] = _within_a_factor(estimate, 2) if value else estimate
     period = _declared("period", 1e-3, "s", "declared here: a usual control period")
     limits, sensors = _limits(known, areas), _sensors(known, areas[0])
     heads = (sheet.name, sheet.title, sheet.source, sheet.kind, corrector, sheet.jack)
@@ -188,17 +185,34 @@ def _sensors(known: Mapping[str, float], area: float) -> dict[str, Sensor]:
     ranges |= dict.fromkeys(("pa", "pb", "supply"), 2 * known["Ps"])
     if "imax" in known:
         ranges["current"] = 4 * known["imax"]
-    return {name: Sensor(noise=2e-4 * size, resolution=size / 2**16) for name, size in ranges.items()}
+    return {name: Sensor(_rounded(2e-4 * size, name), _rounded(size / 2**16, name)) for name, size in ranges.items()}
 
 
 def _declared(name: str, value: float, unit: str, source: str) -> Number:
-    return Number(name, float(value), unit, unit, source)
+    """A number with the digits that a rule of thumb has, in the unit that people use."""
+    shown = usual_unit(value, unit)
+    return Number(name, _in_digits(value, shown, unit), shown, unit, source)
+
+
+def _within_a_factor(number: Number, factor: float) -> Number:
+    low, high = (_in_digits(end, number.unit, number.si) for end in (number.value / factor, number.value * factor))
+    return replace(number, low=low, high=high)
+
+
+def _rounded(value: float, signal: str) -> float:
+    """A sensor's number [SI]."""
+    return _in_digits(value, SIGNALS[signal].unit, SIGNALS[signal].si)
+
+
+def _in_digits(value: float, unit: str, si: str) -> float:
+    """A value [SI], rounded in the unit that it is shown in."""
+    return float(to_si(float(f"{from_si(value, unit, si):.{_DIGITS}g}"), unit, si))
 
 
 def _given(top: Table, kind: ValveKind, jack: str) -> dict[str, Number]:
     """The numbers of supply, oil, jack and load that the sheet states."""
     specs = {"supply": schema.SUPPLY, "oil": schema.OIL, "jack": JACKS[jack].numbers, "load": schema.LOAD}
-    needed = _NEEDED if kind.needs_geometry else (*_NEEDED, "Pr")
+    needed = {figure.key for figure in figures(kind, JACKS[jack])}
     given = {}
     for section, numbers in specs.items():
         part = top.optional_table(section) if section == "oil" else top.table(section)
@@ -223,11 +237,8 @@ def _rounding(part: Table, geometry: Rig) -> dict[str, float]:
 
 
 def _responses(valve: Table, kind: ValveKind) -> tuple[Response, ...]:
-    entries = valve.tables("response", "stage", *_RESPONSE)
+    entries = valve.tables("response", "stage", *RESPONSE)
     responses = [_response(entry, kind) for entry in entries]
-    for stage in kind.stages:
-        if not any(response.stage == stage for response in responses):
-            raise valve.complaint("response", f'missing; add a [[valve.response]] with stage = "{stage}"')
     for i, response in enumerate(responses):
         if response.id in [other.id for other in responses[:i]]:
             raise entries[i].error(f"{response.id} is there twice; leave one out")
@@ -237,5 +248,5 @@ def _responses(valve: Table, kind: ValveKind) -> tuple[Response, ...]:
 
 
 def _response(entry: Table, kind: ValveKind) -> Response:
-    numbers = {key: entry.quantity(key, spec, "source") for key, spec in _RESPONSE.items()}
+    numbers = {key: entry.quantity(key, spec, "source") for key, spec in RESPONSE.items()}
     return Response(entry.word("stage", kind.stages), **numbers)

@@ -13,13 +13,12 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from ..base.columns import lookup
 from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS, Signal
 from ..base.table import Table
 from ..base.toml import read_toml
+from ..base.toml_text import toml_text
 from ..base.units import Spec, from_si, to_si
 from . import schema
 from .jack import JACKS, JackKind
@@ -403,7 +402,7 @@ def save_rig(rig: Rig, path: Path) -> None:
 
 def rig_text(rig: Rig) -> str:
     """The text of a rig file."""
-    return tomli_w.dumps(rig_table(rig))
+    return toml_text(rig_table(rig))
 
 
 def number_entry(number: Number) -> dict[str, Any]:
@@ -428,4 +427,6 @@ def _shortest(value: float, unit: str, si: str) -> float:
 
 
 def sensor_entry(signal: Signal, sensor: Sensor) -> dict[str, Any]:
-    return {key: {"value": getattr(sensor, key), "unit": signal.si} for key in ("noise", "resolution")}
+    """Noise and resolution in the unit that people are shown."""
+    values = {key: _shortest(getattr(sensor, key), signal.unit, signal.si) for key in ("noise", "resolution")}
+    return {key: {"value": value, "unit": signal.unit} for key, value in values.items()}

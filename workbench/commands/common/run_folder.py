@@ -23,10 +23,10 @@ from urllib.parse import quote
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-import tomli_w
 from filelock import FileLock, Timeout
 
 from ...base.errors import InputError, short_path
+from ...base.toml_text import toml_text
 from ...report import Page, write_page
 
 T = TypeVar("T")
@@ -138,7 +138,7 @@ def versions() -> dict[str, str]:
 
 def resolved_config(command: Mapping[str, Any]) -> str:
     """TOML of `command` with a table of versions; what is None is left out, since TOML has no null."""
-    return tomli_w.dumps({**_without_none(command), "versions": versions()})
+    return toml_text({**_without_none(command), "versions": versions()})
 
 
 def _resolved(out: Path) -> Path:

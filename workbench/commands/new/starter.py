@@ -10,7 +10,7 @@ from ...control.controller_type import controller
 from ...linear import equilibrium
 from ...loop.margins import linear_loop
 from ...plant import build
-from ...rigs.rig import Rig
+from ...rigs.rig import Rig, rig_text
 from ..common.shipped import shipped
 from ..show.describe import derived
 from ..show.rig_file import rig_file
@@ -22,8 +22,8 @@ TEMPLATES = ("README.md", "step.toml", "tune.toml", "campaign/campaign.toml")
 CONTROLLER = "tutorial/slewed_p.py"
 
 
-def starter_files(rig: Rig, name: str) -> dict[str, str]:
-    """The text of every file, by its path in the folder; `name` is the rig as it was named."""
+def starter_files(rig: Rig, name: str | None) -> dict[str, str]:
+    """The text of every file, by its path in the folder; `name`: how the rig was named, None for one that was built."""
     rows = {row["name"]: row["value"] for row in derived(rig)}
     fastest = CROSSOVER * 2 * np.pi * rows["natural frequency, linearised"] / rows["velocity gain at null"]
     gain = min(fastest, 1 / FULL, margin_gain(rig))
@@ -39,7 +39,8 @@ def starter_files(rig: Rig, name: str) -> dict[str, str]:
     }
     folder = files("workbench") / "commands" / "new" / "template"
     texts = {path: Template((folder / path).read_text("utf-8")).substitute(numbers) for path in TEMPLATES}
-    return {"rig.toml": rig_file(name, rig), "mine.py": (shipped() / CONTROLLER).read_text("utf-8"), **texts}
+    text = rig_text(rig) if name is None else rig_file(name, rig)
+    return {"rig.toml": text, "mine.py": (shipped() / CONTROLLER).read_text("utf-8"), **texts}
 
 
 def margin_gain(rig: Rig) -> float:

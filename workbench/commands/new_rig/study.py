@@ -35,12 +35,17 @@ def identity(sheet: Datasheet) -> dict[str, Any]:
     return {"datasheet": sheet.read, "geometry": rig_table(sheet.geometry) if sheet.geometry else None}
 
 
+def rig_of(sheet: Datasheet, stage: Stage, progress: Progress) -> tuple[Rig, ValveFit | None]:
+    """A rig with the sheet's figures, and the fit that a three-stage valve needs."""
+    if sheet.geometry is None:
+        return build_rig(sheet, second_order_numbers(sheet)), None
+    fit = fit_three_stage(sheet, STARTS, TOLERANCE, stage, progress)
+    return fit.rig, fit
+
+
 def run_new_rig(sheet: Datasheet, stage: Stage, progress: Progress) -> tuple[Outcome, Rig]:
     """A rig with the sheet's figures, fitted where the valve has three stages; the outcome, and the rig to save."""
-    fit = None
-    if sheet.geometry is not None:
-        fit = fit_three_stage(sheet, STARTS, TOLERANCE, stage, progress)
-    rig = fit.rig if fit else build_rig(sheet, second_order_numbers(sheet))
+    rig, fit = rig_of(sheet, stage, progress)
     progress("figures of the rig")
     after = _measure(sheet, rig, stage, "rig")
     before = _measure(sheet, fit.estimate, stage, "estimates") if fit else None

@@ -6,10 +6,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import tomli_w
 
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
+from ...base.toml_text import toml_text
 from ...base.units import from_si
 from ...linear import equilibrium
 from ...loop.sampled_loop import LoopRun
@@ -79,7 +79,7 @@ def _files(
 ) -> dict[str, str]:
     """The campaign folder: campaign.toml, a file a record, what was played, and the rig where it is not bundled."""
     roles = {role: [f"{row['record']}.csv" for row in rows if row["role"] == role] for role in ROLES}
-    campaign = tomli_w.dumps({"rig": plan.declared, "records": roles})
+    campaign = toml_text({"rig": plan.declared, "records": roles})
     files = {"campaign.toml": f"# simulated by `jackbench record`, seed {plan.seed}\n{campaign}"}
     files |= {f"{record.name}.csv": table_text({"t": record.t, **record.signals}) for record in records}
     files |= {f"played-{name}.csv": excitation_text(played[name]) for name in played if name != "static"}

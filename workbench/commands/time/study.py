@@ -5,9 +5,9 @@ from copy import deepcopy
 from typing import Any
 
 import numpy as np
-import tomli_w
 
 from ...base.process_pool import one_blas_thread
+from ...base.toml_text import toml_text
 from ...control.controller_spec import ControllerSpec
 from ...loop.compute_time import computing, summary
 from ...loop.rows import loop_setup, play
@@ -64,9 +64,8 @@ def _timed(source: Mapping[str, Any], timing: Mapping[str, Mapping[str, float]],
     table = {**{key: part for key, part in deepcopy(dict(source)).items() if key != "plant"}, "rig": rig}
     for name, percentiles in timing.items():
         table["controllers"][name]["computing_delay"] = {"value": round(percentiles["solve_p99_us"], 1), "unit": "us"}
-    return (
-        "# Computing delays: the 99th percentile of each controller, on the machine that measured.\n"
-        + tomli_w.dumps(table)
+    return "# Computing delays: the 99th percentile of each controller, on the machine that measured.\n" + toml_text(
+        table
     )
 
 

@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-import tomli_w
-
+from ...base.toml_text import toml_text
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
@@ -102,5 +101,5 @@ def tuned_files(config: TuneConfig, best: Trial) -> dict[str, str]:
     bundled = config.rig_name in bundled_rigs()
     table = config.step_table(best.values, config.rig_name if bundled else "rig.toml")
     note = f"# {config.name} as tuned: trial {best.number} of {config.trials} from seed {config.seed}.\n"
-    files = {"tuned.toml": note + tomli_w.dumps(table)}
+    files = {"tuned.toml": note + toml_text(table)}
     return files if bundled else {**files, "rig.toml": rig_text(config.start.rig)}

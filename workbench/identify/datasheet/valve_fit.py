@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ...base.errors import InputError
+from ...base.units import usual_unit
 from ...rigs.datasheet import Datasheet, build_rig, main_lands
 from ...rigs.rig import Number, Rig
 from ...rigs.schema import SUPPLY
@@ -52,7 +53,7 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
     |H|^2 = 1/2 at f3db: (1 - r^2)^2 + (2 zeta r)^2 = 2 with r = f3db/f90. Leakage at null is two eps-wide paths in
     parallel. Raises InputError for corners or a leakage that no such valve has.
     """
-    f3db, f90 = (float(np.exp(np.mean([np.log(getattr(r, k)) for r in sheet.responses]))) for k in ("f3db", "f90"))
+    f3db, f90 = (_geometric_mean([getattr(r, k) for r in sheet.responses]) for k in ("f3db", "f90"))
     ratio, lowest, highest = f3db / f90, SECOND_ORDER.numbers["zeta"].low, SECOND_ORDER.numbers["zeta"].high
     zeta = float(np.sqrt(max(2 - (1 - ratio**2) ** 2, 0))) / (2 * ratio)
     if not lowest <= zeta <= highest:
@@ -75,6 +76,11 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
         "n": (sheet.valve["n"], "datasheet"),
     }
     return {name: _number(name, value, source) for name, (value, source) in values.items()}
+
+
+def _geometric_mean(values: list[float]) -> float:
+    """Of one value: that value, to the last bit."""
+    return values[0] * float(np.exp(np.mean(np.log(np.divide(values, values[0])))))
 
 
 def unknowns(sheet: Datasheet) -> tuple[FreeParameter, ...]:
@@ -213,4 +219,4 @@ def _rig(
 
 def _number(name: str, value: float, source: str) -> Number:
     unit = {**SUPPLY, **THREE_STAGE.numbers, **SECOND_ORDER.numbers}[name].unit
-    return Number(name, float(value), unit, unit, source)
+    return Number(name, float(value), usual_unit(value, unit), unit, source)
