@@ -4,6 +4,7 @@ errors          the one exception for bad input
 files           reading of files that others made, and places and names of files to come
 units, signals  units at the borders; the signals of a jack rig by name
 toml, table, key_lines    TOML files read strictly: a table that is asked by key; the line of each key
+toml_text       TOML files as people write them: a number with its unit on one line
 lazy            names of a package, loaded when first used
 checkpoint      stages of a long computation, and progress
 trust, private_files     code that comes with data, and whether it may run; where a user keeps things

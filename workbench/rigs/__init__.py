@@ -5,7 +5,7 @@ schema, together    the numbers that every rig has, and what they have to be to 
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
 jack        the kinds of jack
 summary     a rig in a few lines, and as a table in a notebook
-datasheet   a rig from what makers say
+datasheet, datasheet_keys    a rig from what makers say; what they have to say
 linear_rig, linear_form, linear_signals, linear_file, linear_sheet, linear_system    a linear plant of the user's own in
             the place of a rig: what it is, how its model is written, what its outputs are, its file, a measured
             response, and what python-control has
