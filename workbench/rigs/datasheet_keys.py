@@ -50,9 +50,13 @@ def figures(valve: ValveKind | None, jack: JackKind | None) -> tuple[Figure, ...
             for stage in (valve.stages if valve else ())
             for key, spec in RESPONSE.items()
         ),
-        *(Figure("jack", key, jack.numbers[key]) for key in (dict.fromkeys((*jack.areas, "S")) if jack else ())),
+        *(_of_jack(jack) if jack else ()),
         Figure("load", "M", schema.LOAD["M"]),
     )
+
+
+def _of_jack(jack: JackKind) -> list[Figure]:
+    return [Figure("jack", key, jack.numbers[key]) for key in dict.fromkeys((*jack.areas, "S"))]
 
 
 def check_complete(top: Table) -> None:
