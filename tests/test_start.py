@@ -58,6 +58,7 @@ def test_a_list_imports_no_solver(kind):
         ["bench", "experiments/benchmark.toml", "--rig", "jack"],
         ["tune", "nothere.toml"],
         ["time", "nothere.toml"],
+        ["live", "nothere.toml"],
         ["coefficients", "nothere.toml"],
         ["spread", "nothere.toml"],
         ["jack-model", "nothere.toml"],

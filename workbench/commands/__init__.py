@@ -11,6 +11,7 @@ COMMANDS = {
     "robustness": "every controller on thousands of drawn plants",
     "faults": "what the guard makes of faults of sensors, controllers, drives and plants",
     "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
+    "live": "a page on which a loop's numbers are dragged, and it answers at once",
     "retune": "tune a controller anew on a rig as found: what that buys",
     "learn": "learn the drive file of a record that a loop plays again and again",
     "inverse": "design an inverse before a loop; judge a loop that closes through its reference",

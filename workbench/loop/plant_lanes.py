@@ -6,17 +6,20 @@ from functools import cached_property
 
 import numpy as np
 
-from ..control.protocol import Controller
+from ..control.protocol import Controller, linear_view
 from ..engine import Engine
 from ..linear.equilibria import Equilibria, equilibria
 from ..linear.operating_point import far_end
+from ..linear.state_space import sampled_response
 from ..plant import Plant
 from ..rigs.rig import Rig
 from .lane_laws import lane_laws, signals_at
 from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
+from .plant_response import near
 from .rows import MOVING
 
 _NONE = 2.0  # radius [1] of a loop on a plant without an operating point: finite, so that searches can compare
+_LIGHT, _TINY = 0.15, 1e-300  # damping below which a resonance is sharp
 _WIDE = 5.0  # high over low: from there on a range is one of orders of magnitude
 
 
@@ -54,6 +57,26 @@ class PlantLanes:
         """At null, broken at the command: loops [lanes, k] at frequencies [k], Hz. Raises InputError as `margins`."""
         law = lane_laws(controller, signals_at(self.engine, self.null, self._smooth))
         return open_loops(self._sampled[0], law, f)
+
+    def closed_loop(self, controller: Controller, f: np.ndarray, lane: int = 0) -> np.ndarray:
+        """One lane at null: reference -> controlled signal, complex [k] at frequencies [k], Hz.
+
+        Raises NoLinearView for a controller without a linear view. An unstable loop has a response that none can see.
+        """
+        sampled, z = self._sampled[0], np.exp(2j * np.pi * f * self.rig.period.value)
+        points = signals_at(self.engine, self.null, self._smooth)
+        law = linear_view(controller, {name: float(values[lane]) for name, values in points.items()})
+        gains = sampled_response(law, z)[0]
+        rows = [sampled.measures.index(name) for name in law.input_labels[1:]]
+        measured = sampled.modal.some(np.array([lane]), rows).at(z)[0]
+        return gains[0] * measured[0] / (1 - np.sum(gains[1:] * measured, axis=0))
+
+    @cached_property
+    def sharp_frequencies(self) -> np.ndarray:
+        """Frequencies [k] in Hz about those at which a plant at null resonates lightly damped."""
+        modes = self._sampled[0].modal.modes.ravel()
+        light = modes[np.abs(np.log(np.abs(modes) + _TINY)) < _LIGHT * np.abs(np.angle(modes))]
+        return near(light, self.rig.period.value)
 
     def some(self, lanes: Sequence[int]) -> "PlantLanes":
         """Some of them."""

@@ -1,0 +1,277 @@
+"""`jackbench live`: its answers are those of the loops themselves, and only its own page is answered."""
+
+import http.client
+import json
+import signal
+import subprocess
+import sys
+import threading
+from base64 import b64decode
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.commands.common.step_experiment import load_steps
+from workbench.commands.live.config import load_live
+from workbench.commands.live.plants import RigPoint, moved_lanes, set_lanes
+from workbench.commands.live.server import live_server
+from workbench.commands.live.session import Session
+from workbench.commands.live.sliders import design_sliders
+from workbench.loop.rows import judge, linear_loops
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+STEP = EXPERIMENTS / "position_step.toml"
+ASKED = {"controller": "p-dp", "scenario": "position-10mm", "amplitude": 1, "numbers": {}, "rig": {}}
+
+
+@pytest.fixture(scope="module")
+def config():
+    return load_live(STEP)
+
+
+@pytest.fixture(scope="module")
+def session(config):
+    return Session(config)
+
+
+@pytest.fixture(scope="module")
+def at_rest(session):
+    return session.after(ASKED)
+
+
+def floats(text):
+    return np.frombuffer(b64decode(text), "<f4").astype(float)
+
+
+def closed_loop(config, name="p-dp", rig=None):
+    return wb.ClosedLoop(rig or config.steps.rig, next(c for c in config.steps.controllers if c.name == name))
+
+
+def test_the_nominal_rig_has_the_row_of_run(config, at_rest):
+    loop = closed_loop(config)
+    scenario = replace(wb.SCENARIOS["position-10mm"], duration=1.0)
+    _, row = judge(loop.controller, scenario, loop.setup, linear_loops(loop.controller, loop.setup), 0)
+    (shown, *_) = at_rest["rows"]
+    assert shown["rig"] == "nominal"
+    assert shown["stable"] is row["stable"] is True
+    assert shown["settling_s"] == pytest.approx(row["settling_s"])
+    assert shown["overshoot_percent"] == pytest.approx(row["overshoot_percent"], rel=1e-3)
+    assert shown["ms"] == pytest.approx(row["ms"], rel=2e-3)
+    assert shown["gain_margin_db"] == pytest.approx(row["gain_margin_db"], abs=0.02)
+    assert shown["phase_margin_deg"] == pytest.approx(row["phase_margin_deg"], abs=0.05)
+
+
+def test_a_moved_rig_is_the_rig_with_those_numbers(config, session):
+    rig = config.steps.rig.with_values(M=1300.0, Ps=19e6)
+    asked = {**ASKED, "rig": {"M": 1300, "Ps": 190}, "numbers": {"gain": 3.0}}
+    loop = closed_loop(config, rig=rig)
+    margins = loop.with_controller(
+        wb.controller("controllers.p:P", gain=3.0) + loop.controller.compensators[0]
+    ).margins()
+    row = session.view(asked)["rows"][0]
+    assert row["ms"] == pytest.approx(margins.ms, rel=2e-3)
+    assert row["gain_margin_db"] == pytest.approx(margins.gain_margin_db, abs=0.02)
+
+
+def test_a_moved_operating_point_is_one(config):
+    lanes = moved_lanes(set_lanes(config.rigs, 0.0), RigPoint({"beta": 0.9e9}, 0.1))
+    plant = lanes.engine.plant
+    assert lanes.null.ok.all()
+    assert lanes.moving.ok.all()
+    assert lanes.null.x[:, plant.state("x")] == pytest.approx(0.1)
+    beta = lanes.p[:, plant.parameters.index("beta")]
+    assert beta == pytest.approx(np.where(np.array(lanes.names) == "beta-50", 0.45e9, 0.9e9))
+
+
+def test_the_closed_loop_is_that_of_bode(config, at_rest):
+    bode = closed_loop(config).bode()
+    f, gain = floats(at_rest["linear"]["f"]), floats(at_rest["linear"]["gain"])
+    inside = f < 100
+    expected = np.interp(np.log(f[inside]), np.log(bode.f), 20 * np.log10(np.abs(bode.response)))
+    assert gain[inside] == pytest.approx(expected, abs=0.05)
+
+
+def test_the_sines_are_those_of_bode(config, at_rest):
+    sines = at_rest["after"]["sines"]
+    assert sines["amplitude"] == "1 mm"
+    bode = closed_loop(config).bode("1 mm", 0.1, 50, 24)
+    f, gain = floats(sines["f"]), floats(sines["gain"])
+    common = np.isclose(f[:, None], bode.f, rtol=1e-6).any(axis=1)
+    assert common.sum() > 15
+    expected = {
+        round(float(at), 4): value for at, value in zip(bode.f, 20 * np.log10(np.abs(bode.response)), strict=True)
+    }
+    for at, value in zip(f[common], gain[common], strict=True):
+        assert value == pytest.approx(expected[min(expected, key=lambda k: abs(k - at))], abs=0.2)
+
+
+def test_what_must_be_compiled_first_comes_afterwards(config):
+    session = Session(config)
+    first = session.view(ASKED)
+    assert first["waits"] == "compiler"
+    assert first["steps"] is None
+    assert first["rows"][0]["stable"]
+    session.after(ASKED)
+    assert session.view({**ASKED, "numbers": {"gain": 3.1}})["waits"] == ""
+    assert session.view({**ASKED, "numbers": {"compensators.1.corner": 0}})["waits"] == "compiler"  # one state less
+
+
+def test_what_is_out_of_the_goals_is_named(at_rest):
+    assert at_rest["rows"][0]["out"] == ["ms"]
+    assert any(text.startswith("Ms 2.1") and "nominal" in text for text in at_rest["missed"])
+
+
+def test_an_unstable_loop_has_no_margins(session):
+    answer = session.view({**ASKED, "numbers": {"gain": 30}})
+    assert answer["rows"][0]["stable"] is False
+    assert answer["rows"][0]["ms"] is None
+    assert "nominal is unstable" in answer["missed"]
+    assert np.isnan(floats(answer["linear"]["gain"])).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"controller": "lqg"}, "no controller"),
+        ({"numbers": {"gain": 1e9}}, "gain"),
+        ({"numbers": {"gain": "much"}}, "must be a number"),
+        ({"numbers": {"gian": 1.0}}, "gian"),
+        ({"rig": {"M": -1}}, "mass"),
+        ({"rig": {"A": 1}}, '"A"'),
+        ({"numbers": [1]}, "table"),
+    ],
+)
+def test_a_wrong_request_is_refused_in_a_line(session, change, word):
+    with pytest.raises(InputError, match=word):
+        session.view({**ASKED, **change})
+
+
+def test_a_tune_experiment_gives_its_ranges_and_goals():
+    config = load_live(EXPERIMENTS / "tune_p_dp.toml")
+    gain = design_sliders(config, config.steps.controllers[0])[0]
+    assert (gain.low, gain.high, gain.unit, gain.log) == (2, 10, "1/m", False)
+    assert config.limits.ms == 2.15
+    assert list(config.rigs) == ["nominal", "mass-50", "mass+50", "beta-50", "supply-20"]
+
+
+def test_a_bench_gives_its_position_loops():
+    config = load_live(EXPERIMENTS / "benchmark.toml")
+    assert config.steps.signal.name == "position"
+    assert "crone1" in {spec.name for spec in config.steps.controllers}
+
+
+@pytest.mark.parametrize("name", ["position_step", "tune_p_dp", "benchmark"])
+def test_what_is_saved_is_taken_by_run(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    session = Session(load_live(EXPERIMENTS / f"{name}.toml"))
+    asked = {**ASKED, "rig": {"M": 1200, "position": 50}, "name": "mine", "moved": {"p-dp": {"gain": 3.25}}}
+    assert session.save(asked) == {"files": ["mine-rig.toml", "mine.toml"]}
+    saved = load_steps(tmp_path / "mine.toml")
+    assert next(c for c in saved.controllers if c.name == "p-dp").design.gain == 3.25
+    assert saved.rig["M"] == 1200
+    assert (saved.scenarios[0].name, saved.scenarios[0].start, saved.scenarios[0].size) == (
+        "position-10mm-at+50mm",
+        0.05,
+        -0.01,
+    )
+    with pytest.raises(InputError, match="exists already"):
+        session.save(asked)
+
+
+@pytest.mark.parametrize("name", ["", "../mine", "/tmp/mine", "a/b", "x" * 65, ".hidden", "mine.toml", "a\nb"])
+def test_a_name_is_no_path(session, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="name: use"):
+        session.save({**ASKED, "name": name, "moved": {}})
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def server(session):
+    with live_server(session, 0) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        yield server
+        server.shutdown()
+        thread.join()
+
+
+def ask(server, method, path, body=None, **headers):
+    content = None if body is None else json.dumps(body).encode()
+    given = {"Host": server.host, "Content-Length": str(len(content or b"")), **headers}
+    with closing(http.client.HTTPConnection("127.0.0.1", server.server_address[1], timeout=30)) as connection:
+        connection.putrequest(method, path, skip_host=True)
+        for name, value in given.items():
+            if value is not None:
+                connection.putheader(name, value)
+        connection.endheaders(content)
+        answer = connection.getresponse()
+        return answer.status, answer.read(), answer.headers
+
+
+def test_the_page_and_its_files_need_the_token(server):
+    assert server.server_address[0] == "127.0.0.1"
+    status, html, headers = ask(server, "GET", f"/{server.token}/")
+    assert status == 200
+    assert b"position_step" in html
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+    for name in ("live.js", "plots.js", "handles.js", "live.css", "plotly.js"):
+        assert ask(server, "GET", f"/{server.token}/{name}")[0] == 200
+    for path in ("/", "/live.js", "/wrong/", f"/{server.token[:-1]}/", f"/{server.token}/../live.js"):
+        assert ask(server, "GET", path)[0] == 403
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1", "localhost:80", "", None])
+def test_another_host_is_not_answered(server, host):
+    origin = {"Origin": f"http://{server.host}"}
+    assert ask(server, "GET", f"/{server.token}/", Host=host)[0] == 403
+    assert ask(server, "POST", f"/{server.token}/view", ASKED, **origin, Host=host)[0] == 403
+
+
+def test_a_request_needs_token_and_origin(server):
+    own = f"http://{server.host}"
+    assert ask(server, "POST", "/view", ASKED, Origin=own)[0] == 403
+    assert ask(server, "POST", f"/{server.token}/view", ASKED)[0] == 403
+    assert ask(server, "POST", f"/{server.token}/view", ASKED, Origin="http://evil.example")[0] == 403
+    assert ask(server, "GET", f"/{server.token}/view", Origin=own)[0] == 403
+    assert ask(server, "POST", f"/{server.token}/else", ASKED, Origin=own)[0] == 403
+    status, content, _ = ask(server, "POST", f"/{server.token}/view", ASKED, Origin=own)
+    assert status == 200
+    assert json.loads(content)["rows"][0]["rig"] == "nominal"
+
+
+def test_what_is_no_request_is_refused(server):
+    own, path = f"http://{server.host}", f"/{server.token}/view"
+    assert ask(server, "POST", path, [1], Origin=own)[0] == 400
+    assert ask(server, "POST", path, ASKED, Origin=own, **{"Content-Length": "9999999"})[0] == 400
+    assert ask(server, "POST", path, ASKED, Origin=own, **{"Content-Length": "-1"})[0] == 400
+    status, content, _ = ask(server, "POST", path, {**ASKED, "controller": "no"}, Origin=own)
+    assert status == 422
+    assert "no controller" in json.loads(content)["error"]
+
+
+@pytest.mark.parametrize("words", [["paper"], ["position_step", "--port", "99999"], ["position_step", "--port", "x"]])
+def test_bad_input_is_one_line(capsys, words):
+    assert main(["live", *words]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_port_that_is_taken_is_named(server, capsys):
+    assert main(["live", "position_step", "--port", str(server.server_address[1])]) == 2
+    assert "choose another" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_it_with_status_0():
+    words = [sys.executable, "-m", "workbench.cli", "live", str(STEP)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        line = process.stdout.readline()
+        assert line.startswith("http://127.0.0.1:")
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=30) == ("", "")
+        assert process.returncode == 0

@@ -1,0 +1,91 @@
+"""What a view shows, in the units that people are shown, as the page's script reads it."""
+
+from typing import Any
+
+import numpy as np
+
+from ...base.gain_phase import gain_db, phase_deg
+from ...base.signals import Signal
+from ...base.units import from_si
+from ...loop.plant_lanes import PlantLanes
+from .after import AfterPart
+from .packed import number, packed
+from .view import LinearPart, StepPart, Task, band_of, missed_goals
+
+_POINTS = 400  # of a curve over time
+
+
+def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | None, task: Task) -> dict[str, Any]:
+    """Rows of numbers, one a rig, with what is out of the goals, and the curves."""
+    rows: list[dict[str, Any]] = [{"rig": name} for name in lanes.names]
+    for lane, row in enumerate(rows):
+        if linear is not None:
+            row |= _linear_row(linear, lane)
+        if steps is not None:
+            row |= _step_row(steps, lane, task.signal)
+    missed = list(missed_goals(lanes.names, linear, steps, task.limits))
+    for miss in missed:
+        rows[miss.lane].setdefault("out", []).append(miss.column)
+    return {
+        "rows": rows,
+        "missed": [miss.text for miss in missed],
+        "linear": None if linear is None else _responses(linear),
+        "steps": None if steps is None else _courses(steps, lanes, task),
+    }
+
+
+def after_answer(part: AfterPart, signal: Signal) -> dict[str, Any]:
+    """The closed loop by sines, and which rigs hunt: None where that was not looked at."""
+    amplitude = f"{float(from_si(part.amplitude, signal.unit, signal.si)):g} {signal.unit}"
+    sines = {
+        "f": packed(part.f),
+        "gain": packed(gain_db(part.response)),
+        "phase": packed(phase_deg(part.response)),
+        "amplitude": amplitude,
+        "limited": number(float(part.f[part.limited].min())) if part.limited.any() else None,
+    }
+    return {"sines": sines, "hunting": None if part.hunting is None else part.hunting.tolist()}
+
+
+def _linear_row(linear: LinearPart, lane: int) -> dict[str, Any]:
+    names = ("ms", "gain_margin_db", "phase_margin_deg")
+    margins = {name: number(getattr(linear, name)[lane]) for name in names}
+    return {"stable": bool(linear.stable[lane]), **margins}
+
+
+def _step_row(steps: StepPart, lane: int, signal: Signal) -> dict[str, Any]:
+    peak = steps.peak[lane]
+    return {
+        "settling_s": number(steps.settling[lane]),
+        "overshoot_percent": number(steps.overshoot[lane]),
+        "peak": None if peak is None else number(float(from_si(peak, signal.unit, signal.si))),
+        "tripped": steps.tripped[lane],
+    }
+
+
+def _responses(linear: LinearPart) -> dict[str, Any]:
+    """Gains [dB] and phases [deg]."""
+    closed = np.full(len(linear.f), np.nan, complex) if linear.closed is None else linear.closed
+    return {
+        "f": packed(linear.f),
+        "gain": packed(gain_db(closed)),
+        "phase": packed(phase_deg(closed)),
+        "openGain": packed(np.array([gain_db(loop) for loop in linear.open])),
+        "openPhase": packed(np.array([phase_deg(loop) for loop in linear.open])),
+    }
+
+
+def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
+    some = slice(None, None, max(1, len(steps.t) // _POINTS))
+    signal = task.signal
+    reference, y, band = (
+        np.asarray(from_si(value, signal.unit, signal.si)) for value in (steps.reference, steps.y, band_of(lanes, task))
+    )
+    return {
+        "t": packed(steps.t[some]),
+        "reference": packed(reference[some]),
+        "y": packed(y[:, some]),
+        "command": packed(steps.command[:, some]),
+        "band": number(float(band)),
+        "end": number(float(reference[-1])),
+    }

@@ -1,0 +1,269 @@
+"use strict";
+// Numbers in, picture out: one request is under way at a time, and of those that wait only the newest is kept.
+(() => {
+  const start = JSON.parse(document.getElementById("start").textContent);
+  const get = (id) => document.getElementById(id);
+  const STILL = 250; // ms without a move, after which what takes longer is asked for
+  const state = { controller: Object.keys(start.controllers)[0], scenario: start.scenarios[0], amplitude: start.amplitudes[0], moved: {}, rig: {} };
+  const files = new Map(); // what the loops of the file do, by controller, scenario
+  let newest = null, busy = false, still = 0, sines = null;
+  let unseen = []; // times of the moves that no picture shows yet
+
+  const sliders = () => start.controllers[state.controller];
+  const movedNumbers = () => (state.moved[state.controller] ??= {});
+  const store = (slider) => (start.rigSliders.includes(slider) ? state.rig : movedNumbers());
+  const key = (slider) => slider.name.replace(/^rig\./, "");
+  const valueOf = (slider) => store(slider)[key(slider)] ?? slider.value;
+  const question = () => ({ controller: state.controller, scenario: state.scenario, amplitude: state.amplitude, numbers: { ...movedNumbers() }, rig: { ...state.rig } });
+  const rounded = (value) => Number(value.toPrecision(4));
+
+  // A share 0 to 1 of the slider, and back. A logarithmic one from 0 has 0 at its left end, and four decades.
+  const least = (slider) => slider.low || slider.high * 1e-4;
+  function share(slider, value) {
+    if (!slider.log) return (value - slider.low) / (slider.high - slider.low);
+    if (value <= 0) return 0;
+    const part = Math.log(value / least(slider)) / Math.log(slider.high / least(slider));
+    return slider.low ? part : Math.max(0.02 + 0.98 * part, 0.02);
+  }
+  function fromShare(slider, part) {
+    if (!slider.log) return slider.low + part * (slider.high - slider.low);
+    if (!slider.low && part < 0.01) return 0;
+    const inside = slider.low ? part : Math.max((part - 0.02) / 0.98, 0);
+    return least(slider) * (slider.high / least(slider)) ** inside;
+  }
+
+  const rows = new Map();
+  function row(slider) {
+    const name = key(slider).split(".").pop().replaceAll("_", " ");
+    const box = document.createElement("div");
+    box.className = "number";
+    box.innerHTML = '<label></label><input type="number" step="any"><span class="unit"></span><input type="range" min="0" max="1" step="0.001"><button type="button" class="back" title="as in the file">reset</button>';
+    const [label, text, unit, range, back] = box.children;
+    label.textContent = slider.path_is_rig ? slider.meaning : name;
+    label.title = `${slider.meaning}; ${slider.bounds[0].toPrecision(4)} to ${slider.bounds[1].toPrecision(4)} ${slider.unit}`;
+    text.id = `n-${slider.name}`;
+    label.htmlFor = text.id;
+    range.setAttribute("aria-label", `${slider.meaning} [${slider.unit}]`);
+    unit.textContent = slider.unit === "1" ? "" : slider.unit;
+    range.addEventListener("input", () => move(slider, rounded(fromShare(slider, Number(range.value)))));
+    text.addEventListener("change", () => {
+      const value = Number(text.value), inside = text.value !== "" && value >= slider.bounds[0] && value <= slider.bounds[1];
+      box.classList.toggle("wrong", !inside);
+      if (inside) { widen(slider, value); move(slider, value); } else say(`${slider.meaning}: ${slider.bounds[0]} to ${slider.bounds[1]} ${slider.unit}`, true);
+    });
+    back.addEventListener("click", () => move(slider, slider.value));
+    rows.set(slider, { box, text, range });
+    return box;
+  }
+
+  function widen(slider, value) {
+    if (value >= slider.low && value <= slider.high) return;
+    slider.low = value > 0 && slider.log ? Math.max(slider.bounds[0], Math.min(slider.low, value / 3)) : Math.min(slider.low, value);
+    slider.high = Math.max(slider.high, Math.min(slider.bounds[1], value > 0 ? value * 3 : value));
+  }
+
+  function reflect(slider) {
+    const { box, text, range } = rows.get(slider) ?? {};
+    if (!box) return;
+    const value = valueOf(slider);
+    if (document.activeElement !== text || Number(text.value) !== value) text.value = value;
+    range.value = share(slider, value);
+    box.classList.toggle("moved", value !== slider.value);
+    box.classList.remove("wrong");
+  }
+
+  function move(slider, value) {
+    if (value === slider.value) delete store(slider)[key(slider)];
+    else store(slider)[key(slider)] = rounded(value);
+    reflect(slider);
+    ask();
+  }
+
+  function listNumbers() {
+    rows.clear();
+    const box = get("numbers"), parts = new Map();
+    box.replaceChildren();
+    const group = (title, members) => {
+      const head = document.createElement("h2");
+      head.textContent = title;
+      box.append(head, ...members.filter((slider) => !slider.plain).map(row));
+      const plain = members.filter((slider) => slider.plain);
+      if (!plain.length) return;
+      const more = document.createElement("details"), summary = document.createElement("summary");
+      summary.textContent = `${plain.length} at default: ${plain.map((slider) => key(slider).split(".").pop().replaceAll("_", " ")).join(", ")}`;
+      more.append(summary, ...plain.map(row));
+      box.append(more);
+    };
+    for (const slider of sliders()) {
+      const place = slider.name.includes(".") ? slider.name.replace(/\.[^.]+$/, "") : "";
+      if (!parts.has(place)) parts.set(place, []);
+      parts.get(place).push(slider);
+    }
+    for (const members of parts.values()) group(members[0].part.replace(/([a-z])([A-Z])/g, "$1 $2"), members);
+    start.rigSliders.forEach((slider) => (slider.path_is_rig = true));
+    if (start.rigSliders.length) group(`Rig ${start.rig}: nominal, the others in proportion`, start.rigSliders);
+    [...rows.keys()].forEach(reflect);
+  }
+
+  function say(text, bad = false) {
+    get("status").textContent = text;
+    get("status").classList.toggle("bad", bad);
+  }
+
+  async function post(what, body) {
+    const answer = await fetch(what, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+    const table = answer.headers.get("Content-Type") === "application/json" ? await answer.json() : {};
+    if (!answer.ok) throw new Error(table.error ?? `the server refused (${answer.status})`);
+    return table;
+  }
+
+  const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+
+  function ask() {
+    newest = question();
+    unseen.push(window.event?.timeStamp ?? performance.now());
+    clearTimeout(still);
+    if (!busy) work();
+  }
+
+  async function work() {
+    busy = true;
+    while (newest) {
+      const asked = newest, moves = unseen;
+      newest = null;
+      unseen = [];
+      try {
+        const answer = await post("view", asked);
+        sines = null;
+        draw(answer, asked);
+        await painted();
+        const waits = { compiler: "another structure of the loop: its machine code is being made", python: "computes in Python: the scenario follows when the numbers rest" }[answer.waits];
+        const late = moves.map((at) => performance.now() - at);
+        say(waits ?? `picture ${late.at(-1).toFixed(0)} ms after the move, ${answer.server_ms.toFixed(0)} ms of them to compute`);
+        document.dispatchEvent(new CustomEvent("picture", { detail: { late, server: answer.server_ms } }));
+        if (!newest) still = setTimeout(() => after(asked), answer.waits === "compiler" ? 0 : STILL);
+      } catch (error) {
+        say(error.message, true);
+      }
+    }
+    busy = false;
+  }
+
+  let afterBusy = false;
+  async function after(asked) {
+    if (afterBusy) { still = setTimeout(() => after(asked), STILL); return; }
+    afterBusy = true;
+    try {
+      const answer = await post("after", asked);
+      if (JSON.stringify(asked) === JSON.stringify(question()) && !busy) {
+        sines = answer.after.sines;
+        answer.hunting = answer.after.hunting;
+        draw(answer, asked);
+        say("sines and hunting looked at");
+      }
+    } catch (error) {
+      say(error.message, true);
+    }
+    afterBusy = false;
+  }
+
+  function draw(answer, asked) {
+    const place = `${asked.controller} ${asked.scenario}`;
+    const untouched = !Object.keys(asked.numbers).length && !Object.keys(asked.rig).length;
+    if (untouched) files.set(place, { ...files.get(place), ...(answer.steps ? { steps: answer.steps } : {}), linear: answer.linear });
+    const file = untouched ? null : files.get(place);
+    const common = { count: start.rigs.length, unit: start.signal.unit, signal: start.signal.name, limits: start.limits, revision: place };
+    Plots.drawStep(answer.steps, { ...common, file: file?.steps });
+    Plots.drawBode(answer.linear, sines, { ...common, file: file?.linear, rows: Handles.count(sliders(), valueOf), unstable: answer.rows[0].stable === false });
+    Plots.drawNichols(answer.linear, common);
+    Handles.show(sliders(), valueOf, move);
+    tell(answer);
+  }
+
+  const COLUMNS = [["stable", "stable"], ["settling_s", "settles [s]"], ["overshoot_percent", "over-\u200bshoot [%]"], ["peak", "peak"], ["ms", "Ms"], ["gain_margin_db", "gain margin [dB]"], ["phase_margin_deg", "phase margin [deg]"]];
+  const digits = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(3))));
+
+  function cell(entry, name) {
+    if (name === "stable") return entry.stable === undefined ? "–" : entry.stable ? "yes" : "no";
+    if (name === "settling_s" && entry.tripped) return "trips";
+    if (name === "settling_s" && entry.settling_s === null) return "never";
+    return digits(entry[name]);
+  }
+
+  function tell(answer) {
+    const columns = COLUMNS.filter(([name]) => name !== "peak" || answer.rows.some((entry) => entry.peak != null));
+    const head = document.createElement("tr");
+    for (const text of ["rig", ...columns.map(([name, title]) => (name === "peak" ? `peak [${start.signal.unit}]` : title))]) {
+      const th = document.createElement("th");
+      th.textContent = text;
+      head.append(th);
+    }
+    const body = answer.rows.map((entry, lane) => {
+      const line = document.createElement("tr"), name = document.createElement("td"), swatch = document.createElement("i");
+      swatch.style.background = Plots.colour(lane);
+      name.append(swatch, entry.rig + (answer.hunting?.[lane] ? " (hunts)" : ""));
+      line.append(name);
+      for (const [column] of columns) {
+        const td = document.createElement("td");
+        td.textContent = cell(entry, column);
+        td.classList.toggle("out", Boolean(entry.out?.includes(column)));
+        if (column === "settling_s" && entry.tripped) td.title = entry.tripped;
+        line.append(td);
+      }
+      return line;
+    });
+    get("rows").querySelector("thead").replaceChildren(head);
+    get("rows").querySelector("tbody").replaceChildren(...body);
+    sentence(answer);
+  }
+
+  function worst(entries, name, pick) {
+    const values = entries.filter((entry) => entry[name] != null);
+    return values.length ? values.reduce((a, b) => (pick(a[name], b[name]) === a[name] ? a : b)) : null;
+  }
+
+  function sentence(answer) {
+    const entries = answer.rows, count = entries.length, nominal = entries[0], words = [];
+    const stable = entries.filter((entry) => entry.stable).length;
+    const known = entries.some((entry) => entry.stable !== undefined);
+    if (known) words.push(stable === count ? `stable on ${count === 1 ? "the rig" : `all ${count} rigs`}` : `unstable on ${entries.filter((e) => !e.stable).map((e) => e.rig).join(", ")}`);
+    const add = (name, text, unit, pick) => {
+      const least = worst(entries, name, pick);
+      if (least === null) return;
+      words.push(`${text} ${digits(nominal[name])}${unit}${digits(least[name]) === digits(nominal[name]) ? "" : ` (${digits(least[name])}${unit} ${least.rig})`}`);
+    };
+    add("settling_s", "settles in", " s", Math.max);
+    add("overshoot_percent", "overshoot", " %", Math.max);
+    add("peak", "peak", ` ${start.signal.unit}`, Math.max);
+    add("ms", "Ms", "", Math.max);
+    add("gain_margin_db", "gain margin", " dB", Math.min);
+    add("phase_margin_deg", "phase margin", "°", Math.min);
+    get("verdict").textContent = get("verdict").title = words.join(" · ");
+    get("verdict").classList.toggle("bad", known && stable < count);
+    const hunting = (answer.hunting ?? []).flatMap((hunts, lane) => (hunts ? [`${entries[lane].rig} hunts`] : []));
+    const missed = [...answer.missed, ...hunting];
+    get("goals").textContent = get("goals").title = missed.length ? `Out of the goals: ${missed.join("; ")}` : "Within the goals.";
+    get("goals").classList.toggle("bad", missed.length > 0);
+  }
+
+  function fill(id, values, text, set) {
+    get(id).replaceChildren(...values.map((value) => new Option(text(value), value)));
+    get(id).addEventListener("change", () => { set(get(id).value); ask(); });
+  }
+
+  fill("controller", Object.keys(start.controllers), String, (name) => { state.controller = name; listNumbers(); });
+  fill("scenario", start.scenarios, String, (name) => (state.scenario = name));
+  fill("amplitude", start.amplitudes, (size) => `${size} ${start.signal.unit}`, (size) => (state.amplitude = Number(size)));
+  get("save").addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const moved = Object.fromEntries(Object.entries(state.moved).filter(([, numbers]) => Object.keys(numbers).length));
+    try {
+      const { files: names } = await post("save", { ...question(), name: get("name").value, moved });
+      say(`saved ${names.join(" and ")}; next: jackbench run ${names.at(-1)}`);
+    } catch (error) {
+      say(error.message, true);
+    }
+  });
+  listNumbers();
+  ask();
+})();

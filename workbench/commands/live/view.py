@@ -1,0 +1,214 @@
+"""What a loop does on the rigs of the set: margins, frequency responses, steps, and what is out of the goals."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...base.signals import Signal
+from ...control.protocol import Controller, NoLinearView, sampled_law
+from ...engine import Engine
+from ...linear import Equilibrium
+from ...loop import step_metrics as metrics
+from ...loop.compiled_loop import compiled_law
+from ...loop.guard_numbers import trip_reason
+from ...loop.lane_loop import play_lanes, plays_in_lanes
+from ...loop.lane_margins import LaneMargins
+from ...loop.limits import Limits
+from ...loop.plant_lanes import PlantLanes
+from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop
+from ...loop.scenarios import Scenario
+from ...loop.sensors import Sensors, settling_band
+
+_NOWHERE = "no operating point"
+_LOWEST, _EVEN = 0.1, 240  # Hz, and how many frequencies up to Nyquist's
+WATCHED = 1.0  # s: of a scenario, after all there is to it has come
+
+
+@dataclass(frozen=True)
+class Task:
+    """A scenario of the controlled signal, with the sensors' noise of a seed or without; what the goals ask for."""
+
+    scenario: Scenario
+    signal: Signal
+    seed: int | None
+    limits: Limits = field(default_factory=Limits)
+
+    def times(self, period: float) -> np.ndarray:
+        """Instants [k] s that are watched."""
+        seconds = min(self.scenario.duration, (self.scenario.arrives or 0.0) + WATCHED)
+        return np.arange(round(seconds / period) + 1) * period
+
+    def inwards(self, position: float, stroke: float) -> float:
+        """1, or -1 where the jack stands out of the middle and the scenario does not say where it starts."""
+        return -1.0 if position > 0 and not self.scenario.position(stroke) else 1.0
+
+
+@dataclass(frozen=True)
+class LinearPart:
+    """Of linear loops: margins at null and moving, the worse of the two; open loops [lanes, k] and, of the nominal rig,
+    the closed one [k] at null over f [k] in Hz, None where it is unstable."""
+
+    stable: np.ndarray
+    ms: np.ndarray
+    gain_margin_db: np.ndarray
+    phase_margin_deg: np.ndarray
+    f: np.ndarray
+    open: np.ndarray
+    closed: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class StepPart:
+    """A scenario on every rig: controlled signal and command [lanes, k] over t [k] s, reference [k], SI, as deviations
+    from the start; settling [s] and overshoot [%] of each, peak deviation [SI] of a load, why its guard tripped."""
+
+    t: np.ndarray
+    reference: np.ndarray
+    y: np.ndarray
+    command: np.ndarray
+    settling: list[float | None]
+    overshoot: list[float | None]
+    peak: list[float | None]
+    tripped: list[str | None]
+
+
+def linear_part(lanes: PlantLanes, controller: Controller) -> LinearPart | None:
+    """None for a controller without a linear view."""
+    try:
+        null, moving = lanes.margins(controller)
+        f = _frequencies(lanes)
+        closed = lanes.closed_loop(controller, f)
+    except NoLinearView:
+        return None
+    stable = null.stable & moving.stable & lanes.null.ok
+    ms, gain_margin, phase_margin = (_worse(stable, null, moving, name, pick) for name, pick in _WORSE)
+    loops = lanes.open_loops(controller, f)
+    return LinearPart(stable, ms, gain_margin, phase_margin, f, loops, closed if stable[0] else None)
+
+
+def _frequencies(lanes: PlantLanes) -> np.ndarray:
+    """Even on a logarithmic axis, and dense where a plant resonates."""
+    return np.union1d(np.geomspace(_LOWEST, lanes.rig.nyquist, _EVEN), lanes.sharp_frequencies)
+
+
+_WORSE = (("ms", np.fmax), ("gain_margin_db", np.fmin), ("phase_margin_deg", np.fmin))
+
+
+def _worse(stable: np.ndarray, null: LaneMargins, moving: LaneMargins, name: str, pick: np.ufunc) -> np.ndarray:
+    return np.where(stable, pick(getattr(null, name), getattr(moving, name)), np.nan)
+
+
+def step_part(lanes: PlantLanes, controller: Controller, task: Task) -> StepPart:
+    """Every rig of the set in the scenario, as `jackbench run` plays it."""
+    scenario, rig, period = task.scenario, lanes.rig, lanes.rig.period.value
+    t = task.times(period)
+    inwards = task.inwards(float(lanes.position[0]), rig.limit("stroke")) if rig.is_jack else 1.0
+    asked = inwards * scenario.reference(t)
+    play = _in_lanes if plays_in_lanes(controller) else _one_by_one
+    y, sent, reasons = play(lanes, controller, task, asked, scenario.inputs(t))
+    numbers = [_numbers(task, t, inwards * lane, band_of(lanes, task)) for lane in y]
+    settling, overshoot, peak = ([row[i] for row in numbers] for i in range(3))
+    settling = [None if why else value for value, why in zip(settling, reasons, strict=True)]
+    return StepPart(t, asked, y, sent, settling, overshoot, peak, reasons)
+
+
+Played = tuple[np.ndarray, np.ndarray, list[str | None]]  # deviations and commands [lanes, k], why each lane tripped
+Inputs = Mapping[str, np.ndarray]
+
+
+def _in_lanes(lanes: PlantLanes, controller: Controller, task: Task, asked: np.ndarray, inputs: Inputs) -> Played:
+    name, null = task.scenario.signal, lanes.null
+    played = play_lanes(lanes.engine, lanes.rig, controller, null, lanes.p, asked, (name,), task.seed, inputs)
+    ((_, runs),) = played
+    start = lanes.engine.outputs(null.x[:, None], null.u[:, None], lanes.p[:, None])[:, 0]
+    reasons = [
+        SIMULATION_FAILED if failed else trip_reason(lanes.rig, int(trip)) if trip else None if ok else _NOWHERE
+        for failed, trip, ok in zip(runs.failed, runs.trip, null.ok, strict=True)
+    ]
+    return runs.signals[name] - start[:, [lanes.engine.plant.output(name)]], runs.sent, reasons
+
+
+def _one_by_one(lanes: PlantLanes, controller: Controller, task: Task, asked: np.ndarray, inputs: Inputs) -> Played:
+    """Of a controller that computes one loop in Python."""
+    name, runs = task.scenario.signal, []
+    y, sent = np.full((2, len(lanes.p), len(asked)), np.nan)
+    for lane, p in enumerate(lanes.p):
+        plant = replace(lanes.engine.plant, p=p)
+        start = Equilibrium(lanes.null.x[lane], lanes.null.u[lane], 0.0)
+        engine = Engine(plant)
+        level = float(engine.observe(start.x, start.u)[plant.output(name)])
+        there = {key: start.u[plant.input(key)] + values for key, values in inputs.items()}
+        run = SampledLoop(engine, lanes.rig, controller, start, task.seed).run(level + asked, there)
+        k = len(run.record.t)
+        y[lane, :k], sent[lane, :k] = run.record.signals[name] - level, run.record.signals["command"]
+        runs.append(run.tripped)
+    return y, sent, runs
+
+
+def band_of(lanes: PlantLanes, task: Task) -> float:
+    """In which the controlled signal has settled, SI."""
+    return settling_band(lanes.rig, task.scenario.signal, task.scenario.size)
+
+
+def _numbers(task: Task, t: np.ndarray, y: np.ndarray, band: float) -> tuple[float | None, float | None, float | None]:
+    """Settling [s], overshoot [%] and peak deviation of a load [SI], of y [k] from the start."""
+    scenario, target = task.scenario, task.scenario.size
+    if scenario.arrives is None or not np.all(np.isfinite(y)):
+        return None, None, None
+    late = t >= scenario.arrives - 1e-9
+    settling = metrics.settling_time(t[late], y[late], target, band)
+    overshoot = metrics.overshoot(y, float(y[0]), target) if target else None
+    peak = metrics.peak_deviation(y[t >= scenario.load_at - 1e-9], target) if scenario.load else None
+    return settling, overshoot, peak
+
+
+def machine_code(lanes: PlantLanes, controller: Controller, task: Task) -> object | None:
+    """What decides the machine code of a controller's loop; None for one that computes in Python."""
+    law = sampled_law(controller)
+    if law is None or lanes.engine.back_end != "compiled":
+        return None
+    sensors = Sensors(lanes.rig, lanes.engine.plant.outputs, task.seed)
+    return compiled_law(lanes.engine, lanes.rig, [law], sensors, lanes.p, (task.scenario.signal,)).shape
+
+
+@dataclass(frozen=True)
+class Miss:
+    """A number that is out of the goals: of which rig, in which column, and in words."""
+
+    lane: int
+    column: str
+    text: str
+
+
+def missed_goals(
+    names: Sequence[str], linear: LinearPart | None, steps: StepPart | None, limits: Limits
+) -> Iterator[Miss]:
+    """What a search would refuse: goals of the linear loops, then those of the motion."""
+    for lane, name in enumerate(names):
+        if linear is not None:
+            yield from _linear_misses(lane, name, linear, limits)
+        if steps is not None:
+            yield from _step_misses(lane, name, steps, limits)
+
+
+def _linear_misses(lane: int, name: str, linear: LinearPart, limits: Limits) -> Iterator[Miss]:
+    if not linear.stable[lane]:
+        yield Miss(lane, "stable", f"{name} is unstable")
+        return
+    most = limits.ms if lane else limits.ms_nominal
+    if linear.ms[lane] > most:
+        yield Miss(lane, "ms", f"Ms {linear.ms[lane]:.3g} on {name}, at most {most:g}")
+    margin = linear.gain_margin_db[lane]
+    if not lane and margin < limits.gain_margin_db:
+        yield Miss(lane, "gain_margin_db", f"gain margin {margin:.3g} dB on {name}, at least {limits.gain_margin_db:g}")
+
+
+def _step_misses(lane: int, name: str, steps: StepPart, limits: Limits) -> Iterator[Miss]:
+    if why := steps.tripped[lane]:
+        yield Miss(lane, "settling_s", f"{name} trips: {why}")
+    overshoot = steps.overshoot[lane]
+    if overshoot is not None and overshoot > limits.overshoot_percent:
+        yield Miss(
+            lane, "overshoot_percent", f"overshoot {overshoot:.3g} % on {name}, at most {limits.overshoot_percent:g} %"
+        )
