@@ -1,7 +1,7 @@
 """What commands share.
 
 options     arguments of every command, and a study that leaves a run folder
-run_folder  that folder: resumable stages, then renamed
+run_folder, new_folder    that folder: resumable stages, then renamed; a folder of files made at once
 outcome     what a study leaves behind
 experiment, step_experiment, bench_experiment, record_experiment    experiment files that several commands read
 record_options, drawn_record, plant_draw    records: arguments, and on plants drawn over what is uncertain of a rig

@@ -2,13 +2,12 @@
 
 import argparse
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ...base.errors import InputError
 from ...rigs.datasheet import load_datasheet
 from ...rigs.rig import Rig, load_rig
+from ..common.new_folder import check_new, write_folder
 from .ask import STAGES, asked_datasheet
 
 _DATASHEET = "datasheet.toml"
@@ -26,12 +25,9 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _new(options: argparse.Namespace, _words: list[str]) -> None:
     folder = options.folder
-    if folder.exists():
-        raise InputError(f"{folder}: exists already; choose another folder")
-    if not folder.absolute().parent.is_dir():
-        raise InputError(f"{folder}: no folder {folder.absolute().parent}; make it first")
+    check_new(folder)
     files = _files(options)
-    _write(folder, files)
+    write_folder(folder, files)
     print(f"{folder}: {', '.join(files)}\nnext: cd {folder}, and what README.md says")
 
 
@@ -41,7 +37,7 @@ def _files(options: argparse.Namespace) -> dict[str, str]:
     if options.ask is not None:
         sheet = {_DATASHEET: asked_datasheet(options.ask, options.folder.name)}
         with TemporaryDirectory() as place:
-            _write(Path(place) / "sheet", sheet)
+            write_folder(Path(place) / "sheet", sheet)
             rig = _built(Path(place) / "sheet" / _DATASHEET)
     else:
         rig = load_rig(options.rig) if options.datasheet is None else _built(options.datasheet)
@@ -58,14 +54,3 @@ def _built(sheet: Path) -> Rig:
     from ..new_rig.study import rig_of
 
     return rig_of(datasheet, no_checkpoint, lambda text: print(text, file=sys.stderr, flush=True))[0]
-
-
-def _write(folder: Path, files: Mapping[str, str]) -> None:
-    """All of them, or none."""
-    with TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.absolute().parent) as place:
-        unfinished = Path(place) / "files"
-        for name, text in files.items():
-            path = unfinished / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-        unfinished.rename(folder)

@@ -1,18 +1,18 @@
 """What a rig's own digital controller needs of a law: second-order sections by input, schedules, and a test vector."""
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from ..base.errors import InputError
-from ..base.signals import SIGNALS
-from ..linear.interconnect import select
-from ..linear.state_space import StateSpace
-from .piecewise_linear import CommandMap, PiecewiseLinear
-from .protocol import Controller, NeedsOperatingPoint, scheduled_law
-from .scheduled_law import ScheduledLaw
+from ...base.errors import InputError
+from ...base.signals import SIGNALS
+from ...linear.interconnect import select
+from ...linear.state_space import StateSpace
+from ..piecewise_linear import CommandMap, PiecewiseLinear
+from ..protocol import Controller, NeedsOperatingPoint, scheduled_law
+from ..scheduled_law import ScheduledLaw
 
 SAMPLES = 200
 AGREE = 1e-9  # of the largest command: how near the sections come to the controller
@@ -53,6 +53,17 @@ class Coefficients:
     channels: tuple[SectionChannel, ...]
     command_map: CommandMap | None
     vector: Mapping[str, np.ndarray]
+
+    @property
+    def signals(self) -> list[str]:
+        """What the law reads: the reference, then the measured signals, the controlled one first."""
+        return [name for name in self.vector if name != "command"]
+
+
+def identifier(name: str) -> str:
+    """A controller's name as C and Structured Text take it."""
+    plain = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return plain if re.match(r"[A-Za-z]", plain) else f"law_{plain}"
 
 
 def coefficients(controller: Controller, period: float) -> Coefficients:
@@ -177,52 +188,3 @@ def _reached(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     for _ in range(len(a)):
         reached = reached | ((a != 0) @ reached)
     return reached
-
-
-def as_json(coefficients: Coefficients) -> dict[str, Any]:
-    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale and map are there where a law has them."""
-    command_map = coefficients.command_map
-    mapped = {"command_map": {"at": command_map.at.tolist(), "to": command_map.to.tolist()}} if command_map else {}
-    return {
-        "period_s": coefficients.period,
-        "channels": [_channel_json(channel) for channel in coefficients.channels],
-        **mapped,
-        "vector": {name: values.tolist() for name, values in coefficients.vector.items()},
-    }
-
-
-def _channel_json(channel: SectionChannel) -> dict[str, Any]:
-    numbers = {"signal": channel.signal, "sections": channel.sections.tolist()}
-    if channel.scale is None:
-        return numbers
-    at, factor = channel.scale.at.tolist(), channel.scale.values.tolist()
-    return {**numbers, "scale": {"signal": "position", "at": at, "factor": factor}}
-
-
-def as_text(name: str, coefficients: Coefficients) -> str:
-    """The sections for people, every digit of them, schedules, map, and the first samples of the vector."""
-    command_map = coefficients.command_map
-    total = "sum of the channels" if command_map is None else "sum of the channels, mapped"
-    lines = [f"{name}: command = {total}, every {coefficients.period * 1e3:g} ms; SI"]
-    for channel in coefficients.channels:
-        lines.append(f"  {channel.signal}: {len(channel.sections)} sections in series: b0 b1 b2, a1 a2 (a0 = 1)")
-        lines += ["    " + _digits([*row[:3], *row[4:]]) for row in channel.sections]
-        if channel.scale is not None:
-            lines.append("    its output times a factor over the measured position [m], linear between the points:")
-            lines += _table(channel.scale.at, channel.scale.values)
-    if command_map is not None:
-        lines.append("  the sum goes through a map, linear between the points, unchanged beyond:")
-        lines += _table(command_map.at, command_map.to)
-    lines.append(f"  test vector, the first of {SAMPLES} samples (--json has all)")
-    lines += [
-        f"    {key}: " + " ".join(f"{value:.9g}" for value in values[:4]) for key, values in coefficients.vector.items()
-    ]
-    return "\n".join(lines)
-
-
-def _table(at: np.ndarray, to: np.ndarray) -> list[str]:
-    return ["      " + _digits(pair) for pair in zip(at, to, strict=True)]
-
-
-def _digits(values: Iterable[float]) -> str:
-    return " ".join(f"{value: .17g}" for value in values)

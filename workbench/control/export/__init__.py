@@ -1,0 +1,13 @@
+"""Laws handed over to a rig's own digital controller.
+
+sections          second-order sections by input, schedules, the map of the command, and a test vector
+listing           these as JSON, and as text for people
+c_code            a law in C99
+structured_text   a law in Structured Text of IEC 61131-3
+matlab            linear models for MATLAB and python-control
+"""
+
+from .listing import as_json, as_text
+from .sections import Coefficients, SectionChannel, coefficients, replay
+
+__all__ = ["Coefficients", "SectionChannel", "as_json", "as_text", "coefficients", "replay"]

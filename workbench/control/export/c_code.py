@@ -1,0 +1,150 @@
+"""A law in C99: a state, a step of it once a period, and a check against the test vector."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from .sections import Coefficients, identifier
+
+_HEAD = """\
+/* {name}: command of a servo-hydraulic jack's controller, computed once every {period:g} ms. SI units.
+ * Compile with -DCHECK_{upper} for a program that holds it against its test vector: status 0 means equal. */
+"""
+_HEADER = """\
+#ifndef {upper}_H
+#define {upper}_H
+
+typedef struct {{
+    double z[{sections}][2];
+}} {name}_state;
+
+/* From rest: all states are 0. */
+void {name}_reset({name}_state *state);
+/* The command of this sample, -1..1; signals in SI units. */
+double {name}_step({name}_state *state{arguments});
+
+#endif
+"""
+_HELPERS = """\
+/* Second-order sections in series: direct form II, transposed; rows are b0 b1 b2 a1 a2. */
+static double filtered(const double (*c)[5], double (*z)[2], int sections, double x)
+{
+    for (int k = 0; k < sections; k++) {
+        const double y = c[k][0] * x + z[k][0];
+        z[k][0] = c[k][1] * x - c[k][3] * y + z[k][1];
+        z[k][1] = c[k][2] * x - c[k][4] * y;
+        x = y;
+    }
+    return x;
+}
+"""
+_TABLE = """
+/* Linear between the points, held beyond. */
+static double interpolated(const double *at, const double *to, int points, double x)
+{
+    int k = 0;
+    if (x <= at[0])
+        return to[0];
+    if (x >= at[points - 1])
+        return to[points - 1];
+    while (x > at[k + 1])
+        k++;
+    return to[k] + (to[k + 1] - to[k]) * (x - at[k]) / (at[k + 1] - at[k]);
+}
+"""
+_STEP = """
+void {name}_reset({name}_state *state)
+{{
+    for (int k = 0; k < {sections}; k++)
+        state->z[k][0] = state->z[k][1] = 0.0;
+}}
+
+double {name}_step({name}_state *state{arguments})
+{{
+    double command = 0.0;
+{body}
+    return command;
+}}
+"""
+_CHECK = """
+#ifdef CHECK_{upper}
+#include <math.h>
+#include <stdio.h>
+
+{vector}
+int main(void)
+{{
+    double worst = 0.0, largest = 0.0;
+    {name}_state state;
+    {name}_reset(&state);
+    for (int k = 0; k < {samples}; k++) {{
+        worst = fmax(worst, fabs({name}_step(&state, {inputs}) - vector_command[k]));
+        largest = fmax(largest, fabs(vector_command[k]));
+    }}
+    printf("{name}: %.1e of the largest command off\\n", worst / largest);
+    return !(worst <= 1e-9 * largest);
+}}
+#endif
+"""
+
+
+def c_code(name: str, law: Coefficients) -> dict[str, str]:
+    """The text of NAME.h and NAME.c, by file name."""
+    name = identifier(name)
+    signals = law.signals
+    words = {
+        "name": name,
+        "upper": name.upper(),
+        "period": law.period * 1e3,
+        "sections": sum(len(channel.sections) for channel in law.channels),
+        "arguments": "".join(f", double {signal}" for signal in signals),
+        "inputs": ", ".join(f"vector_{signal}[k]" for signal in signals),
+        "samples": len(law.vector["command"]),
+        "body": "\n".join("    " + line for line in _body(law)),
+        "vector": "\n".join(_array(f"vector_{signal}", law.vector[signal]) for signal in (*signals, "command")),
+    }
+    head = _HEAD.format(**words)
+    table = _TABLE if law.command_map or any(channel.scale for channel in law.channels) else ""
+    code = (
+        f'{head}#include "{name}.h"\n\n{_tables(law)}\n{_HELPERS}{table}{_STEP.format(**words)}{_CHECK.format(**words)}'
+    )
+    return {f"{name}.h": head + _HEADER.format(**words), f"{name}.c": code}
+
+
+def _body(law: Coefficients) -> Iterable[str]:
+    first, controlled = 0, law.signals[1]
+    for i, channel in enumerate(law.channels):
+        signal = f"reference - {controlled}" if channel.signal == "error" else channel.signal
+        part = f"filtered(&sections[{first}], &state->z[{first}], {len(channel.sections)}, {signal})"
+        if channel.scale is not None:
+            part += f"\n        * interpolated(scale{i}_at, scale{i}_factor, {len(channel.scale.at)}, position)"
+        yield f"command += {part};"
+        first += len(channel.sections)
+    if law.command_map is not None:
+        last = len(law.command_map.at) - 1
+        yield f"if (command >= map_at[0] && command <= map_at[{last}])"
+        yield f"    command = interpolated(map_at, map_to, {last + 1}, command);"
+
+
+def _tables(law: Coefficients) -> str:
+    rows = [
+        ",\n    ".join("{" + _numbers(row[[0, 1, 2, 4, 5]]) + "}" for row in channel.sections)
+        for channel in law.channels
+    ]
+    parts = ["static const double sections[][5] = {\n    " + ",\n    ".join(rows) + ",\n};\n"]
+    for i, channel in enumerate(law.channels):
+        if channel.scale is not None:
+            parts += [_array(f"scale{i}_at", channel.scale.at), _array(f"scale{i}_factor", channel.scale.values)]
+    if law.command_map is not None:
+        parts += [_array("map_at", law.command_map.at), _array("map_to", law.command_map.to)]
+    return "".join(parts)
+
+
+def _array(name: str, values: np.ndarray) -> str:
+    rows = [_numbers(values[k : k + 4]) for k in range(0, len(values), 4)]
+    return f"static const double {name}[] = {{\n    " + ",\n    ".join(rows) + ",\n};\n"
+
+
+def _numbers(values: np.ndarray) -> str:
+    """Every bit of them, as C has numbers with a point."""
+    return ", ".join(repr(float(value)) for value in values)

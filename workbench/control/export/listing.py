@@ -1,0 +1,57 @@
+"""A law's coefficients as JSON, and as text for people."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from .sections import SAMPLES, Coefficients, SectionChannel
+
+
+def as_json(coefficients: Coefficients) -> dict[str, Any]:
+    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale and map are there where a law has them."""
+    command_map = coefficients.command_map
+    mapped = {"command_map": {"at": command_map.at.tolist(), "to": command_map.to.tolist()}} if command_map else {}
+    return {
+        "period_s": coefficients.period,
+        "channels": [_channel_json(channel) for channel in coefficients.channels],
+        **mapped,
+        "vector": {name: values.tolist() for name, values in coefficients.vector.items()},
+    }
+
+
+def _channel_json(channel: SectionChannel) -> dict[str, Any]:
+    numbers = {"signal": channel.signal, "sections": channel.sections.tolist()}
+    if channel.scale is None:
+        return numbers
+    at, factor = channel.scale.at.tolist(), channel.scale.values.tolist()
+    return {**numbers, "scale": {"signal": "position", "at": at, "factor": factor}}
+
+
+def as_text(name: str, coefficients: Coefficients) -> str:
+    """The sections for people, every digit of them, schedules, map, and the first samples of the vector."""
+    command_map = coefficients.command_map
+    total = "sum of the channels" if command_map is None else "sum of the channels, mapped"
+    lines = [f"{name}: command = {total}, every {coefficients.period * 1e3:g} ms; SI"]
+    for channel in coefficients.channels:
+        lines.append(f"  {channel.signal}: {len(channel.sections)} sections in series: b0 b1 b2, a1 a2 (a0 = 1)")
+        lines += ["    " + _digits([*row[:3], *row[4:]]) for row in channel.sections]
+        if channel.scale is not None:
+            lines.append("    its output times a factor over the measured position [m], linear between the points:")
+            lines += _table(channel.scale.at, channel.scale.values)
+    if command_map is not None:
+        lines.append("  the sum goes through a map, linear between the points, unchanged beyond:")
+        lines += _table(command_map.at, command_map.to)
+    lines.append(f"  test vector, the first of {SAMPLES} samples (--json has all)")
+    lines += [
+        f"    {key}: " + " ".join(f"{value:.9g}" for value in values[:4]) for key, values in coefficients.vector.items()
+    ]
+    return "\n".join(lines)
+
+
+def _table(at: np.ndarray, to: np.ndarray) -> list[str]:
+    return ["      " + _digits(pair) for pair in zip(at, to, strict=True)]
+
+
+def _digits(values: Iterable[float]) -> str:
+    return " ".join(f"{value: .17g}" for value in values)

@@ -1,0 +1,161 @@
+"""A law in Structured Text of IEC 61131-3: a function block called once a period, and a program that checks it."""
+
+from collections.abc import Iterable
+from textwrap import indent
+
+import numpy as np
+
+from .sections import Coefficients, identifier
+
+_BLOCK = """\
+(* {name}: command of a servo-hydraulic jack's controller, to be called every {period:g} ms. SI units.
+   restart = TRUE: from rest. *)
+FUNCTION_BLOCK {name}
+VAR_INPUT
+    restart : BOOL;
+{inputs}
+END_VAR
+VAR_OUTPUT
+    command : LREAL; (* -1..1 *)
+END_VAR
+VAR
+    z : ARRAY[0..{last}, 0..1] OF LREAL;
+    k : INT;
+    x : LREAL;
+    y : LREAL;
+    part : LREAL;
+END_VAR
+VAR CONSTANT
+    sections : ARRAY[0..{last}, 0..4] OF LREAL := [
+        {sections}
+    ]; (* second-order sections, rows of b0 b1 b2 a1 a2 *)
+{tables}END_VAR
+IF restart THEN
+    FOR k := 0 TO {last} DO
+        z[k, 0] := 0.0;
+        z[k, 1] := 0.0;
+    END_FOR;
+END_IF;
+command := 0.0;
+{body}
+END_FUNCTION_BLOCK
+"""
+_FILTER = """\
+x := {signal};
+FOR k := {first} TO {last} DO
+    y := sections[k, 0] * x + z[k, 0];
+    z[k, 0] := sections[k, 1] * x - sections[k, 3] * y + z[k, 1];
+    z[k, 1] := sections[k, 2] * x - sections[k, 4] * y;
+    x := y;
+END_FOR;
+part := x;"""
+_INTERPOLATE = """\
+IF {x} <= {at}[0] THEN
+    y := {to}[0];
+ELSIF {x} >= {at}[{last}] THEN
+    y := {to}[{last}];
+ELSE
+    k := 0;
+    WHILE {x} > {at}[k + 1] DO
+        k := k + 1;
+    END_WHILE;
+    y := {to}[k] + ({to}[k + 1] - {to}[k]) * ({x} - {at}[k]) / ({at}[k + 1] - {at}[k]);
+END_IF;"""
+_CHECK = """
+(* One sample of the test vector a cycle; done and passed say how it ended. *)
+PROGRAM {name}_check
+VAR
+    law : {name};
+    sample : INT;
+    worst : LREAL;
+    largest : LREAL;
+    done : BOOL;
+    passed : BOOL;
+END_VAR
+VAR CONSTANT
+{vector}END_VAR
+IF sample < {samples} THEN
+    law(restart := sample = 0, {arguments});
+    worst := MAX(worst, ABS(law.command - vector_command[sample]));
+    largest := MAX(largest, ABS(vector_command[sample]));
+    sample := sample + 1;
+ELSE
+    done := TRUE;
+    passed := worst <= 1.0E-9 * largest;
+END_IF;
+END_PROGRAM
+"""
+
+
+def structured_text(name: str, law: Coefficients) -> dict[str, str]:
+    """The text of NAME.st, by file name."""
+    name = identifier(name)
+    rows = [_numbers(row[[0, 1, 2, 4, 5]]) for channel in law.channels for row in channel.sections]
+    signals = law.signals
+    block = _BLOCK.format(
+        name=name,
+        period=law.period * 1e3,
+        inputs="\n".join(f"    {_word(signal)} : LREAL;" for signal in signals),
+        last=len(rows) - 1,
+        sections=",\n        ".join(rows),
+        tables="".join(_tables(law)),
+        body="\n".join(_body(law)),
+    )
+    check = _CHECK.format(
+        name=name,
+        samples=len(law.vector["command"]),
+        arguments=", ".join(f"{_word(signal)} := vector_{signal}[sample]" for signal in signals),
+        vector="".join(_array(f"vector_{signal}", law.vector[signal]) for signal in (*signals, "command")),
+    )
+    return {f"{name}.st": block + check}
+
+
+def _body(law: Coefficients) -> Iterable[str]:
+    first, controlled = 0, _word(law.signals[1])
+    for i, channel in enumerate(law.channels):
+        signal = f"{_word('reference')} - {controlled}" if channel.signal == "error" else _word(channel.signal)
+        yield _FILTER.format(signal=signal, first=first, last=first + len(channel.sections) - 1)
+        if channel.scale is not None:
+            yield _interpolate("position", f"scale{i}_points", f"scale{i}_factor", channel.scale.at)
+            yield "part := part * y;"
+        yield "command := command + part;"
+        first += len(channel.sections)
+    if law.command_map is not None:
+        last = len(law.command_map.at) - 1
+        yield f"IF command >= map_points[0] AND command <= map_points[{last}] THEN"
+        yield indent(_interpolate("command", "map_points", "map_to", law.command_map.at), "    ")
+        yield "    command := y;\nEND_IF;"
+
+
+def _word(signal: str) -> str:
+    """A signal's name; REFERENCE is a word of the language."""
+    return {"reference": "setpoint"}.get(signal, signal)
+
+
+def _interpolate(x: str, at: str, to: str, points: np.ndarray) -> str:
+    return _INTERPOLATE.format(x=x, at=at, to=to, last=len(points) - 1)
+
+
+def _tables(law: Coefficients) -> Iterable[str]:
+    for i, channel in enumerate(law.channels):
+        if channel.scale is not None:
+            yield _array(f"scale{i}_points", channel.scale.at)
+            yield _array(f"scale{i}_factor", channel.scale.values)
+    if law.command_map is not None:
+        yield _array("map_points", law.command_map.at)
+        yield _array("map_to", law.command_map.to)
+
+
+def _array(name: str, values: np.ndarray) -> str:
+    rows = [_numbers(values[k : k + 4]) for k in range(0, len(values), 4)]
+    return f"    {name} : ARRAY[0..{len(values) - 1}] OF LREAL := [\n        " + ",\n        ".join(rows) + "\n    ];\n"
+
+
+def _numbers(values: np.ndarray) -> str:
+    """Every bit of them, as IEC 61131-3 writes real numbers: with a point before the exponent."""
+    return ", ".join(_real(float(value)) for value in values)
+
+
+def _real(value: float) -> str:
+    digits, e, exponent = repr(value + 0.0).partition("e")  # no -0.0
+    return f"{digits}{'' if '.' in digits else '.0'}{e.upper()}{exponent}"
