@@ -19,9 +19,9 @@ TRIPS = (
     "lost",
     "observer",
     "impulse",
-    "finite",
-    *(f"still {name}" for name in MEASURED),
-)  # by the number that a tripped guard keeps; "command": no finite one
+    "following",
+    *(f"{what} {name}" for what in ("still", "finite") for name in MEASURED),
+)  # by the number that a tripped guard keeps; "command", "finite pa": not a finite one
 
 
 def places(**sizes: int) -> dict[str, slice]:
@@ -62,29 +62,18 @@ class GuardShape:
     def state(self) -> dict[str, slice]:
         """Places in the guard's state: reason for a trip, command to which the brake has come, samples since the start,
         filtered position and speed, force and its rate, integrals of the observer, load at rest, spool, whether
-        and where the jack is held, last readings, repeats."""
+        and where the jack is held, samples that it is astray, last readings, repeats."""
         names = ("trip", "brake", "count", "x", "v", "f", "df", "flow", "gap", "travel", "strain", "impulse", "change")
         read = len(self.read)
-        return places(**dict.fromkeys((*names, "rest", "spool", "held", "stand"), 1), last=read, still=read)
+        return places(**dict.fromkeys((*names, "rest", "spool", "held", "stand", "astray"), 1), last=read, still=read)
 
     @property
     def numbers(self) -> dict[str, slice]:
         """Places of the numbers of a rig."""
         names = ("middle", "stroke", "speed", "move", "force", "step", "period", "fast", "slow", "calm", "hold")
-        names += ("mass", "braking", "stall", "over", "late", "latency", "opening", "fade")
-        names += (
-            "forget",
-            "allowed",
-            "flow_share",
-            "mass_share",
-            "allowed_impulse",
-            "friction",
-            "lag",
-            "null",
-            "flow_a",
-            "flow_b",
-        )
-        names += ("lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
+        names += ("mass", "braking", "stall", "over", "late", "latency", "opening", "fade", "following", "patience")
+        names += ("forget", "allowed", "flow_share", "mass_share", "allowed_impulse", "friction", "lag", "null")
+        names += ("flow_a", "flow_b", "lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))
 
     def at(self, name: str) -> int:

@@ -18,7 +18,8 @@ class GuardSteps:
         watch, limit = graphs(shape)
         self._state = np.zeros(watch.numel_in(0))
         self._after, self._sent = np.zeros(len(self._state)), np.zeros(2)
-        self._readings, self._command, self._demanded = np.zeros(len(self._read)), np.zeros(1), np.zeros(1)
+        self._readings = np.zeros(len(self._read))
+        self._command, self._demanded, self._reference = np.zeros((3, 1))
         watched: Any
         limited: Any
         watched, self._watch = watch.buffer()
@@ -27,16 +28,18 @@ class GuardSteps:
             for place, argument in enumerate((self._state, array, self._command, self._numbers)):
                 buffer.set_arg(place, argument.data)
             buffer.set_res(0, result.data)
+        watched.set_arg(4, self._reference.data)
         self._buffers = watched, limited
 
     def reset(self) -> None:
         """Forget the past."""
         self._state[:] = 0
 
-    def watch(self, measurement: Mapping[str, float], command: float) -> int:
-        """Read the signals (SI, NaN where one is missing) while the drive holds a command; the trip's number, or 0."""
+    def watch(self, measurement: Mapping[str, float], command: float, reference: float) -> int:
+        """Read the signals (SI, NaN where one is missing) while the drive holds a command, and the position should be
+        at a reference, NaN: anywhere; the trip's number, or 0."""
         self._readings[:] = [measurement.get(name, np.nan) for name in self._read]
-        self._command[0] = command
+        self._command[0], self._reference[0] = command, reference
         self._watch()
         self._state[:] = self._after
         return int(self._state[self._trip])

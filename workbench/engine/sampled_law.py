@@ -149,7 +149,7 @@ def _law(
     """The command that the guard lets through, what was demanded, the trip, and the law's state after."""
     signals = ca.vertcat(r["reference"], *(readings[name] for name in shape.measured))
     guard = parts(s["guard"], shape.guard.state)
-    guard = watched(shape.guard, guard, ca.vertcat(*readings.values()), s["command"], q)
+    guard = watched(shape.guard, guard, ca.vertcat(*readings.values()), s["command"], r["reference"], q)
     asked = ca.if_else(guard["trip"] > 0, 0, _asked(shape, s["law"], signals, q) + r["added"])
     sent, trip = let_through(guard, asked, s["command"], q)
     advanced = _advanced(shape, s["law"], signals, sent - r["added"], q)

@@ -101,7 +101,7 @@ def compiled_law(
     places = [sensors.names.index(name) for name in shape.read]
     durations = np.array([part, 1 - part] if split else [1.0]) * rig.period.value
     durations = delays.durations(rig.period.value) if split and delays.differ else durations
-    limits = guard_numbers(rig, guard, sensors.noisy)
+    limits = guard_numbers(rig, guard, law.measures, sensors.noisy)
     return CompiledLaw(shape, durations, limits, delays, sensors.noise[places], sensors.resolution[places])
 
 

@@ -1,6 +1,6 @@
 """Faults of sensors, controllers, drives and plants, and the closed loop in which one of them begins."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import copysign, nan
 from typing import Any, cast
@@ -20,20 +20,22 @@ Signals = dict[str, float]
 
 @dataclass(frozen=True)
 class Since:
-    """What is known of a fault that acts: samples since it began, the readings, demanded and sent command then, and
-    standard normal numbers."""
+    """What is known of a fault that acts: samples since it began, the readings, demanded and sent command then,
+    standard normal numbers, and all that the controller demanded so far."""
 
     k: int
     began: Signals
     demanded: float
     command: float
     normal: np.random.Generator
+    demands: Sequence[float]
 
 
 @dataclass(frozen=True)
 class Fault:
     """A fault by name, on one of four places: the readings, what the controller demands, what the drive does with the
-    command, or factors on the plant's parameters. `signal`: the reading that it needs."""
+    command, or factors on the plant's parameters. `signal`: the reading that it needs; `computes`: time [s] that the
+    controller takes."""
 
     name: str
     signal: str = ""
@@ -41,6 +43,7 @@ class Fault:
     demands: Callable[[float, Since], Any] | None = None
     drives: Callable[[float, Since], float] | None = None
     factors: Mapping[str, float] = field(default_factory=dict)
+    computes: float = 0.0
 
     def applies(self, rig: Rig) -> bool:
         """Whether a rig has what it needs: a sensor, a specimen that can break."""
@@ -85,6 +88,10 @@ def _oscillating(_: float, since: Since) -> float:
     return copysign(1.0, np.sin(2 * np.pi * 0.01 * since.k + 0.1))
 
 
+def _late(_: float, since: Since) -> float:
+    return since.demands[-min(1 + _LATE, len(since.demands))]
+
+
 POSITION_NOISE = 4e-5  # m: of a frozen sensor whose noise goes on
 _SPIKE, _JUMP, _DRIFT, _LATE = 0.05, 0.02, 5e-5, 20  # m, m, m a sample, samples
 
@@ -115,6 +122,7 @@ FAULTS = (
     Fault("controller demands +1", demands=lambda *_: 1.0),
     Fault("controller demands -1", demands=lambda *_: -1.0),
     Fault("controller swings between +-1 at 10 Hz", demands=_oscillating),
+    Fault("controller 20 ms late", demands=_late, computes=0.02),
     Fault("controller stale", demands=lambda _, f: f.demanded),
     Fault("controller's sign reversed", demands=lambda u, _: -u),
     Fault("valve stuck where it is", drives=lambda _, f: f.command),
@@ -140,7 +148,8 @@ class _Faulty:
 
 
 class FaultyLoop(SampledLoop):
-    """A loop in Python in which a fault begins at the first sample whose readings it is `due` at, k and readings given.
+    """A loop in Python in which a fault begins at the first sample whose readings it is `due` at, k and readings given,
+    and controllers compute for as long as the fault says.
 
     `began` and `tripped_at`: numbers of the samples at which the fault began and the guard tripped, or None.
     """
@@ -160,6 +169,8 @@ class FaultyLoop(SampledLoop):
         self.tripped_at: int | None = None
         self._since: Since | None = None
         self._last_demanded = self._last_sent = 0.0
+        self._demands: list[float] = []
+        self._clock = 0  # ns
         self._normal = draws(0 if seed is None else seed, 1)
         faulty = cast(Controller, _Faulty(controller, self._changed))
         super().__init__(engine, rig, faulty, start, seed, compiled=False)
@@ -177,17 +188,22 @@ class FaultyLoop(SampledLoop):
 
     def _begin(self, signals: Signals) -> None:
         self.began = self._k
-        self._since = Since(0, signals, self._last_demanded, self._last_sent, self._normal)
+        self._since = Since(0, signals, self._last_demanded, self._last_sent, self._normal, self._demands)
         if self._fault is not None and self._fault.factors:
             plant = self._engine.plant
             values = {key: factor * plant.p[plant.parameters.index(key)] for key, factor in self._fault.factors.items()}
             self._engine = Engine(replace(plant, p=plant.parameter_values(**values)))
 
     def _changed(self, demanded: float) -> Any:
+        self._demands.append(demanded)
         if self._since is not None and self._fault is not None and self._fault.demands is not None:
+            self._clock += round(self._fault.computes * 1e9)
             return self._fault.demands(demanded, self._since)
         self._last_demanded = demanded
         return demanded
+
+    def _now(self) -> int:
+        return self._clock
 
     def _send(self, command: float) -> tuple[tuple[float, float], ...]:
         if self._guard.tripped is not None and self.tripped_at is None:

@@ -1,7 +1,7 @@
 """The guard that every loop passes through: limits of the rig on what is commanded, and trips on what is measured."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
+from math import nan
 from typing import TYPE_CHECKING
 
 from ..engine.guard_shape import packed
@@ -37,14 +37,15 @@ class Guard:
         if self._rules:
             self._rules.reset()
 
-    def watch(self, measurement: Mapping[str, float]) -> None:
-        """Trip, with the reason in `tripped`, on a lost or non-finite signal or one beyond the rig's limits (SI)."""
-        broken = self._broken(measurement)
+    def watch(self, measurement: Mapping[str, float], reference: float = nan) -> None:
+        """Trip, with the reason in `tripped`, on a lost or non-finite signal or one beyond the rig's limits (SI), or
+        where the position stays too far from the `reference` of a loop that controls it."""
+        lost = self._lost(measurement)
         if self._rules is None:
             self._rules = self._steps(measurement)
-        trip = self._rules.watch(measurement, self._command)
+        trip = self._rules.watch(measurement, self._command, reference)
         if self.tripped is None and trip:
-            self.tripped = broken or trip_reason(self._rig, trip)
+            self.tripped = lost or trip_reason(self._rig, trip)
 
     def limit(self, demanded: float, failure: str | None = None) -> float:
         """The command [1] that the drive gets for the demanded one: limited in size and rate, safe after a trip.
@@ -57,19 +58,15 @@ class Guard:
             self.tripped = failure or trip_reason(self._rig, trip)
         return self._command
 
-    def _broken(self, measurement: Mapping[str, float]) -> str | None:
+    def _lost(self, measurement: Mapping[str, float]) -> str | None:
         if measurement.keys() != self._known:
             if lost := self._known.difference(measurement):
                 return f"the {min(lost)} signal is lost"
             self._known.update(measurement)
-        if not math.isfinite(sum(measurement.values())):  # one look for all of them; only then one by one
-            for name, value in measurement.items():
-                if not math.isfinite(value):
-                    return f"the {name} signal is not finite"
         return None
 
     def _steps(self, signals: Iterable[str]) -> "GuardSteps":
         from ..engine.guard_steps import GuardSteps  # here: what only reads an experiment needs no graph
 
         shape = guard_shape(self._rig, tuple(signals), self._measures)
-        return GuardSteps(shape, packed(shape.numbers, **guard_numbers(self._rig, shape, self._noisy)))
+        return GuardSteps(shape, packed(shape.numbers, **guard_numbers(self._rig, shape, self._measures, self._noisy)))

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..engine.guard_shape import TRIPS, WATCHED, GuardShape
 from ..rigs.rig import Rig
+from ..rigs.schema import FOLLOWING_TIME
 from .capability import oil_stiffness, stall_force
 
 _NEVER = 1e15  # of a rule that a rig cannot have
@@ -29,11 +30,10 @@ _VALVE_LAG = 4e-3  # s: of a valve whose spool's frequency is not known
 def max_move_per_period(rig: Rig) -> float:
     """How far [m] the measured position may move in one period: at the speed limit, with room for the sensor's noise.
 
-    The room is six standard deviations of the difference of two readings, and one step of the resolution.
+    The room is what two readings scatter by, and one step of the resolution.
     """
     sensor = rig.sensors.get("position")
-    room = 6 * math.sqrt(2) * sensor.noise + sensor.resolution if sensor else 0.0
-    return rig.limit("speed") * rig.period.value + room
+    return rig.limit("speed") * rig.period.value + (sensor.scatter + sensor.resolution if sensor else 0.0)
 
 
 def guard_shape(rig: Rig, signals: Sequence[str], measures: Sequence[str]) -> GuardShape:
@@ -42,8 +42,9 @@ def guard_shape(rig: Rig, signals: Sequence[str], measures: Sequence[str]) -> Gu
     return GuardShape(read, rig.is_jack)
 
 
-def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float | np.ndarray]:
-    """All numbers of the rules by name, SI; rules that the rig cannot have are put out of reach."""
+def guard_numbers(rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: bool) -> dict[str, float | np.ndarray]:
+    """All numbers of the rules by name, SI, of a controller that needs `measures`, the controlled one first; rules that
+    the rig cannot have are put out of reach."""
     period = rig.period.value
     fast, slow = _filter_gains(rig)
     numbers: dict[str, float | np.ndarray] = {
@@ -59,6 +60,8 @@ def guard_numbers(rig: Rig, shape: GuardShape, noisy: bool) -> dict[str, float |
         "forget": period / _WINDOW,
         "speed": rig.limit("speed"),
         "calm": _CALM * rig.limit("speed"),
+        "following": _following_error(rig) if tuple(measures[:1]) == ("position",) else _NEVER,
+        "patience": math.ceil(FOLLOWING_TIME / period - 1e-9),
         "mass_share": _MASS_SHARE,
         "flow_share": _KNOWN_FLOW if {"spool", "supply"} <= set(shape.read) else _GUESSED_FLOW,
     }
@@ -94,7 +97,7 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "hold": _HOLDING / full if rig.stop == "hold" else 0.0,
         "opening": 1 / full,
         "fade": braking / rig["M"] / full * rig.period.value,
-        "allowed": _OFFSET * rig.limit("stroke") + (6 * math.sqrt(2) * sensor.noise if sensor else 0.0),
+        "allowed": _OFFSET * rig.limit("stroke") + (sensor.scatter if sensor else 0.0),
         "allowed_impulse": (_FRICTION * stall + 2 * _dry_friction(rig)) * _WINDOW,
         "friction": rig["b"],
         "lag": min(1.0, rig.period.value / valve),
@@ -110,6 +113,12 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "supply": rig["Ps"],
         "drain": rig["Pr"],
     }
+
+
+def _following_error(rig: Rig) -> float:
+    """Limit of the following error, SI; out of reach where a rig declares none."""
+    limit = rig.limits.get("following_error")
+    return limit.value if limit else _NEVER
 
 
 def _filter_gains(rig: Rig) -> tuple[float, float]:
@@ -157,16 +166,19 @@ def trip_reason(rig: Rig, trip: int) -> str:
     """Why the guard tripped, in words, for the number of a trip."""
     name, stroke = TRIPS[trip], rig.signal("position").text(rig.limit("stroke"))
     centre = "mid stroke" if rig.is_jack else "rest"
+    limit = rig.signal("position").text(_following_error(rig))
     if name.startswith("still "):
         return f"the {name[6:]} signal stands still: {_repeats(rig, name[6:]):g} equal readings"
+    if name.startswith("finite "):
+        return f"the {name[7:]} signal is not finite"
     return {
         "stroke": f"position beyond +-{stroke} of {centre}",
         "speed": f"speed above {rig.signal('velocity').text(rig.limit('speed'))}",
         "force": f"force above {rig.limit('force') / 1e3:g} kN",
         "command": "the controller's command is not finite",
         "braking": f"too fast to stop within +-{stroke} of {centre}",
-        "lost": "the position signal is lost for some samples: it stood still, then jumped",
+        "lost": "the position signal is lost: it stood still while the jack moved",
         "observer": "the position signal does not move as flow and pressures say",
         "impulse": "force, pressures and acceleration do not agree",
-        "finite": "a signal is not finite",
+        "following": f"the position was off its reference by more than {limit} for {FOLLOWING_TIME * 1e3:g} ms",
     }[name]

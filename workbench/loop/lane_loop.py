@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..control.linear_law import static
+from ..control.linear_law import LinearLaw, static
 from ..control.protocol import Controller, LaneController, lane_controller, preview, sampled_law
 from ..engine import Engine
 from ..engine.sampled_law import OUT
@@ -17,7 +17,6 @@ from .batch import LaneChunk, Lanes, chunks, run_lanes
 from .compiled_loop import CompiledLaw, compiled_law
 from .sensors import Sensors, check_sensors
 
-_DEMANDED = static([1.0, 0.0], ("position",))  # u = r: a law for which r is what the controller demands
 _STOPPED = 1  # of a lane that could not be simulated: as if its guard had tripped
 
 
@@ -47,8 +46,9 @@ def play_lanes(
     elif lanes is not None:
         check_sensors(rig, controller.measures)
         sensors = Sensors(rig, engine.plant.outputs, seed)
-        ready = partial(compiled_law, engine, rig, [_DEMANDED], sensors, recorded=recorded)
-        loops = _LaneLoops(engine, ready, lanes, controller.measures[0], preview(controller), sensors)
+        silent = static([0.0, 0.0], controller.measures[:1])  # what the controller demands is added to nothing
+        ready = partial(compiled_law, engine, rig, [silent], sensors, recorded=recorded)
+        loops = _LaneLoops(engine, ready, silent, lanes, preview(controller), sensors)
         for part, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}):
             yield part, loops.run(chunk)
     else:
@@ -57,30 +57,32 @@ def play_lanes(
 
 @dataclass(frozen=True)
 class _LaneLoops:
-    """A controller in lanes: the signal that it controls, and how many samples `ahead` it knows its reference.
+    """A controller in lanes, and how many samples `ahead` it knows its reference.
 
-    `ready`: guard, drive and sensors as a compiled loop has them, of plants with parameters [lanes, j].
+    `ready`: guard, drive and sensors as a compiled loop of the `silent` law has them, of plants with parameters
+    [lanes, j].
     """
 
     engine: Engine
     ready: Callable[[np.ndarray], CompiledLaw]
+    silent: LinearLaw
     lanes: LaneController
-    controlled: str
     ahead: int
     sensors: Sensors
 
     def run(self, chunk: LaneChunk) -> Lanes:
         """All instants of a chunk."""
-        level = chunk.outputs[:, [self.engine.plant.output(self.controlled)]]
+        controlled = self.silent.measures[0]
+        level = chunk.outputs[:, [self.engine.plant.output(controlled)]]
         asked = np.pad(level + chunk.reference, ((0, 0), (0, self.ahead)), "edge").T
         measured = self._read(chunk.outputs, chunk.normal[:, 0])
-        self.lanes.reset(measured[self.controlled], measured, chunk.points.u[:, 0].copy())
-        plants = _Plants(self.engine, self.ready(chunk.p), chunk)
+        self.lanes.reset(measured[controlled], measured, chunk.points.u[:, 0].copy())
+        plants = _Plants(self.engine, self.ready(chunk.p), self.silent, chunk)
         for i in range(chunk.reference.shape[1]):
             measured = self._read(plants.outputs(i), chunk.normal[:, i + 1])
             if self.ahead:
                 cast(Any, self.lanes).set_preview(asked[i : i + self.ahead + 1])
-            sent, tripped = plants.advance(i, self.lanes.compute(asked[i], measured))
+            sent, tripped = plants.advance(i, asked[i], self.lanes.compute(asked[i], measured))
             if tripped.any():
                 self.lanes.stop(tripped)
             self.lanes.update(sent)
@@ -93,14 +95,14 @@ class _LaneLoops:
 class _Plants:
     """The plants of a chunk behind their guards and drives."""
 
-    def __init__(self, engine: Engine, ready: CompiledLaw, chunk: LaneChunk) -> None:
+    def __init__(self, engine: Engine, ready: CompiledLaw, silent: LinearLaw, chunk: LaneChunk) -> None:
         self._engine, self._ready, self._start, self._p = engine, ready, chunk.points, chunk.p
         lanes, k = chunk.reference.shape
         rows = np.concatenate((np.zeros((lanes, k, 2)), chunk.others, chunk.normal[:, 1:]), axis=2)
-        self._rows = rows.swapaxes(0, 1).copy()  # [k, lanes, j], the commands 0 until they are known
+        self._rows = rows.swapaxes(0, 1).copy()  # [k, lanes, j], references and commands 0 until they are known
         self._x, self._u = chunk.points.x, chunk.points.u.copy()
         self._state = ready.start([np.zeros(0)] * lanes, chunk.points.u[:, :1])
-        self._numbers = ready.numbers([_DEMANDED], np.zeros(lanes))
+        self._numbers = ready.numbers([silent], np.zeros(lanes))
         self._held, self._trip = ready.shape.state["held"].start, ready.shape.trip
         self._others = ready.shape.inputs(engine.plant)["others"]
         self._out = np.empty((k, lanes, len(OUT) + len(ready.shape.recorded)))
@@ -111,13 +113,14 @@ class _Plants:
         self._u[:, 0], self._u[:, 1:] = self._state[:, self._held], self._rows[i, :, self._others]
         return self._engine.outputs(self._x[:, None], self._u[:, None], self._p[:, None])[:, 0]
 
-    def advance(self, i: int, demanded: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Go on by one period with demanded commands [lanes]; those that were sent, and which lanes have tripped.
+    def advance(self, i: int, reference: np.ndarray, demanded: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Go on by one period with references and demanded commands [lanes]; the commands that were sent, and which
+        lanes have tripped.
 
         A lane that cannot be simulated goes on at rest, tripped, and has no signals.
         """
         ready, rows = self._ready, self._rows[i]
-        rows[:, 0] = demanded
+        rows[:, 0], rows[:, 1] = reference, demanded
         batch, out = self._engine.run_sampled(
             ready.shape, self._x, ready.durations, self._state, rows[:, None], self._numbers, p=self._p
         )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.units import from_si
 from ..control.around import innermost
 from ..control.protocol import Controller, fallbacks, preview, sampled_law
 from ..engine import DelayLine, Engine
@@ -44,7 +45,9 @@ class SampledLoop:
 
     At each sample the signals are measured, the controller computes, the guard limits, the drive holds the command.
     Where the plant's command is late, it is held back; the record has it as it was sent. `seed` switches the sensors'
-    noise and resolution on. A linear law runs compiled where the engine does; `compiled=False` keeps it in Python.
+    noise and resolution on. A linear law runs compiled where the engine does; `compiled=False` keeps it in Python. A
+    rig's deadline is that of loops in Python, from their second sample on: in the first a controller may build what it
+    needs.
     """
 
     def __init__(
@@ -63,6 +66,7 @@ class SampledLoop:
         self._line = DelayLine(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.interpolated)
         self._samples, self._started = 0, False
         self._failure: str | None = None
+        self._deadline = rig.deadline
         self._name = type(innermost(controller)).__name__
         check_sensors(rig, controller.measures)
         measured = self._measure()
@@ -127,18 +131,34 @@ class SampledLoop:
         """One sampling instant: the command that is sent to the drive now, what was demanded with `added`, and how long
         the controller took [us], 0 after a trip. `future` is the reference from now on, where it is known ahead."""
         measured = self._measure()
-        self._guard.watch(measured)
+        self._guard.watch(measured, reference)
         if self._guard.tripped is not None:
             return self._guard.limit(Guard.safe), Guard.safe, 0.0
-        began = perf_counter_ns()
+        began = self._now()
         demanded = self._demanded(reference, measured, future) + added
-        computed = perf_counter_ns()
+        computed = self._now()
+        if self._is_late((computed - began) * 1e-9):
+            demanded = nan
         sent = self._guard.limit(demanded, self._failure)
-        limited = perf_counter_ns()
+        limited = self._now()
         if self._guard.tripped is None:
             self._told("update", sent - added)
             self._started = True
-        return sent, demanded, (perf_counter_ns() - began - limited + computed) / 1e3
+        return sent, demanded, (self._now() - began - limited + computed) / 1e3
+
+    def _now(self) -> int:
+        """Time [ns] by which controllers are measured."""
+        return perf_counter_ns()
+
+    def _is_late(self, spent: float) -> bool:
+        """Whether a controller that computed for `spent` [s] missed the rig's deadline; it has failed then."""
+        limit = self._deadline
+        if not self._started or limit is None or spent <= limit.value:
+            return False
+        took = float(from_si(spent, limit.unit, limit.si))
+        late = f"the controller missed its deadline of {limit.shown:g} {limit.unit}: it took {took:.3g}"
+        self._failure = self._failure or late
+        return True
 
     def _demanded(self, reference: float, measured: Mapping[str, float], future: np.ndarray | None) -> float:
         """What the controller computes. Raises InputError for one that fails, returns what is no number, or starts with

@@ -74,6 +74,7 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
         period=period,
         sensors=sensors,
         computing_delay=_computing_delay(control),
+        deadline=_plain(control, "deadline", schema.CONTROL["deadline"]) if "deadline" in control else None,
         form=form,
         full_command=full,
         units=units,
@@ -114,7 +115,7 @@ def _limits(table: Table, specs: Mapping[str, Spec]) -> dict[str, Number]:
     for name, spec in specs.items():
         if name in table or name == "stroke":
             limits[name] = _plain(table, name, spec)
-        else:
+        elif name not in schema.OPTIONAL:
             limits[name] = Number(name, spec.high, spec.unit, spec.unit, "no limit given")
     return limits
 

@@ -146,7 +146,7 @@ class LinearRig(Rig):
             **tables,
             "signals": signals,
             "limits": {name: number_entry(n) for name, n in self.limits.items()},
-            "control": {n.name: number_entry(n) for n in (self.period, self.computing_delay)},
+            "control": {n.name: number_entry(n) for n in self.control},
             "sensors": {name: sensor_entry(self.signal(name), sensor) for name, sensor in self.sensors.items()},
             **({"bounds": bounds} if bounds else {}),
         }

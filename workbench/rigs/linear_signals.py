@@ -45,6 +45,7 @@ def limit_specs(si: str) -> Mapping[str, Spec]:
     own = {
         "stroke": Spec(si, *_RANGE, "allowed distance from rest"),
         "speed": Spec(f"{si}/s", *_RANGE, "allowed rate of the position"),
+        "following_error": Spec(si, *_RANGE, schema.LIMITS["following_error"].meaning),
     }
     return {**schema.LIMITS, **own}
 

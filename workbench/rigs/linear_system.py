@@ -34,16 +34,17 @@ def linear_plant(
 
     `command` is the system's input at full command, `position` the unit of its output; `delay` [s] of its command,
     `noise` and `resolution` of its sensor, `load` [1/N]: the command to which a force amounts. `stroke` and the
-    further `limits` speed, force [N] and command_rate [1/s] are those of the guard. Where the position's unit is no
-    length, stroke, speed, noise and resolution are in its SI unit: rad, N, V, degC, ... A system that is sampled with
-    held inputs may have any period of its own. Raises InputError for one that cannot be taken.
+    further `limits` speed, force [N], command_rate [1/s] and following_error are those of the guard. Where the
+    position's unit is no length, stroke, speed, following_error, noise and resolution are in its SI unit: rad, N, V,
+    degC, ... A system that is sampled with held inputs may have any period of its own. Raises InputError for one that
+    cannot be taken.
     """
     model, si = _model(system), measured_as(position)
     units = {"period": "s", "delay": "s", "computing_delay": "s", "noise": si, "resolution": si}
     values = {"period": period, "delay": delay, "computing_delay": computing_delay}
     sensor = {"noise": noise, "resolution": resolution}
     further = {} if load is None else {"load": _text(load, "1/N")}
-    ends = {"stroke": si, "speed": f"{si}/s", "force": "N", "command_rate": "1/s"}
+    ends = {"stroke": si, "speed": f"{si}/s", "following_error": si, "force": "N", "command_rate": "1/s"}
     tables: dict[str, Any] = {
         "name": name,
         **model,

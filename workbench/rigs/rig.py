@@ -7,6 +7,7 @@ how far a fit may move it, `interval` within what a fit knows it (95 %). A sessi
 others in the records of a campaign's session of that name. Everything is SI once read.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
@@ -68,6 +69,11 @@ class Sensor:
     noise: float
     resolution: float
 
+    @property
+    def scatter(self) -> float:
+        """What two readings of one value may differ by: six standard deviations of their difference."""
+        return 6 * math.sqrt(2) * self.noise
+
 
 @dataclass(frozen=True)
 class EffectUse:
@@ -81,7 +87,8 @@ class EffectUse:
 @dataclass(frozen=True)
 class Rig:
     """All that is known of a rig. `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a
-    sample to its command, those of its controller; `stop` what its guard does after a trip.
+    sample to its command, those of its controller, with the `deadline` of what computes; `stop` what its guard does
+    after a trip.
 
     `sessions` are numbers of the plant that were others in the records of a campaign's session, by its name.
     `effect_files` are Python files with effects that the library lacks, by absolute path; see plant/effects.
@@ -103,6 +110,7 @@ class Rig:
     effect_files: tuple[str, ...] = ()
     computing_delay: Number = COMPUTING_DELAY
     stop: str = schema.STOPS[0]
+    deadline: Number | None = None
 
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number. Raises KeyError that names the nearest there is."""
@@ -153,6 +161,11 @@ class Rig:
         return f"{sorted(self.numbers)} {[(use.name, use.formula) for use in self.effects]}"
 
     @property
+    def control(self) -> tuple[Number, ...]:
+        """What is declared of its controller: period, computing delay, and the deadline where there is one."""
+        return (self.period, self.computing_delay, *((self.deadline,) if self.deadline else ()))
+
+    @property
     def middle(self) -> float:
         """Position [m] of the middle of the stroke."""
         return self["xmid"]
@@ -182,7 +195,7 @@ class Rig:
         return _rig_table(self)
 
     def limit(self, name: str) -> float:
-        """SI value of a limit: stroke [m], speed [m/s], force [N] or command_rate [1/s]."""
+        """SI value of a limit: stroke [m], speed [m/s], force [N] or command_rate [1/s]; not of an optional one."""
         return self.limits[name].value
 
     def in_session(self, name: str | None) -> "Rig":
@@ -285,6 +298,7 @@ def _read(path: Path, shown: str) -> Rig:
         effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
         computing_delay=_computing_delay(control),
         stop=_stop(top.table("limits")),
+        deadline=_deadline(control),
     )
 
 
@@ -299,6 +313,10 @@ def _stop(limits: Table) -> str:
 def _computing_delay(control: Table) -> Number:
     name = COMPUTING_DELAY.name
     return read_number(control, name, schema.CONTROL[name]) if name in control else COMPUTING_DELAY
+
+
+def _deadline(control: Table) -> Number | None:
+    return read_number(control, "deadline", schema.CONTROL["deadline"]) if "deadline" in control else None
 
 
 def read_number(table: Table, name: str, spec: Spec, source: str = "") -> Number:
@@ -323,9 +341,10 @@ def _ends(entry: Table, key: str, value: float, si: str) -> tuple[float, float]:
 
 
 def _numbers(table: Table, specs: Mapping[str, Spec], *words: str) -> dict[str, Number]:
-    """All numbers of a table; a missing, unknown or impossible one raises."""
+    """All numbers of a table; a missing one that is not optional, an unknown or impossible one raises."""
     table.allow(*specs, *words)
-    return {name: read_number(table, name, spec) for name, spec in specs.items()}
+    given = {name: spec for name, spec in specs.items() if name in table or name not in schema.OPTIONAL}
+    return {name: read_number(table, name, spec) for name, spec in given.items()}
 
 
 def read_sensors(table: Table, signals: Mapping[str, Signal] = SIGNALS) -> dict[str, Sensor]:
@@ -388,7 +407,7 @@ def _rig_table(rig: Rig) -> dict[str, Any]:
             **{name: number_entry(number) for name, number in rig.limits.items()},
             **({"stop": rig.stop} if rig.stop != schema.STOPS[0] else {}),
         },
-        "control": {number.name: number_entry(number) for number in (rig.period, rig.computing_delay)},
+        "control": {number.name: number_entry(number) for number in rig.control},
         "sensors": sensors,
         **({"effects": effects} if effects else {}),
         **({"sessions": sessions} if sessions else {}),

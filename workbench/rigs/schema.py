@@ -22,9 +22,13 @@ LIMITS = {
     "speed": Spec("m/s", 1e-4, 100.0, "allowed speed"),
     "force": Spec("N", 1.0, 1e9, "capacity of the load cell"),
     "command_rate": Spec("1/s", 1e-2, 1e6, "allowed rate of the command"),
+    "following_error": Spec("m", 1e-6, 100.0, "allowed distance of the position from its reference"),
 }
+FOLLOWING_TIME = 0.02  # s: that a following error beyond its limit may last
 STOPS = ("close", "hold")  # what the guard does after a trip: close the valve, and then hold the jack where it stands
 CONTROL = {
     "period": Spec("s", 1e-6, 1.0, "control period"),
     "computing_delay": Spec("s", 0.0, 0.1, "time from a sample to its command"),
+    "deadline": Spec("s", 1e-6, 1.0, "longest time that a controller in Python may compute"),
 }
+OPTIONAL = ("following_error", "computing_delay", "deadline")  # of limits and control: no rule where they are absent

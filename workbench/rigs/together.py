@@ -1,6 +1,5 @@
 """What the numbers of a rig have to be to each other."""
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -31,15 +30,15 @@ def check_together(top: Table, numbers: Mapping[str, "Number"], limits: Mapping[
 def check_speed_guard(top: Table, sensors: Mapping[str, "Sensor"], move: float) -> None:
     """Raises InputError for a position sensor whose noise and resolution hide what is far above the speed limit.
 
-    `move` (SI) is how far that limit lets the position go in a control period. What two readings differ by at rest, six
-    standard deviations of it, has to be allowed besides, see loop/guard.py.
+    `move` (SI) is how far that limit lets the position go in a control period. What two readings scatter by at
+    rest has to be allowed besides, see loop/guard.py.
     """
     if "position" not in sensors:
         return
     sensor = sensors["position"]
-    hidden = 6 * math.sqrt(2) * sensor.noise + sensor.resolution
+    hidden = sensor.scatter + sensor.resolution
     if hidden > _BLIND * move:
-        loud = "noise" if 6 * math.sqrt(2) * sensor.noise > sensor.resolution else "resolution"
+        loud = "noise" if sensor.scatter > sensor.resolution else "resolution"
         problem = (
             f"readings at rest may differ by {hidden / move:.3g} times what the speed limit allows in a period, so the "
             f"guard would see no speed; correct it, the speed limit or the period (up to {_BLIND:g} times)"

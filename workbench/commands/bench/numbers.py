@@ -57,7 +57,7 @@ def _difference(rig: Rig, nominal: Rig) -> str:
 
 
 def _rig(rig: Rig) -> Table:
-    entries = (*rig.numbers.values(), *rig.limits.values(), rig.period, rig.computing_delay)
+    entries = (*rig.numbers.values(), *rig.limits.values(), *rig.control)
     effects = [number for use in rig.effects for number in use.numbers.values()]
     sensors = [
         [f"{name}: noise, resolution [SI]", f"{sensor.noise:g}, {sensor.resolution:g}", "", "", ""]

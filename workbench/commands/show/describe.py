@@ -30,7 +30,7 @@ def describe(rig: Rig) -> dict[str, Any]:
     specs = {**rig.specs, **LIMITS, **CONTROL}
     numbers = [_number(number, specs[number.name].meaning) for number in rig.numbers.values()]
     numbers += [_number(number, f"limit: {LIMITS[number.name].meaning}") for number in rig.limits.values()]
-    numbers += [_number(number, CONTROL[number.name].meaning) for number in (rig.period, rig.computing_delay)]
+    numbers += [_number(number, CONTROL[number.name].meaning) for number in rig.control]
     effects = [
         {"name": use.name, "formula": use.formula, "numbers": [_number(n, "") for n in use.numbers.values()]}
         for use in rig.effects

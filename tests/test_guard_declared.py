@@ -1,0 +1,227 @@
+"""Rules of the guard that act where a rig declares them: following error, deadline; and signals that are lost."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import InputError
+from workbench.commands.run.config import load_config
+from workbench.engine import Engine
+from workbench.linear import equilibrium
+from workbench.linear.equilibria import equilibria
+from workbench.loop.faults import FAULTS, Fault, FaultyLoop
+from workbench.loop.guard import Guard
+from workbench.loop.lane_loop import play_lanes
+from workbench.loop.sampled_loop import SampledLoop
+from workbench.loop.sensors import Sensors
+from workbench.plant import build
+from workbench.rigs.rig import Number, load_rig, rig_text
+from workbench.rigs.schema import FOLLOWING_TIME
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+SPECS = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}
+PERIOD = 1e-3
+RAMP = 0.5 * PERIOD * np.arange(600)  # m: half a metre a second
+ASTRAY = "the position was off its reference by more than 50 mm for 20 ms"
+ENGINE = Engine(build(load_rig("jack-10t")))
+REST = equilibrium(ENGINE.plant)
+
+
+def following(limit: float):
+    """The rig with a limit [m] of the following error."""
+    rig = load_rig("jack-10t")
+    return replace(rig, limits={**rig.limits, "following_error": Number("following_error", limit, "m", "m", "")})
+
+
+def stuck():
+    """The engine of the rig with a torque motor that moves nothing, so that the spool stays at null."""
+    return Engine(replace(ENGINE.plant, p=ENGINE.plant.parameter_values(Km=1e-6)))
+
+
+@pytest.mark.parametrize("seed", [None, 1])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_stuck_valve_is_a_following_error_once_it_has_lasted(seed, compiled):
+    loop = SampledLoop(stuck(), following(0.05), SPECS["p-dp"].build(PERIOD), REST, seed, compiled=compiled)
+    run = loop.run(RAMP)
+    signals = run.record.signals
+    assert run.tripped == ASTRAY
+    beyond = int(np.argmax(signals["reference"] - signals["position"] > 0.05))
+    stopped = 1 + int(np.flatnonzero(run.demanded).max())
+    assert abs(stopped - (beyond + FOLLOWING_TIME / PERIOD)) <= 2
+
+
+def test_a_stuck_valve_is_a_following_error_of_a_law_in_lanes_too():
+    p = np.tile(stuck().plant.p, (2, 1))
+    points = equilibria(ENGINE.plant, p, np.zeros(2))
+    ((_, lanes),) = play_lanes(ENGINE, following(0.05), SPECS["mpc"].build(PERIOD), points, p, RAMP, ("position",), 1)
+    assert [lanes.why(lane) for lane in range(2)] == ["following", "following"]
+
+
+def test_a_stuck_valve_is_no_following_error_where_no_limit_is_declared():
+    run = SampledLoop(stuck(), load_rig("jack-10t"), SPECS["p-dp"].build(PERIOD), REST, 1).run(RAMP)
+    assert run.tripped is None
+
+
+@pytest.mark.parametrize("name", SPECS)
+def test_no_shipped_loop_trips_on_a_step_below_the_declared_limit(name):
+    run = SampledLoop(ENGINE, following(0.11), SPECS[name].build(PERIOD), REST, 1).run(np.full(600, 0.1))
+    assert run.tripped is None
+
+
+def test_an_error_that_does_not_last_is_none():
+    run = SampledLoop(ENGINE, following(0.05), SPECS["p"].build(PERIOD), REST, 1)
+    short = round(FOLLOWING_TIME / PERIOD) - 1
+    assert run.run(np.where(np.arange(200) < short, 0.06, 0.0)).tripped is None
+
+
+def test_a_force_loop_has_no_following_error():
+    spec = load_config(EXPERIMENTS / "force_tuned.toml").controllers[0]
+    rig = following(1e-3).with_values(ks=1e7, cs=1e3)
+    engine = Engine(build(rig))
+    assert (
+        SampledLoop(engine, rig, spec.build(PERIOD), equilibrium(engine.plant), 1).run(np.full(300, 5e3)).tripped
+        is None
+    )
+
+
+class Slow:
+    """A controller whose k-th `compute` takes times[k] s, on a clock of its own; 0 after the last."""
+
+    measures = ("position",)
+
+    def __init__(self, times):
+        self.times, self.clock = list(times), 0.0
+
+    def reset(self, reference, measurement, command):
+        pass
+
+    def compute(self, reference, measurement):
+        self.clock += self.times.pop(0) if self.times else 0.0
+        return 0.1
+
+    def update(self, realised):
+        pass
+
+
+class ClockedLoop(SampledLoop):
+    """A loop on the clock of its controller."""
+
+    def _now(self):
+        return round(self._controller.clock * 1e9)
+
+
+def with_deadline(deadline: float):
+    return replace(load_rig("jack-10t"), deadline=Number("deadline", deadline, "ms", "s", ""))
+
+
+def clocked(rig, times):
+    return ClockedLoop(ENGINE, rig, Slow(times), REST).run(np.zeros(20))
+
+
+def test_a_controller_that_misses_its_deadline_trips():
+    run = clocked(with_deadline(8e-4), [0.5, 7e-4, 8e-4, 1.25e-3])
+    assert run.tripped == "the controller missed its deadline of 0.8 ms: it took 1.25"
+    commands = run.record.signals["command"]
+    assert commands[2] == pytest.approx(0.1)
+    assert np.all(commands[5:] == 0)
+
+
+@pytest.mark.parametrize("times", [[0.5], [8e-4] * 20])  # the first sample may take any time
+def test_a_controller_in_time_does_not_trip(times):
+    assert clocked(with_deadline(8e-4), times).tripped is None
+
+
+def test_without_a_deadline_any_time_will_do():
+    assert clocked(load_rig("jack-10t"), [0.1] * 20).tripped is None
+
+
+def test_the_fault_of_a_late_controller_is_seen_where_a_deadline_is_declared():
+    fault = next(fault for fault in FAULTS if fault.computes)
+    for rig in (with_deadline(1e-3), load_rig("jack-10t")):
+        loop = FaultyLoop(ENGINE, rig, SPECS["p-dp"].build(PERIOD), REST, 1, fault, lambda k, _: k >= 30)
+        run = loop.run(np.full(100, 0.01))
+        if rig.deadline:
+            assert loop.tripped_at == loop.began == 30
+            assert "missed its deadline of 1 ms: it took 20" in (run.tripped or "")
+        else:
+            assert "deadline" not in (run.tripped or "")
+
+
+def test_declared_limits_are_read_and_written(tmp_path):
+    rig = replace(following(0.05), deadline=with_deadline(8e-4).deadline)
+    (tmp_path / "mine.toml").write_text(rig_text(rig))
+    again = load_rig(tmp_path / "mine.toml")
+    assert again.limits["following_error"].value == 0.05
+    assert again.deadline == rig.deadline
+    (tmp_path / "mine.toml").write_text(rig_text(rig).replace("[limits.following_error]", "[limits.folowing_error]"))
+    with pytest.raises(InputError, match='unknown key; did you mean "following_error"'):
+        load_rig(tmp_path / "mine.toml")
+
+
+# signals that are lost
+
+
+@pytest.mark.parametrize("samples", [1, 3, 10])
+@pytest.mark.parametrize("broken", [{"position": np.nan}, {}], ids=["not a number", "missing"])
+def test_a_single_sample_without_a_number_trips(rig, broken, samples):
+    guard = Guard(rig, noisy=True)
+    guard.watch({"position": 0.0})
+    for _ in range(samples):
+        guard.watch(broken)
+    guard.watch({"position": 0.0})
+    assert guard.tripped == ("the position signal is not finite" if broken else "the position signal is lost")
+
+
+class Lossy:
+    """Normal numbers of which those of a sensor are none for some samples."""
+
+    def __init__(self, normal, sensors, of, samples):
+        self.normal, self.width, self.of, self.samples, self.drawn = normal, len(sensors.names), of, samples, 0
+
+    def standard_normal(self, shape):
+        draws = np.reshape(self.normal.standard_normal(shape), (-1, self.width))
+        rows = self.drawn + np.arange(len(draws))
+        self.drawn += len(draws)
+        draws[(rows >= self.samples.start) & (rows < self.samples.stop), self.of] = np.nan
+        return draws.reshape(shape)
+
+
+@pytest.mark.parametrize("samples", [1, 3, 10])
+@pytest.mark.parametrize("signal", ["position", "pa", "force"])
+def test_a_reading_that_is_no_number_trips_by_its_name_compiled_as_in_python(signal, samples):
+    runs = []
+    for compiled in (False, True):
+        loop = SampledLoop(ENGINE, load_rig("jack-10t"), SPECS["p-dp"].build(PERIOD), REST, 1, compiled=compiled)
+        sensors: Sensors = loop._sensors
+        place = sensors.names.index(signal)
+        sensors._random = Lossy(sensors._random, sensors, place, range(50, 50 + samples))
+        runs.append(loop.run(np.full(200, 0.1)))
+    python, compiled = runs
+    assert python.tripped == compiled.tripped == f"the {signal} signal is not finite"
+    assert 48 <= int(np.flatnonzero(python.demanded).max()) <= 50
+    np.testing.assert_allclose(python.demanded, compiled.demanded, rtol=1e-6, atol=1e-9)
+
+
+def held_for(samples: int) -> Fault:
+    """A position that repeats for some samples, then goes on."""
+    return Fault(
+        "held", "position", readings=lambda y, f: y | {"position": f.began["position"]} if f.k < samples else y
+    )
+
+
+@pytest.mark.parametrize("step", [0.002, 0.02, 0.1, 0.2])
+@pytest.mark.parametrize("samples", [1, 3, 10])
+@pytest.mark.parametrize("seed", [None, 1])
+def test_readings_that_repeat_on_the_way_are_bridged_or_called_lost(step, samples, seed):
+    start = equilibrium(ENGINE.plant, position=-step / 2)
+
+    def due(_, y):
+        return y["position"] > 0
+
+    rig = load_rig("jack-10t")
+    loop = FaultyLoop(ENGINE, rig, SPECS["p-dp"].build(PERIOD), start, seed, held_for(samples), due)
+    run = loop.run(np.full(500, step / 2))
+    lost = "the position signal is lost: it stood still while the jack moved"
+    assert run.tripped == (lost if samples > 1 and step >= 0.1 else None)
