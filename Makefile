@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check figures clean
+.PHONY: demo test fuzz check figures clean
 
 demo: .venv/ready
 	@echo "1/3 the paper's figures on jack-10t"
@@ -16,6 +16,9 @@ demo: .venv/ready
 
 test: .venv/dev
 	$(BIN)/pytest -n 2 --dist worksteal
+
+fuzz: .venv/dev
+	$(BIN)/python tests/fuzz.py
 
 check: .venv/dev
 	$(BIN)/ruff check .

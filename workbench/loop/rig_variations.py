@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ..base.errors import InputError, nearest
+from ..base.errors import InputError, echo, nearest
 from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import EffectUse, Number, Rig
 
@@ -24,7 +24,7 @@ def variation(rig: Rig, name: str) -> Rig:
     Raises InputError for an unknown name, with the nearest known one, and for a number that the rig cannot have.
     """
     if name not in RIG_SET:
-        raise InputError(f'no rig "{name}" in the set; {nearest(name, RIG_SET)}')
+        raise InputError(f"no rig {echo(name)} in the set; {nearest(name[:80], RIG_SET)}")
     if name in _STIFFNESSES:
         return replace(rig.with_values(ks=_STIFFNESSES[name]), name=name)
     return replace(rig.with_values(**{key: factor * rig[key] for key, factor in _FACTORS[name].items()}), name=name)

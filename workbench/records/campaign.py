@@ -241,4 +241,6 @@ def _check_mapped(signals: Table, mapping: Mapping[str, ColumnMap], records: lis
     present = {name for record in records for name in ("t", *record.names)}
     for name, mapped in mapping.items():
         if name not in present:
-            raise signals.complaint(name, f'no record has a column "{mapped.column or name}"; {nearest(name, present)}')
+            raise signals.complaint(
+                name, f"no record has a column {echo(mapped.column or name)}; {nearest(name, present)}"
+            )

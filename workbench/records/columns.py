@@ -10,6 +10,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.signals import SIGNALS
 from ..base.units import to_si
+from .table import cell_name
 
 _SHOWN = 20  # columns in a message
 _CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
@@ -66,7 +67,7 @@ def choose(path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap]) 
     """
     places: dict[str, str] = {}
     for name in SIGNALS:
-        title = mapping.get(name, ColumnMap()).column or name
+        title = cell_name(mapping.get(name, ColumnMap()).column or name)
         cells = [cell for cell in header if title in (cell, _split(cell)[0])]
         if name == "t" and mapping.get(name, ColumnMap()).period is not None:
             continue
@@ -89,7 +90,7 @@ def _require(path: Path, header: Sequence[str], places: Mapping[str, str], mappi
     reasons = {"t": "rows need their time", "command": "the command is the model's input"}
     for name, reason in reasons.items():
         if name not in places and mapping.get(name, ColumnMap()).period is None:
-            title = mapping.get(name, ColumnMap()).column or SIGNALS[name].label
+            title = cell_name(mapping.get(name, ColumnMap()).column or SIGNALS[name].label)
             clock = "" if name == "command" else ", as a column or by its period"
             hint = f'add "{title}" or map it in [signals]{clock}; columns here: {_listed(header) or "none"}'
             raise InputError(f'{path}: no column "{title}": {reason}; {hint}')

@@ -79,10 +79,11 @@ def _response(sheet: "Columns", si: str | None) -> tuple[np.ndarray, np.ndarray]
     if f.size < FEWEST:
         raise InputError(f"{sheet.path}: {f.size} rows; a sheet needs at least {FEWEST} frequencies")
     relative = sheet.unit("gain") == _DECIBEL
-    gain = 10 ** (sheet.values("gain") / 20) if relative else sheet.values("gain", si)
-    bad = np.flatnonzero(gain <= 0)
+    with np.errstate(over="ignore"):
+        gain = 10 ** (sheet.values("gain") / 20) if relative else sheet.values("gain", si)
+    bad = np.flatnonzero(~((gain > 0) & np.isfinite(gain)))
     if bad.size:
-        raise InputError(f"{sheet.where(bad[0], 'gain')}: must be above 0; a sign belongs into the phase")
+        raise InputError(f"{sheet.where(bad[0], 'gain')}: must be above 0 and finite; a sign belongs into the phase")
     return f, gain * np.exp(1j * sheet.values("phase", "rad"))
 
 

@@ -53,6 +53,12 @@ def open_table(path: Path) -> DataTable:
     return table
 
 
+def cell_name(cell: str) -> str:
+    """What a header cell is called, and quoted as: on one line, of at most 80 characters."""
+    name = "".join(letter if letter.isprintable() else " " for letter in cell).strip()
+    return name if len(name) <= 80 else f"{name[:77]}..."
+
+
 def _csv(path: Path) -> DataTable:
     lines = read_bytes(path, kind="record").removeprefix(b"\xef\xbb\xbf").splitlines()
     rows = np.array([number for number, line in enumerate(lines, 1) if line and not line.isspace()], dtype=int)
@@ -66,7 +72,7 @@ def _csv(path: Path) -> DataTable:
         raise InputError(
             f"{path}: row {rows[0]}: cells are not separated by commas; export with commas and decimal points"
         )
-    header = tuple(cell.strip() for cell in next(csv.reader([first])))
+    header = tuple(cell_name(cell) for cell in next(csv.reader([first])))
     body = [lines[number - 1] for number in rows[1:]]
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
@@ -103,8 +109,8 @@ def _first_fault(
         for place in places:
             if not _is_number(cells[place]):
                 where = f'{path}: row {row}, column "{header[place]}"'
-                return InputError(f'{where}: "{cells[place].strip()}" is not a number; mend it or leave it empty')
-    return InputError(f"{path}: cannot be read as a table of numbers ({otherwise}); export it again")
+                return InputError(f"{where}: {echo(cells[place].strip())} is not a number; mend it or leave it empty")
+    return InputError(f"{path}: cannot be read as a table of numbers ({echo(otherwise)}); export it again")
 
 
 def _is_number(text: str) -> bool:
@@ -116,7 +122,7 @@ def _is_number(text: str) -> bool:
 
 
 def _floats(column: "pyarrow.ChunkedArray") -> np.ndarray:
-    return np.array(column.cast("float64").to_numpy(), dtype=float)  # null becomes NaN
+    return np.array(column.cast("float64", safe=False).to_numpy(), dtype=float)  # null becomes NaN
 
 
 def _parquet(path: Path) -> DataTable:
@@ -124,28 +130,31 @@ def _parquet(path: Path) -> DataTable:
     import pyarrow.parquet as pq
 
     try:
-        about = pq.read_metadata(path)
-        if 8 * about.num_rows * about.num_columns > MOST_BYTES:
-            numbers = f"{about.num_rows} rows of {about.num_columns} columns"
-            raise InputError(f"{path}: {numbers} are more than {MOST_BYTES // MEBIBYTE} MiB; split it")
-        table = pq.read_table(path)
+        with pq.ParquetFile(path) as file:  # which reads columns of one name, too
+            about = file.metadata
+            if 8 * about.num_rows * about.num_columns > MOST_BYTES:
+                numbers = f"{about.num_rows} rows of {about.num_columns} columns"
+                raise InputError(f"{path}: {numbers} are more than {MOST_BYTES // MEBIBYTE} MiB; split it")
+            table = file.read()
     except (pa.ArrowException, OSError) as error:
         raise InputError(f"{path}: broken parquet file ({_first_line(error)}); write it again") from None
+    header = tuple(map(cell_name, table.column_names))
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
         out = {}
         for cell in cells:
-            kind = table.schema.field(cell).type
+            place = header.index(cell)
+            kind = table.schema.field(place).type
             if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
                 raise InputError(f'{path}: column "{cell}": holds {kind}, not numbers; write it as numbers')
-            out[cell] = _floats(table.column(cell))
+            out[cell] = _floats(table.column(place))
         return out
 
-    return DataTable(tuple(table.column_names), np.arange(1, table.num_rows + 1), read)
+    return DataTable(header, np.arange(1, table.num_rows + 1), read)
 
 
 def _mat(path: Path) -> DataTable:
-    arrays = vectors(path)
+    arrays = {cell_name(name): values for name, values in vectors(path).items()}
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
         size = arrays[cells[0]].size

@@ -19,10 +19,10 @@ def read_factors(top: Table, rig: Rig) -> dict[str, tuple[float, float]]:
     for name in draw:
         if name not in rig.numbers:
             raise draw.complaint(name, f"the rig {rig.name} has no such number; see jackbench show {rig.name}")
-        low, high = draw.numbers(name, "[0.5, 1.5]")
-        if not 0 < low <= high:
+        ends = draw.numbers(name, "[0.5, 1.5]")
+        if len(ends) != 2 or not 0 < ends[0] <= ends[1]:
             raise draw.complaint(name, "write the least and the largest factor, such as [0.5, 1.5]")
-        factors[name] = (low, high)
+        factors[name] = (ends[0], ends[1])
     return factors
 
 

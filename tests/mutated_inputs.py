@@ -1,0 +1,264 @@
+"""The kinds of input that people write, each as seeded mutations of valid ones, and what the readers make of them."""
+
+import ast
+import shutil
+import signal
+import time
+import tomllib
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from random import Random
+from types import FrameType
+from typing import Any
+
+import tomli_w
+from mutants import LONG, document
+from mutated_tables import record_columns, sheet_columns, write_csv, write_mat, write_parquet
+
+from workbench.base.errors import InputError
+from workbench.base.units import to_si
+from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.inverse.config import load_inverse
+from workbench.commands.learn.config import load_learning
+from workbench.commands.robustness.config import load_robustness
+from workbench.commands.run.config import load_config
+from workbench.commands.sines.config import load_sines
+from workbench.commands.tune.config import load_tune
+from workbench.records import load_campaign, read_record
+from workbench.records.columns import ColumnMap
+from workbench.records.frequency_sheet import read_response, read_sheet
+from workbench.records.sheet_points import read_points
+from workbench.rigs.datasheet import load_datasheet
+from workbench.rigs.rig import load_rig, rig_text
+
+ROOT = Path(__file__).parents[1]
+SECONDS = 1.0  # of the processor, for one reading
+ECHOED = 80  # characters of the input that a message may repeat
+SLOW = ("measured_plant.toml",)  # fits a plant
+
+LOADERS: dict[str, Callable[[Path], Any]] = {
+    **dict.fromkeys(("step", "paper", "corrector"), load_config),
+    "tune": load_tune,
+    "bench": load_bench,
+    "learn": load_learning,
+    "inverse": load_inverse,
+    "robustness": load_robustness,
+    "sines": load_sines,
+    "new-rig": load_datasheet,
+}
+CAMPAIGN: dict[str, Any] = {
+    "rig": "jack-10t",
+    "score": "windows",
+    "records": {
+        "static": ["static.csv"],
+        "train": ["a.csv", {"file": "b.csv", "from": 0.0, "to": 0.02}],
+        "select": ["c.parquet"],
+        "heldout": ["d.mat"],
+    },
+    "signals": {
+        "position": {"column": "position", "unit": "mm", "scale": 1.0, "clip": [-100.0, 100.0]},
+        "pa": {"column": "pa", "unit": "bar", "to": "bar", "scale": 1.0, "offset": 0.5},
+        "pb": {"unit": "bar"},
+        "command": {"unit": "1"},
+    },
+    "sheets": [{"file": "sheet.csv", "input": "command", "output": "flow", "amplitude": 0.1}],
+}
+
+
+class TooSlow(BaseException):
+    """A reading that took its time; no reader may catch it."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of an input: "valid", "refused" or "failed", the failure's own words, and the lines of the readers
+    at which it was refused."""
+
+    outcome: str
+    failure: str = ""
+    sites: frozenset[tuple[str, int]] = frozenset()
+
+
+def rig_files() -> dict[str, dict[str, Any]]:
+    """The bundled rigs and linear plants by name."""
+    paths = [*(ROOT / "workbench" / "rigs").glob("*.toml"), *(ROOT / "experiments" / "plants").glob("*.toml")]
+    return {path.name: tomllib.loads(path.read_text()) for path in sorted(paths)}
+
+
+@cache
+def experiment_files() -> dict[str, dict[str, Any]]:
+    """The bundled experiments by name, those that any reader of LOADERS takes at once."""
+    paths = (path for path in sorted((ROOT / "experiments").glob("*.toml")) if path.name not in SLOW)
+    documents = {path.name: tomllib.loads(path.read_text()) for path in paths}
+    return {name: tree for name, tree in documents.items() if tree.get("experiment") in LOADERS}
+
+
+def read_rig(path: Path) -> None:
+    """A rig file, and back into text that is the same rig."""
+    tomllib.loads(rig_text(load_rig(path)))
+
+
+def read_any_sheet(path: Path) -> None:
+    """The three readers of a sheet of frequencies; all of them may refuse, one after the other."""
+    errors = []
+    for read in (read_sheet, read_points):
+        try:
+            read(path, None, "command", "flow")
+        except InputError as error:
+            errors.append(error)
+    read_response(path, "mm", "m")
+    if errors:
+        raise errors[0]
+
+
+def prepare(folder: Path) -> Path:
+    """The bundled experiments beside which mutated ones are put, and what is slow only the first time."""
+    shutil.copytree(ROOT / "experiments", folder, ignore=shutil.ignore_patterns("*.png", "*.gz", "README.md"))
+    to_si(1.0, "furlong", "m")
+    for tree in experiment_files().values():
+        _written(folder / "mutant.toml", tree)
+        LOADERS[tree["experiment"]](folder / "mutant.toml")
+    for kind in ("csv", "parquet", "mat"):
+        for seed in range(20):
+            examine(kind, seed, folder, seconds=60.0)
+    return folder
+
+
+def rig_mutant(random: Random, folder: Path) -> tuple[Path, Callable[[Path], Any]]:
+    tree = random.choice(list(rig_files().values()))
+    return _bytes(folder / "mutant.toml", document(tree, random)), read_rig
+
+
+def experiment_mutant(random: Random, folder: Path) -> tuple[Path, Callable[[Path], Any]]:
+    tree = random.choice(list(experiment_files().values()))
+    return _bytes(folder / "mutant.toml", document(tree, random)), LOADERS[tree["experiment"]]
+
+
+def campaign_mutant(random: Random, folder: Path) -> tuple[Path, Callable[[Path], Any]]:
+    """A campaign of five records and a sheet, which are valid."""
+    files = {name: folder / name for name in ("static.csv", "a.csv", "b.csv", "c.parquet", "d.mat", "sheet.csv")}
+    if not files["d.mat"].exists():
+        _valid_records(files)
+    return _bytes(folder / "campaign.toml", document(CAMPAIGN, random)), load_campaign
+
+
+def csv_mutant(random: Random, folder: Path) -> tuple[Path, Callable[[Path], Any]]:
+    return write_csv(folder / "mutant.csv", random, record_columns(random)), read_record
+
+
+def parquet_mutant(random: Random, folder: Path) -> tuple[Path, Callable[[Path], Any]]:
+    return write_parquet(folder / "mutant.parquet", random), read_record
+
+
+def mat_mutant(random: Random, folder: Path) -> tuple[Path, Callable[[Path], Any]]:
+    units = {"command": "1", "pa": "bar", "pb": "bar", "position": "mm"}
+    mapping = {name: ColumnMap(unit=unit) for name, unit in units.items()}
+    return write_mat(folder / "mutant.mat", random), partial(read_record, mapping=mapping)
+
+
+def sheet_mutant(random: Random, folder: Path) -> tuple[Path, Callable[[Path], Any]]:
+    return write_csv(folder / "mutant_sheet.csv", random, sheet_columns(random)), read_any_sheet
+
+
+KINDS: dict[str, Callable[[Random, Path], tuple[Path, Callable[[Path], Any]]]] = {
+    "rig": rig_mutant,
+    "experiment": experiment_mutant,
+    "campaign": campaign_mutant,
+    "csv": csv_mutant,
+    "parquet": parquet_mutant,
+    "mat": mat_mutant,
+    "sheet": sheet_mutant,
+}
+
+
+def examine(kind: str, seed: int, folder: Path, seconds: float = SECONDS) -> Result:
+    """Read one mutated input: it is valid, or refused in one line within the time, or else a failure.
+
+    `KINDS[kind](Random(f"{kind} {seed}"), folder)` writes the same file again.
+    """
+    path, read = KINDS[kind](Random(f"{kind} {seed}"), folder)
+    began = time.process_time()
+    try:
+        with limited(seconds):
+            read(path)
+    except InputError as error:
+        failure = bad_message(str(error))
+        if time.process_time() - began > seconds:
+            failure = f"refused after {time.process_time() - began:.1f} s"
+        return Result("failed" if failure else "refused", failure, frozenset(_sites(error)))
+    except (Exception, TooSlow) as error:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        return Result("failed", f"{type(error).__name__}: {str(error)[:200]} ({where.filename}:{where.lineno})")
+    return Result("valid")
+
+
+def bad_message(message: str) -> str:
+    """What is wrong with an error's message; nothing where it is one line that repeats little of the input."""
+    if not message or len(message.splitlines()) != 1:
+        return f"not one line: {message[:300]!r}"
+    if LONG[: ECHOED + 1] in message.partition(": ")[2]:  # after the path
+        return f"repeats more than {ECHOED} characters: {message[:300]!r}"
+    return ""
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Raises TooSlow in what takes more than so many seconds of the processor."""
+
+    def stop(signum: int, frame: FrameType | None) -> None:
+        raise TooSlow(f"more than {seconds:g} s")
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def raise_sites(file: str) -> set[tuple[str, int]]:
+    """Where a file raises an error of its own: the lines of its `raise` statements."""
+    nodes = ast.walk(ast.parse(Path(file).read_text(encoding="utf-8")))
+    return {(file, node.lineno) for node in nodes if isinstance(node, ast.Raise) and node.exc is not None}
+
+
+def _sites(error: BaseException | None) -> Iterator[tuple[str, int]]:
+    """Where an error was raised, and those that led to it."""
+    while error is not None:
+        frames = traceback.extract_tb(error.__traceback__)
+        yield from ((frame.filename, frame.lineno or 0) for frame in frames[-1:])
+        error = error.__cause__ or error.__context__
+
+
+def _valid_records(files: dict[str, Path]) -> None:
+    """Valid files of the campaign, each with other samples."""
+    import h5py
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    for seed, (name, path) in enumerate(files.items()):
+        columns = sheet_columns(Random(seed)) if name == "sheet.csv" else record_columns(Random(seed))
+        if path.suffix == ".parquet":
+            pq.write_table(pa.table(dict(columns)), path)
+        elif path.suffix == ".mat":
+            with h5py.File(path, "w") as file:
+                for cell, values in columns:
+                    file[cell.split(" [")[0]] = np.array(values)
+        else:
+            rows = zip(*(values for _, values in columns), strict=True)
+            path.write_text("\n".join([",".join(c for c, _ in columns), *(",".join(map(str, row)) for row in rows)]))
+
+
+def _written(path: Path, tree: dict[str, Any]) -> Path:
+    return _bytes(path, tomli_w.dumps(tree).encode())
+
+
+def _bytes(path: Path, raw: bytes) -> Path:
+    path.write_bytes(raw)
+    return path
