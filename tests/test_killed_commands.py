@@ -1,0 +1,108 @@
+"""Commands that are killed, once with a stage on disk and once before their folder is renamed: the same words finish
+the run, and its numbers are those of a run that nobody stopped."""
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from made_campaigns import rubbing_campaign, written
+from made_experiments import P_DP
+
+from workbench.cli import main
+
+ROOT = Path(__file__).parents[1]
+TIMES = ("timing", "speed")  # of metrics.json: what a computer took
+
+# The command line, which kills its process at a moment of its run folder.
+SCRIPT = """
+import os, signal, sys
+from workbench.commands.common import run_folder
+
+store = run_folder._store
+
+def kill(*unused):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+def store_and_kill(path, result):
+    store(path, result)
+    kill()
+
+if sys.argv[1] == "a stage is stored":
+    run_folder._store = store_and_kill
+else:
+    run_folder._publish = kill
+from workbench.cli import main
+sys.exit(main(sys.argv[2:]))
+"""
+
+STEP = f"""experiment = "step"
+rig = "jack-10t"
+scenarios = ["position-1mm"]
+{P_DP}
+[controllers.p]
+use = "controllers.p:P"
+gain = "0.24 1/m"
+[bode]
+low_hz = 1
+high_hz = 5
+points = 3
+amplitudes_mm = [1]
+"""
+BENCH = f"""experiment = "bench"
+rig = "jack-10t"
+scenarios = ["position-1mm"]
+rigs = ["nominal", "mass+50"]
+{P_DP}
+[bode]
+low_hz = 1
+high_hz = 5
+points = 3
+amplitudes_percent = [1]
+"""
+
+
+def words_of(command: str, folder: Path) -> list[str]:
+    """A small task of a command, without its --out."""
+    if command in ("residual", "fit"):
+        words = [command, str(written(rubbing_campaign(), folder / "campaign"))]
+        return [*words, "--starts", "1"] if command == "fit" else words
+    experiment = folder / f"{command}.toml"
+    experiment.write_text({"run": STEP, "bench": BENCH}[command])
+    return [command, str(experiment), *(["--jobs", "1"] if command == "bench" else [])]
+
+
+def killed(moment: str, words: list[str]) -> None:
+    """Start the command, which kills itself."""
+    command = [sys.executable, "-c", SCRIPT, moment, *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+
+
+def numbers(out: Path) -> str:
+    """metrics.json without what a clock measured."""
+    metrics = json.loads((out / "metrics.json").read_text())
+    return json.dumps({key: value for key, value in metrics.items() if key not in TIMES}, indent=2)
+
+
+@pytest.mark.parametrize("command", ["run", "residual", "fit", "bench"])
+def test_a_killed_command_goes_on_to_the_same_numbers(command, tmp_path):
+    words, out, partial = words_of(command, tmp_path), tmp_path / "out", tmp_path / "out.partial"
+    resumed = [*words, "--out", str(out)]
+    killed("a stage is stored", resumed)
+    assert len(stages(partial)) == 1
+    killed("the folder is renamed", resumed)
+    assert (partial / "metrics.json").exists()
+    assert not out.exists()
+    assert main(resumed) == 0
+    assert main([*words, "--out", str(tmp_path / "whole")]) == 0
+    assert numbers(out) == numbers(tmp_path / "whole")
+    assert {path.name for path in out.iterdir()} == {path.name for path in (tmp_path / "whole").iterdir()}
+    assert not partial.exists()
+
+
+def stages(partial: Path) -> list[Path]:
+    """The stages that are stored."""
+    return sorted((partial / "stages").glob("[!@]*.json"))
