@@ -113,13 +113,11 @@ def write_mat(path: Path, random: Random) -> Path:
             variables[name] = random.choice(_MATLAB)(variables[name])
     if random.random() < 0.5:
         _write_hdf5(path, variables)
-        if random.random() < 0.4:
-            path.write_bytes(mutated_bytes(path.read_bytes(), random))
     else:
-        valid = {name[:31]: value for name, value in variables.items() if name.isidentifier() and name.isascii()}
-        savemat(
-            path, {name: np.array(value, dtype=object) if value is None else value for name, value in valid.items()}
-        )
+        named = {name[:31]: value for name, value in variables.items() if name.isidentifier() and name.isascii()}
+        savemat(path, named, do_compression=random.random() < 0.3)
+    if random.random() < 0.2:
+        path.write_bytes(mutated_bytes(path.read_bytes(), random))
     return path
 
 

@@ -3,7 +3,8 @@
 record                 a frozen table of what was logged
 campaign, sessions     which records of a rig are fitted and which only judge; which are of another state of it
 read, repair, write    records from files and to files; what is mended on the way
-table, mat, columns    files as tables of numbers; which column is which signal
+table, mat, mat5       files as tables of numbers
+columns                which column is which signal
 frequency_sheet        a frequency response as a small table
 sheet_points           a frequency response with gaps, as a record
 rational_fit           a rational model with a delay, fitted to one

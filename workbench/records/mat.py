@@ -1,4 +1,4 @@
-"""MATLAB files: version 5 by scipy, version 7.3 (an HDF5 file) by h5py."""
+"""MATLAB files: version 4 by scipy, version 5 by `mat5`, version 7.3 (an HDF5 file) by h5py."""
 
 from math import prod
 from pathlib import Path
@@ -8,11 +8,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.files import MEBIBYTE, MOST_BYTES, open_file
-
-_NUMERIC = (
-    *("double", "single", "logical"),
-    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
-)
+from .mat5 import is_version5, numeric_arrays
 
 
 def vectors(path: Path) -> dict[str, np.ndarray]:
@@ -22,7 +18,7 @@ def vectors(path: Path) -> dict[str, np.ndarray]:
     """
     hdf5 = _is_hdf5(path)
     try:
-        arrays = _hdf5(path) if hdf5 else _version5(path)
+        arrays = _hdf5(path) if hdf5 else numeric_arrays(path) if is_version5(path) else _version4(path)
     except InputError:
         raise
     except Exception as error:  # of either library: struct.error, zlib.error, OSError, TypeError, ValueError ...
@@ -37,12 +33,10 @@ def _is_hdf5(path: Path) -> bool:
     return b"\x89HDF" in (head[:4], head[512:516])  # MATLAB puts its own 512 bytes before
 
 
-def _version5(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat, whosmat
+def _version4(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
 
-    shapes = {name: shape for name, shape, kind in whosmat(path) if kind in _NUMERIC and 1 < prod(shape) == max(shape)}
-    _check_size(path, sum(map(prod, shapes.values())))
-    return loadmat(path, variable_names=list(shapes)) if shapes else {}
+    return loadmat(path, appendmat=False)
 
 
 def _hdf5(path: Path) -> dict[str, Any]:
