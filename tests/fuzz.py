@@ -13,7 +13,8 @@ from tempfile import TemporaryDirectory
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ["JACKBENCH_TRUSTED"] = "*"  # as the tests have it
 
-from mutated_inputs import KINDS, ROOT, Result, examine, prepare, raise_sites
+from judged_reading import raise_sites
+from mutated_inputs import KINDS, ROOT, Result, examine, prepare
 from random_plants import examine_plant
 
 INPUTS, PLANTS = 20_000, 10_000

@@ -1,22 +1,23 @@
 """The kinds of input that people write, each as seeded mutations of valid ones, and what the readers make of them."""
 
-import ast
 import shutil
-import signal
 import time
 import tomllib
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from random import Random
-from types import FrameType
 from typing import Any
 
+import h5py
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import tomli_w
-from mutants import LONG, document
+from judged_reading import TooSlow, bad_message, limited, sites, unbounded
+from mutants import document
 from mutated_tables import record_columns, sheet_columns, write_csv, write_mat, write_parquet
 
 from workbench.base.errors import InputError
@@ -37,7 +38,6 @@ from workbench.rigs.rig import load_rig, rig_text
 
 ROOT = Path(__file__).parents[1]
 SECONDS = 1.0  # of the processor, for one reading
-ECHOED = 80  # characters of the input that a message may repeat
 SLOW = ("measured_plant.toml",)  # fits a plant
 
 LOADERS: dict[str, Callable[[Path], Any]] = {
@@ -65,12 +65,10 @@ CAMPAIGN: dict[str, Any] = {
         "pb": {"unit": "bar"},
         "command": {"unit": "1"},
     },
+    "sessions": {"warm": {"records": ["b*"], "numbers": ["K3"], "temperature": "48 degC"}},
+    "drifts": {"wear": {"records": ["a.csv", "d.mat"], "numbers": ["eps"], "per": "record"}},
     "sheets": [{"file": "sheet.csv", "input": "command", "output": "flow", "amplitude": 0.1}],
 }
-
-
-class TooSlow(BaseException):
-    """A reading that took its time; no reader may catch it."""
 
 
 @dataclass(frozen=True)
@@ -97,22 +95,25 @@ def experiment_files() -> dict[str, dict[str, Any]]:
     return {name: tree for name, tree in documents.items() if tree.get("experiment") in LOADERS}
 
 
-def read_rig(path: Path) -> None:
+def read_rig(path: Path) -> Any:
     """A rig file, and back into text that is the same rig."""
-    tomllib.loads(rig_text(load_rig(path)))
+    rig = load_rig(path)
+    tomllib.loads(rig_text(rig))
+    return rig
 
 
-def read_any_sheet(path: Path) -> None:
+def read_any_sheet(path: Path) -> Any:
     """The three readers of a sheet of frequencies; all of them may refuse, one after the other."""
-    errors = []
+    errors, sheets = [], []
     for read in (read_sheet, read_points):
         try:
-            read(path, None, "command", "flow")
+            sheets.append(read(path, None, "command", "flow"))
         except InputError as error:
             errors.append(error)
-    read_response(path, "mm", "m")
+    sheets.append(read_response(path, "mm", "m"))
     if errors:
         raise errors[0]
+    return sheets[::2]  # points may have gaps
 
 
 def prepare(folder: Path) -> Path:
@@ -184,64 +185,22 @@ def examine(kind: str, seed: int, folder: Path, seconds: float = SECONDS) -> Res
     began = time.process_time()
     try:
         with limited(seconds):
-            read(path)
+            result = read(path)
+        if number := unbounded(result):
+            return Result("failed", f"valid with {number}")
     except InputError as error:
         failure = bad_message(str(error))
         if time.process_time() - began > seconds:
             failure = f"refused after {time.process_time() - began:.1f} s"
-        return Result("failed" if failure else "refused", failure, frozenset(_sites(error)))
+        return Result("failed" if failure else "refused", failure, frozenset(sites(error)))
     except (Exception, TooSlow) as error:
         where = traceback.extract_tb(error.__traceback__)[-1]
         return Result("failed", f"{type(error).__name__}: {str(error)[:200]} ({where.filename}:{where.lineno})")
     return Result("valid")
 
 
-def bad_message(message: str) -> str:
-    """What is wrong with an error's message; nothing where it is one line that repeats little of the input."""
-    if not message or len(message.splitlines()) != 1:
-        return f"not one line: {message[:300]!r}"
-    if LONG[: ECHOED + 1] in message.partition(": ")[2]:  # after the path
-        return f"repeats more than {ECHOED} characters: {message[:300]!r}"
-    return ""
-
-
-@contextmanager
-def limited(seconds: float) -> Iterator[None]:
-    """Raises TooSlow in what takes more than so many seconds of the processor."""
-
-    def stop(signum: int, frame: FrameType | None) -> None:
-        raise TooSlow(f"more than {seconds:g} s")
-
-    before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
-
-
-def raise_sites(file: str) -> set[tuple[str, int]]:
-    """Where a file raises an error of its own: the lines of its `raise` statements."""
-    nodes = ast.walk(ast.parse(Path(file).read_text(encoding="utf-8")))
-    return {(file, node.lineno) for node in nodes if isinstance(node, ast.Raise) and node.exc is not None}
-
-
-def _sites(error: BaseException | None) -> Iterator[tuple[str, int]]:
-    """Where an error was raised, and those that led to it."""
-    while error is not None:
-        frames = traceback.extract_tb(error.__traceback__)
-        yield from ((frame.filename, frame.lineno or 0) for frame in frames[-1:])
-        error = error.__cause__ or error.__context__
-
-
 def _valid_records(files: dict[str, Path]) -> None:
     """Valid files of the campaign, each with other samples."""
-    import h5py
-    import numpy as np
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     for seed, (name, path) in enumerate(files.items()):
         columns = sheet_columns(Random(seed)) if name == "sheet.csv" else record_columns(Random(seed))
         if path.suffix == ".parquet":

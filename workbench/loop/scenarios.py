@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.errors import InputError, nearest
+from ..base.errors import InputError, echo, nearest
 
 _LEAVES = 0.5  # s: when a far end starts
 _ACCELERATION = 5.0  # m/s^2: how it starts and stops
@@ -125,5 +125,5 @@ SCENARIOS = {
 def scenario(name: str, where: str) -> Scenario:
     """A standard scenario by name; raises InputError, opened by `where`, for an unknown one."""
     if name not in SCENARIOS:
-        raise InputError(f'{where}: no scenario "{name}"; {nearest(name, SCENARIOS)}')
+        raise InputError(f"{where}: no scenario {echo(name)}; {nearest(name[:80], SCENARIOS)}")
     return SCENARIOS[name]
