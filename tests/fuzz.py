@@ -14,7 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ["JACKBENCH_TRUSTED"] = "*"  # as the tests have it
 
 from judged_reading import raise_sites
-from mutated_inputs import KINDS, ROOT, Result, examine, prepare
+from mutated_inputs import KINDS, ROOT, Result, examine, prepare, seeded
 from random_plants import examine_plant
 
 INPUTS, PLANTS = 20_000, 10_000
@@ -27,7 +27,7 @@ def fuzz_inputs(count: int, folder: Path) -> int:
     failed = 0
     each = -(-count // len(KINDS))
     for kind in KINDS:
-        results = {seed: examine(kind, seed, folder) for seed in range(each)}
+        results = {seed: examine(kind, seeded(kind, seed), folder) for seed in range(each)}
         outcomes = Counter(result.outcome for result in results.values())
         print(
             f"{kind:12}" + "".join(f"{outcomes[name]:7} {name}" for name in ("valid", "refused", "failed")), flush=True

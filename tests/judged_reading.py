@@ -1,6 +1,8 @@
-"""What a reading must not do: take its time, fail with any other error, repeat the input, give numbers without end."""
+"""What a reading must not do: take long, fail with any other error, repeat the input, give numbers without end."""
 
 import ast
+import faulthandler
+import resource
 import signal
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
@@ -14,6 +16,7 @@ import numpy as np
 from mutants import LONG
 
 UNCHECKED = ("source", "rate", "overshoot_percent")  # the document itself; what may be without limit
+GIVEN_UP = 120.0  # s, of a machine that may be busy
 ECHOED = 80  # characters of the input that a message may repeat
 
 
@@ -49,11 +52,16 @@ def _entries(value: Any) -> Iterable[tuple[Any, Any]]:
 
 @contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Raises TooSlow in what takes more than so many seconds of the processor."""
+    """Raises TooSlow in what takes more than `seconds` of the processor.
+
+    A loop inside a C function hears no signal: after GIVEN_UP seconds of any clock the process says where it is, and
+    ends.
+    """
 
     def stop(signum: int, frame: FrameType | None) -> None:
         raise TooSlow(f"more than {seconds:g} s")
 
+    faulthandler.dump_traceback_later(GIVEN_UP, exit=True)
     before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
@@ -61,6 +69,12 @@ def limited(seconds: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
         signal.signal(signal.SIGPROF, before)
+        faulthandler.cancel_dump_traceback_later()
+
+
+def peak_memory() -> int:
+    """The most memory [byte] that this process ever had."""
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def raise_sites(file: str) -> set[tuple[str, int]]:

@@ -1,7 +1,6 @@
 """The kinds of input that people write, each as seeded mutations of valid ones, and what the readers make of them."""
 
 import shutil
-import time
 import tomllib
 import traceback
 from collections.abc import Callable
@@ -16,7 +15,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
-from judged_reading import TooSlow, bad_message, limited, sites, unbounded
+from judged_reading import TooSlow, bad_message, limited, peak_memory, sites, unbounded
 from mutants import document
 from mutated_tables import record_columns, sheet_columns, write_csv, write_mat, write_parquet
 
@@ -37,7 +36,7 @@ from workbench.rigs.datasheet import load_datasheet
 from workbench.rigs.rig import load_rig, rig_text
 
 ROOT = Path(__file__).parents[1]
-SECONDS = 1.0  # of the processor, for one reading
+SECONDS, BYTES = 1.0, 500 * 2**20  # of the processor and of memory, for one reading
 SLOW = ("measured_plant.toml",)  # fits a plant
 
 LOADERS: dict[str, Callable[[Path], Any]] = {
@@ -125,8 +124,13 @@ def prepare(folder: Path) -> Path:
         LOADERS[tree["experiment"]](folder / "mutant.toml")
     for kind in ("csv", "parquet", "mat"):
         for seed in range(20):
-            examine(kind, seed, folder, seconds=60.0)
+            examine(kind, seeded(kind, seed), folder, seconds=60.0)
     return folder
+
+
+def seeded(kind: str, seed: int) -> Random:
+    """The random numbers of one mutation."""
+    return Random(f"{kind} {seed}")
 
 
 def rig_mutant(random: Random, folder: Path) -> tuple[Path, Callable[[Path], Any]]:
@@ -176,27 +180,31 @@ KINDS: dict[str, Callable[[Random, Path], tuple[Path, Callable[[Path], Any]]]] =
 }
 
 
-def examine(kind: str, seed: int, folder: Path, seconds: float = SECONDS) -> Result:
-    """Read one mutated input: it is valid, or refused in one line within the time, or else a failure.
+def examine(kind: str, random: Random, folder: Path, seconds: float = SECONDS) -> Result:
+    """Read one mutated input: it is valid, or refused in one line within the time and the memory, or else a failure.
 
-    `KINDS[kind](Random(f"{kind} {seed}"), folder)` writes the same file again.
+    `KINDS[kind](random, folder)` with the same random numbers writes the same file again.
     """
-    path, read = KINDS[kind](Random(f"{kind} {seed}"), folder)
-    began = time.process_time()
+    path, read = KINDS[kind](random, folder)
+    memory = peak_memory()
+    result = _outcome(path, read, seconds)
+    if peak_memory() - memory > BYTES:
+        return Result("failed", f"{(peak_memory() - memory) // 2**20} MiB")
+    return result
+
+
+def _outcome(path: Path, read: Callable[[Path], Any], seconds: float) -> Result:
     try:
         with limited(seconds):
-            result = read(path)
-        if number := unbounded(result):
-            return Result("failed", f"valid with {number}")
+            value = read(path)
     except InputError as error:
         failure = bad_message(str(error))
-        if time.process_time() - began > seconds:
-            failure = f"refused after {time.process_time() - began:.1f} s"
         return Result("failed" if failure else "refused", failure, frozenset(sites(error)))
     except (Exception, TooSlow) as error:
         where = traceback.extract_tb(error.__traceback__)[-1]
         return Result("failed", f"{type(error).__name__}: {str(error)[:200]} ({where.filename}:{where.lineno})")
-    return Result("valid")
+    number = unbounded(value)
+    return Result("failed", f"valid with {number}") if number else Result("valid")
 
 
 def _valid_records(files: dict[str, Path]) -> None:

@@ -1,5 +1,5 @@
-"""Commands that are killed, once with a stage on disk and once before their folder is renamed: the same words finish
-the run, and its numbers are those of a run that nobody stopped."""
+"""Commands that are killed, with a stage on disk, before their folder is renamed and right after: the same words go on,
+and the numbers are those of a run that nobody stopped."""
 
 import json
 import signal
@@ -30,10 +30,12 @@ def store_and_kill(path, result):
     store(path, result)
     kill()
 
-if sys.argv[1] == "a stage is stored":
-    run_folder._store = store_and_kill
-else:
-    run_folder._publish = kill
+moments = {
+    "a stage is stored": ("_store", store_and_kill),
+    "the folder is to be renamed": ("_publish", kill),
+    "the folder is renamed": ("_remove_leftovers", kill),
+}
+setattr(run_folder, *moments[sys.argv[1]])
 from workbench.cli import main
 sys.exit(main(sys.argv[2:]))
 """
@@ -88,19 +90,22 @@ def numbers(out: Path) -> str:
 
 
 @pytest.mark.parametrize("command", ["run", "residual", "fit", "bench"])
-def test_a_killed_command_goes_on_to_the_same_numbers(command, tmp_path):
+def test_a_killed_command_goes_on_to_the_same_numbers(command, tmp_path, capsys):
     words, out, partial = words_of(command, tmp_path), tmp_path / "out", tmp_path / "out.partial"
     resumed = [*words, "--out", str(out)]
     killed("a stage is stored", resumed)
     assert len(stages(partial)) == 1
-    killed("the folder is renamed", resumed)
+    killed("the folder is to be renamed", resumed)
     assert (partial / "metrics.json").exists()
     assert not out.exists()
-    assert main(resumed) == 0
+    killed("the folder is renamed", resumed)
+    assert not partial.exists()
+    assert (out / "stages").exists()
+    assert main(resumed) == 2
+    assert "exists already" in capsys.readouterr().err
     assert main([*words, "--out", str(tmp_path / "whole")]) == 0
     assert numbers(out) == numbers(tmp_path / "whole")
     assert {path.name for path in out.iterdir()} == {path.name for path in (tmp_path / "whole").iterdir()}
-    assert not partial.exists()
 
 
 def stages(partial: Path) -> list[Path]:

@@ -21,6 +21,7 @@ from workbench.base.errors import InputError, echo
 from workbench.base.files import read_bytes
 from workbench.cli import main
 from workbench.commands.common import run_folder
+from workbench.records.frequency_sheet import read_response
 from workbench.records.read import read_record
 
 ROOT = Path(__file__).parents[1]
@@ -92,6 +93,9 @@ EXPERIMENTS = {
     "NUL key": (STEP.replace("[controllers.p]", '[controllers."a\\u0000b"]'), "a key holds a NUL character"),
     "slash": (STEP.replace("[controllers.p]", '[controllers."a/b"]'), '"a/b" is no name to store results by'),
     "long name": (STEP.replace("[controllers.p]", f"[controllers.{'n' * 3000}]"), "a name of 3000 characters"),
+    "long scenario": (STEP.replace("position-1mm", "q" * 3000), f'no scenario "{"q" * 76}...;'),
+    "long class": (STEP.replace("p:P", "p:" + "q" * 3000), f"has no class {'q' * 77}..."),
+    "long module": (STEP.replace("controllers.p:", "q" * 3000 + ":"), f"module named '{'q' * 60}...; write the module"),
     "long number": (STEP.replace("3.7 1/m", "9" * 100_000 + " 1/m"), "write a number and its unit"),
     "unit": (STEP.replace("3.7 1/m", "3.7 9**9**9**9 1/m"), 'unknown unit "9**9**9**9 1/m"'),
     "points": (STEP.replace("points = 12", "points = 1000000000"), "bode.points = 1000000000: must be a whole number"),
@@ -209,6 +213,14 @@ def wordy(path):
     path.write_text("t [s],command [1]," + "a b " * 5000 + "\n" + "0,0,0\n" * 20)
 
 
+def talkative(path):
+    path.write_text("t [s],command [1]\n" + "0,0\n" * 20 + "0," + "q" * 3000)
+
+
+def unending(path):
+    path.write_text("t [s],command [1]," + "a" * 200_000 + "\n" + "0,0,0\n" * 20)
+
+
 def milliseconds(path):
     path.write_text("t [s],command [1],position [9**9**9**9 m]\n" + "0,0,0\n" * 20)
 
@@ -222,6 +234,8 @@ RECORDS = {
     "gz bomb": ("a.csv.gz", bomb, "more than 256 MiB, too large for a record"),
     "columns": ("a.csv", wide, "100000 columns"),
     "heading": ("a.csv", wordy, "a heading of 19999 characters"),
+    "text": ("a.csv", talkative, f'column "command [1]": "{"q" * 76}... is not a number'),
+    "cell": ("a.csv", unending, "row 1: field larger than field limit"),
     "unit": ("a.csv", milliseconds, 'unknown unit "9**9**9**9 m"'),
     "MAT 7.3 bomb": ("a.mat", matlab73, "10000000000 numbers are more than 256 MiB"),
     "MAT": ("a.mat", lambda path: path.write_bytes(b"MATLAB 7.3".ljust(512) + b"\x89HDF\r\n\x1a\n"), "broken MAT file"),
@@ -235,6 +249,20 @@ RECORDS = {
 def test_an_odd_record_is_refused_in_one_line(case, tmp_path, capsys):
     name, make, words = RECORDS[case]
     assert words in refused(capsys, "residual", campaign(tmp_path, name, make))
+
+
+def test_two_columns_of_one_name_may_stand_beside_those_that_are_used(tmp_path):
+    numbers = pa.array(np.arange(20.0))
+    names = ["t [s]", "command [1]", "x", "x"]
+    pq.write_table(pa.Table.from_arrays([numbers] * 4, names=names), tmp_path / "a.parquet")
+    assert read_record(tmp_path / "a.parquet").names == ("command",)
+
+
+def test_a_gain_beyond_all_numbers_is_refused(tmp_path):
+    path = tmp_path / "sheet.csv"
+    path.write_text("frequency [Hz],gain [dB],phase [deg]\n" + "".join(f"{f},1e9,0\n" for f in range(1, 9)))
+    with pytest.raises(InputError, match="must be above 0 and finite"):
+        read_response(path, "1", "1")
 
 
 def test_a_bomb_takes_little_memory(tmp_path):

@@ -10,7 +10,7 @@ from traceback import extract_tb
 from types import ModuleType
 from typing import Any
 
-from ..base.errors import InputError, nearest
+from ..base.errors import InputError, clipped, echo, nearest
 
 
 def absolute(use: str, beside: Path | None) -> str:
@@ -25,21 +25,23 @@ def load_class(use: str, where: str) -> Any:
     try:
         loaded = _file_module(Path(module)) if module.endswith(".py") else _installed_module(module)
     except InputError as error:
-        raise InputError(f'{where}: use = "{use}": {error}') from None
+        raise InputError(f"{where}: use = {echo(use)}: {error}") from None
     if not hasattr(loaded, name):
         classes = [key for key, value in vars(loaded).items() if isinstance(value, type)]
-        raise InputError(f'{where}: use = "{use}": module {module} has no class {name}; {nearest(name, classes)}')
+        raise InputError(
+            f"{where}: use = {echo(use)}: module {module} has no class {clipped(name)}; {nearest(name[:80], classes)}"
+        )
     return getattr(loaded, name)
 
 
 def _installed_module(name: str) -> ModuleType:
     if not all(part.isidentifier() for part in name.split(".")):
-        raise InputError(f'"{name}" is no module; write it as Python imports it')
+        raise InputError(f"{echo(name)} is no module; write it as Python imports it")
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
         if error.name and (name == error.name or name.startswith(f"{error.name}.")):
-            raise InputError(f"{error}; write the module as Python imports it") from None
+            raise InputError(f"{clipped(str(error))}; write the module as Python imports it") from None
         raise InputError(_failure(error)) from None
     except (Exception, SystemExit) as error:
         raise InputError(_failure(error)) from None

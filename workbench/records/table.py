@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.errors import InputError, echo
+from ..base.errors import InputError, clipped, echo
 from ..base.files import MEBIBYTE, MOST_BYTES, open_file, read_bytes
 from .mat import vectors
 
@@ -44,19 +44,23 @@ def open_table(path: Path) -> DataTable:
     if empty:
         raise InputError(f"{path}: the file is empty; record or export it again")
     kind = _parquet if name.endswith(".parquet") else _mat if name.endswith(".mat") else _csv
-    table = kind(path)
-    if len(table.header) > _MOST_COLUMNS:
-        raise InputError(f"{path}: {len(table.header)} columns; keep the {_MOST_COLUMNS} that matter, or fewer")
-    for cell in table.header:
-        if len(cell) > _LONGEST_CELL:
-            raise InputError(f"{path}: column {echo(cell)}: a heading of {len(cell)} characters; shorten it")
-    return table
+    return kind(path)
 
 
 def cell_name(cell: str) -> str:
     """What a header cell is called, and quoted as: on one line, of at most 80 characters."""
     name = "".join(letter if letter.isprintable() else " " for letter in cell).strip()
-    return name if len(name) <= 80 else f"{name[:77]}..."
+    return clipped(name)
+
+
+def _header(path: Path, cells: Sequence[str]) -> tuple[str, ...]:
+    """The names of the header cells, of which a person can have made no more, and none longer."""
+    if len(cells) > _MOST_COLUMNS:
+        raise InputError(f"{path}: {len(cells)} columns; keep the {_MOST_COLUMNS} that matter, or fewer")
+    for cell in map(str.strip, cells):
+        if len(cell) > _LONGEST_CELL:
+            raise InputError(f"{path}: column {echo(cell)}: a heading of {len(cell)} characters; shorten it")
+    return tuple(map(cell_name, cells))
 
 
 def _csv(path: Path) -> DataTable:
@@ -72,7 +76,7 @@ def _csv(path: Path) -> DataTable:
         raise InputError(
             f"{path}: row {rows[0]}: cells are not separated by commas; export with commas and decimal points"
         )
-    header = tuple(cell_name(cell) for cell in next(csv.reader([first])))
+    header = _header(path, _cells(path, rows[0], first))
     body = [lines[number - 1] for number in rows[1:]]
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
@@ -103,7 +107,7 @@ def _first_fault(
 ) -> InputError:
     """The fast parser says that something is wrong; this slow one finds where, for the message."""
     for row, line in zip(rows, body, strict=True):
-        cells = next(csv.reader([line.decode(errors="replace")]))
+        cells = _cells(path, row, line.decode(errors="replace"))
         if len(cells) != len(header):
             return InputError(f"{path}: row {row}: {len(cells)} cells under a header of {len(header)}; mend the row")
         for place in places:
@@ -111,6 +115,13 @@ def _first_fault(
                 where = f'{path}: row {row}, column "{header[place]}"'
                 return InputError(f"{where}: {echo(cells[place].strip())} is not a number; mend it or leave it empty")
     return InputError(f"{path}: cannot be read as a table of numbers ({echo(otherwise)}); export it again")
+
+
+def _cells(path: Path, row: int, line: str) -> list[str]:
+    try:
+        return next(csv.reader([line]))
+    except csv.Error as error:  # a cell too long for the csv module
+        raise InputError(f"{path}: row {row}: {error}; export it again") from None
 
 
 def _is_number(text: str) -> bool:
@@ -138,7 +149,7 @@ def _parquet(path: Path) -> DataTable:
             table = file.read()
     except (pa.ArrowException, OSError) as error:
         raise InputError(f"{path}: broken parquet file ({_first_line(error)}); write it again") from None
-    header = tuple(map(cell_name, table.column_names))
+    header = _header(path, table.column_names)
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
         out = {}
@@ -154,7 +165,8 @@ def _parquet(path: Path) -> DataTable:
 
 
 def _mat(path: Path) -> DataTable:
-    arrays = {cell_name(name): values for name, values in vectors(path).items()}
+    variables = vectors(path)
+    arrays = dict(zip(_header(path, list(variables)), variables.values(), strict=True))
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
         size = arrays[cells[0]].size
