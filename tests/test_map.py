@@ -33,10 +33,10 @@ def test_a_folder_s_docstring_names_its_modules_and_folders(folder):
 
 
 def test_the_commands_are_their_folders():
-    from workbench.commands import COMMANDS
+    from workbench.commands import COMMANDS, folder
 
     folders = {path.parent.name for path in (ROOT / "workbench/commands").glob("*/options.py")} - {"common"}
-    assert {name.replace("-", "_") for name in COMMANDS} == folders
+    assert {folder(name) for name in COMMANDS} == folders
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])

@@ -70,6 +70,8 @@ def test_a_list_imports_no_solver(kind):
         ["excite", "jack", "steps", "--amplitude", "1", "--seconds", "1", "--out", "x.csv"],
         ["record", "jack"],
         ["new-rig", "nothere.toml"],
+        ["import", "nothere.csv", "--rig", "jack-10t"],
+        ["import", "nothere.csv", "--rig", "jack"],
         ["compare", "a", "b"],
         ["show", "jack"],
         ["speed", "--rig", "jack"],

@@ -11,7 +11,7 @@ from typing import NoReturn
 
 from .base import trust
 from .base.errors import InputError, clipped, short_path
-from .commands import COMMANDS
+from .commands import COMMANDS, folder
 
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
 _LONGEST_WORD = 100
@@ -69,7 +69,7 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     for name, what in COMMANDS.items():
         command = commands.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.")
         if name == first_word:
-            import_module(f".commands.{name.replace('-', '_')}.options", __package__).options(command)
+            import_module(f".commands.{folder(name)}.options", __package__).options(command)
             if name not in _WITHOUT_RIG:
                 command.add_argument("--trust", action="store_true", help="run the effect_files of rigs, this once")
     return parser

@@ -5,6 +5,8 @@ metrics, tables and a page out). Where it reads a file of its own there is a `co
 than a few lines a `page.py`. The command line imports the chosen command only.
 """
 
+from keyword import iskeyword
+
 COMMANDS = {
     "run": "run an experiment file",
     "bench": "controllers on a set of rigs in scenarios",
@@ -25,6 +27,7 @@ COMMANDS = {
     "frequency": "measured frequency response of a pair of signals, beside the model's",
     "excite": "design an excitation that a rig can play",
     "record": "record a rig in simulation",
+    "import": "make a campaign folder of recordings as labs leave them",
     "new-rig": "build a rig from a datasheet",
     "compare": "hold finished runs against each other",
     "spread": "how the overshoot spreads over gain, speed, mass, oil and specimen",
@@ -36,3 +39,9 @@ COMMANDS = {
     "trust": "let code that comes with a rig run",
     "speed": "time the engine beside public solvers",
 }
+
+
+def folder(name: str) -> str:
+    """The folder of a command."""
+    plain = name.replace("-", "_")
+    return f"{plain}_" if iskeyword(plain) else plain

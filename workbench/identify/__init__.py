@@ -4,6 +4,7 @@ data        noise floor, whiteness, measured frequency response
 fit         windows, models with their slopes, and the fit of a rig's numbers
 trace       from a residual to the effect that the model lacks
 sheet       from a maker's curves to the effect that the model lacks
+columns     which column of a foreign recording is which signal
 datasheet   valves fitted to a maker's figures
 
     from workbench.identify import estimation_problem, fit_rig, noise_floor

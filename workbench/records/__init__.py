@@ -8,6 +8,7 @@ columns                which column is which signal
 frequency_sheet        a frequency response as a small table
 sheet_points           a frequency response with gaps, as a record
 rational_fit           a rational model with a delay, fitted to one
+foreign                recordings as laboratories leave them, made strict tables
 excitation, road       what a drive plays; random roads
 """
 

@@ -6,14 +6,18 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...base.cores import cores
 from ...base.errors import InputError
 from ...base.files import check_place
 from .outcome import Outcome, Progress, Stage, leave
 
+if TYPE_CHECKING:
+    from .run_folder import Run
+
 Study = Callable[[Stage, Progress], Outcome]
+FolderStudy = Callable[["Run", Progress], Outcome]
 Call = Callable[[argparse.Namespace, list[str]], None]
 
 
@@ -47,6 +51,13 @@ def jobs(options: argparse.Namespace) -> int:
 
 def finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> Outcome:
     """Compute in DIR.partial, then rename it."""
+    return finish_in_folder(options, words, name, identity, lambda run, progress: study(run.stage, progress))
+
+
+def finish_in_folder(
+    options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: FolderStudy
+) -> Outcome:
+    """The same of a study that writes files of its own into the open run's folder."""
     from .run_folder import open_run, versions
 
     out = options.out or Path("out") / name
@@ -57,7 +68,7 @@ def finish(options: argparse.Namespace, words: list[str], name: str, identity: d
         print(f"{time.perf_counter() - began:7.1f} s  {what}", file=sys.stderr, flush=True)
 
     with open_run(out, identity, options.force) as run:
-        outcome = study(run.stage, progress)
+        outcome = study(run, progress)
         footer = {
             "command": shlex.join(["jackbench", *words]),
             "versions": ", ".join(" ".join(item) for item in versions().items()),

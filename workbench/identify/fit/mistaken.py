@@ -40,16 +40,36 @@ _FALLS = 2.0  # times: the fall of chi2 that undoing it has to bring
 
 
 @dataclass(frozen=True)
-class _Mistake:
-    """What may have happened, in words; how to undo it in the signals of a record; what to write to mend it."""
+class Mistake:
+    """What may have happened, in words; how to undo it in the signals of a record; what to write to mend it.
 
+    kind: "turned", "swapped" or "scaled", of `signals`; chi2 of the rig as declared, before and after it is undone.
+    """
+
+    kind: str
+    signals: tuple[str, ...]
     words: str
     undone: Callable[[Mapping[str, np.ndarray]], Mapping[str, np.ndarray]]
     remedy: str
+    chi2: tuple[float, float] = (0.0, 0.0)
 
 
 def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
     """Raises InputError for columns that are not what they are called, naming what they seem to be."""
+    mistake = mistaken(campaign, rig, floor)
+    if mistake is not None:
+        plain, undone = mistake.chi2
+        raise InputError(
+            f"{campaign.path}: {mistake.words}: chi2 of {rig.name} as declared falls from {plain:.3g} to {undone:.3g} "
+            f"without that; {mistake.remedy}"
+        )
+
+
+def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:
+    """The sign, exchange or factor without which the rig as declared predicts its records far better; None without one.
+
+    Raises InputError for a clock, a command, a pressure or a position that is in no range of the rig's.
+    """
     for record in campaign.records:
         _check_clock(campaign, record, rig)
         _check_command(campaign, record)
@@ -59,22 +79,18 @@ def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
         record for record in (*campaign.train, *campaign.heldout) if np.ptp(record.signals.get("command", [0.0])) > 0
     ]
     if not records:
-        return
+        return None
     plant = build(rig)
     windows = _liveliest(cut_windows(plant, records, floor))
     model = Model(plant, windows.names, brief=True)
     suspects = _suspects(*_likeness(model, windows))
     if not suspects:
-        return
+        return None
     plain = _chi2(model, windows)
     undone, mistake = min(
         ((_chi2(model, _without(windows, each)), each) for each in suspects), key=lambda pair: pair[0]
     )
-    if undone < plain / _FALLS:
-        raise InputError(
-            f"{campaign.path}: {mistake.words}: chi2 of {rig.name} as declared falls from {plain:.3g} to {undone:.3g} "
-            f"without that; {mistake.remedy}"
-        )
+    return replace(mistake, chi2=(plain, undone)) if undone < plain / _FALLS else None
 
 
 def _check_clock(campaign: Campaign, record: Record, rig: Rig) -> None:
@@ -144,7 +160,7 @@ def _likeness(model: Model, windows: Windows) -> tuple[dict[str, float], dict[st
     return correlations, gains
 
 
-def _suspects(correlations: Mapping[str, float], gains: Mapping[str, float]) -> list[_Mistake]:
+def _suspects(correlations: Mapping[str, float], gains: Mapping[str, float]) -> list[Mistake]:
     """What may have happened where signals move against what is predicted, many times as far, or not with it."""
     scaled = [
         _scaled(name, factor)
@@ -156,29 +172,38 @@ def _suspects(correlations: Mapping[str, float], gains: Mapping[str, float]) -> 
     return [*scaled, *_turned_or_swapped(correlations)]
 
 
-def _turned_or_swapped(correlations: Mapping[str, float]) -> list[_Mistake]:
+def _turned_or_swapped(correlations: Mapping[str, float]) -> list[Mistake]:
     wrong = [name for name, correlation in correlations.items() if correlation < _WRONG]
     driven = [correlations[name] for name in _DRIVEN if name in correlations]
     suspects = [_turned("command")] if driven and (min(driven) < _FOLLOWS or max(driven) < _WRONG) else []
     if wrong == ["pa", "pb"]:
         exchanged = "exchange the two columns under [signals]"
-        return [_Mistake("pa and pb look swapped", lambda s: {"pa": s["pb"], "pb": s["pa"]}, exchanged), *suspects]
+        return [
+            Mistake(
+                "swapped", ("pa", "pb"), "pa and pb look swapped", lambda s: {"pa": s["pb"], "pb": s["pa"]}, exchanged
+            ),
+            *suspects,
+        ]
     own = [_turned(*wrong)] if wrong else []
     return [*suspects, *own] if len(driven) > 1 and max(driven) < _WRONG else [*own, *suspects]
 
 
-def _scaled(name: str, factor: float) -> _Mistake:
+def _scaled(name: str, factor: float) -> Mistake:
     how = f"{factor:.3g} times too large" if factor > 1 else f"{1 / factor:.3g} times too small"
-    return _Mistake(
+    return Mistake(
+        "scaled",
+        (name,),
         f"{name} looks {how}",
         lambda s: {name: s[name] / factor} if name in s else {},
         f"give its unit or scale under [signals.{name}]",
     )
 
 
-def _turned(*names: str) -> _Mistake:
+def _turned(*names: str) -> Mistake:
     listed = " and ".join(names)
-    return _Mistake(
+    return Mistake(
+        "turned",
+        names,
         f"the sign of {listed} looks wrong",
         lambda s: {name: -s[name] for name in names if name in s},
         f"turn it by scale = -1 under [signals.{names[0]}]",
@@ -191,7 +216,7 @@ def _liveliest(windows: Windows) -> Windows:
     return windows.some(np.sort(np.argsort(moves)[-_WINDOWS:]).tolist())
 
 
-def _without(windows: Windows, mistake: _Mistake) -> Windows:
+def _without(windows: Windows, mistake: Mistake) -> Windows:
     """The windows with a mistake undone in every record that has its signals."""
     records = []
     for record in windows.records:

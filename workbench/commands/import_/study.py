@@ -1,0 +1,75 @@
+"""Recordings as labs leave them, made a campaign folder: columns guessed, roles proposed, held against the rig."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from ...base.errors import InputError
+from ...identify.columns.guess import ColumnGuess, guess_columns
+from ...identify.columns.polarity import held_against, mended
+from ...identify.columns.roles import Motion, Roles, motion, roles
+from ...records import ColumnMap, load_campaign, read_record
+from ...records.campaign import FILE
+from ...records.foreign import Part
+from ...rigs.rig import Rig, bundled, rig_text
+from ..common.outcome import Outcome, Progress
+from ..common.run_folder import Run
+from .page import import_page, metrics
+from .tables import converted, set_apart, summaries
+from .written import campaign_text
+
+OWN = "rig.toml"
+_TRIALS = 4  # mistakes that are undone one after the other
+
+
+def run_import(files: Sequence[Path], rig: Rig, declared: str, run: Run, progress: Progress) -> Outcome:
+    """Convert, guess, propose roles, hold against the rig; the campaign folder is the run's own."""
+    parts = converted(files, run.dir, progress)
+    progress("columns")
+    guesses = guess_columns(summaries(parts, run.dir), rig)
+    named = declared if declared in bundled() else OWN
+    extra = {} if named == declared else {OWN: rig_text(rig)}
+    for name, text in extra.items():
+        (run.dir / name).write_text(text, encoding="utf-8")
+    period = next((part.period for part in parts if part.period is not None), None)
+    progress("held against the rig")
+    guesses, division, problem = _tried(run.dir, parts, guesses, rig, named, period)
+    text = campaign_text(named, division, guesses, period)
+    numbers = metrics(guesses, division, parts, problem)
+    page, picture = import_page(guesses, division, parts, rig, problem)
+    return Outcome(numbers, page, picture, files={**extra, FILE: text})
+
+
+def _tried(
+    folder: Path, parts: Sequence[Part], guesses: list[ColumnGuess], rig: Rig, named: str, period: float | None
+) -> tuple[list[ColumnGuess], Roles, str]:
+    """Guesses and roles that the commands take, or those of the first trial and what stands in their way."""
+    division = roles([])
+    for _ in range(_TRIALS):
+        guesses = _set_apart(guesses, parts, folder)
+        try:
+            division = roles(_motions(folder, parts, guesses, period))
+            (folder / FILE).write_text(campaign_text(named, division, guesses, period), encoding="utf-8")
+            verdict = held_against(load_campaign(folder), rig)
+        except InputError as error:
+            return guesses, division, str(error).replace(f"{folder}/", "")
+        if verdict.mistake is None:
+            return guesses, division, verdict.problem.replace(f"{folder}/", "").replace(f"{folder}: ", "")
+        guesses = mended(guesses, verdict.mistake, rig)
+    return guesses, division, "signs and units stay doubtful: the rig as declared explains too little"
+
+
+def _set_apart(guesses: list[ColumnGuess], parts: Sequence[Part], folder: Path) -> list[ColumnGuess]:
+    cells = set_apart(guesses, parts, folder)
+    return [
+        replace(guess, column=replace(guess.column, cell=cells.get(guess.column.cell, guess.column.cell)))
+        for guess in guesses
+    ]
+
+
+def _motions(folder: Path, parts: Sequence[Part], guesses: Sequence[ColumnGuess], period: float | None) -> list[Motion]:
+    """How every record moves. Raises InputError for one that cannot be read as the guesses say."""
+    mapping = {guess.signal: guess.mapping for guess in guesses if guess.signal is not None}
+    if "t" not in mapping and period is not None:
+        mapping["t"] = ColumnMap(period=period)
+    return [motion(read_record(folder / part.file, mapping), part.file) for part in parts]

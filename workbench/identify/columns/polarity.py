@@ -1,0 +1,55 @@
+"""What the rig's model says of guessed columns: signs, pressures that changed places, factors, what it refuses."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ...base.errors import InputError
+from ...records import Campaign
+from ...rigs.rig import Rig
+from ..data.scored_floor import scored_floor
+from ..fit.mistaken import Mistake, mistaken
+from ..fit.session_numbers import session_plants
+from ..fit.windows import compared
+from .conversion import PRESSURES
+from .guess import LIKELY, ColumnGuess
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a rig's model can be held against a campaign; else what stands in the way, or what looks mistaken."""
+
+    problem: str = ""
+    mistake: Mistake | None = None
+
+
+def held_against(campaign: Campaign, rig: Rig) -> Verdict:
+    """Do what every command on a campaign does before it computes."""
+    try:
+        floor = scored_floor(campaign)
+        plants = session_plants(campaign, rig)
+        for record in campaign.heldout:
+            compared(plants[record.name], record, floor)
+        return Verdict(mistake=mistaken(campaign, rig, floor))
+    except InputError as error:
+        return Verdict(str(error))
+
+
+def mended(guesses: Sequence[ColumnGuess], mistake: Mistake, rig: Rig) -> list[ColumnGuess]:
+    """The guesses with a mistake undone: signs turned, two pressures exchanged, the rest left out.
+
+    No pressure has another sign, and no factor explains itself.
+    """
+    before, after = mistake.chi2
+    why = f"{mistake.words}: chi2 of {rig.name} as declared falls from {before:.3g} to {after:.3g} without that"
+
+    def undone(guess: ColumnGuess) -> ColumnGuess:
+        if guess.signal not in mistake.signals:
+            return guess
+        if mistake.kind == "swapped":
+            other = "pb" if guess.signal == "pa" else "pa"
+            return replace(guess, signal=other, confidence=LIKELY, reason=f"{guess.reason}; {why}")
+        if mistake.kind == "turned" and guess.signal not in PRESSURES:
+            return guess.turned(rig.middle if guess.signal == "position" else 0.0, why)
+        return guess.left_out(why)
+
+    return [undone(guess) for guess in guesses]

@@ -1,0 +1,69 @@
+"""What a column's numbers say: range, what is missing, whether it is a clock."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+SKETCH = 240  # values of a small picture
+
+
+@dataclass(frozen=True)
+class ColumnSummary:
+    """A column over all the records that have it, in its own unit.
+
+    travel   its widest range within a record; NaN without a number
+    missing  share of cells without a number
+    step     median interval of a clock: of a column that increases from row to row; None of another
+    sketch   [n] values of the first record, evenly taken, and `sketched`, the rows that they stand for
+    """
+
+    cell: str
+    unit: str | None
+    low: float
+    high: float
+    travel: float
+    missing: float
+    step: float | None
+    records: tuple[str, ...]
+    sketch: np.ndarray
+    sketched: int
+
+    @property
+    def peak(self) -> float:
+        """Largest magnitude."""
+        return max(abs(self.low), abs(self.high))
+
+
+def summary(cell: str, unit: str | None, records: Iterable[tuple[str, np.ndarray]]) -> ColumnSummary:
+    """Facts of a column from its numbers [n] in each record that has it, taken one after the other."""
+    names, extents, steps, empty, rows = [], [], [], 0, 0
+    sketch, sketched = np.empty(0), 0
+    for name, values in records:
+        known = values[np.isfinite(values)]
+        names.append(name)
+        rows, empty = rows + values.size, empty + values.size - known.size
+        steps.append(_step(known) if known.size == values.size else None)
+        if known.size:
+            extents.append((known.min(), known.max()))
+        if not sketched:
+            sketch, sketched = (
+                values[np.linspace(0, values.size - 1, min(SKETCH, values.size)).astype(int)],
+                values.size,
+            )
+    low = float(min((low for low, _ in extents), default=np.nan))
+    high = float(max((high for _, high in extents), default=np.nan))
+    travel = float(max((high - low for low, high in extents), default=np.nan))
+    missing = empty / rows if rows else 1.0
+    return ColumnSummary(cell, unit, low, high, travel, missing, _common(steps), tuple(names), sketch, sketched)
+
+
+def _step(values: np.ndarray) -> float | None:
+    """Median interval of numbers that increase, but for one in a hundred; None of others."""
+    steps = np.diff(values)
+    return float(np.median(steps)) if steps.size and np.mean(steps > 0) > 0.99 and np.median(steps) > 0 else None
+
+
+def _common(steps: Sequence[float | None]) -> float | None:
+    known = [step for step in steps if step is not None]
+    return float(np.median(known)) if known and len(known) == len(steps) else None

@@ -1,0 +1,15 @@
+"""Recordings as labs leave them, read leniently once and written as the strict tables that `records` reads.
+
+source        what every format is read into: headed columns of numbers, block by block
+open          a file by its suffix
+csv_shape, csv_text    text of numbers: its layout; its rows in chunks
+stamps        dates and times of day as seconds
+unit_names    units as header cells have them
+parts         strict .parquet tables of a foreign file
+"""
+
+from .open import open_foreign
+from .parts import Part, column, renamed, write_parts
+from .source import Heading, Source
+
+__all__ = ["Heading", "Part", "Source", "column", "open_foreign", "renamed", "write_parts"]

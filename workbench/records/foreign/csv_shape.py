@@ -1,0 +1,203 @@
+"""How a text file of numbers is laid out: encoding, separator, decimal sign, lines before the table, header, units."""
+
+import codecs
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...base.errors import InputError, short_path
+from ..table import MISSING
+from .source import Heading, unique_headings
+from .stamps import is_stamp
+from .unit_names import heading_of, is_unit, plain_unit
+
+BLANKS = " "  # runs of blanks and tabs
+_DELIMITERS = ("\t", ";", ",", "|", BLANKS)
+_NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.IGNORECASE)
+_MISSING = {*MISSING, "-", "--", "---"}
+_MARKS = ("#", "%", "//", "!")  # before a line that is a comment
+_SURE_ROWS = 3  # rows of numbers in a row: there the table begins
+_RATE = re.compile(
+    r"\b(?:sampl\w*|abtast|scan|taux|fr[eé]quence d.[eé]chantillonnage|fs)\w*[ _]*(?:rate|frequency|freq|frequenz)?"
+    r"\s*(?:[\[(]\s*(?P<before>k?hz|m?s)\s*[\])])?\s*[:=;,\t ]+\s*(?P<number>\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)"
+    r"[;,\t ]*(?P<after>k?hz|[mµu]?s\b)?",
+    re.IGNORECASE,
+)
+_PERIODS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
+
+
+@dataclass(frozen=True)
+class CsvShape:
+    """Layout of a text file. `kinds` are "number", "stamp" or "text" by column; `skipped` lines come before the rows.
+
+    period: s from row to row, where a line before the table says it.
+    """
+
+    encoding: str
+    delimiter: str
+    decimal: str
+    skipped: int
+    headings: tuple[Heading, ...]
+    kinds: tuple[str, ...]
+    period: float | None
+    plus: bool
+    notes: tuple[str, ...]
+
+
+def csv_shape(path: Path, head: bytes, whole: bool) -> CsvShape:
+    """The layout, from the first bytes of a file; `whole`: these are all. Raises InputError where there is no table."""
+    encoding = _encoding(head)
+    text = head.decode(encoding, errors="replace").lstrip("\ufeff")
+    lines = text.splitlines()
+    lines = lines if whole or len(lines) < 2 else lines[:-1]  # the last one may be cut
+    delimiter, rows = max(((d, _rows(lines, d)) for d in _DELIMITERS), key=lambda split: _score(split[1]))
+    width = _width(rows)
+    body = _body(rows, width)
+    if body is None:
+        raise InputError(
+            f"{short_path(path)}: no table of numbers in its first {len(lines)} lines; export rows of "
+            "numbers under a header"
+        )
+    kinds = _kinds([row for row in rows[body:] if len(row) == width], width)
+    cells = [cell for row in rows[body:] for cell in row]
+    headings, header_lines = _headings(path, rows[:body], width)
+    notes = [f"{body - header_lines} lines before the table"] if body > header_lines else []
+    return CsvShape(
+        encoding=encoding,
+        delimiter=delimiter,
+        decimal=_decimal(cells),
+        skipped=body,
+        headings=headings,
+        kinds=kinds,
+        period=_period("\n".join(lines[:body])),
+        plus=any(cell.startswith("+") for cell in cells),
+        notes=(*notes, *_said(encoding, delimiter, _decimal(cells))),
+    )
+
+
+def _encoding(head: bytes) -> str:
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    if b"\0" in head[:200]:
+        return "utf-16-le" if head[1:200:2].count(0) > head[0:200:2].count(0) else "utf-16-be"
+    for end in range(4):  # a character may be cut
+        try:
+            head[: len(head) - end].decode("utf-8")
+        except UnicodeDecodeError:
+            continue
+        return "utf-8"
+    try:
+        head.decode("cp1252")
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "cp1252"
+
+
+def _rows(lines: Sequence[str], delimiter: str) -> list[list[str]]:
+    if delimiter == BLANKS:
+        return [line.split() for line in lines]
+    return [[cell.strip() for cell in _split(line, delimiter)] for line in lines]
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:
+        return line.split(delimiter)
+
+
+def _is_number(cell: str) -> bool:
+    return bool(_NUMBER.fullmatch(cell))
+
+
+def _score(rows: Sequence[Sequence[str]]) -> int:
+    """Numbers in rows of the most frequent width: the right separator gives most."""
+    width = _width(rows)
+    return sum(_is_number(cell) or is_stamp(cell) for row in rows if len(row) == width for cell in row)
+
+
+def _width(rows: Sequence[Sequence[str]]) -> int:
+    widths = Counter(len(row) for row in rows if any(map(_is_number, row)))
+    return max(widths, key=lambda width: (widths[width], width), default=0)
+
+
+def _body(rows: Sequence[Sequence[str]], width: int) -> int | None:
+    """The first row of the table: from it on, rows are numbers."""
+    numeric = [len(row) == width and _is_body(row) for row in rows]
+    for first, good in enumerate(numeric):
+        ahead = numeric[first : first + _SURE_ROWS]
+        if good and all(ahead):
+            return first
+    return None
+
+
+def _is_body(row: Sequence[str]) -> bool:
+    filled = [cell for cell in row if cell.lower() not in _MISSING]
+    numbers = sum(_is_number(cell) or is_stamp(cell) for cell in filled)
+    return numbers > 0 and 2 * numbers >= len(filled)
+
+
+def _kinds(rows: Sequence[Sequence[str]], width: int) -> tuple[str, ...]:
+    kinds = []
+    for column in zip(*rows, strict=True) if rows else [()] * width:
+        filled = [cell for cell in column if cell.lower() not in _MISSING]
+        numbers, stamps = sum(map(_is_number, filled)), sum(map(is_stamp, filled))
+        kinds.append("number" if 2 * numbers >= len(filled) else "stamp" if 2 * stamps >= len(filled) else "text")
+    return tuple(kinds)
+
+
+def _decimal(cells: Sequence[str]) -> str:
+    numbers = [cell for cell in cells if _is_number(cell)]
+    return "," if sum("," in cell for cell in numbers) > sum("." in cell for cell in numbers) else "."
+
+
+def _headings(path: Path, above: Sequence[Sequence[str]], width: int) -> tuple[tuple[Heading, ...], int]:
+    """Headings from the lines above the table, and how many lines they take."""
+    above = [_without_mark(row, width) for row in above if any(row)]
+    titles = [row for row in above[-2:] if width <= len(row) <= width + 1]
+    if not titles or len(titles[-1]) < width:
+        if above and width == 2 * len(above[-1]) > 2:
+            raise InputError(
+                f"{short_path(path)}: {width} cells under a header of {len(above[-1])}: commas both in numbers and "
+                "between them; export with semicolons between cells"
+            )
+        return unique_headings([Heading("")] * width), 0
+    last = titles[-1][:width]
+    if len(titles) == 2 and _are_units(last):
+        units = [plain_unit(cell) if cell else None for cell in last]
+        names = [Heading(cell, unit or heading_of(cell).unit) for cell, unit in zip(titles[0], units, strict=False)]
+        return unique_headings(names), 2
+    return unique_headings([heading_of(cell) for cell in last]), 1
+
+
+def _without_mark(row: Sequence[str], width: int) -> Sequence[str]:
+    """A line above the table without the mark of a comment."""
+    if len(row) == width + 1 and row[0] in _MARKS:
+        return row[1:]
+    mark = next((mark for mark in _MARKS if row[0].startswith(mark)), "")
+    return [row[0].removeprefix(mark).strip(), *row[1:]]
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    filled = [cell for cell in cells if cell]
+    return bool(filled) and 2 * sum(map(is_unit, filled)) > len(filled)
+
+
+def _period(text: str) -> float | None:
+    """Seconds from row to row, of a line such as "Sample rate: 1000 Hz"."""
+    for match in _RATE.finditer(text):
+        number = float(match["number"].replace(",", "."))
+        unit = (match["after"] or match["before"] or "").lower()
+        if number > 0 and unit:
+            return number * _PERIODS[unit] if unit in _PERIODS else 1.0 / (number * (1e3 if unit == "khz" else 1.0))
+    return None
+
+
+def _said(encoding: str, delimiter: str, decimal: str) -> list[str]:
+    names = {"\t": "tabs", ";": "semicolons", "|": "bars", BLANKS: "blanks"}
+    said = [f"read as {encoding}"] if encoding != "utf-8" else []
+    said += [f"cells separated by {names[delimiter]}"] if delimiter in names else []
+    return said + (["decimal commas"] if decimal == "," else [])

@@ -1,0 +1,179 @@
+"""Text files of numbers, read in chunks: memory stays bounded however long the file is."""
+
+import codecs
+import gzip
+import re
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+import numpy as np
+
+from ...base.errors import InputError, short_path
+from ...base.files import open_file
+from ..table import MISSING
+from .csv_shape import BLANKS, CsvShape, csv_shape
+from .source import Heading, Source, unique_headings
+from .stamps import DAY, days_and_seconds
+
+if TYPE_CHECKING:
+    import pyarrow
+    from pyarrow.csv import CSVStreamingReader
+
+HEAD = 64 * 1024  # bytes that tell the layout
+CHUNK = 8 * 2**20  # bytes that are parsed at once
+_FAULT = re.compile(r"In CSV column #(?P<column>\d+): (?:Row #(?P<row>\d+): )?.*invalid value '(?P<cell>[^']*)'")
+_WORDS = (*MISSING, "-", "--", "---", "NaN", "-NaN")
+_NULLS = sorted({text for word in _WORDS for text in (word, word.upper(), word.capitalize())} | {"NaN", "-NaN"})
+_BLANKS, _EDGES, _PLUS = re.compile(rb"[ \t]+"), re.compile(rb"(?m)^ | $| (?=\r)"), re.compile(rb"(?m)(^|[;,\t |])\+")
+
+
+def read_csv(path: Path, chunk: int = CHUNK) -> Source:
+    """A text file of numbers under a header; `chunk` bytes of it are in memory at once.
+
+    Raises InputError for a file without a table; its blocks raise it for a cell that is no number.
+    """
+    with open_file(path, kind="recording") as file:
+        head = _unpacked(path, file).read(HEAD + 1)
+    if not head:
+        raise InputError(f"{short_path(path)}: the file is empty; record or export it again")
+    shape = csv_shape(path, head[:HEAD], len(head) <= HEAD)
+    places = [place for place, kind in enumerate(shape.kinds) if kind != "text"]
+    left = [shape.headings[place].cell for place, kind in enumerate(shape.kinds) if kind == "text"]
+    notes = [*shape.notes, *([f"left out, no numbers: {', '.join(left)}"] if left else [])]
+    stamped = [shape.kinds[place] == "stamp" for place in places]
+    headings = [shape.headings[place] for place in places]
+    blocks = _blocks(path, shape, places, chunk, notes)
+    if any(stamped):
+        return _with_clock(headings, stamped, blocks, shape.period, notes)
+    return Source(tuple(headings), blocks, shape.period, notes)
+
+
+def _unpacked(path: Path, file: BinaryIO) -> BinaryIO | gzip.GzipFile:
+    return gzip.GzipFile(fileobj=file) if path.name.lower().endswith(".gz") else file
+
+
+def _blocks(
+    path: Path, shape: CsvShape, places: Sequence[int], chunk: int, notes: list[str]
+) -> Iterator[list[np.ndarray]]:
+    """Columns of numbers, and seconds of the stamps, chunk by chunk; a broken row is left out and counted."""
+    import pyarrow as pa
+
+    broken: list[int] = []
+    with open_file(path, kind="recording") as file:
+        try:
+            for batch in _reader(_stream(_unpacked(path, file), shape), shape, places, chunk, broken):
+                yield [_numbers(batch.column(i)) for i in range(batch.num_columns)]
+        except pa.ArrowInvalid as error:
+            raise _fault(path, shape, str(error)) from None
+        except (EOFError, OSError) as error:
+            raise InputError(f"{short_path(path)}: broken or truncated ({error}); copy or record it again") from None
+    if broken:
+        notes.append(f"{len(broken)} rows left out: not {len(shape.headings)} cells")
+
+
+def _reader(
+    stream: "pyarrow.NativeFile", shape: CsvShape, places: Sequence[int], chunk: int, broken: list[int]
+) -> "CSVStreamingReader":
+    import pyarrow as pa
+    import pyarrow.csv as pacsv
+
+    def skip(row: pacsv.InvalidRow) -> str:
+        broken.append(row.actual_columns)
+        return "skip"
+
+    kinds = {str(place): pa.string() if shape.kinds[place] == "stamp" else pa.float64() for place in places}
+    return pacsv.open_csv(
+        stream,
+        pacsv.ReadOptions(
+            use_threads=False,
+            block_size=chunk,
+            skip_rows=shape.skipped,
+            column_names=[str(place) for place in range(len(shape.headings))],
+        ),
+        pacsv.ParseOptions(delimiter=shape.delimiter, invalid_row_handler=skip),
+        pacsv.ConvertOptions(
+            column_types=kinds, include_columns=list(kinds), null_values=_NULLS, decimal_point=shape.decimal
+        ),
+    )
+
+
+def _stream(file: BinaryIO | gzip.GzipFile, shape: CsvShape) -> "pyarrow.NativeFile":
+    """The file as UTF-8 that the parser takes: another encoding, runs of blanks and plus signs are rewritten."""
+    import pyarrow as pa
+
+    steps: list[Callable[[bytes], bytes]] = []
+    if shape.delimiter == BLANKS:
+        steps.append(lambda lines: _EDGES.sub(b"", _BLANKS.sub(b" ", lines)))
+    if shape.plus:
+        steps.append(lambda lines: _PLUS.sub(rb"\1", lines))
+    plain = pa.PythonFile(file, mode="r")
+    if shape.encoding == "utf-8" and not steps:
+        return plain
+    return pa.TransformInputStream(plain, _rewriter(shape.encoding, steps))
+
+
+def _rewriter(encoding: str, steps: Sequence[Callable[[bytes], bytes]]) -> Callable[["pyarrow.Buffer"], bytes]:
+    """Rewrites whole lines: what comes behind the last end of a line waits for the next chunk."""
+    decoder, waiting = codecs.getincrementaldecoder(encoding)(), b""
+
+    def rewrite(buffer: "pyarrow.Buffer") -> bytes:
+        nonlocal waiting
+        raw = bytes(buffer)
+        text = waiting + decoder.decode(raw, final=not raw).encode()
+        end = text.rfind(b"\n") + 1 if raw else len(text)
+        lines, waiting = text[:end], text[end:]
+        for step in steps:
+            lines = step(lines)
+        return lines
+
+    return rewrite
+
+
+def _numbers(column: "pyarrow.Array") -> np.ndarray:
+    import pyarrow as pa
+
+    if pa.types.is_string(column.type):
+        return days_and_seconds(column.to_pylist())
+    return np.array(column.to_numpy(zero_copy_only=False), dtype=float)
+
+
+def _fault(path: Path, shape: CsvShape, message: str) -> InputError:
+    shown = short_path(path)
+    if not (match := _FAULT.search(message)):
+        return InputError(f"{shown}: cannot be read as a table of numbers ({message[:200]}); export it again")
+    column = shape.headings[int(match["column"])].cell
+    row = f"row {int(match['row'])}, " if match["row"] else ""
+    return InputError(f'{shown}: {row}column "{column}": "{match["cell"]}" is not a number; mend it or leave it empty')
+
+
+def _with_clock(
+    headings: Sequence[Heading],
+    stamped: Sequence[bool],
+    blocks: Iterator[list[np.ndarray]],
+    period: float | None,
+    notes: list[str],
+) -> Source:
+    """Dates and times of day as one column of seconds from the first row, the others as they are."""
+    clock = Heading(" ".join(h.cell for h, stamp in zip(headings, stamped, strict=True) if stamp), "s")
+    others = [h for h, stamp in zip(headings, stamped, strict=True) if not stamp]
+    notes.append(f'dates and times in "{clock.cell}" read as seconds from the first row')
+
+    def merged() -> Iterator[list[np.ndarray]]:
+        start, last, midnights = np.zeros(2), -np.inf, 0
+        for number, block in enumerate(blocks):
+            stamps = np.sum([values for values, stamp in zip(block, stamped, strict=True) if stamp], axis=0)
+            start = start if number or not stamps.size else stamps[:, 0]
+            day, time = stamps - start[:, None]
+            t, midnights = _past_midnight(DAY * day + time, last, midnights)
+            last = t[-1] if t.size else last
+            yield [t, *(values for values, stamp in zip(block, stamped, strict=True) if not stamp)]
+
+    return Source(unique_headings([clock, *others]), merged(), period, notes)
+
+
+def _past_midnight(t: np.ndarray, last: float, midnights: int) -> tuple[np.ndarray, int]:
+    """Times of day [n] s that go on after midnight, and how many have gone by; `last` is the time before."""
+    steps = np.diff(np.concatenate(([last - DAY * midnights], t)))
+    passed = midnights + np.cumsum(steps < -DAY / 2)
+    return t + DAY * passed, int(passed[-1]) if passed.size else midnights
