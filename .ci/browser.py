@@ -59,10 +59,10 @@ class _Socket:
 
 
 class Tab:
-    """A page: methods of the protocol by name, JavaScript, the mouse, pictures."""
+    """A page: methods of the protocol by name, JavaScript, the mouse, pictures. `process` is the browser's."""
 
-    def __init__(self, address: str) -> None:
-        self._socket, self._count = _Socket(address), 0
+    def __init__(self, address: str, process: int) -> None:
+        self._socket, self._count, self.process = _Socket(address), 0, process
 
     def call(self, method: str, **parameters: Any) -> Mapping[str, Any]:
         """What a method returns; events that come in between are let go."""
@@ -114,7 +114,7 @@ def browser() -> Iterator[Tab]:
         words = [_CHROMIUM, *_FLAGS, f"--user-data-dir={folder}", "about:blank"]
         process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            yield Tab(_new_tab(Path(folder) / "DevToolsActivePort"))
+            yield Tab(_new_tab(Path(folder) / "DevToolsActivePort"), process.pid)
         finally:
             process.terminate()
             process.wait(10)

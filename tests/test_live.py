@@ -9,6 +9,7 @@ import threading
 from base64 import b64decode
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -269,7 +270,9 @@ def test_a_port_that_is_taken_is_named(server, capsys):
 
 def test_ctrl_c_ends_it_with_status_0():
     words = [sys.executable, "-m", "workbench.cli", "live", str(STEP)]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    usual = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # a background job would ignore it
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(words, **pipes, preexec_fn=usual) as process:
         line = process.stdout.readline()
         assert line.startswith("http://127.0.0.1:")
         process.send_signal(signal.SIGINT)

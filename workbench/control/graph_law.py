@@ -6,9 +6,9 @@
 Their numbers q are parameters: other numbers need no new compilation.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import casadi as ca
@@ -51,13 +51,14 @@ class GraphLaw:
         measures: tuple[str, ...],
         states: int,
         start: Start,
+        key: Hashable = None,
     ) -> "GraphLaw":
-        """A law of two functions on symbols: output(x, (r, y), o, q) and advance(x, (r, y), v, o, q)."""
-        x, s, v, o, q = _symbols(states, 1 + len(measures), len(numbers))
-        graphs = LawGraphs(
-            ca.Function("output", [x, s, o, q], [output(x, s, o, q)]),
-            ca.Function("advance", [x, s, v, o, q], [ca.densify(advance(x, s, v, o, q))]),
-        )
+        """A law of two functions on symbols: output(x, (r, y), o, q) and advance(x, (r, y), v, o, q).
+
+        A `key` is all that these functions depend on: laws of one key share their graphs, which take milliseconds.
+        """
+        sizes = states, 1 + len(measures), len(numbers)
+        graphs = _graphs(output, advance, sizes) if key is None else _shared_graphs(_Keyed(key, output, advance), sizes)
         return cls(graphs, np.asarray(numbers, float), measures, start)
 
     @property
@@ -73,7 +74,7 @@ class GraphLaw:
         """The law of small deviations where it rests at an operating point: signals and command by name."""
         signals, command = self.picked(at[self.measures[0]], at), at["command"]
         x, offset = self._resting(signals, at)
-        a, b, c, d, e = (np.array(part) for part in self._slopes(x, signals, command, offset, self.numbers))
+        a, b, c, d, e = (np.array(part) for part in self.graphs.slopes(x, signals, command, offset, self.numbers))
 
         def start(_: np.ndarray, command: float) -> tuple[np.ndarray, float]:
             return x, command
@@ -92,7 +93,7 @@ class GraphLaw:
         x, offset = np.array([x for x, _ in rests]), np.array([offset for _, offset in rests])
         lanes, n, m = len(commands), self.states, signals.shape[1]
         columns = (x.reshape(lanes, n).T, signals.T, commands[None], offset[None], np.tile(self.numbers, (lanes, 1)).T)
-        slopes = [np.array(part) for part in self._slopes(*columns)]
+        slopes = [np.array(part) for part in self.graphs.slopes(*columns)]
         a, b, c, d, e = (part.reshape(part.shape[0], lanes, -1).transpose(1, 0, 2) for part in slopes)
         return [a + e @ c, b.reshape(lanes, n, m) + e @ d, c[:, 0], d[:, 0]]
 
@@ -100,13 +101,27 @@ class GraphLaw:
         x, offset = self.start(signals, at["command"])
         return self.settled(x, at), offset
 
-    @cached_property
-    def _slopes(self) -> ca.Function:
-        """df/dx, df/d(r, y), dg/dx, dg/d(r, y), df/dv."""
-        x, s, v, o, q = _symbols(self.states, 1 + len(self.measures), len(self.numbers))
-        u, after = self.graphs.output(x, s, o, q), self.graphs.advance(x, s, v, o, q)
-        slopes = (ca.jacobian(y, of) for y, of in ((after, x), (after, s), (u, x), (u, s), (after, v)))
-        return ca.Function("slopes", [x, s, v, o, q], [ca.densify(slope) for slope in slopes])
+
+@dataclass(frozen=True)
+class _Keyed:
+    """Two functions on symbols that are known by a key."""
+
+    key: Hashable
+    output: Output = field(compare=False)
+    advance: Advance = field(compare=False)
+
+
+@lru_cache(maxsize=256)
+def _shared_graphs(functions: _Keyed, sizes: tuple[int, int, int]) -> LawGraphs:
+    return _graphs(functions.output, functions.advance, sizes)
+
+
+def _graphs(output: Output, advance: Advance, sizes: tuple[int, int, int]) -> LawGraphs:
+    x, s, v, o, q = _symbols(*sizes)
+    return LawGraphs(
+        ca.Function("output", [x, s, o, q], [output(x, s, o, q)]),
+        ca.Function("advance", [x, s, v, o, q], [ca.densify(advance(x, s, v, o, q))]),
+    )
 
 
 class GraphController:
@@ -155,7 +170,7 @@ def as_graph(law: LinearLaw | GraphLaw) -> GraphLaw:
         a, b, _, _, e = parts(q)
         return a @ x + b @ s + e * (v - o)
 
-    return GraphLaw.of(output, advance, numbers, law.measures, n, law.start)
+    return GraphLaw.of(output, advance, numbers, law.measures, n, law.start, ("linear", n, m))
 
 
 def with_filter(
@@ -202,7 +217,8 @@ def with_filter(
     def settled(x: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
         return np.append(inner.settled(x[:n], at), x[n:])
 
-    law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, start)
+    key = "filter", inner.graphs, k, tuple(own), tuple(heard), place, numbers.size, into_reference, schedule is None
+    law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, start, key)
     return replace(law, settled=settled)
 
 
@@ -225,7 +241,8 @@ def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
         return inner.start(signals * scale, command)
 
     measures = (signal, *inner.measures[1:])
-    return GraphLaw.of(output, advance, np.append(inner.numbers, factor), measures, inner.states, start)
+    key = "scaled", inner.graphs
+    return GraphLaw.of(output, advance, np.append(inner.numbers, factor), measures, inner.states, start, key)
 
 
 def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
@@ -247,7 +264,8 @@ def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
     def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
         return inner.start(signals, command + command_map.back(command))
 
-    law = GraphLaw.of(output, advance, numbers, inner.measures, inner.states, start)
+    key = "map", inner.graphs, points
+    law = GraphLaw.of(output, advance, numbers, inner.measures, inner.states, start, key)
     return replace(law, settled=inner.settled)
 
 

@@ -9,7 +9,7 @@ oracle in tests.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import casadi as ca
 
@@ -47,6 +47,14 @@ class LawGraphs:
     def numbers(self) -> int:
         """How many."""
         return self.output.size1_in(3)
+
+    @cached_property
+    def slopes(self) -> ca.Function:
+        """(x, (r, y), v, o, q) -> df/dx, df/d(r, y), dg/dx, dg/d(r, y), df/dv of advance f and output g."""
+        x, s, v, o, q = (ca.SX.sym("i", self.advance.size1_in(i)) for i in range(5))
+        u, after = self.output(x, s, o, q), self.advance(x, s, v, o, q)
+        slopes = (ca.jacobian(y, of) for y, of in ((after, x), (after, s), (u, x), (u, s), (after, v)))
+        return ca.Function("slopes", [x, s, v, o, q], [ca.densify(slope) for slope in slopes])
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, LawGraphs) and self._text == other._text

@@ -9,7 +9,7 @@ from ..control.linear_law import LinearLaw
 from ..control.protocol import Controller, NeedsOperatingPoint, linear_view, sampled_law
 from ..engine import Engine
 from ..linear.equilibria import Equilibria
-from ..linear.state_space import StateSpace, sampled_response
+from ..linear.state_space import StateSpace, sampled_response, state_space
 
 _SAME = 1e-9  # of the largest entry: dynamics that differ by rounding only are the same in all lanes
 
@@ -37,6 +37,20 @@ class LawLanes:
         """Those of some lanes."""
         a, b, c, d = (part if len(part) == 1 else part[lanes] for part in (self.a, self.b, self.c, self.d))
         return LawLanes(a, b, c, d, self.measures)
+
+    def of_loop(self) -> "LawLanes":
+        """Without states that are no part of a loop; of those of many lanes, dynamics that are alike once."""
+        if len(self.a) == 1:
+            return self
+        a, b, c, d = _heard(*_telling(self.a, self.b, self.c, self.d))
+        if _same(a) and _same(b):
+            a, b = a[:1], b[:1]
+        return LawLanes(a, b, c, d, self.measures)
+
+    def view(self, lane: int, period: float) -> StateSpace:
+        """That of one lane, sampled every `period` [s]."""
+        a, b, c, d = (part[lane if len(part) > 1 else 0] for part in (self.a, self.b, self.c, self.d))
+        return state_space(a, b, c[None], d, period, ["reference", *self.measures], ["command"])
 
     def gains(self, z: np.ndarray) -> np.ndarray:
         """Responses of the command to what is measured at z [k], or at a lane's own z [lanes, k]: [lanes, m, k]."""
@@ -66,17 +80,19 @@ def lane_laws(controller: Controller, points: Mapping[str, np.ndarray]) -> LawLa
 
     Raises InputError for a controller without a linear view.
     """
+    return lane_views(controller, points).of_loop()
+
+
+def lane_views(controller: Controller, points: Mapping[str, np.ndarray]) -> LawLanes:
+    """The same with the states that are no part of a loop, but of how the reference comes into it."""
     try:
         return LawLanes.shared(linear_view(controller))
     except NeedsOperatingPoint:
         law = sampled_law(controller)
     if law is not None and not isinstance(law, LinearLaw):
-        parts = law.linearised_lanes(points)
+        a, b, c, d = law.linearised_lanes(points)
     else:
-        parts = _one_by_one(controller, points)
-    a, b, c, d = _heard(*_telling(*parts))
-    if _same(a) and _same(b):
-        a, b = a[:1], b[:1]
+        a, b, c, d = _one_by_one(controller, points)
     return LawLanes(a, b, c, d, tuple(controller.measures))
 
 

@@ -6,21 +6,34 @@ from functools import cached_property
 
 import numpy as np
 
-from ..control.protocol import Controller, linear_view
+from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear.equilibria import Equilibria, equilibria
 from ..linear.operating_point import far_end
 from ..linear.state_space import sampled_response
 from ..plant import Plant
 from ..rigs.rig import Rig
-from .lane_laws import lane_laws, signals_at
+from .lane_laws import lane_laws, lane_views, signals_at
 from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
 from .plant_response import near
 from .rows import MOVING
 
 _NONE = 2.0  # radius [1] of a loop on a plant without an operating point: finite, so that searches can compare
+_LOWEST, _EVEN = 0.1, 240  # Hz, and how many frequencies up to Nyquist's
 _LIGHT, _TINY = 0.15, 1e-300  # damping below which a resonance is sharp
 _WIDE = 5.0  # high over low: from there on a range is one of orders of magnitude
+
+
+@dataclass(frozen=True)
+class LinearLanes:
+    """Margins [lanes] at null and moving; over f [k] in Hz at null, complex, the loops broken at the command [lanes, k]
+    and reference -> controlled signal of the first lane [k], which of an unstable loop none can see."""
+
+    null: LaneMargins
+    moving: LaneMargins
+    f: np.ndarray
+    open: np.ndarray
+    closed: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -58,25 +71,31 @@ class PlantLanes:
         law = lane_laws(controller, signals_at(self.engine, self.null, self._smooth))
         return open_loops(self._sampled[0], law, f)
 
-    def closed_loop(self, controller: Controller, f: np.ndarray, lane: int = 0) -> np.ndarray:
-        """One lane at null: reference -> controlled signal, complex [k] at frequencies [k], Hz.
-
-        Raises NoLinearView for a controller without a linear view. An unstable loop has a response that none can see.
-        """
-        sampled, z = self._sampled[0], np.exp(2j * np.pi * f * self.rig.period.value)
-        points = signals_at(self.engine, self.null, self._smooth)
-        law = linear_view(controller, {name: float(values[lane]) for name, values in points.items()})
-        gains = sampled_response(law, z)[0]
-        rows = [sampled.measures.index(name) for name in law.input_labels[1:]]
-        measured = sampled.modal.some(np.array([lane]), rows).at(z)[0]
-        return gains[0] * measured[0] / (1 - np.sum(gains[1:] * measured, axis=0))
+    def linear(self, controller: Controller) -> "LinearLanes":
+        """Margins as `margins` has them, and responses at null over `frequencies`. Raises InputError as `margins`."""
+        views = [lane_views(controller, signals_at(self.engine, at, self._smooth)) for at in (self.null, self.moving)]
+        laws = [view.of_loop() for view in views]
+        null, moving = (
+            lane_margins(sampled, law).where(points.ok, _NONE)
+            for sampled, law, points in zip(self._sampled, laws, (self.null, self.moving), strict=True)
+        )
+        f, measures, period = self.frequencies, self._sampled[0].measures, self.rig.period.value
+        measured = self._responses[:, [measures.index(name) for name in laws[0].measures]]
+        z = np.exp(2j * np.pi * f * period)
+        loops = -np.sum(laws[0].gains(z) * measured, axis=1)
+        gains = sampled_response(views[0].view(0, period), z)[0]
+        return LinearLanes(null, moving, f, loops, gains[0] * measured[0, 0] / (1 + loops[0]))
 
     @cached_property
-    def sharp_frequencies(self) -> np.ndarray:
-        """Frequencies [k] in Hz about those at which a plant at null resonates lightly damped."""
+    def frequencies(self) -> np.ndarray:
+        """From 0.1 Hz to Nyquist's [k], even on a logarithmic axis, and dense where plants at null resonate sharply."""
         modes = self._sampled[0].modal.modes.ravel()
         light = modes[np.abs(np.log(np.abs(modes) + _TINY)) < _LIGHT * np.abs(np.angle(modes))]
-        return near(light, self.rig.period.value)
+        return np.union1d(np.geomspace(_LOWEST, self.rig.nyquist, _EVEN), near(light, self.rig.period.value))
+
+    @cached_property
+    def _responses(self) -> np.ndarray:
+        return self._sampled[0].modal.at(np.exp(2j * np.pi * self.frequencies * self.rig.period.value))
 
     def some(self, lanes: Sequence[int]) -> "PlantLanes":
         """Some of them."""

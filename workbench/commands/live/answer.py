@@ -12,7 +12,8 @@ from .after import AfterPart
 from .packed import number, packed
 from .view import LinearPart, StepPart, Task, band_of, missed_goals
 
-_POINTS = 400  # of a curve over time
+_POINTS = 250  # of a curve over time
+_LEAST, _MOST, _LAST = -40.0, 30.0, -450.0  # dB and deg: what is drawn of an open loop
 
 
 def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | None, task: Task) -> dict[str, Any]:
@@ -70,9 +71,16 @@ def _responses(linear: LinearPart) -> dict[str, Any]:
         "f": packed(linear.f),
         "gain": packed(gain_db(closed)),
         "phase": packed(phase_deg(closed)),
-        "openGain": packed(np.array([gain_db(loop) for loop in linear.open])),
-        "openPhase": packed(np.array([phase_deg(loop) for loop in linear.open])),
+        "open": [_open_loop(loop) for loop in linear.open],
     }
+
+
+def _open_loop(loop: np.ndarray) -> dict[str, str]:
+    """What a Nichols chart shows of it: below and beyond are the loop's last points."""
+    gain, phase = gain_db(loop), phase_deg(loop)
+    inside = (gain > _LEAST) & (gain < _MOST) & (phase > _LAST)
+    drawn = inside | np.append(inside[1:], False) | np.insert(inside[:-1], 0, False)
+    return {"gain": packed(gain[drawn]), "phase": packed(phase[drawn])}
 
 
 def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:

@@ -21,7 +21,6 @@ from ...loop.scenarios import Scenario
 from ...loop.sensors import Sensors, settling_band
 
 _NOWHERE = "no operating point"
-_LOWEST, _EVEN = 0.1, 240  # Hz, and how many frequencies up to Nyquist's
 WATCHED = 1.0  # s: of a scenario, after all there is to it has come
 
 
@@ -76,20 +75,14 @@ class StepPart:
 def linear_part(lanes: PlantLanes, controller: Controller) -> LinearPart | None:
     """None for a controller without a linear view."""
     try:
-        null, moving = lanes.margins(controller)
-        f = _frequencies(lanes)
-        closed = lanes.closed_loop(controller, f)
+        linear = lanes.linear(controller)
     except NoLinearView:
         return None
+    null, moving = linear.null, linear.moving
     stable = null.stable & moving.stable & lanes.null.ok
     ms, gain_margin, phase_margin = (_worse(stable, null, moving, name, pick) for name, pick in _WORSE)
-    loops = lanes.open_loops(controller, f)
-    return LinearPart(stable, ms, gain_margin, phase_margin, f, loops, closed if stable[0] else None)
-
-
-def _frequencies(lanes: PlantLanes) -> np.ndarray:
-    """Even on a logarithmic axis, and dense where a plant resonates."""
-    return np.union1d(np.geomspace(_LOWEST, lanes.rig.nyquist, _EVEN), lanes.sharp_frequencies)
+    closed = linear.closed if stable[0] else None
+    return LinearPart(stable, ms, gain_margin, phase_margin, linear.f, linear.open, closed)
 
 
 _WORSE = (("ms", np.fmax), ("gain_margin_db", np.fmin), ("phase_margin_deg", np.fmin))

@@ -1,7 +1,7 @@
 "use strict";
 // Corner frequencies as tags above the Bode plot, dragged along its axis.
 const Handles = (() => {
-  const bode = document.getElementById("bode");
+  const bode = document.getElementById("bode"), chart = bode.querySelector(".chart");
   const ROW = 15, TOP = 24;
   let held = null;
 
@@ -10,16 +10,16 @@ const Handles = (() => {
   const words = (slider) => `${slider.part.replace(/([a-z])([A-Z])/g, "$1 $2").toLowerCase()} ${slider.name.split(".").pop().replaceAll("_", " ")}`;
   const cornered = (sliders, numbers) => sliders.filter((slider) => slider.corner && numbers(slider) > 0);
 
-  function place(tag, slider, row, rows, f) {
-    const { xaxis, yaxis2, _size: size } = bode._fullLayout;
-    const inside = Math.min(Math.max(xaxis.d2p(f), 0), xaxis._length), x = xaxis._offset + inside;
-    const bottom = size.t + size.h - (yaxis2 ? yaxis2._length : 0);
+  // A tag at the left edge begins at its corner, one at the right edge ends there.
+  function place(tag, slider, row, f) {
+    const { xaxis, yaxis2, height, margin } = chart._fullLayout;
+    const inside = Math.min(Math.max(xaxis.d2p(f), 0), xaxis._length), top = TOP + row * ROW;
     tag.textContent = `${words(slider)} ${f.toPrecision(3)} Hz`;
-    const room = tag.offsetWidth, left = Math.min(Math.max(x - room / 2, 2), bode.clientWidth - room - 2), top = TOP + row * ROW;
-    tag.style.left = `${left}px`;
+    tag.dataset.hertz = f;
     tag.style.top = `${top}px`;
-    tag.style.setProperty("--at", `${x - left}px`);
-    tag.style.setProperty("--drop", `${bottom - top - ROW}px`);
+    tag.style.setProperty("--x", `${xaxis._offset + inside}px`);
+    tag.style.setProperty("--share", inside / xaxis._length);
+    tag.style.setProperty("--drop", `${height - margin.b - yaxis2._length - top - ROW}px`);
   }
 
   function show(sliders, numbers, move) {
@@ -29,7 +29,7 @@ const Handles = (() => {
       let tag = there.get(slider.name);
       if (!tag) bode.append((tag = made(slider, move)));
       there.delete(slider.name);
-      place(tag, slider, row, tags.length, hertz(slider, numbers(slider)));
+      place(tag, slider, row, hertz(slider, numbers(slider)));
     });
     there.forEach((tag) => tag.remove());
   }
@@ -42,7 +42,7 @@ const Handles = (() => {
     tag.title = `${slider.meaning}: drag, or arrow keys`;
     const to = (f) => move(slider, Math.min(Math.max(value(slider, f), slider.bounds[0]), slider.bounds[1]));
     const at = (event) => {
-      const { xaxis } = bode._fullLayout;
+      const { xaxis } = chart._fullLayout;
       return xaxis.p2d(event.clientX - bode.getBoundingClientRect().left - xaxis._offset);
     };
     tag.addEventListener("pointerdown", (event) => { held = tag; tag.setPointerCapture(event.pointerId); tag.classList.add("held"); event.stopPropagation(); });
@@ -51,7 +51,7 @@ const Handles = (() => {
       tag.addEventListener(end, () => { held = null; tag.classList.remove("held"); });
     tag.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: 1 / 1.03, ArrowRight: 1.03 }[event.key];
-      if (step) { to(hertz(slider, Number(tag.dataset.value)) * step); event.preventDefault(); }
+      if (step) { to(Number(tag.dataset.hertz) * step); event.preventDefault(); }
     });
     return tag;
   }

@@ -126,27 +126,39 @@
     if (!busy) work();
   }
 
+  // The newest question on its way; the moves that its picture will show.
+  function sent() {
+    if (!newest) return null;
+    const asked = newest, moves = unseen;
+    newest = null;
+    unseen = [];
+    return post("view", asked).then((answer) => ({ asked, moves, answer }), (error) => ({ error }));
+  }
+
+  // While a picture is drawn, the server is at the next one already.
   async function work() {
     busy = true;
-    while (newest) {
-      const asked = newest, moves = unseen;
-      newest = null;
-      unseen = [];
-      try {
-        const answer = await post("view", asked);
-        sines = null;
-        draw(answer, asked);
-        await painted();
-        const waits = { compiler: "another structure of the loop: its machine code is being made", python: "computes in Python: the scenario follows when the numbers rest" }[answer.waits];
-        const late = moves.map((at) => performance.now() - at);
-        say(waits ?? `picture ${late.at(-1).toFixed(0)} ms after the move, ${answer.server_ms.toFixed(0)} ms of them to compute`);
-        document.dispatchEvent(new CustomEvent("picture", { detail: { late, server: answer.server_ms } }));
-        if (!newest) still = setTimeout(() => after(asked), answer.waits === "compiler" ? 0 : STILL);
-      } catch (error) {
-        say(error.message, true);
-      }
+    let next = sent();
+    while (next) {
+      const { asked, moves, answer, error } = await next;
+      next = sent();
+      if (error) say(error.message, true);
+      else await show(asked, moves, answer);
+      next ??= sent();
     }
     busy = false;
+  }
+
+  const WAITS = { compiler: "another structure of the loop: its machine code is being made", python: "computes in Python: the scenario follows when the numbers rest" };
+
+  async function show(asked, moves, answer) {
+    sines = null;
+    draw(answer, asked);
+    await painted();
+    const late = moves.map((at) => performance.now() - at);
+    say(WAITS[answer.waits] ?? `picture ${late.at(-1).toFixed(0)} ms after the move, ${answer.server_ms.toFixed(0)} ms of them to compute`);
+    document.dispatchEvent(new CustomEvent("picture", { detail: { late, server: answer.server_ms } }));
+    if (!newest) still = setTimeout(() => { Plots.settle(); after(asked); }, answer.waits === "compiler" ? 0 : STILL);
   }
 
   let afterBusy = false;
@@ -172,7 +184,7 @@
     const untouched = !Object.keys(asked.numbers).length && !Object.keys(asked.rig).length;
     if (untouched) files.set(place, { ...files.get(place), ...(answer.steps ? { steps: answer.steps } : {}), linear: answer.linear });
     const file = untouched ? null : files.get(place);
-    const common = { count: start.rigs.length, unit: start.signal.unit, signal: start.signal.name, limits: start.limits, revision: place };
+    const common = { count: start.rigs.length, rigs: start.rigs, unit: start.signal.unit, signal: start.signal.name, limits: start.limits, revision: place };
     Plots.drawStep(answer.steps, { ...common, file: file?.steps });
     Plots.drawBode(answer.linear, sines, { ...common, file: file?.linear, rows: Handles.count(sliders(), valueOf), unstable: answer.rows[0].stable === false });
     Plots.drawNichols(answer.linear, common);
@@ -190,31 +202,39 @@
     return digits(entry[name]);
   }
 
+  // The rows are made once, and then only what changes in them.
+  let cells = [], heads = "";
+  function makeRows(titles) {
+    const element = (kind, ...inside) => { const made = document.createElement(kind); made.append(...inside); return made; };
+    get("rows").querySelector("thead").replaceChildren(element("tr", ...titles.map((text) => element("th", text))));
+    cells = start.rigs.map((rig, lane) => {
+      const swatch = element("i");
+      swatch.style.background = Plots.colour(lane);
+      const name = element("span", rig), others = titles.slice(1).map(() => element("td"));
+      return { line: element("tr", element("td", swatch, name), ...others), name, others };
+    });
+    get("rows").querySelector("tbody").replaceChildren(...cells.map(({ line }) => line));
+  }
+
   function tell(answer) {
     const columns = COLUMNS.filter(([name]) => name !== "peak" || answer.rows.some((entry) => entry.peak != null));
-    const head = document.createElement("tr");
-    for (const text of ["rig", ...columns.map(([name, title]) => (name === "peak" ? `peak [${start.signal.unit}]` : title))]) {
-      const th = document.createElement("th");
-      th.textContent = text;
-      head.append(th);
-    }
-    const body = answer.rows.map((entry, lane) => {
-      const line = document.createElement("tr"), name = document.createElement("td"), swatch = document.createElement("i");
-      swatch.style.background = Plots.colour(lane);
-      name.append(swatch, entry.rig + (answer.hunting?.[lane] ? " (hunts)" : ""));
-      line.append(name);
-      for (const [column] of columns) {
-        const td = document.createElement("td");
-        td.textContent = cell(entry, column);
-        td.classList.toggle("out", Boolean(entry.out?.includes(column)));
-        if (column === "settling_s" && entry.tripped) td.title = entry.tripped;
-        line.append(td);
-      }
-      return line;
+    const titles = ["rig", ...columns.map(([name, title]) => (name === "peak" ? `peak [${start.signal.unit}]` : title))];
+    if (titles.join() !== heads) makeRows(titles);
+    heads = titles.join();
+    answer.rows.forEach((entry, lane) => {
+      const { name, others } = cells[lane];
+      put(name, entry.rig + (answer.hunting?.[lane] ? " (hunts)" : ""));
+      columns.forEach(([column], i) => {
+        put(others[i], cell(entry, column));
+        others[i].classList.toggle("out", Boolean(entry.out?.includes(column)));
+        others[i].title = (column === "settling_s" && entry.tripped) || "";
+      });
     });
-    get("rows").querySelector("thead").replaceChildren(head);
-    get("rows").querySelector("tbody").replaceChildren(...body);
     sentence(answer);
+  }
+
+  function put(element, text) {
+    if (element.textContent !== text) element.textContent = text;
   }
 
   function worst(entries, name, pick) {
@@ -238,11 +258,14 @@
     add("ms", "Ms", "", Math.max);
     add("gain_margin_db", "gain margin", " dB", Math.min);
     add("phase_margin_deg", "phase margin", "°", Math.min);
-    get("verdict").textContent = get("verdict").title = words.join(" · ");
+    put(get("verdict"), words.join(" · "));
+    get("verdict").title = words.join(" · ");
     get("verdict").classList.toggle("bad", known && stable < count);
     const hunting = (answer.hunting ?? []).flatMap((hunts, lane) => (hunts ? [`${entries[lane].rig} hunts`] : []));
     const missed = [...answer.missed, ...hunting];
-    get("goals").textContent = get("goals").title = missed.length ? `Out of the goals: ${missed.join("; ")}` : "Within the goals.";
+    const goals = missed.length ? `Out of the goals: ${missed.join("; ")}` : "Within the goals.";
+    put(get("goals"), goals);
+    get("goals").title = goals;
     get("goals").classList.toggle("bad", missed.length > 0);
   }
 

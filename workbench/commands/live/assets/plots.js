@@ -5,13 +5,14 @@ const Plots = (() => {
   const PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#882255", "#332288", "#999933"];
   const CONFIG = { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false };
   const FONT = { family: "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif", size: 11, color: INK };
-  const plot = (id) => document.getElementById(id);
+  const chart = (id) => document.querySelector(`#${id} .chart`);
   const touch = window.matchMedia("(pointer: coarse)").matches;
 
   const colour = (lane) => PALETTE[lane % PALETTE.length];
 
   function floats(text) {
-    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    const letters = atob(text), bytes = new Uint8Array(letters.length);
+    for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);
     return new Float32Array(bytes.buffer);
   }
 
@@ -22,9 +23,10 @@ const Plots = (() => {
 
   const axis = (title, more) => ({
     title: { text: title, standoff: 4, font: { size: 11, color: SOFT } }, showline: true, linecolor: RULE, mirror: true,
-    gridcolor: GRID, zeroline: false, tickfont: { color: SOFT, size: 10.5 }, ...more,
+    gridcolor: GRID, zeroline: false, ticklabeloverflow: "allow", tickfont: { color: SOFT, size: 10.5 }, ...more,
   });
   const line = (x, y, color, width, more) => ({ x, y, mode: "lines", line: { color, width, simplify: false }, hoverinfo: "skip", ...more });
+  const hover = (template, name) => ({ hoverinfo: undefined, hovertemplate: `${template}<extra>${name}</extra>` });
   const TICKS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
   const layout = (revision, more) => ({
     margin: { l: 52, r: 12, t: 28, b: 36 }, font: FONT, paper_bgcolor: "#fff", plot_bgcolor: "#fff", showlegend: false, uirevision: revision,
@@ -32,46 +34,82 @@ const Plots = (() => {
   });
   const heading = (wide, narrow) => ({ text: window.innerWidth > 900 ? wide : narrow, x: 0, xref: "paper", xanchor: "left", y: 1, yref: "container", yanchor: "top", pad: { t: 7 }, font: { size: 12, color: INK } });
 
+  // While numbers move, only lines do: they are drawn into Plotly's own paths, which takes a twentieth of the time that
+  // Plotly takes for the whole. It draws the whole where anything else changes, and once the numbers rest.
+  const whole = new Map();
+  function draw(id, data, layout) {
+    data.forEach((trace, i) => (trace.uid = `${id}${i}`));
+    const key = JSON.stringify([layout, data.map(({ line, mode }) => [line, mode])]);
+    const before = whole.get(id);
+    const entry = { key, data, layout, drawn: before?.key === key && sketched(chart(id), data) };
+    whole.set(id, entry);
+    if (!entry.drawn) entry.done = Plotly.react(chart(id), data, layout, CONFIG);
+  }
+
+  function settle() {
+    for (const [id, { drawn, data, layout }] of whole) if (drawn) Plotly.react(chart(id), data, layout, CONFIG);
+    whole.forEach((entry) => (entry.drawn = false));
+  }
+
+  function sketched(plot, data) {
+    const moving = data.filter((trace) => !trace.still);
+    const paths = moving.map((trace) => plot.querySelectorAll(`.trace${trace.uid} .js-line`));
+    if (moving.some((trace, i) => trace.mode !== "lines" || paths[i].length !== 1)) return false;
+    const { xaxis, yaxis, yaxis2 } = plot._fullLayout;
+    moving.forEach((trace, i) => paths[i][0].setAttribute("d", path(trace, xaxis, trace.yaxis === "y2" ? yaxis2 : yaxis)));
+    return true;
+  }
+
+  function path({ x, y }, xaxis, yaxis) {
+    let text = "", begins = true;
+    for (let i = 0; i < x.length; i++) {
+      const gap = !Number.isFinite(x[i]) || !Number.isFinite(y[i]);
+      if (!gap) text += `${begins ? "M" : "L"}${xaxis.d2p(x[i]).toFixed(1)},${yaxis.d2p(y[i]).toFixed(1)}`;
+      begins = gap;
+    }
+    return text || "M0,0";
+  }
+
   // Nominal last, so that it lies above the others.
   const order = (count) => [...Array(count).keys()].reverse();
   const width = (lane) => (lane === 0 ? 2 : 1.1);
 
   function drawStep(steps, context) {
-    const { count, unit, signal, file, revision } = context;
-    plot("step").classList.toggle("stale", !steps);
+    const { count, unit, signal, file, revision, rigs } = context;
+    document.getElementById("step").classList.toggle("stale", !steps);
     if (!steps) return;
     const t = floats(steps.t), y = lanes(steps.y, count), command = lanes(steps.command, count);
-    const data = [line(t, floats(steps.reference), GREY, 1, { line: { color: GREY, width: 1, dash: "dash" } })];
-    if (file) data.push(line(floats(file.t), lanes(file.y, count)[0], GREY, 2.2));
+    const data = [line(t, floats(steps.reference), GREY, 1, { line: { color: GREY, width: 1, dash: "dash" }, still: true })];
+    if (file) data.push(line(floats(file.t), lanes(file.y, count)[0], GREY, 2.2, { still: true }));
     for (const lane of order(count)) {
-      data.push(line(t, y[lane], colour(lane), width(lane)));
-      data.push(line(t, command[lane], colour(lane), width(lane), { yaxis: "y2" }));
+      data.push(line(t, y[lane], colour(lane), width(lane), hover(`%{x:.3f} s, %{y:.4~g} ${unit}`, rigs[lane])));
+      data.push(line(t, command[lane], colour(lane), width(lane), { yaxis: "y2", ...hover("%{x:.3f} s, %{y:.3~g}", rigs[lane]) }));
     }
     const range = steps.end ? [-0.12 * steps.end, 1.35 * steps.end].sort((a, b) => a - b) : undefined;
     const band = [-1, 1].map((side) => ({ type: "line", x0: 0, x1: 1, xref: "x domain", y0: steps.end + side * steps.band, y1: steps.end + side * steps.band, line: { color: GREY, width: 1, dash: "dot" } }));
-    Plotly.react("step", data, layout(revision, {
+    draw("step", data, layout(revision, {
       title: heading(`${signal} on every rig, command below; dotted: settled; grey: as in the file`, `${signal} on every rig; command`), shapes: band,
       xaxis: axis("time [s]", { anchor: "y2", range: [0, t[t.length - 1]] }),
       yaxis: axis(`${signal} [${unit}]`, { domain: [0.36, 1], ...(range ? { range } : {}) }),
       yaxis2: axis("command [1]", { domain: [0, 0.28] }),
-    }), CONFIG);
+    }));
   }
 
   function drawBode(linear, sines, context) {
     const { file, revision, rows } = context;
     const data = [];
     const both = (f, gain, phase, make) => { data.push(make(f, gain, "y")); data.push(make(f, phase, "y2")); };
-    if (file) both(floats(file.f), floats(file.gain), floats(file.phase), (x, y, yaxis) => line(x, y, GREY, 2.2, { yaxis }));
-    if (linear) both(floats(linear.f), floats(linear.gain), floats(linear.phase), (x, y, yaxis) => line(x, y, colour(0), 2, { yaxis }));
-    if (sines) both(floats(sines.f), floats(sines.gain), floats(sines.phase), (x, y, yaxis) => ({ x, y, yaxis, mode: "lines+markers", line: { color: "#d55e00", width: 1 }, marker: { color: "#d55e00", size: 5 }, hoverinfo: "skip" }));
+    if (file) both(floats(file.f), floats(file.gain), floats(file.phase), (x, y, yaxis) => line(x, y, GREY, 2.2, { yaxis, still: true }));
+    if (linear) both(floats(linear.f), floats(linear.gain), floats(linear.phase), (x, y, yaxis) => line(x, y, colour(0), 2, { yaxis, ...hover(`%{x:.3~g} Hz, %{y:.3~g} ${yaxis === "y" ? "dB" : "deg"}`, "linear") }));
+    if (sines) both(floats(sines.f), floats(sines.gain), floats(sines.phase), (x, y, yaxis) => ({ x, y, yaxis, mode: "lines+markers", line: { color: "#d55e00", width: 1 }, marker: { color: "#d55e00", size: 5 }, ...hover(`%{x:.3~g} Hz, %{y:.3~g} ${yaxis === "y" ? "dB" : "deg"}`, "sines") }));
     const unstable = context.unstable ? [{ text: "unstable: no linear response", x: 0.5, y: 0.8, xref: "paper", yref: "paper", showarrow: false, font: { color: BAD, size: 13 } }] : [];
     const by = sines ? `; orange: sines of ${sines.amplitude}${sines.limited ? `, limited from ${sines.limited.toPrecision(3)} Hz` : ""}` : "";
-    Plotly.react("bode", data, layout(revision, {
+    draw("bode", data, layout(revision, {
       title: heading(`closed loop, nominal: linear${by}`, `closed loop; ${by.slice(2)}`), annotations: unstable, margin: { l: 52, r: 12, t: 28 + 15 * rows, b: 36 },
       xaxis: axis("frequency [Hz]", { type: "log", anchor: "y2", range: [-1, Math.log10(200)], tickvals: TICKS, ticktext: TICKS.map(String) }),
       yaxis: axis("gain [dB]", { domain: [0.46, 1], range: [-32, 12] }),
       yaxis2: axis("phase [deg]", { domain: [0, 0.42], range: [-370, 20], dtick: 90 }),
-    }), CONFIG);
+    }));
   }
 
   // |1/(1 + L)| = Ms, as a curve of L in degrees and dB.
@@ -87,22 +125,24 @@ const Plots = (() => {
   }
 
   function drawNichols(linear, context) {
-    const { count, limits, revision } = context;
+    const { count, limits, revision, rigs } = context;
     const data = [];
     for (const [ms, fill] of [[limits.ms_nominal, "rgba(180,35,24,0.06)"], [limits.ms, "rgba(180,35,24,0.12)"]]) {
       const [x, y] = sensitivityLine(ms);
-      data.push(line(x, y, BAD, 0.8, { fill: "toself", fillcolor: fill }));
+      data.push(line(x, y, BAD, 0.8, { fill: "toself", fillcolor: fill, still: true }));
     }
-    data.push({ x: [-180], y: [0], mode: "markers", marker: { color: BAD, size: 7, symbol: "cross" }, hoverinfo: "skip" });
+    data.push({ x: [-180], y: [0], mode: "markers", marker: { color: BAD, size: 7, symbol: "cross" }, hoverinfo: "skip", still: true });
     if (linear) {
-      const gain = lanes(linear.openGain, count), phase = lanes(linear.openPhase, count);
-      for (const lane of order(count)) data.push(line(phase[lane], gain[lane], colour(lane), width(lane)));
+      for (const lane of order(count)) {
+        const { gain, phase } = linear.open[lane];
+        data.push(line(floats(phase), floats(gain), colour(lane), width(lane), hover(`%{x:.4~g} deg, %{y:.3~g} dB`, rigs[lane])));
+      }
     }
-    Plotly.react("nichols", data, layout(revision, {
+    draw("nichols", data, layout(revision, {
       title: heading(`open loops at null; red: Ms above ${limits.ms_nominal} (nominal), ${limits.ms} (every rig)`, `open loops; red: Ms above ${limits.ms_nominal}, ${limits.ms}`),
       xaxis: axis("phase [deg]", { range: [-400, 0], dtick: 90 }), yaxis: axis("gain [dB]", { range: [-32, 24] }),
-    }), CONFIG);
+    }));
   }
 
-  return { colour, drawStep, drawBode, drawNichols };
+  return { colour, drawStep, drawBode, drawNichols, settle };
 })();
