@@ -324,10 +324,10 @@ def test_a_full_disk_is_one_line_and_a_bug_is_not(tmp_path, monkeypatch, capsys)
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "metrics.json")
 
-    monkeypatch.setattr(run_folder, "_write", full)
+    monkeypatch.setattr(run_folder, "write_whole", full)
     paper = ROOT / "experiments" / "paper.toml"
     assert "metrics.json: No space left on device" in refused(capsys, "run", paper, "--out", tmp_path / "out")
-    monkeypatch.setattr(run_folder, "_write", lambda *_: (_ for _ in ()).throw(OSError("a bug")))
+    monkeypatch.setattr(run_folder, "write_whole", lambda *_: (_ for _ in ()).throw(OSError("a bug")))
     with pytest.raises(OSError, match="a bug"):
         main(["run", str(paper), "--out", str(tmp_path / "other")])
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.columns import data_frame, lookup
 from ..base.signals import Signal
 from ..base.units import from_si
-from ..commands.common.time_figure import time_figure
+from ..commands.common.time_figure import run_columns, time_figure
 from ..loop.rows import judge
 from ..loop.sampled_loop import LoopRun
 from ..loop.scenarios import Scenario
@@ -70,7 +70,7 @@ class TimeResponse:
             self[name]
         names = signals or ("command", "pa")
         title = f"{self.scenario.name} on {self.loop.rig.name}"
-        return time_figure(title, self.loop.signal, {self.loop.controller.name: self.record}, names)
+        return time_figure(title, self.loop.signal, {self.loop.controller.name: run_columns(self.record)}, names)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Every signal in SI, its unit in the column's name. Raises InputError where pandas is not installed."""

@@ -1,11 +1,14 @@
 """Reports: figures as plain data, one self-contained HTML page; report.still draws pictures and loads matplotlib.
 
 figures, table    figures and tables as plain data
+digits            how many digits of a number are shown
 page, chart       one HTML page; its charts
+index             the page that lists finished runs
 still, show       pictures; figures and pages in a notebook or a browser
 palette, thin     one look a curve name; long series and outlines thinned
 """
 
+from .digits import Known, within
 from .figures import Curve, Figure, FrequencyCurve, Mark, Panel, Style, bode
 from .page import Page, Section, Table, page_looks, render, write_page
 from .thin import outline_points
@@ -14,6 +17,7 @@ __all__ = [
     "Curve",
     "Figure",
     "FrequencyCurve",
+    "Known",
     "Mark",
     "Page",
     "Panel",
@@ -24,5 +28,6 @@ __all__ = [
     "outline_points",
     "page_looks",
     "render",
+    "within",
     "write_page",
 ]

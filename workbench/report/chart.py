@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .figures import Curve, Figure, Mark, Panel
 from .palette import GRID, GRID_FINE, INK, INK_SOFT, RULE, Look
-from .thin import DRAWN_POINTS, drawn_points
+from .thin import drawn_points, window_points
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 _GAP = 28  # px between stacked panels
@@ -23,7 +23,7 @@ def chart(figure: Figure, look: Mapping[str, Look]) -> dict[str, Any]:
         trace
         for axis, panel in zip(axes, figure.panels, strict=True)
         for curve in panel.curves
-        for trace in _traces(curve, axis, _unit(panel.y_label), look[curve.name])
+        for trace in _traces(curve, axis, _unit(panel.y_label), look[curve.name], figure.x_range)
     ]
     names = [escape(name, quote=False) for name in figure.x_names]
     for trace in data if names else ():
@@ -34,7 +34,8 @@ def chart(figure: Figure, look: Mapping[str, Look]) -> dict[str, Any]:
 
 def is_thinned(figure: Figure) -> bool:
     """Whether any curve is too long to be drawn whole."""
-    return any(len(curve.x) > DRAWN_POINTS for panel in figure.panels for curve in panel.curves)
+    curves = [curve for panel in figure.panels for curve in panel.curves]
+    return any(len(curve.x) > len(window_points(curve.x, curve.y, figure.x_range)) for curve in curves)
 
 
 def height(figure: Figure) -> int:
@@ -64,16 +65,20 @@ def rgba(colour: str, alpha: float) -> str:
     return f"rgba({red},{green},{blue},{alpha})"
 
 
-def _traces(curve: Curve, axis: str, unit: str, look: Look) -> Iterator[dict[str, Any]]:
+def _traces(
+    curve: Curve, axis: str, unit: str, look: Look, window: tuple[float, float] | None
+) -> Iterator[dict[str, Any]]:
     shared = {"type": "scatter", "yaxis": axis, "legendgroup": curve.name, "visible": curve.visible}
     if curve.band is not None:
         yield shared | _band(curve, look.colour)
-    keep = drawn_points(np.where(np.isfinite(curve.x), curve.y, np.nan))
+    keep = window_points(curve.x, curve.y, window)
     style = look.style(curve.style)
     dash = {"dash": style} if style in ("dash", "dot") else {}
     pen = {"mode": "lines", "line": {"color": look.colour, "width": 1.6, "simplify": False} | dash}
     if style == "markers":
         pen = {"mode": "markers", "marker": {"color": look.colour, "size": 6}}
+    if style == "points":
+        pen |= {"mode": "lines+markers", "marker": {"color": look.colour, "size": 4.5}}
     yield (
         shared
         | pen
@@ -167,6 +172,8 @@ def _x_axis(figure: Figure, lowest: str) -> dict[str, Any]:
             "categoryorder": "array",
             "range": ends,
         }
+    if figure.x_range is not None:
+        named["range"] = numbers(np.log10(figure.x_range) if figure.log_x else np.asarray(figure.x_range), 7)
     axis = _axis(figure.x_label, figure.log_x) | spike | named
     return axis | {"anchor": lowest, "unifiedhovertitle": {"text": title}}
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..base.gain_phase import gain_db, phase_deg
 
-Style = Literal["line", "dash", "dot", "markers"]
+Style = Literal["line", "dash", "dot", "markers", "points"]
 
 
 def _vector(values: object, name: str, length: int | None = None) -> NDArray[np.float64]:
@@ -24,8 +24,9 @@ def _vector(values: object, name: str, length: int | None = None) -> NDArray[np.
 class Curve:
     """`y` over `x` (both (n,), in the units of the axis labels); a NaN or an infinite value is a gap.
 
-    band: low and high, (n,) each, shaded behind the curve. color: "#rrggbb", else the page chooses one for the name.
-    visible: False starts the curve hidden; its legend entry shows it. Raises ValueError for arrays of different length.
+    style: "points" is a line with a mark at every sample, of what was computed at these alone. band: low and high, (n,)
+    each, shaded behind the curve. color: "#rrggbb", else the page chooses one for the name. visible: False starts the
+    curve hidden; its legend entry shows it. Raises ValueError for arrays of different length.
     """
 
     name: str
@@ -73,7 +74,8 @@ class Figure:
     """Panels stacked over one shared x axis.
 
     Labels end with their unit, "gain [dB]". height: of the whole figure in CSS pixels, else by the number of panels.
-    x_names: the values 1, 2 ... of x stand for these names, which the axis then shows.
+    x_names: the values 1, 2 ... of x stand for these names, which the axis then shows. x_range: (first, last), what is
+    shown of x at first; the page has all of it.
     """
 
     title: str
@@ -83,6 +85,7 @@ class Figure:
     note: str = ""
     height: int | None = None
     x_names: Sequence[str] = ()
+    x_range: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         panels = ", ".join(panel.y_label for panel in self.panels)

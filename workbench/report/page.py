@@ -1,8 +1,8 @@
-"""One HTML page: self-contained, offline, a verdict on top, then sections of plots and tables."""
+"""One HTML page: self-contained, offline, a verdict and the picture that shows it on top, then sections."""
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -13,9 +13,9 @@ from .palette import Look, looks
 from .table import Table, table_html
 from .thin import DRAWN_POINTS
 
-__all__ = ["Page", "Section", "Table", "page_looks", "render", "write_page"]
+__all__ = ["Page", "Section", "Table", "html_page", "page_looks", "render", "write_page"]
 
-_DASHES = {"line": "", "dash": ' stroke-dasharray="7 4"', "dot": ' stroke-dasharray="2 3"'}
+_DASHES = {"line": "", "points": "", "dash": ' stroke-dasharray="7 4"', "dot": ' stroke-dasharray="2 3"'}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,33 +30,61 @@ class Section:
 class Page:
     """A report.
 
-    verdict: the one sentence that answers the question; footer: what doing it again needs (versions, seed, command).
+    verdict: the one sentence that answers the question. picture: the figure that shows it, drawn below it; a figure of
+    the same title is not drawn again in a section. head: what was judged, when and by which command. footer: what doing
+    it again needs (versions, seed).
     """
 
     title: str
     verdict: str
     sections: Sequence[Section]
     footer: Mapping[str, str] = field(default_factory=dict)
+    head: Mapping[str, str] = field(default_factory=dict)
+    picture: Figure | None = None
+
+    @property
+    def body(self) -> list[Section]:
+        """The sections without the picture, and without a section of nothing else."""
+        if self.picture is None:
+            return list(self.sections)
+        title = self.picture.title
+        parts = [
+            replace(part, items=[item for item in part.items if not (isinstance(item, Figure) and item.title == title)])
+            for part in self.sections
+        ]
+        return [part for part, whole in zip(parts, self.sections, strict=True) if part.items or not whole.items]
 
 
 def page_looks(page: Page) -> dict[str, Look]:
     """The look of every curve name of the page, in order of first appearance."""
-    return looks(item for section in page.sections for item in section.items if isinstance(item, Figure))
+    first = [] if page.picture is None else [page.picture]
+    items = [item for section in page.body for item in section.items if isinstance(item, Figure)]
+    return looks([*first, *items])
 
 
 def render(page: Page) -> str:
     """The page as HTML: no request leaves it, and a name with markup in it is shown as text."""
     look = page_looks(page)
-    sections = "".join(_section(section, index, look) for index, section in enumerate(page.sections, 1))
+    sections = "".join(_section(section, index, look) for index, section in enumerate(page.body, 1))
+    picture = _figure(page.picture, look) if page.picture is not None else ""
     plots = _scripts() if look else f"<script>{_asset('page.js')}</script>\n"
+    head = _definitions(page.head)
+    return html_page(
+        page.title,
+        f'<header>\n<h1>{escape(page.title)}</h1>\n{head}<p class="verdict">{escape(page.verdict)}</p>\n</header>\n'
+        f"{picture}{_contents(page)}<main>\n{sections}</main>\n{_footer(page)}{plots}",
+    )
+
+
+def html_page(title: str, body: str) -> str:
+    """A whole HTML page of our look, which makes no request; `body` is HTML."""
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
         "style-src 'unsafe-inline'; img-src data: blob:\">\n"
-        f"<title>{escape(page.title)}</title>\n<style>\n{_asset('page.css')}</style>\n</head>\n<body>\n"
-        f'<header>\n<h1>{escape(page.title)}</h1>\n<p class="verdict">{escape(page.verdict)}</p>\n</header>\n'
-        f"{_contents(page)}<main>\n{sections}</main>\n{_footer(page)}{plots}</body>\n</html>\n"
+        f"<title>{escape(title)}</title>\n<style>\n{_asset('page.css')}</style>\n</head>\n<body>\n"
+        f"{body}</body>\n</html>\n"
     )
 
 
@@ -66,9 +94,9 @@ def write_page(page: Page, path: Path) -> None:
 
 
 def _contents(page: Page) -> str:
-    if len(page.sections) <= 3:
+    if len(page.body) <= 3:
         return ""
-    links = "".join(f'<li><a href="#s{i}">{escape(s.title)}</a></li>' for i, s in enumerate(page.sections, 1))
+    links = "".join(f'<li><a href="#s{i}">{escape(s.title)}</a></li>' for i, s in enumerate(page.body, 1))
     return f'<nav aria-label="Contents"><ol>{links}</ol></nav>\n'
 
 
@@ -120,12 +148,18 @@ def _sample(look: Look, style: str) -> str:
         if style == "markers"
         else f'<path d="M0 5H28" stroke="{look.colour}" stroke-width="2.2" fill="none"{_DASHES[style]}/>'
     )
+    if style == "points":
+        drawn += f'<circle cx="14" cy="5" r="3" fill="{look.colour}"/>'
     return f'<svg width="28" height="10" viewBox="0 0 28 10" aria-hidden="true">{drawn}</svg>'
 
 
 def _footer(page: Page) -> str:
-    rows = "".join(f"<div><dt>{escape(key)}</dt><dd>{escape(value)}</dd></div>" for key, value in page.footer.items())
-    return f"<footer><dl>{rows}</dl></footer>\n" if rows else ""
+    return f"<footer>{_definitions(page.footer)}</footer>\n" if page.footer else ""
+
+
+def _definitions(entries: Mapping[str, str]) -> str:
+    rows = "".join(f"<div><dt>{escape(key)}</dt><dd>{escape(value)}</dd></div>" for key, value in entries.items())
+    return f"<dl>{rows}</dl>\n" if rows else ""
 
 
 def _scripts() -> str:

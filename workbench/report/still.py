@@ -17,7 +17,8 @@ from .chart import height, segments
 from .figures import Curve, Figure, Mark, Panel
 from .palette import GRID, GRID_FINE, INK, INK_SOFT, RULE, Look, looks
 
-_DASHES = {"line": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 1.8)), "markers": "none"}
+_DASHES = {"line": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 1.8)), "markers": "none", "points": "-"}
+_MARKERS = {"markers": 4, "points": 3}
 _WIDTH, _DPI = 860, 160
 _STYLE: dict[Any, object] = {
     "font.family": "sans-serif",
@@ -80,6 +81,8 @@ def _draw_panel(ax: Axes, panel: Panel, figure: Figure, look: Mapping[str, Look]
         ax.set_ylim(*panel.y_range)
     if figure.log_x:
         _label_log(ax)
+    if figure.x_range is not None:
+        ax.set_xlim(*figure.x_range)
     if figure.x_names:
         ax.set_xticks(range(1, len(figure.x_names) + 1), figure.x_names, rotation=30 if len(figure.x_names) > 8 else 0)
         ax.set_xlim(0.5, len(figure.x_names) + 0.5)
@@ -124,8 +127,9 @@ def _draw_curve(ax: Axes, curve: Curve, look: Look) -> None:
         for part in segments(np.isfinite(curve.x) & np.isfinite(low) & np.isfinite(high)):
             ax.fill_between(curve.x[part], low[part], high[part], color=look.colour, alpha=0.16, linewidth=0)
     y = np.where(np.isfinite(curve.y), curve.y, np.nan)
-    marker = "o" if style == "markers" else None
-    ax.plot(curve.x, y, color=look.colour, linewidth=1.3, linestyle=_DASHES[style], marker=marker, markersize=4)
+    size = _MARKERS.get(style, 0)
+    marker = "o" if size else None
+    ax.plot(curve.x, y, color=look.colour, linewidth=1.3, linestyle=_DASHES[style], marker=marker, markersize=size)
 
 
 def _draw_mark(ax: Axes, mark: Mark) -> None:
@@ -150,7 +154,8 @@ def _keys(figure: Figure, look: Mapping[str, Look]) -> list[Line2D]:
 
 def _key(name: str, look: Look, curve: Curve) -> Line2D:
     style = look.style(curve.style)
-    marker = "o" if style == "markers" else None
+    size = _MARKERS.get(style, 0)
+    marker = "o" if size else None
     return Line2D(
-        [], [], label=name, color=look.colour, linewidth=1.6, linestyle=_DASHES[style], marker=marker, markersize=4
+        [], [], label=name, color=look.colour, linewidth=1.6, linestyle=_DASHES[style], marker=marker, markersize=size
     )

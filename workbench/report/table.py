@@ -1,22 +1,26 @@
 """A table of a report: sortable, numbers short, the best of a column marked."""
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import Literal
 
-Cell = str | float | int | bool | None
+from .digits import Known, four_digits
+
+Cell = str | float | int | bool | Known | None
 _MANY = 11  # columns: a table with more of them is set narrower
 _LONG = 32  # letters: a column with longer texts has cells of several lines
+_ALIKE = 3  # rows: with fewer, a column that says the same in all of them is no repetition
 
 
 @dataclass(frozen=True, repr=False)
 class Table:
     """Rows of cells under column headers. best: the columns whose least or greatest number is marked.
 
-    None is shown as an en dash, a float with four significant digits, bool as yes or no. Raises ValueError when a row
-    does not fit the columns or `best` names a column that is not there.
+    within: the column whose equal cells make a group, in which alone rows compete. fold: a column that says the same in
+    every row, of three or more, is told in the note instead. None is shown as an en dash, a float with four significant
+    digits, bool as yes or no. Raises ValueError when a row does not fit the columns, or `best` or `within` names a
+    column that is not there.
     """
 
     title: str
@@ -24,12 +28,14 @@ class Table:
     rows: Sequence[Sequence[Cell]]
     note: str = ""
     best: Mapping[str, Literal["min", "max"]] = field(default_factory=dict)
+    within: str = ""
+    fold: bool = False
 
     def __post_init__(self) -> None:
         for index, row in enumerate(self.rows, 1):
             if len(row) != len(self.columns):
                 raise ValueError(f'table "{self.title}" row {index}: {len(row)} cells for {len(self.columns)} columns')
-        if missing := set(self.best) - set(self.columns):
+        if missing := {*self.best, *filter(None, [self.within])} - set(self.columns):
             raise ValueError(f'table "{self.title}": best names no column: {", ".join(sorted(missing))}')
 
     def __repr__(self) -> str:
@@ -42,16 +48,16 @@ class Table:
 
 
 def shown(cell: Cell) -> str:
-    """The text of a cell: at most about four significant digits, no exponent between 1e-4 and 1e7."""
+    """The text of a cell: a number to what is known of it, or to about four significant digits."""
     if cell is None or cell != cell:
         return "–"
     if isinstance(cell, str):
         return cell
     if isinstance(cell, bool):
         return "yes" if cell else "no"
-    if isinstance(cell, int):
+    if isinstance(cell, int | Known):
         return str(cell)
-    return _number(float(cell))
+    return four_digits(float(cell))
 
 
 def table_text(table: Table) -> str:
@@ -69,7 +75,8 @@ def table_text(table: Table) -> str:
 
 def table_html(table: Table) -> str:
     """The table in a box of its own that scrolls sideways, so that the page never does."""
-    best = {table.columns.index(name): _best(table, name) for name in table.best}
+    table = folded(table) if table.fold else table
+    marked = best_cells(table)
     numeric = [_numeric([row[i] for row in table.rows]) for i in range(len(table.columns))]
     head = "".join(
         f'<th scope="col"{_class("num" if numeric[i] else "")}><button type="button">{_breakable(name)}</button></th>'
@@ -77,11 +84,11 @@ def table_html(table: Table) -> str:
     )
     wraps = [any(len(shown(row[i])) > _LONG for row in table.rows) for i in range(len(numeric))]
     body = "\n".join(
-        "<tr>" + "".join(_cell(cell, numeric[i], best.get(i), wraps[i]) for i, cell in enumerate(row)) + "</tr>"
-        for row in table.rows
+        "<tr>" + "".join(_cell(cell, numeric[i], (n, i) in marked, wraps[i]) for i, cell in enumerate(row)) + "</tr>"
+        for n, row in enumerate(table.rows)
     )
     dense = _class("dense" if len(numeric) > _MANY else "")
-    note = " ".join(filter(None, (table.note, "The best of a column is marked." if table.best else "")))
+    note = " ".join(filter(None, (table.note, _best_words(table) if marked else "")))
     return (
         f'<div class="item table">\n<h3>{escape(table.title)}</h3>\n'
         f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(table.title)}">\n'
@@ -91,38 +98,63 @@ def table_html(table: Table) -> str:
     )
 
 
-def _number(value: float) -> str:
-    if math.isinf(value):
-        return "∞" if value > 0 else "-∞"
-    if value == 0:
-        return "0"
-    power = math.floor(math.log10(abs(value)))
-    if -4 <= power < 7:
-        text = f"{value:.{max(3 - power, 0)}f}"
-        return text.rstrip("0").rstrip(".") if "." in text else text
-    digits, exponent = f"{value:.3e}".split("e")
-    return f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
+def folded(table: Table) -> Table:
+    """The table without the columns that say the same in every row; its note says what."""
+    if len(table.rows) < _ALIKE:
+        return table
+    texts = [{shown(row[i]) for row in table.rows} for i in range(len(table.columns))]
+    alike = [i for i in range(1, len(texts)) if len(texts[i]) == 1 and table.columns[i] != table.within]
+    told = ", ".join(f"{table.columns[i]}: {shown(table.rows[0][i])}" for i in alike)
+    note = " ".join(filter(None, (table.note, f"In every row: {told}." if told else "")))
+    keep = [i for i in range(len(texts)) if i not in alike]
+    best = {name: way for name, way in table.best.items() if table.columns.index(name) in keep}
+    rows = [[row[i] for i in keep] for row in table.rows]
+    return replace(table, columns=[table.columns[i] for i in keep], rows=rows, note=note, best=best)
+
+
+def best_cells(table: Table) -> set[tuple[int, int]]:
+    """(row, column) of the best numbers, each within its group; none where all of a group look the same."""
+    key = table.columns.index(table.within) if table.within else None
+    groups: dict[str, list[int]] = {}
+    for number, row in enumerate(table.rows):
+        groups.setdefault("" if key is None else shown(row[key]), []).append(number)
+    return {
+        (number, table.columns.index(name))
+        for name, way in table.best.items()
+        for group in groups.values()
+        for number in _best(table, group, table.columns.index(name), way)
+    }
+
+
+def _best(table: Table, group: Sequence[int], column: int, way: str) -> list[int]:
+    """Rows of a group that have its best number, as far as it is shown."""
+    numbers = [number for number in group if _is_number(table.rows[number][column])]
+    texts = {number: shown(table.rows[number][column]) for number in numbers}
+    if len(set(texts.values())) < 2:
+        return []
+    first = (min if way == "min" else max)(numbers, key=lambda number: _float(table.rows[number][column]))
+    return [number for number in numbers if texts[number] == texts[first]]
+
+
+def _best_words(table: Table) -> str:
+    return f"The best of a column is marked{f', for each {table.within}' if table.within else ''}."
 
 
 def _is_number(cell: Cell) -> bool:
-    return isinstance(cell, (int, float)) and not isinstance(cell, bool) and cell == cell
+    return isinstance(cell, int | float | Known) and not isinstance(cell, bool) and _float(cell) == _float(cell)
+
+
+def _float(cell: Cell) -> float:
+    return float(cell) if isinstance(cell, int | float | Known) else float("nan")
 
 
 def _numeric(column: Sequence[Cell]) -> bool:
     there = [cell for cell in column if cell is not None]
-    return bool(there) and all(isinstance(cell, (int, float)) and not isinstance(cell, bool) for cell in there)
+    return bool(there) and all(isinstance(cell, int | float | Known) and not isinstance(cell, bool) for cell in there)
 
 
-def _best(table: Table, name: str) -> Cell:
-    index = table.columns.index(name)
-    values = [row[index] for row in table.rows if _is_number(row[index])]
-    pick = min if table.best[name] == "min" else max
-    return pick(values, default=None, key=lambda cell: float(cell or 0))
-
-
-def _cell(cell: Cell, numeric: bool, best: Cell, wraps: bool) -> str:
-    marked = best is not None and _is_number(cell) and cell == best
-    value = f' data-v="{float(cell)!r}"' if _is_number(cell) and isinstance(cell, (int, float)) else ""
+def _cell(cell: Cell, numeric: bool, marked: bool, wraps: bool) -> str:
+    value = f' data-v="{_float(cell)!r}"' if _is_number(cell) else ""
     name = " ".join(filter(None, ("num" if numeric else "", "best" if marked else "", "long" if wraps else "")))
     return f"<td{_class(name)}{value}>{escape(shown(cell))}</td>"
 
@@ -132,5 +164,6 @@ def _class(name: str) -> str:
 
 
 def _breakable(name: str) -> str:
-    """A header that may break after an underscore: settling_s is wider than its numbers."""
-    return escape(name).replace("_", "_<wbr>")
+    """A header that may break after an underscore, settling_s being wider than its numbers, but not inside a unit."""
+    text, bracket, unit = escape(name).replace("_", "_<wbr>").partition("[")
+    return text + bracket + unit.replace(" ", "&nbsp;")

@@ -29,6 +29,18 @@ def drawn_points(y: NDArray[np.float64], points: int = DRAWN_POINTS) -> NDArray[
     return np.unique(every[every < n])
 
 
+def window_points(
+    x: NDArray[np.float64], y: NDArray[np.float64], window: tuple[float, float] | None
+) -> NDArray[np.intp]:
+    """Ascending indices of the samples of a curve, (n,) each, to draw: inside the `window` of x, that is shown at
+    first, as many points as elsewhere a whole curve has."""
+    y = np.where(np.isfinite(x), y, np.nan)
+    if window is None:
+        return drawn_points(y)
+    inside = np.flatnonzero((x >= window[0]) & (x <= window[1]))
+    return np.union1d(drawn_points(y), inside[drawn_points(y[inside])])
+
+
 def outline_points(x: NDArray[np.float64], y: NDArray[np.float64], x_near: float, y_near: float) -> NDArray[np.intp]:
     """Ascending indices of the samples of a curve in a plane, (n,) each, to draw; missing samples are kept.
 

@@ -6,16 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...base.gain_phase import gain_db
-from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Panel, bode
 from ..common.bench_experiment import BenchLoop
 from ..common.sines import closed_loop_figure
+from ..common.time_figure import time_figure, window, window_words
 from .entry import STIFFNESS_HZ, Entries
 
 SHOWN_HZ = (0.05, 100.0)
-_SHORTEST = 0.2  # s
 
 
 @dataclass(frozen=True)
@@ -47,37 +46,12 @@ def excursion(loop: BenchLoop, scenario: Scenario) -> Excursion:
 
 
 def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, entries: Entries) -> Figure:
-    """One scenario on one rig under every controller: controlled signal, command, pressure. A step as far as it tells.
-
-    That is three times what the quickest controller needs; a longer record would hide all but the slowest.
-    """
+    """One scenario on one rig under every controller: controlled signal, command, pressure."""
     i = loop.scenarios.index(scenario)
-    settled = [entries[c.name, rig]["rows"][i]["settling_s"] for c in loop.controllers]
-    quickest = min((value for value in settled if value is not None), default=scenario.duration)
-    shown = max(_SHORTEST, 3 * quickest) if scenario.is_step else scenario.duration
-    responses = {c.name: _until(shown, entries[c.name, rig]["courses"][scenario.name]) for c in loop.controllers}
-    first = next(iter(responses.values()))
-
-    def curves(name: str, unit: str, si: str) -> list[Curve]:
-        return [Curve(c, run["t [s]"], from_si(run[name], unit, si)) for c, run in responses.items()]
-
-    signal, pressure = loop.signal, SIGNALS["pa"]
-    reference = Curve("reference", first["t [s]"], from_si(first["reference"], signal.unit, signal.si), "dot")
-    note = "" if shown >= scenario.duration else f"The first {shown:.2g} s of {scenario.duration:g} s."
-    return Figure(
-        f"{scenario.name} on {rig}",
-        "time [s]",
-        [
-            Panel(signal.label, [reference, *curves(signal.name, signal.unit, signal.si)]),
-            Panel("command [1]", curves("command", "1", "1")),
-            *(Panel(pressure.label, curves("pa", pressure.unit, pressure.si)) for _ in first.keys() & {"pa"}),
-        ],
-        note=note,
-    )
-
-
-def _until(end: float, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name: column[columns["t [s]"] <= end] for name, column in columns.items()}
+    shown = window(scenario, [entries[c.name, rig]["rows"][i]["settling_s"] for c in loop.controllers])
+    runs = {c.name: entries[c.name, rig]["courses"][scenario.name] for c in loop.controllers}
+    title, note = f"{scenario.name} on {rig}", window_words(shown, scenario)
+    return time_figure(title, loop.signal, runs, ("command", "pa"), shown, note)
 
 
 def spread_scatter(loop: BenchLoop, scenario: Scenario, entries: Entries) -> Figure:

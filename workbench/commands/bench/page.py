@@ -9,11 +9,11 @@ from ...report import Figure, Page, Section, Table
 from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
+from ..common.row_table import MARGINS, RowTable
 from .entry import Entries
 from .figures import excursion, linear_figures, sine_figures, spread_scatter, stiffness_figure, time_responses
 from .nichols import nichols
-from .numbers import numbers_section
-from .verdict import Clouds, verdict_sections, verdict_sentence
+from .verdict import Clouds, verdict_picture, verdict_sections, verdict_sentence
 
 Metrics = Mapping[str, Any]
 Best = Literal["min", "max"]
@@ -40,15 +40,18 @@ def bench_page(config: BenchConfig, entries: Entries, clouds: Clouds, metrics: M
             Section(f"{title}: Nichols chart", [nichols(loop, first, entries)]),
             Section(f"{title}: dynamic stiffness", [stiffness_figure(loop, name, entries) for name in loop.rigs]),
             Section(f"{title}: fallbacks", _fallbacks(loop, metrics)),
-            Section(f"{title}: every row", [_every(loop, metrics)]),
+            Section(f"{title}: every row", _every(loop, metrics)),
         ]
-    sections = [section for section in (*sections, numbers_section(config)) if section.items]
+    sections = [section for section in sections if section.items]
     return with_fit(Page(f"Bench on {config.rig.name}", _verdict(config, metrics), sections), config.rig)
 
 
-def bench_picture(config: BenchConfig, entries: Entries) -> Figure:
-    """The telling figure: the last step of the first loop on the first rig."""
+def bench_picture(config: BenchConfig, entries: Entries, metrics: Metrics) -> Figure:
+    """The telling figure, of the first loop: Ms against settling over the envelope; where that was not judged, or tells
+    of one controller alone, the last step on the first rig."""
     loop = config.loops[0]
+    if (picture := verdict_picture(loop, metrics)) is not None:
+        return picture
     steps = [scenario for scenario in loop.scenarios if scenario.is_step] or list(loop.scenarios)
     return time_responses(loop, steps[-1], loop.first, entries)
 
@@ -166,19 +169,20 @@ def _fallbacks(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     return [Table("Fallbacks", keys, rows, note=note)] if rows else []
 
 
-def _every(loop: BenchLoop, metrics: Metrics) -> Table:
+def _every(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     """Every row of metrics.json of this loop."""
     names = {controller.name for controller in loop.controllers}
     rows = [row for row in metrics["rows"] if row["controller"] in names]
-    keys = ("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "iae", "peak_command")
-    keys += ("saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz", "peak_db")
-    keys += ("gain_margin_db", "phase_margin_deg", "ms", "margins", "band", "peak_deviation")
-    unit = loop.signal.unit
-    units = {"iae": f"iae [{unit} s]", "band": f"band [{unit}]", "peak_deviation": f"peak deviation [{unit}]"}
-    shown = [[_shown(row[key], loop) if key in units else row[key] for key in keys] for row in rows]
-    heads = [units.get(key, key) for key in keys]
+    maker = RowTable(loop.rig, loop.signal, loop.scenarios)
+    motion = ("settling_s", "overshoot_percent", "rise_s", "iae", "peak_command", "saturated_s", "cavitation_s")
+    motion += ("residual_oscillation", "band", "peak_deviation", "tripped")
     note = " ".join(("The rows of metrics.json.", *(line for each in loop.scenarios for line in each.remarks)))
-    return Table("Every controller on every rig", heads, shown, note=note)
+    whose = ("scenario", "rig", "controller")
+    worse = "The worse of null and moving."
+    return [
+        maker.table("Motion of every controller on every rig", rows, (*whose, *motion), note),
+        maker.table("Margins of every controller on every rig", rows, (*whose, *MARGINS), worse),
+    ]
 
 
 def _shown(value: float | None, loop: BenchLoop) -> float | None:

@@ -13,6 +13,7 @@ from ...loop.rig_spread import spread_over_rigs
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, loop_setup
 from ..common.bench_experiment import BenchConfig
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .entry import STIFFNESS_HZ, BenchmarkEntry, Entries, benchmark_entry
 from .envelope_row import EnvelopeEntry, bench_envelope, envelope_entry, envelope_rigs, has_envelope
@@ -45,7 +46,10 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int =
         "envelope": [entry["row"] for entry in envelopes],
     }
     page = bench_page(config, entries, {entry["row"]["controller"]: entry["cloud"] for entry in envelopes}, metrics)
-    return Outcome(metrics, page, bench_picture(config, entries), _tables(entries))
+    controllers = [spec for loop in config.loops for spec in loop.controllers]
+    rigs = {name: rig for loop in config.loops for name, rig in loop.rigs.items()}
+    subject = Subject(config.rig, controllers, rigs)
+    return Outcome(metrics, page, bench_picture(config, entries, metrics), _tables(entries), subject=subject)
 
 
 def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:

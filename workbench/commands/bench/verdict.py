@@ -30,6 +30,13 @@ def verdict_sections(loop: BenchLoop, clouds: Clouds, metrics: Metrics) -> list[
     ]
 
 
+def verdict_picture(loop: BenchLoop, metrics: Metrics) -> Figure | None:
+    """Ms against settling, where more than one controller has both."""
+    rows = _rows(loop, metrics)
+    (figure,) = (_scatter(loop, rows) if rows else []) or [None]
+    return figure if figure and len(figure.panels[0].curves) > 1 else None
+
+
 def verdict_sentence(loop: BenchLoop, metrics: Metrics) -> str:
     """Which controller to take and where it is weakest; where none meets every goal, which comes nearest."""
     rows = _rows(loop, metrics)

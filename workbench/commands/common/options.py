@@ -58,7 +58,8 @@ def finish_in_folder(
     options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: FolderStudy
 ) -> Outcome:
     """The same of a study that writes files of its own into the open run's folder."""
-    from .run_folder import open_run, versions
+    from .run_folder import open_run
+    from .run_index import write_index
 
     out = options.out or Path("out") / name
     _check_picture(options.picture)
@@ -69,11 +70,8 @@ def finish_in_folder(
 
     with open_run(out, identity, options.force) as run:
         outcome = study(run, progress)
-        footer = {
-            "command": shlex.join(["jackbench", *words]),
-            "versions": ", ".join(" ".join(item) for item in versions().items()),
-        }
-        page = leave(run, outcome, identity, footer)
+        page = leave(run, outcome, identity, shlex.join(["jackbench", *words]))
+    index = write_index(out.resolve().parent)
     if options.picture:
         from ...report import page_looks
         from ...report.still import still_picture
@@ -81,6 +79,8 @@ def finish_in_folder(
         still_picture(outcome.picture, options.picture, page_looks(page))
     print(outcome.page.verdict)
     print(f"report: {out / 'report.html'}")
+    if index:
+        print(f"all runs: {out.parent / index.name}")
     return outcome
 
 

@@ -1,7 +1,7 @@
 """What a study leaves behind, and what it is given to work with."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,16 +12,20 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ...report import Figure, Page
+    from .design_numbers import Subject
     from .run_folder import Run
 
-__all__ = ["Answer", "Outcome", "Progress", "Stage", "leave", "no_checkpoint"]
+REPORT = "report"  # the table of config.toml that says what the report says
+
+__all__ = ["REPORT", "Answer", "Outcome", "Progress", "Stage", "leave", "no_checkpoint"]
 
 
 @dataclass(frozen=True, repr=False)
 class Outcome:
     """`metrics` for metrics.json, `tables` for *.parquet (columns by name), the report and its telling figure.
 
-    `files` are further text files, content by name. In a notebook it shows its verdict and that figure.
+    `files` are further text files, content by name; `subject` is what the report is about. In a notebook it shows its
+    verdict and that figure.
     """
 
     metrics: Mapping[str, Any]
@@ -29,6 +33,7 @@ class Outcome:
     picture: "Figure"
     tables: "Mapping[str, Mapping[str, np.ndarray]]" = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
+    subject: "Subject | None" = None
 
     def __repr__(self) -> str:
         return f"{self.page.title}\n{self.page.verdict}"
@@ -44,8 +49,9 @@ class Outcome:
     def show(self) -> Path:
         """Open the whole report in a browser; the path of the page."""
         from ...report.show import open_page
+        from .head import whole_page
 
-        return open_page(self.page)
+        return open_page(whole_page(self))
 
     def report(self, folder: str | Path, force: bool = False) -> Path:
         """Leave metrics.json, report.html, the tables and files in a new folder; the path of the report.
@@ -54,9 +60,9 @@ class Outcome:
         """
         from .run_folder import open_run
 
-        identity = {"report": self.page.title}
+        identity = {"command": "report", "of": self.page.title}
         with open_run(Path(folder), identity, force) as run:
-            leave(run, self, identity, {})
+            leave(run, self, identity)
         return Path(folder) / "report.html"
 
 
@@ -78,12 +84,18 @@ class Answer:
         return self.outcome.report(folder, force)
 
 
-def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], footer: Mapping[str, str]) -> "Page":
-    """Write an outcome into its open run folder, and finish that; the page with its footer."""
+def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], command: str = "") -> "Page":
+    """Write an outcome into its open run folder, and finish that; the page as it is written.
+
+    `command` is the command line, where there was one. It, the date and the verdict stand in config.toml too.
+    """
+    from .head import finished_at, whole_page
     from .run_folder import resolved_config
 
-    page = replace(outcome.page, footer={**footer, **outcome.page.footer})
+    date = finished_at()
+    page = whole_page(outcome, date, command)
+    told = {"title": page.title, "verdict": page.verdict, "date": date, "command": command or None}
     for file, text in outcome.files.items():
         (run.dir / file).write_text(text, encoding="utf-8")
-    run.finish(outcome.metrics, resolved_config(identity), outcome.tables, page)
+    run.finish(outcome.metrics, resolved_config({**identity, REPORT: told}), outcome.tables, page)
     return page

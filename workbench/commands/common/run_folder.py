@@ -26,6 +26,7 @@ import pyarrow.parquet as pq
 from filelock import FileLock, Timeout
 
 from ...base.errors import InputError, short_path
+from ...base.files import sync, write_whole
 from ...base.toml_text import toml_text
 from ...report import Page, write_page
 
@@ -74,8 +75,8 @@ class Run:
 
         tables: name -> column -> (n,), one n a table. An older DIR (force) is moved aside first and deleted last.
         """
-        _write(self.dir / "metrics.json", metrics_json(metrics))
-        _write(self.dir / "config.toml", config_toml)
+        write_whole(self.dir / "metrics.json", metrics_json(metrics))
+        write_whole(self.dir / "config.toml", config_toml)
         for name, columns in tables.items():
             table = pa.table({key: pa.array(np.asarray(column)) for key, column in columns.items()})
             pq.write_table(table, self.dir / f"{name}.parquet")
@@ -216,7 +217,7 @@ def _claim(partial: Path, identity: str, force: bool) -> bool:
             advice = "choose another --out or add --force to discard it"
             raise InputError(f"{partial}: is an unfinished run of {other}; {advice}")
         _clear(partial)
-    _write(path, identity)
+    write_whole(path, identity)
     return False
 
 
@@ -231,14 +232,14 @@ def _publish(partial: Path, out: Path) -> None:
     """Rename `partial` to `out`. At every moment a whole run, old or new, is on disk."""
     for path in sorted(partial.iterdir()):
         if path.is_file():
-            _sync(path)
-    _sync(partial)
+            sync(path)
+    sync(partial)
     aside = _aside(out)
     if out.exists():
         shutil.rmtree(aside, ignore_errors=True)  # left by a crash; `out` is newer
         out.rename(aside)
     partial.rename(out)
-    _sync(out.parent)
+    sync(out.parent)
     _remove_leftovers(out)
 
 
@@ -264,22 +265,6 @@ def _remove_empty(made: list[Path]) -> None:
             folder.rmdir()
 
 
-def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a whole file or none."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8", newline="\n")
-    _sync(part)
-    part.replace(path)
-
-
 def _store(path: Path, result: object) -> None:
     """Write a stage. The JSON file comes last: it is what says that the stage is done."""
     arrays: list[np.ndarray] = []
@@ -298,8 +283,8 @@ def _store(path: Path, result: object) -> None:
     if arrays:
         with path.with_suffix(".npz").open("wb") as file:
             np.savez(file, *arrays)
-        _sync(path.with_suffix(".npz"))
-    _write(path, text)
+        sync(path.with_suffix(".npz"))
+    write_whole(path, text)
 
 
 def _load(path: Path) -> Any:

@@ -55,7 +55,9 @@ def closed_loop_figure(name: str, linear: Sequence[FrequencyCurve], swept: Sines
     """Linear curves, dashed, and sines; the note says from which frequency a limit acts."""
     curves, notes = list(linear), []
     for size, columns in swept.items():
-        curves.append(FrequencyCurve(f"sine, {size}", columns["f_hz"], columns["real"] + 1j * columns["imag"]))
+        curves.append(
+            FrequencyCurve(f"sine, {size}", columns["f_hz"], columns["real"] + 1j * columns["imag"], "points")
+        )
         for what, flagged in (
             ("the command or the current is limited", "saturated"),
             ("a chamber falls below 0 bar", "cavitated"),

@@ -12,7 +12,7 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...loop.scenarios import SCENARIOS
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
-from ..common.outcome import Outcome
+from ..common.outcome import REPORT, Outcome
 from .finished import Finished
 
 Identity = tuple[tuple[str, str], ...]
@@ -137,7 +137,9 @@ def _settings(runs: Sequence[Finished]) -> Table:
     lines = [
         [key, *("" if run.config.get(key) is None else str(run.config[key]) for run in runs)]
         for key in keys
-        if not key.endswith((".source", ".bounds")) and len({str(run.config.get(key)) for run in runs}) > 1
+        if not key.startswith(f"{REPORT}.")
+        and not key.endswith((".source", ".bounds"))
+        and len({str(run.config.get(key)) for run in runs}) > 1
     ]
     return Table("Settings in which the runs differ", ["setting", *(run.name for run in runs)], lines)
 

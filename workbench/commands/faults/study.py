@@ -6,6 +6,7 @@ from typing import Any
 from ...control.controller_spec import ControllerSpec
 from ...loop.faults import FAULTS
 from ...loop.lane_loop import plays_in_lanes
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import FaultLoops, FaultsConfig
 from .fault_free import false_trips
@@ -40,7 +41,12 @@ def run_faults(config: FaultsConfig, stage: Stage, progress: Progress) -> Outcom
         "trips": trips,
         "left_out": left_out,
     }
-    return Outcome(metrics, faults_page(config, metrics), faults_figure(metrics["rows"]))
+    return Outcome(
+        metrics,
+        faults_page(config, metrics),
+        faults_figure(metrics["rows"]),
+        subject=Subject(config.rig, [spec for loops in config.loops for spec in loops.controllers]),
+    )
 
 
 def _rows(config: FaultsConfig, loops: FaultLoops, spec: ControllerSpec) -> list[dict[str, Any]]:

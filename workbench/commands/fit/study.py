@@ -12,6 +12,7 @@ from ...identify.trace.refit import FittedModel, fit_rig, heldout_errors, refit_
 from ...identify.trace.stored import packed, unpacked
 from ...records import Campaign
 from ...rigs.rig import Rig, rig_text
+from ..common.design_numbers import Subject
 from ..common.error_page import record_tables, rms_of
 from ..common.fit_result import base_intervals, correlations, fitted, fitted_rig
 from ..common.numbers import finite
@@ -78,7 +79,9 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
     page, picture = fit_page(problem, numbers, in_sessions, differences, metrics)
     tables = record_tables({"rig file": declared, "fitted": after})
     as_fitted = fitted_rig(problem, model_fit)
-    return FitAnswer(as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}))
+    return FitAnswer(
+        as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}, Subject(rig))
+    )
 
 
 def _fit(problem: EstimationProblem, starts: int, progress: Progress) -> FittedModel:

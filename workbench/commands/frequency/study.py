@@ -21,6 +21,7 @@ from ...plant import Plant, build, build_pilot_bench, build_valve_bench
 from ...records import Record
 from ...records.frequency_sheet import FrequencySheet
 from ...rigs.rig import Rig
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
 from .config import FrequencyTask
@@ -48,7 +49,9 @@ def run_frequency(task: FrequencyTask, stage: Stage, progress: Progress) -> Outc
         comparisons.append(_of_sheet(sheet, np.asarray(model)))
     tables = {f"response-{comparison.name.replace('/', '-')}": columns(comparison) for comparison in comparisons}
     metrics = {"rows": [row for comparison in comparisons for row in rows(comparison)]}
-    return Outcome(metrics, page(task.source, task.rig.name, comparisons), figure(comparisons[0]), tables)
+    return Outcome(
+        metrics, page(task.source, task.rig.name, comparisons), figure(comparisons[0]), tables, {}, Subject(task.rig)
+    )
 
 
 def _predicted(plant: Plant, record: Record, floor: NoiseFloor, measured: FrequencyResponse) -> dict[str, np.ndarray]:

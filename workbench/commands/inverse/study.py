@@ -14,6 +14,7 @@ from ...loop.learning import Iteration, rms
 from ...loop.margins import LinearLoop
 from ...loop.outer_loop import outer_loop
 from ...loop.rows import LinearLoops, LoopSetup, linear_loops
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import InverseConfig
 from .drawn import drawn_errors, drawn_rows, drawn_section
@@ -34,7 +35,8 @@ def run_inverse(config: InverseConfig, stage: Stage, progress: Progress) -> Outc
     }
     report = page(config, inverted, metrics, [drawn_section(config, drawn)] if drawn else [])
     files = {name: text for each in inverted.values() for name, text in drive_file(config, each).items()}
-    return Outcome(metrics, report, left_figure(next(iter(inverted.values()))), tables(config, inverted), files)
+    picture, subject = left_figure(next(iter(inverted.values()))), Subject(record.rig, record.controllers, record.rigs)
+    return Outcome(metrics, report, picture, tables(config, inverted), files, subject)
 
 
 def _inverted(config: InverseConfig, spec: ControllerSpec, stage: Stage, progress: Progress) -> Inverted:

@@ -18,6 +18,7 @@ from ...loop.learning import (
     rms,
 )
 from ...loop.rows import LoopSetup, linear_loops
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import LearnConfig
 from .drawn import drawn_row, learned_on_drawn
@@ -53,7 +54,8 @@ def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outco
     picture = figure(config, learned)
     report = page(config, convergence, learned, picture, drawn)
     lanes = {"plants": drawn.draw.columns(record.rig) | dict(drawn.lanes)} if drawn else {}
-    return Outcome(metrics, report, picture, tables(record, learned) | lanes, drive_files(record, learned))
+    subject = Subject(record.rig, [config.controller], record.rigs)
+    return Outcome(metrics, report, picture, tables(record, learned) | lanes, drive_files(record, learned), subject)
 
 
 def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage) -> Convergence:

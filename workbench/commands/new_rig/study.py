@@ -14,6 +14,7 @@ from ...identify.fit.determined import DETERMINED, FIGURE_ERROR
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
 from ...rigs.datasheet import Datasheet, Response, build_rig
 from ...rigs.rig import Number, Rig, rig_table
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 
 STARTS = 3  # of the fit: the estimates, then random places
@@ -59,7 +60,7 @@ def run_new_rig(sheet: Datasheet, stage: Stage, progress: Progress) -> tuple[Out
         name: {"f_hz": f, "gain_db": gain_db(response), "phase_deg": phase_deg(response)}
         for name, (f, response) in after.curves.items()
     }
-    return Outcome(metrics, page, bodes[-1], tables), rig
+    return Outcome(metrics, page, bodes[-1], tables, subject=Subject(rig)), rig
 
 
 def _measure(sheet: Datasheet, rig: Rig, stage: Stage, label: str) -> _Measured:

@@ -20,6 +20,7 @@ from ...plant.effects import Effect, applies
 from ...records import Campaign
 from ...records.excitation import Excitation, excitation_text
 from ...rigs.rig import Rig
+from ..common.design_numbers import Subject
 from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
@@ -64,7 +65,7 @@ def run_plan(
     metrics["not_compared"] = not_simulated(fitted.effects, fitted.now)
     page, picture = plan_page(fitted.problem, fitted.effects.candidates, metrics, records)
     files = {row["file"]: excitation_text(records[row["record"]].played) for row in metrics["records"]}
-    return Outcome(metrics, page, picture, _tables(metrics, records), files)
+    return Outcome(metrics, page, picture, _tables(metrics, records), files, Subject(rig))
 
 
 def _fitted(

@@ -21,6 +21,7 @@ from ...records.excitation import Excitation, excitation, excitation_text, multi
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig, rig_text
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import DriveSimulation, drive, effort, play, trouble, within_limits
 from .config import OWN, Plan
@@ -57,7 +58,8 @@ def run_record(plan: Plan, stage: Stage, progress: Progress) -> Outcome:
         rows.append({"record": name, "role": _role(name, list(played)), **stored["effort"]})
     metrics = {"rows": rows, "seed": plan.seed, "loop_gain": ready.loop.design.gain}
     page = _page(plan, ready, rows, records)
-    return Outcome(metrics, page, _figure(records[-1]), files=_files(plan, rows, records, played))
+    files = _files(plan, rows, records, played)
+    return Outcome(metrics, page, _figure(records[-1]), files=files, subject=Subject(plan.rig))
 
 
 def _given(plan: Plan) -> dict[str, Excitation]:

@@ -18,7 +18,8 @@ from ...records import Campaign, Record
 from ...records.campaign import FREE_RUN
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
-from ..common.error_page import SCORED
+from ..common.design_numbers import Subject
+from ..common.error_page import GIVEN, SCORED
 from ..common.outcome import Outcome, Progress, Stage
 from .free_run import free_run_rows, free_run_section, free_run_sentence, free_runs
 
@@ -57,7 +58,7 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
     page = _page(campaign, rig, floor, predictions, metrics, [free_run_section(runs)] if runs else [])
     if runs:
         page = replace(page, verdict=f"{page.verdict} {free_run_sentence(runs)}")
-    return Outcome(metrics, page, telling, tables)
+    return Outcome(metrics, page, telling, tables, subject=Subject(rig))
 
 
 def chi2(predictions: list[Prediction], floor: NoiseFloor) -> float | None:
@@ -190,11 +191,16 @@ def _figure(prediction: Prediction, name: str) -> Figure:
     def shown(values: np.ndarray) -> np.ndarray:
         return from_si(values, signal.unit, signal.si)
 
+    command = Curve("command", t, prediction.record.signals["command"], color=GIVEN)
     measured = Curve("measured", t, shown(prediction.record.signals[name]))
     model = Curve("model", t, shown(prediction.signals[name]))
     residual = Curve("residual", t, shown(prediction.error(name)))
     return Figure(
         f"{prediction.record.name}: {name}",
         "time [s]",
-        [Panel(signal.label, [measured, model]), Panel(f"measured - model [{signal.unit}]", [residual])],
+        [
+            Panel("command [1]", [command]),
+            Panel(signal.label, [measured, model]),
+            Panel(f"measured - model [{signal.unit}]", [residual]),
+        ],
     )

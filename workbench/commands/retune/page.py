@@ -1,17 +1,15 @@
 """The report of a retuning: what was gained on the found rig, steps of both controllers on both rigs, the numbers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
-from ...base.units import from_si
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...plant import build
-from ...records import Record
 from ...report import Figure, Page, Section, Table
 from ..common.judged import judged_words
-from ..common.time_figure import time_figure
+from ..common.row_table import RowTable
+from ..common.time_figure import Columns, run_columns, time_figure, window, window_words
 from ..tune.config import TuneConfig
 from ..tune.goals import Trial
 from ..tune.page import cost_figure, goals_table, numbers_table
@@ -53,22 +51,19 @@ def steps_figure(
     config: TuneConfig, scenario: Scenario, runs: Mapping[Pair, Mapping[str, LoopRun]], rows: Rows
 ) -> Figure:
     """One scenario by both controllers on both rigs, from where it starts; a step as far as it tells."""
-    settled = [row["settling_s"] for row in rows if row["scenario"] == scenario.name and row["settling_s"] is not None]
-    shown = max(_SHORTEST, 2 * max(settled, default=scenario.duration)) if scenario.is_step else scenario.duration
-    records = {f"{what}, {where}": _record(runs[what, where][scenario.name], scenario, shown) for what, where in runs}
-    return time_figure(f"{scenario.name}, from its start", config.start.signal, records, ("command",))
+    settled = [row["settling_s"] for row in rows if row["scenario"] == scenario.name]
+    shown, columns = window(scenario, settled), {}
+    for what, where in runs:
+        columns[f"{what}, {where}"] = _columns(runs[what, where][scenario.name], scenario)
+    title, note = f"{scenario.name}, from its start", window_words(shown, scenario)
+    return time_figure(title, config.start.signal, columns, ("command",), shown, note)
 
 
-def _record(run: LoopRun, scenario: Scenario, shown: float) -> Record:
-    """The part that is shown, its controlled signal and reference from where they start."""
-    record = run.record
-    rows = record.t <= shown
-    start = record.signals["reference"][0] - scenario.reference(record.t[:1])[0]
-    moved = {name: record.signals[name] - start for name in ("reference", scenario.signal)}
-    signals = {name: values[rows] for name, values in {**record.signals, **moved}.items()}
-    return replace(
-        record, t=record.t[rows], signals=signals, valid={name: record.valid[name][rows] for name in signals}
-    )
+def _columns(run: LoopRun, scenario: Scenario) -> Columns:
+    """A run, its controlled signal and reference from where they start."""
+    columns = run_columns(run.record)
+    start = columns["reference"][0] - scenario.reference(run.record.t[:1])[0]
+    return {**columns, **{name: columns[name] - start for name in ("reference", scenario.signal)}}
 
 
 def _verdict(config: TuneConfig, old: Trial, nearest: Trial, metrics: Mapping[str, Any]) -> str:
@@ -96,28 +91,15 @@ def _change(pair: Sequence[float | None], unit: str, none: str) -> str:
 
 
 def _rows_table(config: RetuneConfig, rows: Rows) -> Table:
-    signal = config.found.start.signal
-    shown = float(from_si(1.0, signal.unit, signal.si))
-    heads = {
-        "scenario": ("scenario", None), "rig": ("rig", None), "controller": ("controller", None),
-        "settling_s": ("settling [s]", 1.0), "overshoot_percent": ("overshoot [%]", 1.0),
-        "steady_state_error": (f"final error [{signal.unit}]", shown), "iae": (f"IAE [{signal.unit} s]", shown),
-        "peak_deviation": (f"peak deviation [{signal.unit}]", shown),
-        "residual_oscillation": ("oscillation [% of step]", 100.0), "ms": ("Ms [1]", 1.0),
-        "gain_margin_db": ("gain margin [dB]", 1.0), "phase_margin_deg": ("phase margin [deg]", 1.0),
-        "margins": ("margins by", None), "stable": ("stable", None), "tripped": ("tripped", None),
-    }  # fmt: skip
-    heads = {key: head for key, head in heads.items() if any(row[key] is not None for row in rows)}
-    order = {name: i for i, name in enumerate(dict.fromkeys(row["scenario"] for row in rows))}
-    lines = sorted(rows, key=lambda row: (order[row["scenario"]], row["rig"] != "found", row["controller"] != "old"))
-    cells = [
-        [row[key] if factor is None or row[key] is None else row[key] * factor for key, (_, factor) in heads.items()]
-        for row in lines
-    ]
+    keys = ("scenario", "rig", "controller", "settling_s", "overshoot_percent", "steady_state_error", "iae")
+    keys += ("peak_deviation", "residual_oscillation", "ms", "gain_margin_db", "phase_margin_deg", "margins", "stable")
+    lines = sorted(rows, key=lambda row: (row["rig"] != "found", row["controller"] != "old"))
     rigs = f"Declared: {config.declared.start.rig.name}; found: {config.found.start.rig.name}. "
     note = rigs + "At mid stroke; margins are the worse of null and moving. "
     note += judged_words(config.found.start.conditions, config.found.start.rig)
-    return Table("Old and retuned on both rigs", [head for head, _ in heads.values()], cells, note)
+    start = config.found.start
+    maker = RowTable(start.rig, start.signal, start.scenarios)
+    return maker.table("Old and retuned on both rigs", lines, (*keys, "tripped"), note)
 
 
 def _unseen(config: TuneConfig) -> list[str]:

@@ -11,6 +11,7 @@ from ...loop.rig_variations import with_delay
 from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..tune.config import TuneConfig
 from ..tune.goals import Trial
@@ -52,7 +53,11 @@ def run_retune(config: RetuneConfig, stage: Stage, progress: Progress, jobs: int
     }
     page = retune_page(config, trials, nearest, runs, metrics)
     files = tuned_files(config.found, nearest) if nearest.verdict.cost is not None else {}
-    return Outcome(metrics, page, steps_figure(config.found, scenario, runs, rows), _tables(runs), files)
+    retuned = config.found.problem.design(nearest.values)
+    subject = Subject(
+        config.declared.start.rig, [config.found.start.controllers[0].named("old"), retuned.named("retuned")]
+    )
+    return Outcome(metrics, page, steps_figure(config.found, scenario, runs, rows), _tables(runs), files, subject)
 
 
 def gain_scenario(scenarios: tuple[Scenario, ...]) -> Scenario:

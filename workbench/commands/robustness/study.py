@@ -14,6 +14,7 @@ from ...loop.lane_loop import play_lanes, plays_in_lanes
 from ...loop.lane_metrics import hunting_lanes, step_lanes
 from ...loop.sensors import settling_band
 from ...plant import build
+from ..common.design_numbers import Subject
 from ..common.numbers import finite, quantile
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.plant_draw import PlantDraw
@@ -87,7 +88,8 @@ def _outcome(
 ) -> Outcome:
     tables = {f"plants_{name}".replace("-", "_"): columns for name, columns in lanes.items()}
     page = robustness_page(config, metrics, lanes, draw)
-    return Outcome(metrics, page, robustness_figure(lanes), {"drawn": draw.columns(config.rig), **tables})
+    subject = Subject(config.rig, config.controllers)
+    return Outcome(metrics, page, robustness_figure(lanes), {"drawn": draw.columns(config.rig), **tables}, {}, subject)
 
 
 def _judged(

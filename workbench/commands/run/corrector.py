@@ -9,6 +9,7 @@ from ...base.gain_phase import gain_db, phase_deg
 from ...identify.datasheet.corrector import REFERENCE, Corrected, Maker, SpoolLoop
 from ...linear.frequency_response import SteppedSine
 from ...report import Curve, Figure, FrequencyCurve, Page, Section, Table, bode
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import packed, unpacked
 from .config import CorrectorConfig
@@ -42,7 +43,9 @@ def run_corrector(config: CorrectorConfig, stage: Stage, progress: Progress) -> 
         "refused": [key for key, corrected in full.items() if corrected.null_zeta < config.least_damping],
     }
     picture = _bode("Main stage at full command", full, config.maker)
-    return Outcome(metrics, _page(config, full, quarter, picture), picture, _tables(full, quarter))
+    return Outcome(
+        metrics, _page(config, full, quarter, picture), picture, _tables(full, quarter), subject=Subject(config.rig)
+    )
 
 
 def _stored(

@@ -15,6 +15,7 @@ from ...linear.frequency_response import SteppedSine, linear_response, scan
 from ...plant import Plant, build_pilot_bench, build_valve_bench
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
 from ...rigs.rig import Rig
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import packed, unpacked
 from .config import PaperConfig
@@ -82,7 +83,7 @@ def run_paper(config: PaperConfig, stage: Stage, progress: Progress) -> Outcome:
         values[f"{sweep.id}_f90"] = corner_frequency(sines[sweep.id].f, phase_deg(response), -90.0)
     rows = [_row(target, values[target.id]) for target in TARGETS]
     telling = _bode(SWEEPS[-1], rig, sines[SWEEPS[-1].id])
-    return Outcome({"rows": rows}, _page(rig, rows, flows, sines), telling, _tables(flows, sines))
+    return Outcome({"rows": rows}, _page(rig, rows, flows, sines), telling, _tables(flows, sines), subject=Subject(rig))
 
 
 def _sweep(sweep: Sweep, rig: Rig, points: int) -> SteppedSine:

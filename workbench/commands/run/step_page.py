@@ -5,7 +5,6 @@ from typing import Any
 
 from ...base.gain_phase import gain_db, phase_deg
 from ...base.signals import Signal
-from ...base.units import from_si
 from ...linear.crossings import corner_frequency
 from ...loop.rows import LinearLoops, moving_at
 from ...loop.sampled_loop import LoopRun
@@ -13,9 +12,10 @@ from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
+from ..common.row_table import RowTable
 from ..common.sines import Sines, closed_loop_figure
 from ..common.step_experiment import StepConfig
-from ..common.time_figure import time_figure
+from ..common.time_figure import run_columns, time_figure, window, window_words
 
 
 def step_page(
@@ -24,64 +24,62 @@ def step_page(
     runs: dict[tuple[str, str], LoopRun],
     loops: dict[str, LinearLoops],
     sines: dict[str, Sines],
-) -> Page:
-    """The report, from rows of metrics.json, runs by controller and scenario, linear loops and sines by controller."""
+) -> tuple[Page, Figure]:
+    """The report and its telling figure, from rows of metrics.json, runs by controller and scenario, linear loops and
+    sines by controller."""
+    figures = {scenario: step_figure(config, scenario, runs, rows) for scenario in config.scenarios}
     page = Page(
         f"{config.signal.name.capitalize()} loops on {config.rig.name}",
         _verdict(config.scenarios, rows),
         [
             Section("Metrics", [_metrics_table(config, rows), _margins_table(config, loops)]),
-            Section("Time responses", [step_figure(config, scenario, runs) for scenario in config.scenarios]),
+            Section("Time responses", list(figures.values())),
             Section("Closed-loop Bode", [_bode(config, name, loops[name], sines[name]) for name in loops]),
             Section("Sensitivity", [_sensitivity(loops)]),
         ],
     )
-    return with_fit(page, config.rig)
+    return with_fit(page, config.rig), figures[_judged(config.scenarios)]
+
+
+def _judged(scenarios: Sequence[Scenario]) -> Scenario:
+    """The scenario that the verdict is about: the middle one of the steps, or the first where there is none."""
+    steps = [scenario for scenario in scenarios if scenario.is_step] or list(scenarios[:1])
+    return steps[(len(steps) - 1) // 2]
 
 
 def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
-    """Who settles first in the middle one of the steps, and who is unstable."""
-    steps = [scenario.name for scenario in scenarios if scenario.is_step] or [scenarios[0].name]
+    """Who settles first in the scenario that is judged, and who is unstable."""
+    name = _judged(scenarios).name
     settled = [row for row in rows if row["settling_s"] is not None and row["stable"] is not False]
     bad = sorted({row["controller"] for row in rows if row["stable"] is False})
     unstable = f" Unstable: {', '.join(bad)}." if bad else ""
-    middle = [row for row in settled if row["scenario"] == steps[(len(steps) - 1) // 2]]
-    if not middle:
-        return f"{steps[(len(steps) - 1) // 2]}: no stable controller settles.{unstable}"
-    best = min(middle, key=lambda row: row["settling_s"])
+    able = [row for row in settled if row["scenario"] == name]
+    if not able:
+        return f"{name}: no stable controller settles.{unstable}"
+    best = min(able, key=lambda row: row["settling_s"])
     margins = "without margins" if best["ms"] is None else f"at Ms {best['ms']:.2f}"
-    return f"{best['scenario']}: {best['controller']} settles first, in {best['settling_s']:.3g} s {margins}.{unstable}"
+    return f"{name}: {best['controller']} settles first, in {best['settling_s']:.3g} s {margins}.{unstable}"
 
 
 def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
-    signal = config.signal
-    shown = float(from_si(1.0, signal.unit, signal.si))
-    columns = {
-        "controller": ("controller", None), "scenario": ("scenario", None), "settling_s": ("settling [s]", 1.0),
-        "band": (f"band [{signal.unit}]", shown),
-        "overshoot_percent": ("overshoot [%]", 1.0), "rise_s": ("rise [s]", 1.0),
-        "steady_state_error": (f"final error [{signal.unit}]", shown), "iae": (f"IAE [{signal.unit} s]", shown),
-        "peak_command": ("peak command [1]", 1.0), "saturated_s": ("limited [s]", 1.0),
-        "cavitation_s": ("cavitation [s]", 1.0), "residual_oscillation": ("oscillation [% of step]", 100.0),
-        "peak_deviation": (f"peak deviation [{signal.unit}]", shown),
-        "stable": ("stable", None), "tripped": ("tripped", None),
-    }  # fmt: skip
-
-    def cell(row: dict[str, Any], key: str, factor: float | None) -> Any:
-        if factor is None or row[key] is None:
-            return "no" if key == "tripped" and row[key] is None else row[key]
-        return row[key] * factor
-
-    return Table(
-        "Metrics",
-        [head for head, _ in columns.values()],
-        [[cell(row, key, factor) for key, (_, factor) in columns.items()] for row in rows],
-        note="Settling into +-band, 2 % of the step or three standard deviations of the sensor, from where reference, "
+    keys = ("scenario", "controller", "settling_s", "band", "overshoot_percent", "rise_s", "steady_state_error", "iae")
+    keys += (
+        "peak_command",
+        "saturated_s",
+        "cavitation_s",
+        "residual_oscillation",
+        "peak_deviation",
+        "stable",
+        "tripped",
+    )
+    note = (
+        "Settling into +-band, 2 % of the step or three standard deviations of the sensor, from where reference, "
         f"far end and load stand. {judged_words(config.conditions, config.rig)} Limited: the guard changed the "
         "command. Cavitation: a chamber below 0 bar."
-        + "".join(f" {remark}" for scenario in config.scenarios for remark in scenario.remarks),
-        best={"settling [s]": "min", columns["iae"][0]: "min"},
     )
+    note += "".join(f" {remark}" for scenario in config.scenarios for remark in scenario.remarks)
+    maker = RowTable(config.rig, config.signal, config.scenarios)
+    return maker.table("Metrics", rows, keys, note, best=("settling_s", "iae"))
 
 
 def _margins_table(config: StepConfig, loops: dict[str, LinearLoops]) -> Table:
@@ -121,10 +119,14 @@ def _margins_table(config: StepConfig, loops: dict[str, LinearLoops]) -> Table:
     )
 
 
-def step_figure(config: StepConfig, scenario: Scenario, runs: dict[tuple[str, str], LoopRun]) -> Figure:
+def step_figure(
+    config: StepConfig, scenario: Scenario, runs: dict[tuple[str, str], LoopRun], rows: list[dict[str, Any]]
+) -> Figure:
     """One scenario under every controller: controlled signal, command, pressures."""
-    records = {c.name: runs[c.name, scenario.name].record for c in config.controllers}
-    return time_figure(scenario.name, config.signal, records, ("command", "pa"))
+    columns = {c.name: run_columns(runs[c.name, scenario.name].record) for c in config.controllers}
+    shown = window(scenario, [row["settling_s"] for row in rows if row["scenario"] == scenario.name])
+    note = window_words(shown, scenario)
+    return time_figure(scenario.name, config.signal, columns, ("command", "pa"), shown, note)
 
 
 def _bode(config: StepConfig, name: str, pair: LinearLoops, swept: Sines) -> Figure:

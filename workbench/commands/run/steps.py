@@ -9,10 +9,11 @@ from ...control.controller_spec import ControllerSpec
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import Sines, sines
 from ..common.step_experiment import StepConfig
-from .step_page import step_figure, step_page
+from .step_page import step_page
 
 
 def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -33,9 +34,9 @@ def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
         swept[controller.name] = stage(
             f"bode-{controller.name}", lambda c=controller: sines(c, config.signal, config.bode, setup_of(c))
         )
-    page = step_page(config, rows, runs, loops, swept)
-    telling = [scenario for scenario in config.scenarios if scenario.is_step] or config.scenarios
-    return Outcome({"rows": rows}, page, step_figure(config, telling[-1], runs), _tables(runs, swept, loops))
+    page, picture = step_page(config, rows, runs, loops, swept)
+    subject = Subject(config.rig, config.controllers)
+    return Outcome({"rows": rows}, page, picture, _tables(runs, swept, loops), subject=subject)
 
 
 def _setups(config: StepConfig) -> Callable[[ControllerSpec], LoopSetup]:

@@ -19,6 +19,7 @@ from ...plant import Plant, build
 from ...report import Page, Section, Table
 from ...report.figures import Curve, Figure, Panel
 from ...rigs.rig import Rig
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .loops import loop_times
 from .start import start_times
@@ -67,7 +68,7 @@ def run_speed(rig: Rig, stage: Stage, progress: Progress) -> Outcome:
     progress("environments")
     envs = stage("envs", _environments)
     speed = {"peers": peers, "batch": batch, "envs": envs, "start": start, "floor": _floor_row(least), **loops}
-    return Outcome(speed, _page(rig, engine, speed), _picture(batch))
+    return Outcome(speed, _page(rig, engine, speed), _picture(batch), subject=Subject(rig, _controllers()))
 
 
 def _controllers() -> list[ControllerSpec]:

@@ -16,6 +16,7 @@ from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.rig import Rig, rig_text
 from ...rigs.rig import bundled as bundled_rigs
 from ..common.bench_experiment import BenchConfig
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.step_experiment import StepConfig
 
@@ -35,7 +36,7 @@ def run_timing(config: StepConfig | BenchConfig, rig_name: str, stage: Stage, pr
     return Outcome({"controllers": list(spent), "timing": timing}, page, _figure(spent, period), {}, {
         "timed.toml": _timed(config.source, timing, rig_name if rig_name in bundled_rigs() else "rig.toml"),
         **({} if rig_name in bundled_rigs() else {"rig.toml": rig_text(config.rig)}),
-    })  # fmt: skip
+    }, Subject(config.rig, [spec for _, controllers, _ in _loops(config) for spec in controllers]))  # fmt: skip
 
 
 def _loops(config: StepConfig | BenchConfig) -> Loops:

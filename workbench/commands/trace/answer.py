@@ -8,8 +8,8 @@ from typing import Any
 
 from ...identify.trace.findings import Trace
 from ...rigs.rig import Rig
-from ..common.outcome import Answer, Outcome
-from ..common.run_folder import open_run, resolved_config
+from ..common.outcome import Answer, Outcome, leave
+from ..common.run_folder import open_run
 
 _SHOWN = 5  # lines of the ranking in a repr
 
@@ -73,9 +73,7 @@ class TraceAnswer(Answer):
         """
         folder = Path(folder)
         with open_run(folder, self.identity, force) as run:
-            for name, text in self.outcome.files.items():
-                (run.dir / name).write_text(text, encoding="utf-8")
-            run.finish(self.outcome.metrics, resolved_config(self.identity), self.outcome.tables, self.outcome.page)
+            leave(run, self.outcome, self.identity)
         return folder / "report.html"
 
     def __str__(self) -> str:

@@ -8,7 +8,7 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...identify.data.noise_floor import NoiseFloor
 from ...identify.fit.predict import Prediction
-from ...report import Curve, Figure, Panel
+from ...report import Curve, Figure, Mark, Panel
 from ..common.error_page import AFTER, BEFORE, GIVEN
 
 SLICE = 1.0  # s, of the telling figure
@@ -16,16 +16,21 @@ SLICE = 1.0  # s, of the telling figure
 Pair = tuple[Prediction, Prediction]
 
 
-def evidence_figure(evidence: Sequence[tuple[str, float]]) -> Figure:
-    """Gain in log-likelihood by a disturbance in each equation."""
+def evidence_figure(evidence: Sequence[tuple[str, float]], clear: float) -> Figure:
+    """How far each equation is behind the best in log-likelihood; from `clear` on it is told apart from it."""
     places = np.arange(1.0, len(evidence) + 1)
-    curve = Curve("disturbance in this equation", places, np.array([gain for _, gain in evidence]), "markers", AFTER)
+    least = clear / 10
+    behind = np.maximum([evidence[0][1] - gain for _, gain in evidence], least)
+    curve = Curve("disturbance in this equation", places, behind, "markers", AFTER)
+    ends = (0.8 * least, 1.5 * max(float(behind.max()), 2 * clear))
+    panel = Panel("behind the best [1]", [curve], True, ends, (Mark(clear, "clear from here on"),))
     return Figure(
         "Evidence of a disturbance, by equation",
         "equation",
-        [Panel("gain in log-likelihood [1]", [curve])],
-        note="A random disturbance is added to one equation at a time; the one that makes the errors most likely is "
-        "where the model lacks something. What counts are the differences.",
+        [panel],
+        note="A random disturbance is added to one equation at a time; the one that makes the errors most likely, here "
+        f"at the lower edge, is where the model lacks something. One that is less than {clear:.0f} behind it in "
+        "log-likelihood is not told apart from it.",
         x_names=[name for name, _ in evidence],
     )
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import Trace
+from ...identify.trace.localise import likely_equations
 from ...plant.effects import Effect
 from ...report import Figure, Page, Section, Table
 from ..common.error_page import error_figure, error_table
@@ -28,7 +29,7 @@ from .tables import (
     unseen_signals,
     untested_table,
 )
-from .words import EQUATION, PLAN, RETUNE, next_records, verdict
+from .words import EQUATION, PLAN, RETUNE, listed, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 Item = Figure | Table | str
@@ -117,23 +118,41 @@ def _next(trace: Trace) -> list[Section]:
 def _where(trace: Trace) -> list[Section]:
     if not trace.evidence:
         return []
-    best, second = trace.evidence[0], trace.evidence[1]
-    ahead = best[1] - second[1]
     clear = decide.SIGNIFICANT * trace.problem.kappa
-    said = (
-        f"A disturbance in {EQUATION[best[0]]} explains most; the next, in {EQUATION[second[0]]}, is "
-        f"{ahead:.0f} behind in log-likelihood ({clear:.0f} is clear)."
-    )
-    if ahead < clear:
-        said += " That is too little to say which of them."
-    if trace.parity_residuals:
-        direct = ", ".join(f"{name} {value:.3g}" for name, value in trace.parity_residuals.items())
-        said += f" Held against measured signals alone, without simulation, equations have chi2: {direct}."
-    if trace.effects and trace.equation != best[0]:
+    said = f"{_evidence_words(trace, clear)}{_parity_words(trace, clear)}"
+    if trace.effects and trace.equation != trace.evidence[0][0]:
         said += f" The effect that was named acts in {EQUATION[trace.equation or '']}: refits decide, not this."
-    elif trace.equation not in (None, best[0]):
-        said += f" Together they point at {EQUATION[trace.equation or '']}."
-    return [Section("In which equation", [said, evidence_figure(trace.evidence)])]
+    return [Section("In which equation", [said, evidence_figure(trace.evidence, clear)])]
+
+
+def _evidence_words(trace: Trace, clear: float) -> str:
+    """What the log-likelihoods say: an equation only where the next is clearly behind."""
+    (best, gain), (second, next_gain), *_ = trace.evidence
+    if gain < clear:
+        return f"A disturbance in no equation explains the errors: the best gains {gain:.0f} ({clear:.0f} is clear)."
+    if gain - next_gain >= clear:
+        return (
+            f"A disturbance in {EQUATION[best]} explains most; the next, in {EQUATION[second]}, is "
+            f"{gain - next_gain:.0f} behind in log-likelihood ({clear:.0f} is clear)."
+        )
+    near = [EQUATION[name] for name, other in trace.evidence if gain - other < clear]
+    return (
+        f"By log-likelihood it may be {listed(near, 'or')}: these are less than {clear:.0f} apart, too little to "
+        "say which of them."
+    )
+
+
+def _parity_words(trace: Trace, clear: float) -> str:
+    """What measured signals say alone, and where both point, if at one equation."""
+    if not trace.parity_residuals:
+        return ""
+    direct = ", ".join(f"{name} {value:.3g}" for name, value in trace.parity_residuals.items())
+    said = f" Held against measured signals alone, without simulation, equations have chi2: {direct}."
+    likely = likely_equations(trace.evidence, trace.parity_residuals, clear)
+    by_evidence = likely_equations(trace.evidence, {}, clear)
+    if trace.evidence[0][1] < clear or likely == by_evidence or not likely:
+        return said
+    return f"{said} With that, {listed([EQUATION[name] for name in likely], 'or')} is left."
 
 
 def _own_numbers(trace: Trace, names: Sequence[str]) -> Section:

@@ -20,6 +20,7 @@ from ...identify.sheet.tracer import SheetCandidate, SheetTrace, trace_sheets
 from ...plant.effects import Effect
 from ...records.sheet_points import SheetPoints, named_apart, read_points
 from ...rigs.rig import Rig, load_rig, rig_table, rig_text
+from ..common.design_numbers import Subject
 from ..common.fit_result import base_intervals, effect_intervals, rig_as_fitted
 from ..common.numbers import finite
 from ..common.outcome import Outcome, Progress, Stage
@@ -66,7 +67,7 @@ def run_sheet_trace(problem: SheetProblem, library: Sequence[Effect], stage: Sta
     rig = rig_as_fitted(problem.rig, problem.source, final.fit, [each.effect for each in trace.effects])
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig)}
     more = {"parameters": base_intervals(problem.rig, final.fit), "sheets": _by_sheet(trace)}
-    return Outcome(answer | more, page, picture, {}, texts)
+    return Outcome(answer | more, page, picture, {}, texts, Subject(problem.rig))
 
 
 def sheet_json(trace: SheetTrace) -> dict[str, Any]:

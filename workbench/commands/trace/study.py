@@ -13,6 +13,7 @@ from ...identify.trace.tracer import trace
 from ...plant.effects import Effect, known_effects
 from ...records import Campaign, load_campaign
 from ...rigs.rig import Rig, load_rig, rig_table, rig_text
+from ..common.design_numbers import Subject
 from ..common.error_page import record_tables
 from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
@@ -113,7 +114,7 @@ def _answer(
     rig_found = fitted_rig(result.problem, result.final, files)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}
     tables = record_tables(dict(zip(labels(result), both, strict=False)))
-    outcome = Outcome(answer | more_json(result), page, picture, tables, texts)
+    outcome = Outcome(answer | more_json(result), page, picture, tables, texts, Subject(rig))
     return TraceAnswer(result, rig_found, outcome, identity(campaign, rig, files, without, several))
 
 

@@ -9,6 +9,7 @@ from ...base.units import from_si
 from ...identify.fit.solver import Fit
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
+from ...identify.trace.localise import likely_equations
 from ...identify.trace.problem import EstimationProblem
 from ...plant.effects import Effect, applies, known_effects
 from ...records import Record
@@ -21,6 +22,7 @@ from .words import SIGNAL, accident, reason
 
 _NUMBERS = 6  # candidates whose numbers are listed
 _COMPARED = 6  # effects whose likeness is listed
+_ONE_OF_SEVERAL = "as one of several"
 
 
 def candidates_table(trace: Trace) -> Table:
@@ -52,10 +54,15 @@ def rule_table(trace: Trace) -> Table:
     """What the rule asked before it said anything, and what it got."""
     problem, base, heldout = trace.problem, trace.base, trace.problem.heldout.samples
     gate, last = decide.gate(base.samples, problem.kappa), decide.gate(heldout, problem.kappa)
-    rows: list[list[Cell]] = [["the fitted rig misses something", "chi2, not fitted", base.chi2, f"above {gate:.3g}"]]
+    rows: list[list[Cell]] = [
+        ["the fitted rig misses something", "chi2, not fitted", base.chi2, f"above {gate:.3g}", base.chi2 > gate]
+    ]
     if trace.evidence:
-        least = decide.SIGNIFICANT * problem.kappa
-        rows.append(["it sits in an equation", "gain in log-likelihood", trace.evidence[0][1], f"above {least:.3g}"])
+        least, gain = decide.SIGNIFICANT * problem.kappa, trace.evidence[0][1]
+        rows.append(["it sits in an equation", "gain in log-likelihood", gain, f"above {least:.3g}", gain >= least])
+        one = len(likely_equations(trace.evidence, trace.parity_residuals, least)) == 1
+        words = ["which is one alone", "lead on the next, log-likelihood"]
+        rows.append([*words, gain - trace.evidence[1][1], f"{least:.3g} or more, or told by measured signals", one])
     asked = trace.effects or trace.refuted or tuple(fit for fit, _ in ranking(trace)[:1])
     rows += [
         row for search in trace.passes for fit in search.tried if fit in asked for row in _asked(trace, search, fit)
@@ -64,9 +71,10 @@ def rule_table(trace: Trace) -> Table:
         before, named, _ = (errors.chi2 for errors in trace.heldout)
         share = (before - named) / max(before - 1, 1e-9)
         enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
-        rows.append(["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0), enough])
-        rows.append(["nothing else is missing", "held-out chi2", named, f"at most {last:.3g}"])
-    return Table("What the rule asked", ["that", "test", "value", "asked"], rows)
+        held = share >= decide.NAMED or named <= last
+        rows.append(["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0), enough, held])
+        rows.append(["nothing else is missing", "held-out chi2", named, f"at most {last:.3g}", named <= last])
+    return Table("What the rule asked", ["that", "test", "value", "asked", "answer"], rows)
 
 
 def _asked(trace: Trace, search: Pass, fit: CandidateFit) -> list[list[Cell]]:
@@ -75,11 +83,13 @@ def _asked(trace: Trace, search: Pass, fit: CandidateFit) -> list[list[Cell]]:
     fall, chance = accident(trace, search, fit)
     enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
     if trace.effects and judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
-        enough = "as one of several"
+        enough = _ONE_OF_SEVERAL
+    least, share = decide.BIC * trace.problem.kappa, min(judged.explained, 1.0)
+    explains = judged.explained >= decide.NAMED or judged.chi2 < decide.CLOSED or enough == _ONE_OF_SEVERAL
     return [
-        [f"{name} is no accident", "fall of BIC, train", fall, f"above {decide.BIC * trace.problem.kappa:.3g}"],
-        [f"{name} is no accident", "chance, not fitted", chance, f"below {decide.CHANCE:g}"],
-        [f"{name} explains it", "explained, not fitted [%]", 100 * min(judged.explained, 1.0), enough],
+        [f"{name} is no accident", "fall of BIC, train", fall, f"above {least:.3g}", fall > least],
+        [f"{name} is no accident", "chance, not fitted", chance, f"below {decide.CHANCE:g}", chance < decide.CHANCE],
+        [f"{name} explains it", "explained, not fitted [%]", 100 * share, enough, explains],
     ]
 
 

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from ...base.units import from_si
 from ...loop.envelope import DRAWN
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
-from ..common.time_figure import time_figure
+from ..common.row_table import RowTable
+from ..common.time_figure import run_columns, time_figure, window, window_words
 from .config import WEIGHTS, TuneConfig
 from .goals import Trial
 from .problem import TuneProblem
@@ -34,7 +34,7 @@ def tune_page(
         _verdict(config, trials, nearest, rows),
         [
             Section("The best design" if rows else "The nearest design", tables),
-            Section("Its steps", [step_figure(config, scenario, runs) for scenario in config.start.scenarios]),
+            Section("Its steps", [step_figure(config, scenario, runs, rows) for scenario in config.start.scenarios]),
             Section("The search", [cost_figure(trials), _missed(trials)]),
         ],
     )
@@ -92,33 +92,19 @@ def goals_table(trial: Trial) -> Table:
 
 
 def _rows(config: TuneConfig, rows: Sequence[Mapping[str, Any]]) -> Table:
-    signal = config.start.signal
-    heads = {
-        "rig": "rig",
-        "scenario": "scenario",
-        "settling_s": "settling [s]",
-        "band": f"band [{signal.unit}]",
-        "overshoot_percent": "overshoot [%]",
-        "residual_oscillation": "oscillation [% of step]",
-        "ms": "Ms [1]",
-        "gain_margin_db": "gain margin [dB]",
-    }
-
-    def cell(row: Mapping[str, Any], key: str) -> Any:
-        if key == "band":
-            return float(from_si(row[key], signal.unit, signal.si))
-        return row[key] * 100 if key == "residual_oscillation" and row[key] is not None else row[key]
-
-    lines = [[cell(row, key) for key in heads] for row in rows]
+    keys = ("scenario", "rig", "settling_s", "band", "overshoot_percent", "residual_oscillation", "peak_deviation")
     note = "At mid stroke; margins are the worse of null and moving. "
     note += judged_words(config.start.conditions, config.start.rig)
-    return Table("On every rig of the set", list(heads.values()), lines, note)
+    maker = RowTable(config.start.rig, config.start.signal, config.start.scenarios)
+    return maker.table("On every rig of the set", rows, (*keys, "ms", "gain_margin_db"), note)
 
 
-def step_figure(config: TuneConfig, scenario: Scenario, runs: Runs) -> Figure:
+def step_figure(config: TuneConfig, scenario: Scenario, runs: Runs, rows: Sequence[Mapping[str, Any]]) -> Figure:
     """One scenario on the nominal rig, by the start and the best: controlled signal and command."""
-    records = {what: by_scenario[scenario.name].record for what, by_scenario in runs.items()}
-    return time_figure(scenario.name, config.start.signal, records, ("command",))
+    columns = {what: run_columns(by_scenario[scenario.name].record) for what, by_scenario in runs.items()}
+    shown = window(scenario, [row["settling_s"] for row in rows if row["scenario"] == scenario.name])
+    note = window_words(shown, scenario)
+    return time_figure(scenario.name, config.start.signal, columns, ("command",), shown, note)
 
 
 def cost_figure(trials: Sequence[Trial]) -> Figure:

@@ -10,6 +10,7 @@ from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
 from ...rigs.rig import bundled as bundled_rigs
 from ...rigs.rig import rig_text
+from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import TuneConfig
 from .goals import Trial
@@ -45,7 +46,8 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
         for what, by_scenario in runs.items()
         for name, run in by_scenario.items()
     }
-    return Outcome(metrics, page, step_figure(config, config.start.scenarios[0], runs), tables, files)
+    subject = Subject(nominal, [config.problem.design(nearest.values)], config.rigs)
+    return Outcome(metrics, page, step_figure(config, config.start.scenarios[0], runs, rows), tables, files, subject)
 
 
 def tuned_rows(problem: TuneProblem, trial: Trial) -> list[dict[str, Any]]:
