@@ -47,6 +47,9 @@ def test_every_fault_from_every_moment_and_plants_without_one(experiment, tmp_pa
     )
     assert metrics["false_trips"] == 0
     assert metrics["plants"] == 3
+    assert metrics["counts"]["played"] == len(rows)
+    assert metrics["counts"]["detected"] == sum(row["detected_ms"] is not None for row in rows)
+    assert metrics["counts"]["harm"] == 0
     assert all(row["tripped"] is None for row in metrics["calm"])
     for row in rows:
         if not row["fault"].startswith("valve stuck"):
@@ -67,7 +70,7 @@ def test_damage_is_counted_at_the_stop_and_beyond_limits(rig):
 
 
 def test_the_verdict_sets_a_stuck_valve_apart():
-    row = {"fault": "valve stuck at 0.3", "stop_speed": 2.0, "beyond_percent": 5.0}
+    row = {"fault": "valve stuck at 0.3", "stop_speed": 2.0, "beyond_percent": 5.0, "detected_ms": None}
     words = verdict({"rows": [row, row | {"fault": "position frozen"}], "false_trips": 0, "plants": 7})
     assert words.startswith("2 faults: 1 meet the stop above 0.2 m/s or pass a limit by more than 10 %, besides 1 of a")
     assert words.endswith("0 false trips on 7 plants a loop.")

@@ -1,5 +1,6 @@
 """Rules of the guard that act where a rig declares them: following error, deadline; and signals that are lost."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,8 +18,8 @@ from workbench.loop.lane_loop import play_lanes
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build
+from workbench.rigs import schema
 from workbench.rigs.rig import Number, load_rig, rig_text
-from workbench.rigs.schema import FOLLOWING_TIME
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 SPECS = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}
@@ -49,7 +50,7 @@ def test_a_stuck_valve_is_a_following_error_once_it_has_lasted(seed, compiled):
     assert run.tripped == ASTRAY
     beyond = int(np.argmax(signals["reference"] - signals["position"] > 0.05))
     stopped = 1 + int(np.flatnonzero(run.demanded).max())
-    assert abs(stopped - (beyond + FOLLOWING_TIME / PERIOD)) <= 2
+    assert abs(stopped - (beyond + schema.FOLLOWING_TIME / PERIOD)) <= 2
 
 
 def test_a_stuck_valve_is_a_following_error_of_a_law_in_lanes_too():
@@ -72,7 +73,7 @@ def test_no_shipped_loop_trips_on_a_step_below_the_declared_limit(name):
 
 def test_an_error_that_does_not_last_is_none():
     run = SampledLoop(ENGINE, following(0.05), SPECS["p"].build(PERIOD), REST, 1)
-    short = round(FOLLOWING_TIME / PERIOD) - 1
+    short = round(schema.FOLLOWING_TIME / PERIOD) - 1
     assert run.run(np.where(np.arange(200) < short, 0.06, 0.0)).tripped is None
 
 
@@ -155,9 +156,26 @@ def test_declared_limits_are_read_and_written(tmp_path):
     again = load_rig(tmp_path / "mine.toml")
     assert again.limits["following_error"].value == 0.05
     assert again.deadline == rig.deadline
-    (tmp_path / "mine.toml").write_text(rig_text(rig).replace("[limits.following_error]", "[limits.folowing_error]"))
+    (tmp_path / "mine.toml").write_text(rig_text(rig).replace("following_error", "folowing_error"))
     with pytest.raises(InputError, match='unknown key; did you mean "following_error"'):
         load_rig(tmp_path / "mine.toml")
+
+
+def test_every_key_of_the_guard_is_in_the_table_of_the_documents(tmp_path):
+    section = (EXPERIMENTS / "README.md").read_text().split("## The guard")[1].split("\n## ")[0]
+    rows = dict(re.findall(r"^\| `(\w+)` in `\[(?:limits|control)\]`(, optional)? \|", section, re.MULTILINE))
+    assert rows.keys() == {*schema.LIMITS, "stop", "deadline"}
+    assert {key for key, optional in rows.items() if optional} == {"following_error", "stop", "deadline"}
+    assert all(f'`"{stop}"`' in section for stop in schema.STOPS)
+    assert f"for {schema.FOLLOWING_TIME * 1e3:g} ms" in section
+    for key, optional in rows.items():
+        lines = rig_text(load_rig("jack-10t")).splitlines()
+        (tmp_path / "mine.toml").write_text("\n".join(line for line in lines if not line.startswith(f"{key} = ")))
+        if optional:
+            load_rig(tmp_path / "mine.toml")
+        else:
+            with pytest.raises(InputError, match=key):
+                load_rig(tmp_path / "mine.toml")
 
 
 # signals that are lost

@@ -9,10 +9,8 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import played_words
 from .config import FaultsConfig
+from .counts import BEYOND, STOP, counts, harmful
 from .played import MOMENTS
-
-STOP, BEYOND = 0.2, 10.0  # m/s at the end stop, and percent beyond a limit, up to which a fault did no harm
-_HELPLESS = ("valve stuck",)  # faults against which no command helps
 
 _WORST = {"stop_speed": 1.0, "peak_force": 1e-3, "beyond_percent": 1.0}  # and what makes their unit the shown one
 
@@ -32,19 +30,12 @@ def faults_page(config: FaultsConfig, metrics: Mapping[str, Any]) -> Page:
     return with_fit(page, config.rig)
 
 
-def harmful(row: _Row) -> bool:
-    """Whether it met the stop too fast, or passed a limit by too much."""
-    return row["stop_speed"] > STOP or row["beyond_percent"] > BEYOND
-
-
 def verdict(metrics: Mapping[str, Any]) -> str:
     """How many faults did harm, how many of them a command could have prevented, and the false trips."""
-    rows = metrics["rows"]
-    harm = [row for row in rows if harmful(row)]
-    helpless = [row for row in harm if row["fault"].startswith(_HELPLESS)]
-    words = f"{len(rows)} faults: {len(harm) - len(helpless)} meet the stop above {STOP:g} m/s or pass a limit by more "
-    words += f"than {BEYOND:g} %"
-    words += f", besides {len(helpless)} of a stuck valve, which no command stops" if helpless else ""
+    many = counts(metrics["rows"])
+    words = f"{many['played']} faults: {many['harm']} meet the stop above {STOP:g} m/s or pass a limit by more than "
+    words += f"{BEYOND:g} %"
+    words += f", besides {many['helpless']} of a stuck valve, which no command stops" if many["helpless"] else ""
     return f"{words}; {metrics['false_trips']} false trips on {metrics['plants']} plants a loop."
 
 

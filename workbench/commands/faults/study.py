@@ -9,14 +9,15 @@ from ...loop.lane_loop import plays_in_lanes
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import FaultLoops, FaultsConfig
+from .counts import counts
 from .fault_free import false_trips
 from .page import faults_figure, faults_page
 from .played import MOMENTS, Stand
 
 
 def run_faults(config: FaultsConfig, stage: Stage, progress: Progress) -> Outcome:
-    """`rows`: a fault in a loop from a moment; `calm`: the loops without a fault; `false_trips` of those and of
-    `plants`, `trips`: by loop and what tripped it. Two stages a controller."""
+    """`rows`: a fault in a loop from a moment, `counts`: what they came to; `calm`: the loops without a fault;
+    `false_trips` of those and of `plants`, `trips`: by loop and what tripped it. Two stages a controller."""
     rows: list[dict[str, Any]] = []
     trips: dict[str, Mapping[str, int]] = {}
     left_out: list[str] = []
@@ -32,8 +33,10 @@ def run_faults(config: FaultsConfig, stage: Stage, progress: Progress) -> Outcom
                 f"{spec.name} without a fault", lambda loops=loops, spec=spec: _trips(config, loops, spec)
             )
     calm = [row for row in rows if row["fault"] == "none"]
+    faults = [row for row in rows if row["fault"] != "none"]
     metrics = {
-        "rows": [row for row in rows if row["fault"] != "none"],
+        "rows": faults,
+        "counts": counts(faults),
         "calm": calm,
         "false_trips": sum(row["tripped"] is not None for row in calm)
         + sum(sum(each.values()) for each in trips.values()),
