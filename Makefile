@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test fuzz check figures clean
+.PHONY: demo test fuzz check figures docs clean
 
 demo: .venv/ready
 	@echo "1/3 the paper's figures on jack-10t"
@@ -29,6 +29,11 @@ check: .venv/dev
 figures: .venv/ready
 	$(BIN)/python .ci/figures.py
 
+docs: .venv/docs
+	$(BIN)/sphinx-build -W --keep-going -q -d docs/_build/doctrees docs docs/_build/html
+	$(BIN)/python .ci/links.py docs/_build/html
+	@echo "open docs/_build/html/index.html"
+
 .venv/ready: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "jackbench needs Python 3.11 or newer, this is " + sys.version.split()[0])'
 	$(PYTHON) -m venv .venv
@@ -40,5 +45,10 @@ figures: .venv/ready
 	$(BIN)/pip install --quiet --editable . --group dev
 	@touch $@
 
+.venv/docs: .venv/ready
+	$(BIN)/pip install --quiet --upgrade pip
+	$(BIN)/pip install --quiet --editable . --group docs
+	@touch $@
+
 clean:
-	rm -rf .venv out
+	rm -rf .venv out docs/_build docs/reference

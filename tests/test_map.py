@@ -11,7 +11,7 @@ FOLDERS = sorted(
     path.parent for package in ("workbench", "controllers", "envs") for path in (ROOT / package).rglob("__init__.py")
 )
 OF_A_COMMAND = {"options", "config", "study", "page"}  # which workbench/commands/__init__.py explains once for all
-TOP = ("workbench", "controllers", "envs", "experiments", "tests")
+TOP = ("workbench", "controllers", "envs", "experiments", "docs", "tests")
 
 
 def plain(word: str) -> str:

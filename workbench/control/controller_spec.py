@@ -29,7 +29,7 @@ class _OfTheLoop:
     computing_delay: float = number("s", 0.0, 0.1, "time from a sample to its command")
 
 
-_OF_THE_LOOP = {entry.name: entry for entry in fields(_OfTheLoop)}
+OF_THE_LOOP = {entry.name: entry for entry in fields(_OfTheLoop)}
 
 
 @dataclass(frozen=True, repr=False)
@@ -64,7 +64,7 @@ class ControllerSpec:
 
     def on_load_cell(self, stiffness: float | str) -> "ControllerSpec":
         """The same as a force loop on a specimen of a stiffness, in N/m or text such as "10 kN/mm"."""
-        return replace(self, stiffness=design_number(stiffness, _OF_THE_LOOP["stiffness"]))
+        return replace(self, stiffness=design_number(stiffness, OF_THE_LOOP["stiffness"]))
 
     def __add__(self, compensator: "ControllerSpec") -> "ControllerSpec":
         if not isinstance(compensator, ControllerSpec):
@@ -148,8 +148,8 @@ def controller_spec(name: str, table: Table, beside: Path | None = None) -> Cont
     `computing_delay` says what `jackbench time` measured. Raises InputError.
     """
     around = tuple(_part(name, part, Compensator, beside) for part in table.tables("compensators"))
-    own = {key: entry for key, entry in table.values.items() if key != "compensators" and key not in _OF_THE_LOOP}
-    numbers = {key: _number(table, entry) for key, entry in _OF_THE_LOOP.items() if key in table}
+    own = {key: entry for key, entry in table.values.items() if key != "compensators" and key not in OF_THE_LOOP}
+    numbers = {key: _number(table, entry) for key, entry in OF_THE_LOOP.items() if key in table}
     _check_range(table, numbers)
     return replace(_part(table.named(name), table.replaced(own), Controller, beside), compensators=around, **numbers)
 

@@ -65,7 +65,7 @@ def _controllers() -> Iterator[dict[str, Any]]:
                 "kind": "compensator" if hasattr(law, "into") else "controller",
                 "use": f"{loaded.__name__}:{law.__name__}",
                 "summary": (inspect.getdoc(law) or "").partition("\n")[0],
-                "numbers": [_design_number(entry) for entry in fields(law.Design)],
+                "numbers": [number_row(entry) for entry in fields(law.Design)],
             }
 
 
@@ -73,7 +73,8 @@ def _snake(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
 
 
-def _design_number(entry: Any) -> dict[str, Any]:
+def number_row(entry: Any) -> dict[str, Any]:
+    """A field of design numbers: its name, unit, bounds, meaning and default."""
     default = None if entry.default is MISSING else entry.default
     return {"name": entry.name, **entry.metadata, "default": default}
 

@@ -1,0 +1,37 @@
+"""Docstrings of the code are plain text with code in `backquotes`: words stay as they are, tables become code."""
+
+import re
+from typing import Any
+
+from sphinx.application import Sphinx
+
+_CODE = re.compile(r"`+([^`\n]+)`+")
+_MARKUP = re.compile(r"([*|\\]|_\b)")
+_COLUMNS = re.compile(r"\S {3,}\S")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Have every docstring made into reStructuredText as it is read."""
+    app.connect("autodoc-process-docstring", _process)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _process(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    lines[:] = restructured("\n".join(lines)).splitlines()
+
+
+def restructured(text: str) -> str:
+    """A docstring as reStructuredText: a paragraph that is indented or in columns is a literal block."""
+    return "\n\n".join(_paragraph(part) for part in re.split(r"\n\s*\n", text.strip("\n")) if part.strip()) + "\n"
+
+
+def _paragraph(text: str) -> str:
+    rows = text.splitlines()
+    if all(row.startswith("  ") for row in rows) or any(map(_COLUMNS.search, rows)):
+        return ".. code-block:: text\n\n" + "\n".join(f"    {row}" for row in rows)
+    return " ".join(map(_escaped, [row.strip() for row in rows]))
+
+
+def _escaped(row: str) -> str:
+    parts = _CODE.split(row)  # words and code in turn
+    return "".join(f"``{part}``" if place % 2 else _MARKUP.sub(r"\\\1", part) for place, part in enumerate(parts))

@@ -1,0 +1,53 @@
+"""The pages that code knows: what README says, the numbers, keys, effects, controllers, commands and examples.
+
+markdown      tables and plain text of a page
+readme        sections of README.md and CONTRIBUTING.md, as parts that pages include
+rig_keys      the rig file and the datasheet; the table of all numbers
+effects       the library of effects
+controllers   controllers and compensators with their design numbers
+commands      every command with its options
+examples      the scripts of examples/, run, with what they print and draw
+doors         the names of `workbench`, `controllers` and `envs`
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from . import commands, controllers, doors, effects, examples, readme, rig_keys
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+
+def setup(app: "Sphinx") -> dict[str, bool]:
+    """Have Sphinx write the pages before it reads any."""
+    app.connect("builder-inited", _write)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _write(app: "Sphinx") -> None:
+    write_pages(Path(app.srcdir) / "reference", Path(app.srcdir) / "_build" / "examples")
+
+
+def write_pages(folder: Path, cache: Path) -> None:
+    """Write every generated page into `folder`; a file that would stay the same is left alone, for Sphinx's own cache.
+
+    `cache` keeps what the examples left.
+    """
+    folder.mkdir(exist_ok=True)
+    pages = {
+        **readme.parts(),
+        **rig_keys.pages(),
+        **effects.pages(),
+        **controllers.pages(),
+        **commands.pages(),
+        **doors.pages(),
+        **examples.pages(folder, cache),
+    }
+    for name, text in pages.items():
+        path = folder / name
+        if not path.exists() or path.read_text("utf-8") != text:
+            path.write_text(text, "utf-8")
+    for path in folder.glob("*.md"):
+        if path.name not in pages:
+            path.unlink()

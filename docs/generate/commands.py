@@ -1,0 +1,53 @@
+"""Every command with its options, as its own parser has them."""
+
+import argparse
+from importlib import import_module
+
+from workbench.commands import COMMANDS
+
+from .markdown import code, page, plain, table
+
+_INTRODUCTION = """Every command computes into a folder of its own: `--out DIR`, by default `out/NAME`, gets
+`report.html`, `metrics.json`, curves as `*.parquet` and the resolved `config.toml`. Exit status 0 says that it is
+done, 2 bad input, with one line on stderr, and 130 an interrupt: the same command resumes. Where a command reads a rig
+it also takes `--trust`, which lets the Python files that the rig names run this once."""
+
+
+def pages() -> dict[str, str]:
+    """The page of the commands."""
+    parts = [part for name, what in COMMANDS.items() for part in _command(name, what)]
+    return {"commands.md": page("Commands", _INTRODUCTION, *parts)}
+
+
+def _command(name: str, what: str) -> list[str]:
+    parser = argparse.ArgumentParser(prog=f"jackbench {name}", formatter_class=_Wide)
+    import_module(f"workbench.commands.{name.replace('-', '_')}.options").options(parser)
+    rows = [[_call(action), _help(action)] for action in parser._actions if action.dest != "help"]
+    usage = " ".join(parser.format_usage().removeprefix("usage: ").split())
+    return [
+        f"## jackbench {name}",
+        plain(f"{what[0].upper()}{what[1:]}."),
+        f"```text\n{usage}\n```",
+        *([table(("argument", "meaning"), rows)] if rows else []),
+    ]
+
+
+class _Wide(argparse.HelpFormatter):
+    """Usage on one line, whatever the terminal."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, width=10_000)
+
+
+def _call(action: argparse.Action) -> str:
+    value = action.metavar or (action.dest.upper() if action.nargs != 0 else "")
+    words = " ".join(value) if isinstance(value, tuple) else value
+    if not action.option_strings:
+        return code(words.lower() if not action.metavar else words)
+    return ", ".join(code(f"{flag} {words}".strip()) for flag in action.option_strings)
+
+
+def _help(action: argparse.Action) -> str:
+    choices = f"one of {', '.join(map(str, action.choices))}" if action.choices else ""
+    said = (action.help or "").replace("%(default)s", str(action.default)).replace("%%", "%")
+    return "; ".join(plain(part) for part in (said, choices) if part)

@@ -1,0 +1,159 @@
+"""The rig file, the datasheet and the table of all numbers, from what their readers allow."""
+
+from collections.abc import Mapping
+
+from workbench.base.signals import SIGNALS
+from workbench.base.units import Spec
+from workbench.rigs import schema
+from workbench.rigs.datasheet_keys import RESPONSE, figures
+from workbench.rigs.jack import JACKS
+from workbench.rigs.rig import bundled, load_rig
+from workbench.rigs.valve import VALVES
+
+from .markdown import code, number, page, plain, table
+
+_HEADS = ("key", "unit", "least", "most", "meaning")
+_RIG_FILE = """A rig is a TOML file. A number is a table of a value and its unit, any that converts to the SI unit
+below; `source` says where it is from, `bounds` how far a fit may move it, `interval` within what a fit knows it
+(95 %), both in the number's own unit. Ranges below are in SI. A key that is not
+listed here is refused with the nearest one that is.
+
+```toml
+[oil]
+beta = {value = 1.0, unit = "GPa", source = "datasheet", bounds = [0.85, 1.15]}
+```
+
+On top stand `name`, `title`, `source` and `recordings`, which are text, and `effect_files`, a list of Python files
+beside the rig file. `[[effects]]` entries have a `name`, a `formula` and numbers, see [](effects.md).
+`[sessions.NAME]` has numbers of the plant that were others in a session of a campaign. `jackbench show RIG --out
+FILE.toml` writes a whole file to start from; the numbers of all tables in one list are in [](numbers.md)."""
+_DATASHEET = """What `jackbench new-rig` must be given, by kind of valve and of jack; a file that leaves numbers out is
+refused with the names of all that are missing, and `jackbench new DIR --ask two-stage` asks for them in turn. On top
+stands `experiment = "new-rig"`. Further numbers of `[supply]`, `[oil]`, `[jack]` and `[load]` may be stated as in a
+[rig file](rig_file.md); the others follow from rules of thumb, which the rig file names as their source. A three-stage
+valve also names a rig with the printed numbers of such a valve, `valve.like`, and may say under `[valve.rounding]` how
+far each of them may move."""
+_NUMBERS = """Every number that the plant of a rig may have, by name, with the table of the rig file in which it stands,
+its range in SI, and the values of the bundled rigs. `Rig.with_values(b=2000.0)` takes the same names, and so do
+`[draw]`, `[variation.NAME]` and the `numbers` of a session."""
+
+
+def pages() -> dict[str, str]:
+    """The pages of the rig file, of the datasheet and of the numbers."""
+    return {"rig_file.md": _rig_file(), "datasheet.md": _datasheet(), "numbers.md": _numbers()}
+
+
+def spec_table(specs: Mapping[str, Spec]) -> str:
+    """One row a number: unit, range and meaning."""
+    rows = [[code(name), *_range(spec), plain(spec.meaning)] for name, spec in specs.items()]
+    return table(_HEADS, rows)
+
+
+def _range(spec: Spec) -> list[str]:
+    return [code(spec.unit), number(spec.low), number(spec.high)]
+
+
+def _rig_file() -> str:
+    valves = [
+        part
+        for kind in VALVES.values()
+        for part in (
+            f'### `[valve]` with `kind = "{kind.name}"`',
+            spec_table(kind.numbers),
+            *(
+                f'With `corrector = "{corrector}"`:\n\n{spec_table(specs)}'
+                for corrector, specs in kind.correctors.items()
+                if specs
+            ),
+            _correctors(list(kind.correctors)),
+        )
+    ]
+    jacks = [
+        part
+        for kind in JACKS.values()
+        for part in (f'### `[jack]` with `kind = "{kind.name}"`', spec_table(kind.numbers))
+    ]
+    return page(
+        "Rig file",
+        _RIG_FILE,
+        "## `[supply]`",
+        spec_table(schema.SUPPLY),
+        "## `[oil]`",
+        spec_table(schema.OIL),
+        "## `[valve]`",
+        *valves,
+        "## `[jack]`",
+        *jacks,
+        "## `[load]`",
+        spec_table(schema.LOAD),
+        "## `[limits]`",
+        spec_table(schema.LIMITS),
+        f"`stop` says what the guard does after a trip: {_or(schema.STOPS)}; without it {code(schema.STOPS[0])}.",
+        "## `[control]`",
+        spec_table(schema.CONTROL),
+        "## `[sensors.NAME]`",
+        "Each sensor has `noise`, the standard deviation of white noise, and `resolution`, its quantum, both in a unit "
+        "of its signal and not negative. The names are those of the signals:",
+        signals(),
+    )
+
+
+def _correctors(names: list[str]) -> str:
+    return f"`corrector` chooses the spool loop: {_or(names)}." if names else ""
+
+
+def _or(names: tuple[str, ...] | list[str]) -> str:
+    return ", ".join(code(f'"{name}"') for name in names)
+
+
+def signals() -> str:
+    """Names of the signals, which records, sensors and reports share."""
+    rows = [[code(s.name), code(s.si), code(s.unit), plain(s.meaning)] for s in SIGNALS.values()]
+    return table(("signal", "SI unit", "unit shown", "meaning"), rows)
+
+
+def _datasheet() -> str:
+    parts = []
+    for valve in VALVES.values():
+        wanted = [
+            figure for figure in figures(valve, None) if figure.section in ("supply", "valve") and not figure.stage
+        ]
+        rows = [[code(f"{f.section}.{f.key}"), *_range(f.spec), plain(f.spec.meaning)] for f in wanted]
+        parts += [f'## A valve with `kind = "{valve.name}"`', table(_HEADS, rows)]
+        if valve.stages and any(figure.stage for figure in figures(valve, None)):
+            stages = " and ".join(code(stage) for stage in valve.stages)
+            parts += [f"Each of its stages, {stages}, has a `[[valve.response]]`:", spec_table(RESPONSE)]
+    for jack in JACKS.values():
+        wanted = [figure for figure in figures(None, jack) if figure.section == "jack"]
+        rows = [[code(f"jack.{f.key}"), *_range(f.spec), plain(f.spec.meaning)] for f in wanted]
+        parts += [f'## A jack with `kind = "{jack.name}"`', table(_HEADS, rows)]
+    return page("Datasheet", _DATASHEET, *parts)
+
+
+def _numbers() -> str:
+    """Every number of a plant by name, with the file's table that it is in and the values of the bundled rigs."""
+    rigs = [rig for rig in map(load_rig, bundled()) if rig.is_jack]
+    rows = []
+    for name, (where, spec) in sorted(_places().items(), key=lambda item: item[0].lower()):
+        values = [
+            _shown(rig.numbers[name].shown, rig.numbers[name].unit) if name in rig.numbers else "" for rig in rigs
+        ]
+        rows.append([code(name), where, plain(spec.meaning), *_range(spec), *values])
+    heads = ("name", "table", "meaning", "SI unit", "least", "most", *(rig.name for rig in rigs))
+    return page("All numbers of a rig", _NUMBERS, table(heads, rows))
+
+
+def _shown(value: float, unit: str) -> str:
+    return f"{value:.6g} {plain(unit)}".removesuffix(" 1")
+
+
+def _places() -> dict[str, tuple[str, Spec]]:
+    """Every number: the table of the rig file that it is in, and what is known of it."""
+    tables = {"supply": schema.SUPPLY, "oil": schema.OIL, "load": schema.LOAD}
+    places = {name: (section, spec) for section, specs in tables.items() for name, spec in specs.items()}
+    for kind in VALVES.values():
+        for specs in (kind.numbers, *kind.correctors.values()):
+            places |= {name: ("valve", spec) for name, spec in specs.items()}
+    for jack in JACKS.values():
+        places |= {name: ("jack", spec) for name, spec in jack.numbers.items()}
+    return places

@@ -1,0 +1,59 @@
+"""The documentation's own tools: broken links are found, docstrings keep their words, pages have every name."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from links import broken
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def generate(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    import generate
+
+    return generate
+
+
+def test_broken_links_are_found(tmp_path):
+    (tmp_path / "a.html").write_text(
+        '<p id="here"><a href="b.html#there">b</a><a href="#nowhere">x</a><a href="c.html">c</a>'
+        '<a href="https://example.org">far</a><script src="https://example.org/x.js"></script>'
+    )
+    (tmp_path / "b.html").write_text('<h1 id="there">b</h1><img src="none.png"><a href="a.html#here">a</a>')
+    assert [line.partition(": ")[2] for line in broken(tmp_path)] == [
+        "#nowhere: no such place on that page",
+        "c.html: no such file",
+        "https://example.org/x.js: is loaded from a network",
+        "none.png: no such file",
+    ]
+
+
+def test_the_pages_have_every_number_effect_controller_and_command(generate):
+    from generate import commands, controllers, effects, rig_keys
+
+    from workbench.commands import COMMANDS
+    from workbench.commands.list.catalogue import listing
+    from workbench.rigs.rig import load_rig
+
+    numbers = rig_keys.pages()["numbers.md"]
+    for rig in ("jack-10t", "festo-tp511"):
+        assert all(f"| `{name}` |" in numbers for name in load_rig(rig).numbers)
+    page = effects.pages()["effects.md"]
+    assert all(f"### {row['name']}: {row['formula']}" in page for row in listing("effects"))
+    page = controllers.pages()["controllers.md"]
+    assert all(f'`use = "{row["use"]}"`' in page for row in listing("controllers"))
+    page = commands.pages()["commands.md"]
+    assert all(f"## jackbench {name}\n" in page for name in COMMANDS)
+    assert "`--heldout PATTERN`" in page or "`--heldout " in page
+
+
+def test_a_table_keeps_bars_and_stars(generate):
+    from generate.markdown import code, plain, table
+
+    assert table(("a", "b"), [[code("x|y"), plain("2 * |v|, see `a_b`")]]) == (
+        "| a | b |\n| --- | --- |\n| `x\\|y` | 2 \\* \\|v\\|, see `a_b` |\n"
+    )
+    assert "generate.markdown" in sys.modules
