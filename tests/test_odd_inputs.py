@@ -100,6 +100,7 @@ EXPERIMENTS = {
     "unit": (STEP.replace("3.7 1/m", "3.7 9**9**9**9 1/m"), 'unknown unit "9**9**9**9 1/m"'),
     "points": (STEP.replace("points = 12", "points = 1000000000"), "bode.points = 1000000000: must be a whole number"),
     "Bode above Nyquist's": (STEP.replace("= 30", "= 600"), "600 Hz is above half the control rate of jack-10t, 500"),
+    "Bode without end": (STEP.replace("= 0.5", "= 1e-300"), "low_hz: 1e-300 Hz is below 0.001 Hz; raise it"),
     "scenario twice": (STEP.replace('"position-1mm"', '"position-1mm", "position-1mm"'), "is listed twice"),
     "scenario's slash": (
         STEP.replace('"position-1mm"', '"a/b"') + '[scenario."a/b"]\nsize = "1 mm"\nduration = "1 s"',

@@ -80,7 +80,7 @@ def test_a_controller_without_a_form_in_lanes_is_judged_on_the_rigs_only(folder)
     ("old", "new", "says"),
     [
         ("[5, 10]", "[5, 14]", "frequencies: 14 Hz: the valve of mass+50 gives 8.27 mm there, and 10 mm up to 12.7 Hz"),
-        ("[5, 10]", "[5, 0]", "frequencies: above 0 Hz, and ten samples a cycle at least"),
+        ("[5, 10]", "[5, 0]", "frequencies: at least 0.001 Hz, and ten samples a cycle"),
         ('"10 mm"', '"300 mm"', "amplitude: beyond the stroke limit of 240 mm; lower it"),
         ("harmonics = 3", "harmonics = 2", "harmonics: the highest odd order that is taken out: 3 or 5"),
         ("stroke = 0.9", "stroke = 1.5", "stroke: a share, at most 1"),

@@ -18,6 +18,7 @@ from ...rigs.rig import Rig, load_rig
 
 _SHEET = ".csv"
 MOST_POINTS = 1000  # of a sweep: each is a simulation
+SLOWEST = 1e-3  # Hz, of a sine: a quarter of an hour a cycle
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,8 @@ def read_bode(table: Table, sizes: str, si: float, rig: Rig) -> BodeConfig:
     low, high = table.positive("low_hz"), table.positive("high_hz")
     if not low < high:
         raise table.complaint("low_hz", "must be below high_hz")
+    if low < SLOWEST:
+        raise table.complaint("low_hz", f"{low:g} Hz is below {SLOWEST:g} Hz; raise it")
     if high > rig.nyquist:
         what = f"{high:g} Hz is above half the control rate of {rig.name}, {rig.nyquist:g} Hz; lower it"
         raise table.complaint("high_hz", what)

@@ -13,7 +13,7 @@ from ...loop.conditions import Conditions
 from ...loop.sines import ORDERS
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS, read_factors
-from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of
+from ..common.experiment import SLOWEST, borrowed_controllers, read_conditions, read_experiment, rig_of
 from ..common.rig_sets import check_variations, read_rig_set
 
 KEYS = (
@@ -102,8 +102,8 @@ def _sines(top: Table, reach: Mapping[str, Capability], amplitude: float, rig: R
     Raises InputError for a sine that is beyond the stroke, or beyond what the valve of a rig gives.
     """
     frequencies = top.numbers("frequencies", "[1, 5]")
-    if min(frequencies) <= 0 or max(frequencies) * rig.period.value > 0.1:
-        raise top.complaint("frequencies", "above 0 Hz, and ten samples a cycle at least")
+    if min(frequencies) < SLOWEST or max(frequencies) * rig.period.value > 0.1:
+        raise top.complaint("frequencies", f"at least {SLOWEST:g} Hz, and ten samples a cycle")
     if amplitude > rig.limit("stroke"):
         raise top.complaint("amplitude", f"beyond the stroke limit of {1e3 * rig.limit('stroke'):g} mm; lower it")
     share = _share(top, "share") if "share" in top else None
