@@ -26,7 +26,7 @@ _WATCH = """
 window.pictures = [];
 document.addEventListener("picture", (event) => window.pictures.push(event.detail));
 """
-_IDLE = "document.getElementById('status').textContent.startsWith('sines')"
+_IDLE = "document.getElementById('status').textContent.startsWith('at rest')"
 
 
 def cpu_ms(process: int) -> float:
@@ -72,6 +72,7 @@ def slider(name: str) -> str:
     """Where the thumb of a slider is, [x, y]."""
     return f"""(() => {{
       const range = document.getElementById({name!r}).parentElement.querySelector("input[type=range]");
+      range.scrollIntoView({{ block: "nearest" }});
       const box = range.getBoundingClientRect();
       return [box.left + 8 + (box.width - 16) * range.value, box.top + box.height / 2];
     }})()"""

@@ -12,6 +12,7 @@ from test_compiled_loop import agree
 from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
 from workbench.control.compensators import compensated
+from workbench.control.controller_type import controller
 from workbench.control.graph_law import GraphController, GraphLaw, interpolated
 from workbench.control.piecewise_linear import CommandMap, PiecewiseLinear
 from workbench.control.protocol import linear_law, linear_view, sampled_law
@@ -202,3 +203,24 @@ def test_margins_in_lanes_are_those_of_each_operating_point(name):
         if loop.stable:
             assert margins.ms[lane] == pytest.approx(loop.ms, rel=5e-3)
             assert margins.gain_margin_db[lane] == pytest.approx(loop.gain_margin_db, abs=0.05)
+
+
+def test_a_graph_without_states_is_linear_in_lanes_too(rig, plant):
+    spec = TUNED["p"] + controller("controllers.pressure:PressureFeedback", gain="2e-4 1/bar", column="300 mm")
+    law = sampled_law(spec.build(PERIOD))
+    assert (type(law), law.states) == (GraphLaw, 0)
+    points = equilibria(plant, np.tile(plant.p, (2, 1)), np.array([0.0, 0.1]))
+    at = lane_signals_at(Engine(plant), points, np.tile(plant.p, (2, 1)))
+    lanes = lane_laws(spec.build(PERIOD), at)
+    for lane in range(2):
+        view = linear_view(spec.build(PERIOD), {name: float(values[lane]) for name, values in at.items()})
+        assert lanes.d[lane] == pytest.approx(view.D[0], rel=1e-9)
+
+
+def test_designs_of_one_structure_share_their_graphs():
+    def graphs(**numbers):
+        feedback = controller("controllers.pressure:PressureFeedback", gain="2e-4 1/bar", column="300 mm", **numbers)
+        return sampled_law((TUNED["p"] + feedback).build(PERIOD)).graphs
+
+    assert graphs(corner=1.0) is graphs(corner=2.0)
+    assert graphs(corner=1.0) != graphs(corner=0.0)

@@ -94,8 +94,11 @@ class GraphLaw:
         lanes, n, m = len(commands), self.states, signals.shape[1]
         columns = (x.reshape(lanes, n).T, signals.T, commands[None], offset[None], np.tile(self.numbers, (lanes, 1)).T)
         slopes = [np.array(part) for part in self.graphs.slopes(*columns)]
-        a, b, c, d, e = (part.reshape(part.shape[0], lanes, -1).transpose(1, 0, 2) for part in slopes)
-        return [a + e @ c, b.reshape(lanes, n, m) + e @ d, c[:, 0], d[:, 0]]
+        a, b, c, d, e = (
+            part.reshape(len(part), lanes, width).transpose(1, 0, 2)
+            for part, width in zip(slopes, (n, m, n, m, 1), strict=True)
+        )
+        return [a + e @ c, b + e @ d, c[:, 0], d[:, 0]]
 
     def _resting(self, signals: np.ndarray, at: Mapping[str, float]) -> tuple[np.ndarray, float]:
         x, offset = self.start(signals, at["command"])

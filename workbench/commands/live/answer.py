@@ -10,9 +10,9 @@ from ...base.units import from_si
 from ...loop.plant_lanes import PlantLanes
 from .after import AfterPart
 from .packed import number, packed
-from .view import LinearPart, StepPart, Task, band_of, missed_goals
+from .view import LinearPart, StepPart, Task, band_of, missed_goals, missed_words
 
-_POINTS = 250  # of a curve over time
+_FIRST, _EVEN = 250, 150  # points of a curve over time: its first samples, and over all of it
 _LEAST, _MOST, _LAST = -40.0, 30.0, -450.0  # dB and deg: what is drawn of an open loop
 
 
@@ -24,12 +24,12 @@ def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | 
             row |= _linear_row(linear, lane)
         if steps is not None:
             row |= _step_row(steps, lane, task.signal)
-    missed = list(missed_goals(lanes.names, linear, steps, task.limits))
+    missed = missed_goals(linear, steps, task.limits)
     for miss in missed:
         rows[miss.lane].setdefault("out", []).append(miss.column)
     return {
         "rows": rows,
-        "missed": [miss.text for miss in missed],
+        "missed": missed_words(lanes.names, missed),
         "linear": None if linear is None else _responses(linear),
         "steps": None if steps is None else _courses(steps, lanes, task),
     }
@@ -37,15 +37,15 @@ def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | 
 
 def after_answer(part: AfterPart, signal: Signal) -> dict[str, Any]:
     """The closed loop by sines, and which rigs hunt: None where that was not looked at."""
-    amplitude = f"{float(from_si(part.amplitude, signal.unit, signal.si)):g} {signal.unit}"
-    sines = {
-        "f": packed(part.f),
-        "gain": packed(gain_db(part.response)),
-        "phase": packed(phase_deg(part.response)),
-        "amplitude": amplitude,
-        "limited": number(float(part.f[part.limited].min())) if part.limited.any() else None,
+    sines = part.sines
+    shown = sines and {
+        "f": packed(sines.f),
+        "gain": packed(gain_db(sines.response[signal.name])),
+        "phase": packed(phase_deg(sines.response[signal.name])),
+        "amplitude": f"{float(from_si(sines.amplitude, signal.unit, signal.si)):g} {signal.unit}",
+        "limited": number(float(sines.f[sines.saturated].min())) if np.any(sines.saturated) else None,
     }
-    return {"sines": sines, "hunting": None if part.hunting is None else part.hunting.tolist()}
+    return {"sines": shown, "hunting": None if part.hunting is None else part.hunting.tolist()}
 
 
 def _linear_row(linear: LinearPart, lane: int) -> dict[str, Any]:
@@ -84,7 +84,8 @@ def _open_loop(loop: np.ndarray) -> dict[str, str]:
 
 
 def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
-    some = slice(None, None, max(1, len(steps.t) // _POINTS))
+    k = len(steps.t)
+    some = np.union1d(np.arange(min(k, _FIRST)), np.linspace(0, k - 1, _EVEN).round().astype(int))
     signal = task.signal
     reference, y, band = (
         np.asarray(from_si(value, signal.unit, signal.si)) for value in (steps.reference, steps.y, band_of(lanes, task))
@@ -95,5 +96,6 @@ def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
         "y": packed(y[:, some]),
         "command": packed(steps.command[:, some]),
         "band": number(float(band)),
+        "arrives": number(task.scenario.arrives),
         "end": number(float(reference[-1])),
     }

@@ -7,9 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from ...base.errors import InputError
+from ...base.toml_text import toml_text
 from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...rigs.rig import bundled, rig_text
@@ -36,9 +35,7 @@ def save_experiment(
         raise InputError("name: use 1 to 64 letters, digits, - and _")
     path, rig_path = Path(f"{name}.toml"), Path(f"{name}-rig.toml")
     own_rig = bool(point.values) or config.rig_name not in bundled()
-    files = {
-        path: tomli_w.dumps(saved_table(config, moved, point, task, rig_path.name if own_rig else config.rig_name))
-    }
+    files = {path: toml_text(saved_table(config, moved, point, task, rig_path.name if own_rig else config.rig_name))}
     if own_rig:
         files = {rig_path: rig_text(config.steps.rig.with_values(**point.values)), **files}
     for file in files:

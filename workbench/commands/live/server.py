@@ -1,6 +1,7 @@
 """Who may ask: a browser on this machine, under the address that the command printed."""
 
 import json
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from hmac import compare_digest
@@ -46,6 +47,11 @@ class LiveServer(ThreadingHTTPServer):
         """Of the page."""
         return f"http://{self.host}/{self.token}/"
 
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that goes away while it is answered is no error."""
+        if not isinstance(sys.exception(), ConnectionError | TimeoutError):
+            super().handle_error(request, client_address)
+
     def serve(self) -> None:
         """Print the address, and answer until Ctrl-C."""
         with suppress(KeyboardInterrupt):
@@ -67,7 +73,7 @@ def live_server(session: Session, port: int) -> Iterator[LiveServer]:
 class _Handler(BaseHTTPRequestHandler):
     """GET gives the page, POST an answer; both only to the token's address on this host."""
 
-    protocol_version = "HTTP/1.1"
+    protocol_version, server_version, sys_version = "HTTP/1.1", "jackbench", ""
     disable_nagle_algorithm = True  # headers and body are two packets
     timeout = _TIMEOUT
 
@@ -98,6 +104,9 @@ class _Handler(BaseHTTPRequestHandler):
             status, table = 200, answer(asked)
         except InputError as error:
             status, table = 422, {"error": str(error)}
+        except Exception:
+            self._send(500, "text/plain; charset=utf-8", b"a fault of jackbench\n")
+            raise
         content = json.dumps(table, allow_nan=False, separators=(",", ":")).encode()
         self._send(status, "application/json", content)
 

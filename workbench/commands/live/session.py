@@ -13,7 +13,9 @@ from ...base.errors import InputError, echo
 from ...base.units import from_si, to_si
 from ...control.controller_spec import ControllerSpec
 from ...loop.plant_lanes import PlantLanes
+from ...loop.rows import moving_at
 from ...loop.scenarios import Scenario
+from ..common.judged import judged_words
 from ..tune.problem import with_number
 from .after import after_part
 from .answer import after_answer, view_answer
@@ -60,6 +62,7 @@ class Session:
             "rigSliders": [_shown(slider) for slider in self._rig_sliders.values()],
             "scenarios": list(self._scenarios),
             "amplitudes": [float(from_si(a, steps.signal.unit, steps.signal.si)) for a in steps.bode.amplitudes],
+            "notes": _notes(self.config),
             "limits": {"ms_nominal": self.config.limits.ms_nominal, "ms": self.config.limits.ms},
         }
 
@@ -77,22 +80,24 @@ class Session:
         return answer | {"waits": waits, "server_ms": round((time.perf_counter() - began) * 1e3, 2)}
 
     def after(self, asked: Mapping[str, Any]) -> dict[str, Any]:
-        """The scenario where `view` had none, the closed loop by sines, and which rigs hunt."""
-        request = self._request(asked)
-        amplitude = _number(asked, "amplitude")
-        si = self.config.steps.signal.si
-        size = float(to_si(amplitude, self.config.steps.signal.unit, si))
-        with self._view_lock:
+        """The scenario where `view` had none, the closed loop by sines, and which rigs hunt.
+
+        `view` answers on meanwhile: the engine's runs of many lanes keep nothing that another could disturb.
+        """
+        request, signal = self._request(asked), self.config.steps.signal
+        amplitude = float(to_si(_number(asked, "amplitude"), signal.unit, signal.si))
+        with self._after_lock:
             lanes = self._lanes_at(request)
             controller = request.controller.build(lanes.rig.period.value)
             code = machine_code(lanes, controller, request.task)
-            linear, steps = linear_part(lanes, controller), step_part(lanes, controller, request.task)
+            steps = step_part(lanes, controller, request.task)
             if code is not None:
                 self._ready.add(code)
+            linear = linear_part(lanes, controller)
             answer = view_answer(lanes, linear, steps, request.task)
-        with self._after_lock:
-            more = after_part(lanes, request.controller, request.task, self.config.steps.bode, size, code is not None)
-        return answer | {"waits": "", "after": after_answer(more, request.task.signal)}
+            stable = np.ones(len(lanes.p), bool) if linear is None else linear.stable
+            more = after_part(lanes, request.controller, request.task, self.config.steps.bode, amplitude, stable)
+        return answer | {"waits": "", "after": after_answer(more, signal)}
 
     def save(self, asked: Mapping[str, Any]) -> dict[str, Any]:
         """Write the experiment as it is moved; the names of the files."""
@@ -146,6 +151,16 @@ class Session:
     def _moved_lanes(self, delay: float, values: tuple[tuple[str, float], ...], position: float) -> PlantLanes:
         lanes = self._lanes(delay)
         return moved_lanes(lanes, RigPoint(dict(values), position)) if values or position else lanes
+
+
+def _notes(config: LiveConfig) -> list[str]:
+    """What the numbers of the table are of."""
+    limits, signal = config.limits, config.steps.signal
+    goals = f"Goals: Ms at most {limits.ms_nominal:g} on the first rig and {limits.ms:g} on the others, gain margin at "
+    goals += f"least {limits.gain_margin_db:g} dB on the first, no trip, no hunting"
+    goals += f", overshoot at most {limits.overshoot_percent:g} %." if np.isfinite(limits.overshoot_percent) else "."
+    margins = f"Margins: the worse of null and {moving_at(signal)}."
+    return [goals, margins, judged_words(config.steps.conditions, config.steps.rig)]
 
 
 def _shown(slider: Slider) -> dict[str, Any]:

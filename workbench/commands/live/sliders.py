@@ -15,7 +15,7 @@ _SHOWN = {"m": "mm", "s": "ms", "Pa": "bar", "1/Pa": "1/bar", "rad": "deg"}  # w
 _DECADE = 10.0
 _TIME = re.compile(r"\b(lead|integral|derivative) time\b|\btime constant\b")  # whose corner is at 1/(2 pi T)
 _UNIT = re.compile(r"[-+\d.eE\s]+(.*)")
-_OF_RIG = {"M": ("mass", "kg"), "beta": ("bulk modulus of the oil", "GPa"), "Ps": ("supply pressure", "bar")}
+_OF_RIG = {"M": ("mass", "kg"), "beta": ("oil bulk modulus", "GPa"), "Ps": ("supply pressure", "bar")}
 
 
 @dataclass(frozen=True)

@@ -167,41 +167,47 @@ def machine_code(lanes: PlantLanes, controller: Controller, task: Task) -> objec
 
 @dataclass(frozen=True)
 class Miss:
-    """A number that is out of the goals: of which rig, in which column, and in words."""
+    """A number that is out of the goals: on which rig, in which column, which goal, and the number in words."""
 
     lane: int
     column: str
-    text: str
+    goal: str
+    value: str = ""
 
 
-def missed_goals(
-    names: Sequence[str], linear: LinearPart | None, steps: StepPart | None, limits: Limits
-) -> Iterator[Miss]:
+def missed_goals(linear: LinearPart | None, steps: StepPart | None, limits: Limits) -> list[Miss]:
     """What a search would refuse: goals of the linear loops, then those of the motion."""
-    for lane, name in enumerate(names):
-        if linear is not None:
-            yield from _linear_misses(lane, name, linear, limits)
-        if steps is not None:
-            yield from _step_misses(lane, name, steps, limits)
+    misses = []
+    if linear is not None:
+        misses += [miss for lane in range(len(linear.ms)) for miss in _linear_misses(lane, linear, limits)]
+    if steps is not None:
+        misses += [miss for lane in range(len(steps.y)) for miss in _step_misses(lane, steps, limits)]
+    return misses
 
 
-def _linear_misses(lane: int, name: str, linear: LinearPart, limits: Limits) -> Iterator[Miss]:
+def missed_words(names: Sequence[str], misses: Sequence[Miss]) -> list[str]:
+    """Goal by goal, on which rigs it is missed."""
+    goals = dict.fromkeys(miss.goal for miss in misses)
+    return [
+        f"{goal}: {', '.join(f'{names[m.lane]} {m.value}'.strip() for m in misses if m.goal == goal)}" for goal in goals
+    ]
+
+
+def _linear_misses(lane: int, linear: LinearPart, limits: Limits) -> Iterator[Miss]:
     if not linear.stable[lane]:
-        yield Miss(lane, "stable", f"{name} is unstable")
+        yield Miss(lane, "stable", "unstable")
         return
     most = limits.ms if lane else limits.ms_nominal
     if linear.ms[lane] > most:
-        yield Miss(lane, "ms", f"Ms {linear.ms[lane]:.3g} on {name}, at most {most:g}")
+        yield Miss(lane, "ms", f"Ms above {most:g}", f"{linear.ms[lane]:.3g}")
     margin = linear.gain_margin_db[lane]
     if not lane and margin < limits.gain_margin_db:
-        yield Miss(lane, "gain_margin_db", f"gain margin {margin:.3g} dB on {name}, at least {limits.gain_margin_db:g}")
+        yield Miss(lane, "gain_margin_db", f"gain margin below {limits.gain_margin_db:g} dB", f"{margin:.3g} dB")
 
 
-def _step_misses(lane: int, name: str, steps: StepPart, limits: Limits) -> Iterator[Miss]:
+def _step_misses(lane: int, steps: StepPart, limits: Limits) -> Iterator[Miss]:
     if why := steps.tripped[lane]:
-        yield Miss(lane, "settling_s", f"{name} trips: {why}")
+        yield Miss(lane, "settling_s", f"trips, {why}")
     overshoot = steps.overshoot[lane]
     if overshoot is not None and overshoot > limits.overshoot_percent:
-        yield Miss(
-            lane, "overshoot_percent", f"overshoot {overshoot:.3g} % on {name}, at most {limits.overshoot_percent:g} %"
-        )
+        yield Miss(lane, "overshoot_percent", f"overshoot above {limits.overshoot_percent:g} %", f"{overshoot:.3g} %")

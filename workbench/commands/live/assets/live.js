@@ -101,19 +101,21 @@
     }
     for (const members of parts.values()) group(members[0].part.replace(/([a-z])([A-Z])/g, "$1 $2"), members);
     start.rigSliders.forEach((slider) => (slider.path_is_rig = true));
-    if (start.rigSliders.length) group(`Rig ${start.rig}: nominal, the others in proportion`, start.rigSliders);
+    if (start.rigSliders.length) group("Rig: nominal, the others in proportion", start.rigSliders);
     [...rows.keys()].forEach(reflect);
   }
 
   function say(text, bad = false) {
-    get("status").textContent = text;
+    put(get("status"), text);
+    get("status").title = text;
     get("status").classList.toggle("bad", bad);
   }
 
   async function post(what, body) {
-    const answer = await fetch(what, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+    const request = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+    const answer = await fetch(what, request).catch(() => { throw new Error("no answer: has jackbench live ended?"); });
     const table = answer.headers.get("Content-Type") === "application/json" ? await answer.json() : {};
-    if (!answer.ok) throw new Error(table.error ?? `the server refused (${answer.status})`);
+    if (!answer.ok) throw new Error(table.error ?? (answer.status === 500 ? "a fault of jackbench: its terminal says where" : "refused: reload the page"));
     return table;
   }
 
@@ -170,8 +172,8 @@
       if (JSON.stringify(asked) === JSON.stringify(question()) && !busy) {
         sines = answer.after.sines;
         answer.hunting = answer.after.hunting;
-        draw(answer, asked);
-        say("sines and hunting looked at");
+        draw(answer, asked, true);
+        say(`at rest${sines ? ": sines seen" : ""}${answer.hunting ? `${sines ? " and" : ":"} hunting looked at` : ""}`);
       }
     } catch (error) {
       say(error.message, true);
@@ -179,12 +181,23 @@
     afterBusy = false;
   }
 
-  function draw(answer, asked) {
+  // How much of the time is shown: twice what the slowest rig takes, so that it does not change with every move.
+  const shownTime = new Map();
+  function timeShown(place, answer, resting) {
+    if (answer.steps && (resting || !shownTime.has(place))) {
+      const settling = answer.rows.map((entry) => entry.settling_s), slowest = Math.max(...settling);
+      const nice = [0.05, 0.1, 0.2, 0.3, 0.5, 1, 2, 3, 5].find((seconds) => seconds >= 2 * slowest + answer.steps.arrives);
+      shownTime.set(place, settling.includes(null) ? undefined : nice);
+    }
+    return shownTime.get(place);
+  }
+
+  function draw(answer, asked, resting = false) {
     const place = `${asked.controller} ${asked.scenario}`;
     const untouched = !Object.keys(asked.numbers).length && !Object.keys(asked.rig).length;
     if (untouched) files.set(place, { ...files.get(place), ...(answer.steps ? { steps: answer.steps } : {}), linear: answer.linear });
     const file = untouched ? null : files.get(place);
-    const common = { count: start.rigs.length, rigs: start.rigs, unit: start.signal.unit, signal: start.signal.name, limits: start.limits, revision: place };
+    const common = { count: start.rigs.length, rigs: start.rigs, unit: start.signal.unit, signal: start.signal.name, limits: start.limits, revision: place, seconds: timeShown(place, answer, resting) };
     Plots.drawStep(answer.steps, { ...common, file: file?.steps });
     Plots.drawBode(answer.linear, sines, { ...common, file: file?.linear, rows: Handles.count(sliders(), valueOf), unstable: answer.rows[0].stable === false });
     Plots.drawNichols(answer.linear, common);
@@ -195,10 +208,10 @@
   const COLUMNS = [["stable", "stable"], ["settling_s", "settles [s]"], ["overshoot_percent", "over-\u200bshoot [%]"], ["peak", "peak"], ["ms", "Ms"], ["gain_margin_db", "gain margin [dB]"], ["phase_margin_deg", "phase margin [deg]"]];
   const digits = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(3))));
 
-  function cell(entry, name) {
+  function cell(answer, entry, name) {
     if (name === "stable") return entry.stable === undefined ? "–" : entry.stable ? "yes" : "no";
     if (name === "settling_s" && entry.tripped) return "trips";
-    if (name === "settling_s" && entry.settling_s === null) return "never";
+    if (name === "settling_s" && entry.settling_s === null) return answer.steps.arrives == null ? "–" : "never";
     return digits(entry[name]);
   }
 
@@ -225,7 +238,7 @@
       const { name, others } = cells[lane];
       put(name, entry.rig + (answer.hunting?.[lane] ? " (hunts)" : ""));
       columns.forEach(([column], i) => {
-        put(others[i], cell(entry, column));
+        put(others[i], cell(answer, entry, column));
         others[i].classList.toggle("out", Boolean(entry.out?.includes(column)));
         others[i].title = (column === "settling_s" && entry.tripped) || "";
       });
@@ -246,13 +259,15 @@
     const entries = answer.rows, count = entries.length, nominal = entries[0], words = [];
     const stable = entries.filter((entry) => entry.stable).length;
     const known = entries.some((entry) => entry.stable !== undefined);
-    if (known) words.push(stable === count ? `stable on ${count === 1 ? "the rig" : `all ${count} rigs`}` : `unstable on ${entries.filter((e) => !e.stable).map((e) => e.rig).join(", ")}`);
+    if (known) words.push(stable === count ? `stable${count === 1 ? "" : ` on all ${count} rigs`}` : `unstable: ${entries.filter((entry) => !entry.stable).map((entry) => entry.rig).join(", ")}`);
     const add = (name, text, unit, pick) => {
       const least = worst(entries, name, pick);
       if (least === null) return;
-      words.push(`${text} ${digits(nominal[name])}${unit}${digits(least[name]) === digits(nominal[name]) ? "" : ` (${digits(least[name])}${unit} ${least.rig})`}`);
+      words.push(`${text} ${digits(nominal[name])}${unit}${digits(least[name]) === digits(nominal[name]) ? "" : ` (${least.rig}: ${digits(least[name])})`}`);
     };
-    add("settling_s", "settles in", " s", Math.max);
+    const never = answer.steps?.arrives == null ? [] : entries.filter((entry) => entry.settling_s === null);
+    if (never.length) words.push(`never settles: ${never.map((entry) => entry.rig).join(", ")}`);
+    else add("settling_s", "settles", " s", Math.max);
     add("overshoot_percent", "overshoot", " %", Math.max);
     add("peak", "peak", ` ${start.signal.unit}`, Math.max);
     add("ms", "Ms", "", Math.max);
@@ -261,8 +276,8 @@
     put(get("verdict"), words.join(" · "));
     get("verdict").title = words.join(" · ");
     get("verdict").classList.toggle("bad", known && stable < count);
-    const hunting = (answer.hunting ?? []).flatMap((hunts, lane) => (hunts ? [`${entries[lane].rig} hunts`] : []));
-    const missed = [...answer.missed, ...hunting];
+    const hunting = entries.filter((_, lane) => answer.hunting?.[lane]).map((entry) => entry.rig);
+    const missed = [...answer.missed, ...(hunting.length ? [`hunts: ${hunting.join(", ")}`] : [])];
     const goals = missed.length ? `Out of the goals: ${missed.join("; ")}` : "Within the goals.";
     put(get("goals"), goals);
     get("goals").title = goals;
@@ -287,6 +302,7 @@
       say(error.message, true);
     }
   });
+  get("notes").append(...start.notes.map((text) => Object.assign(document.createElement("p"), { textContent: text })));
   listNumbers();
   ask();
 })();

@@ -22,14 +22,14 @@ const Plots = (() => {
   }
 
   const axis = (title, more) => ({
-    title: { text: title, standoff: 4, font: { size: 11, color: SOFT } }, showline: true, linecolor: RULE, mirror: true,
+    title: { text: title, standoff: 4, font: { size: 11, color: SOFT } }, showline: true, linecolor: RULE, mirror: true, exponentformat: "power",
     gridcolor: GRID, zeroline: false, ticklabeloverflow: "allow", tickfont: { color: SOFT, size: 10.5 }, ...more,
   });
   const line = (x, y, color, width, more) => ({ x, y, mode: "lines", line: { color, width, simplify: false }, hoverinfo: "skip", ...more });
   const hover = (template, name) => ({ hoverinfo: undefined, hovertemplate: `${template}<extra>${name}</extra>` });
   const TICKS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
   const layout = (revision, more) => ({
-    margin: { l: 52, r: 12, t: 28, b: 36 }, font: FONT, paper_bgcolor: "#fff", plot_bgcolor: "#fff", showlegend: false, uirevision: revision,
+    margin: { l: 58, r: 12, t: 28, b: 36 }, font: FONT, paper_bgcolor: "#fff", plot_bgcolor: "#fff", showlegend: false, uirevision: revision,
     dragmode: touch ? false : "zoom", hovermode: "closest", ...more,
   });
   const heading = (wide, narrow) => ({ text: window.innerWidth > 900 ? wide : narrow, x: 0, xref: "paper", xanchor: "left", y: 1, yref: "container", yanchor: "top", pad: { t: 7 }, font: { size: 12, color: INK } });
@@ -75,7 +75,7 @@ const Plots = (() => {
   const width = (lane) => (lane === 0 ? 2 : 1.1);
 
   function drawStep(steps, context) {
-    const { count, unit, signal, file, revision, rigs } = context;
+    const { count, unit, signal, file, revision, rigs, seconds } = context;
     document.getElementById("step").classList.toggle("stale", !steps);
     if (!steps) return;
     const t = floats(steps.t), y = lanes(steps.y, count), command = lanes(steps.command, count);
@@ -89,7 +89,7 @@ const Plots = (() => {
     const band = [-1, 1].map((side) => ({ type: "line", x0: 0, x1: 1, xref: "x domain", y0: steps.end + side * steps.band, y1: steps.end + side * steps.band, line: { color: GREY, width: 1, dash: "dot" } }));
     draw("step", data, layout(revision, {
       title: heading(`${signal} on every rig, command below; dotted: settled; grey: as in the file`, `${signal} on every rig; command`), shapes: band,
-      xaxis: axis("time [s]", { anchor: "y2", range: [0, t[t.length - 1]] }),
+      xaxis: axis("time [s]", { anchor: "y2", range: [0, Math.min(seconds ?? Infinity, t[t.length - 1])] }),
       yaxis: axis(`${signal} [${unit}]`, { domain: [0.36, 1], ...(range ? { range } : {}) }),
       yaxis2: axis("command [1]", { domain: [0, 0.28] }),
     }));
@@ -105,7 +105,7 @@ const Plots = (() => {
     const unstable = context.unstable ? [{ text: "unstable: no linear response", x: 0.5, y: 0.8, xref: "paper", yref: "paper", showarrow: false, font: { color: BAD, size: 13 } }] : [];
     const by = sines ? `; orange: sines of ${sines.amplitude}${sines.limited ? `, limited from ${sines.limited.toPrecision(3)} Hz` : ""}` : "";
     draw("bode", data, layout(revision, {
-      title: heading(`closed loop, nominal: linear${by}`, `closed loop; ${by.slice(2)}`), annotations: unstable, margin: { l: 52, r: 12, t: 28 + 15 * rows, b: 36 },
+      title: heading(`closed loop, nominal: linear${by}`, `closed loop; ${by.slice(2)}`), annotations: unstable, margin: { l: 58, r: 12, t: 28 + 15 * rows, b: 36 },
       xaxis: axis("frequency [Hz]", { type: "log", anchor: "y2", range: [-1, Math.log10(200)], tickvals: TICKS, ticktext: TICKS.map(String) }),
       yaxis: axis("gain [dB]", { domain: [0.46, 1], range: [-32, 12] }),
       yaxis2: axis("phase [deg]", { domain: [0, 0.42], range: [-370, 20], dtick: 90 }),
