@@ -1,6 +1,7 @@
 """Files as labs leave them become a campaign that `residual` takes; what is not told is left out, and said."""
 
 import json
+from pathlib import Path
 
 import pytest
 from made_recordings import columns, text
@@ -86,3 +87,97 @@ def test_pressures_that_changed_places_are_exchanged(tmp_path):
     assert metrics["signals"]["pa"]["column"] == "p_B"
     assert metrics["signals"]["pb"]["column"] == "Druck A"
     assert metrics["ready"]
+
+
+def guess(metrics, cell):
+    return next(row for row in metrics["columns"] if row["column"] == cell)
+
+
+def test_what_is_ambiguous_is_left_out_with_the_line_to_add(tmp_path):
+    table = columns("steps", {"t": "s", "command": "1", "pa": "bar", "pb": "bar", "position": "mm"})
+    header = "t [s],u [-],Druck A [bar],Pression A [bar],Weg [mm],x [mm],f [1/min],p"
+    rows = [*(table[name] for name in ("t", "command", "pa", "pb", "position", "position")), table["t"], table["pa"]]
+    (tmp_path / "a.csv").write_text(text([header], rows))
+    metrics = imported(tmp_path, [str(tmp_path / "a.csv")])
+    assert set(metrics["signals"]) == {"t", "command", "position"}
+    assert metrics["signals"]["position"]["column"] == "Weg [mm]"
+    for cell in ("Druck A [bar]", "Pression A [bar]"):
+        assert "may also be" in guess(metrics, cell)["reason"]
+        assert metrics["left_out"][cell].startswith("pa = {column = ")
+    assert "more clearly position" in guess(metrics, "x [mm]")["reason"]
+    assert guess(metrics, "p")["signal"] is None
+    written = (tmp_path / "out" / "campaign.toml").read_text()
+    assert all(f"# {line}" in written for line in metrics["left_out"].values())
+
+
+def test_what_does_not_fit_the_rig_is_said(tmp_path):
+    table = columns("steps", {"t": "s", "command": "1", "pa": "bar", "pb": "bar", "position": "mm"})
+    table["position"] += 900
+    table["command"] *= 30
+    table["pa"] *= 1.4
+    (tmp_path / "a.csv").write_text(text(["t [s],u,p_a [bar],p_b [bar],x [mm]"], list(table.values())))
+    metrics = imported(tmp_path, [str(tmp_path / "a.csv")])
+    assert not metrics["ready"]
+    assert "what is full command?" in guess(metrics, "u")["reason"]
+    misfits = " ".join(metrics["misfits"])
+    assert "the rig's stroke is from -250 to 250 mm" in misfits
+    assert "and the supply has 210 bar" in misfits
+
+
+def test_a_column_called_like_a_signal_that_it_cannot_be_is_renamed(tmp_path):
+    table = columns("steps", {"t": "s", "command": "1", "pa": "bar", "position": "mm"})
+    (tmp_path / "a.csv").write_text(
+        text(
+            ["t [s],command [1],current [count],position [mm]"], [table[n] for n in ("t", "command", "pa", "position")]
+        )
+    )
+    metrics = imported(tmp_path, [str(tmp_path / "a.csv")])
+    assert metrics["ready"]
+    assert list(metrics["left_out"]) == ["current as recorded [count]"]
+
+
+def test_a_file_without_a_clock_has_the_rate_that_stands_above_its_table(tmp_path):
+    table = columns("steps", {"command": "1", "pa": "bar", "position": "mm"})
+    (tmp_path / "a.csv").write_text(text(["Abtastrate: 1000 Hz", "u [-],pa [bar],x [mm]"], list(table.values())))
+    assert imported(tmp_path, [str(tmp_path / "a.csv")])["ready"]
+    assert 't = {period = "0.001 s"}' in (tmp_path / "out" / "campaign.toml").read_text()
+
+
+def test_a_rig_file_comes_along(tmp_path):
+    assert main(["show", "jack-10t", "--out", str(tmp_path / "mine.toml")]) == 0
+    metrics = imported(tmp_path, [german(tmp_path / "steps.csv", "steps")], rig=str(tmp_path / "mine.toml"))
+    assert metrics["ready"]
+    assert (tmp_path / "out" / "rig.toml").exists()
+    assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0
+
+
+@pytest.mark.parametrize("content", ["", "no table\n", "t;u\n0;1\n1;2\n2;3\n3;oops\n"])
+def test_bad_input_leaves_nothing(tmp_path, capsys, content):
+    good, bad = german(tmp_path / "steps.csv", "steps"), tmp_path / "bad.csv"
+    bad.write_text(content)
+    assert main(["import", good, str(bad), "--rig", "jack-10t", "--out", str(tmp_path / "out")]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.splitlines()[-1].startswith("jackbench: ")
+    assert not list(tmp_path.glob("out*"))
+
+
+@pytest.mark.parametrize("files", [["nothere.csv"], ["a.bin"], ["a.csv", "a.csv"], ["."]])
+def test_files_that_cannot_be_read_are_refused(tmp_path, monkeypatch, capsys, files):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.bin").write_text("x")
+    (tmp_path / "a.csv").write_text("t,u\n0,1\n1,2\n2,3\n3,4\n")
+    assert main(["import", *files, "--rig", "jack-10t"]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+DATA = Path(__file__).parents[1] / ".." / "shared" / "data"
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="measured data is not beside the repository")
+def test_recordings_of_a_real_rig(tmp_path):
+    files = [str(DATA / f"festo_tp511/p{side}_{volts}V_01.csv.gz") for side in "ab" for volts in (1, 3, 5)]
+    metrics = imported(tmp_path, files, rig="festo-tp511")
+    assert metrics["ready"]
+    assert set(metrics["signals"]) == {"t", "command", "pa", "pb", "position"}
+    assert metrics["signals"]["command"]["scale"] == 0.1
+    assert metrics["records"]["heldout"] == ["pa_3V_01.parquet", "pb_3V_01.parquet"]

@@ -16,7 +16,7 @@ def vectors(path: Path) -> dict[str, np.ndarray]:
 
     Raises InputError for a file that is broken or not MATLAB's, and for vectors of more than MOST_BYTES in all.
     """
-    hdf5 = _is_hdf5(path)
+    hdf5 = is_hdf5(path)
     try:
         arrays = _hdf5(path) if hdf5 else numeric_arrays(path) if is_version5(path) else _version4(path)
     except InputError:
@@ -27,7 +27,8 @@ def vectors(path: Path) -> dict[str, np.ndarray]:
     return {name: values.ravel() for name, values in arrays.items() if _is_vector(values)}
 
 
-def _is_hdf5(path: Path) -> bool:
+def is_hdf5(path: Path) -> bool:
+    """Whether a file is HDF5, as MATLAB's are since version 7.3."""
     with open_file(path, kind="record") as file:
         head = file.read(520)
     return b"\x89HDF" in (head[:4], head[512:516])  # MATLAB puts its own 512 bytes before

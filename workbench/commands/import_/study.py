@@ -7,7 +7,7 @@ from pathlib import Path
 from ...base.errors import InputError
 from ...identify.columns.guess import ColumnGuess, guess_columns
 from ...identify.columns.polarity import held_against, mended
-from ...identify.columns.roles import Motion, Roles, motion, roles
+from ...identify.columns.roles import Motion, Roles, by_order, motion, roles
 from ...records import ColumnMap, load_campaign, read_record
 from ...records.campaign import FILE
 from ...records.foreign import Part
@@ -44,7 +44,7 @@ def _tried(
     folder: Path, parts: Sequence[Part], guesses: list[ColumnGuess], rig: Rig, named: str, period: float | None
 ) -> tuple[list[ColumnGuess], Roles, str]:
     """Guesses and roles that the commands take, or those of the first trial and what stands in their way."""
-    division = roles([])
+    division = by_order([part.file for part in parts])
     for _ in range(_TRIALS):
         guesses = _set_apart(guesses, parts, folder)
         try:

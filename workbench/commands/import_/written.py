@@ -9,6 +9,8 @@ from ...base.signals import SIGNALS
 from ...identify.columns.guess import GUESSED, ColumnGuess
 from ...identify.columns.roles import Roles
 
+CLOCKLESS = '# t = {period = "1 ms"}  # no column is a clock: give the time from row to row'
+
 
 def signal_entries(guesses: Sequence[ColumnGuess]) -> dict[str, dict[str, Any]]:
     """[signals] by name: value = scale * column + offset, in the unit `to`."""
@@ -38,8 +40,9 @@ def campaign_text(rig: str, roles: Roles, guesses: Sequence[ColumnGuess], period
     for name, entry in signal_entries(guesses).items():
         guess = by_signal[name]
         lines.append(f"{_pair(name, _short(entry))}  # {guess.confidence}: {guess.reason}")
-    if "t" not in by_signal and period is not None:
-        lines.append(f"{_pair('t', {'period': f'{period:.9g} s'})}  # said above the table")
+    if "t" not in by_signal:
+        told = {"period": f"{period:.9g} s"}
+        lines.append(f"{_pair('t', told)}  # said above the table" if period is not None else CLOCKLESS)
     left = [guess for guess in guesses if guess.signal is None]
     lines += ["", "# left out:"] if left else []
     lines += [f"# {line_to_add(guess)}  # {guess.reason}" for guess in left]

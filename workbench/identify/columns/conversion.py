@@ -14,6 +14,7 @@ from .summary import ColumnSummary
 
 ATMOSPHERE = 101325.0  # Pa
 _WIDE, _SMALL = 1.05, 1e-3  # of what the rig can do: no signal goes beyond, and hardly one stays below
+_TELLING = 0.1  # of what the rig can do: a column without a unit that goes less far may be in any
 PRESSURES = ("pa", "pb", "load_pressure", "supply")
 _LEAST_PRESSURE, _MOST_PRESSURE = 0.05, 1.15  # of the supply pressure
 _BARE: Mapping[str, tuple[str, ...]] = {
@@ -135,9 +136,9 @@ def _without_unit(column: ColumnSummary, signal: str, rig: Rig) -> Conversion | 
     least, most = (_LEAST_PRESSURE, _MOST_PRESSURE) if pressure else (_SMALL, _WIDE)
     shares = {unit: float(to_si(size, unit, SIGNALS[signal].si)) / whole for unit in _BARE[signal]}
     possible = [unit for unit, share in shares.items() if least < share < most]
-    if len(possible) != 1:
+    if len(possible) != 1 or shares[possible[0]] < _TELLING:
         named = " or ".join(possible) or f"none of {', '.join(shares)}"
-        return f"no unit, and by its range of {size:.4g} it may be {named}"
+        return f"no unit, and by its range of {size:.4g} it may be {named}, or volts of a sensor"
     unit = possible[0]
     reason = f"no unit; in {unit} it reaches {shares[unit]:.2g} of what the rig can, other units are out of range"
     return _placed(Conversion(unit, 1.0, unit, 0.0, reason, False), column, signal, rig)
@@ -157,8 +158,9 @@ def _placed(plain: Conversion, column: ColumnSummary, signal: str, rig: Rig) -> 
             return f"reaches {text(_short(high))}, and the supply has {text(whole)}"
         if high > _MOST_PRESSURE * whole:
             return _with(plain, f"reaches {text(_short(high))}, and the supply has {text(whole)}")
-        if low < -0.02 * whole:
-            return _with(plain, f"falls to {text(_short(low))}: gauge pressure, an offset or a sign")
+        usual = float(to_si(column.usual_low + plain.offset, plain.to, si))
+        if usual < -0.02 * whole:
+            return _with(plain, f"falls to {text(_short(usual))}: gauge pressure, an offset or a sign")
         return plain
     if high - low > 1.5 * whole:
         return f"goes over {text(_short(high - low))}, and the rig can do {text(_short(whole))}"

@@ -101,6 +101,12 @@ def roles(motions: Sequence[Motion]) -> Roles:
     return Roles({"static": static, "train": train, "heldout": held}, reason)
 
 
+def by_order(files: Sequence[str]) -> Roles:
+    """Of records of which nothing says how they move: the last is held out."""
+    why = "how the records move is not known yet: the last is held out"
+    return Roles({"static": [], "train": list(files[:-1]), "heldout": list(files[-1:])}, why)
+
+
 def _rests(moving: Sequence[Motion]) -> list[Any]:
     """The stretch at rest before the first move of the record that rests longest."""
     resting = [m for m in moving if m.rests_until is not None]

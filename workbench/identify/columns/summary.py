@@ -12,6 +12,7 @@ SKETCH = 240  # values of a small picture
 class ColumnSummary:
     """A column over all the records that have it, in its own unit.
 
+    usual_low    below it lies one value in a hundred of the record that goes lowest
     travel   its widest range within a record; NaN without a number
     missing  share of cells without a number
     step     median interval of a clock: of a column that increases from row to row; None of another
@@ -22,6 +23,7 @@ class ColumnSummary:
     unit: str | None
     low: float
     high: float
+    usual_low: float
     travel: float
     missing: float
     step: float | None
@@ -45,17 +47,20 @@ def summary(cell: str, unit: str | None, records: Iterable[tuple[str, np.ndarray
         rows, empty = rows + values.size, empty + values.size - known.size
         steps.append(_step(known) if known.size == values.size else None)
         if known.size:
-            extents.append((known.min(), known.max()))
+            extents.append((known.min(), known.max(), float(np.quantile(known, 0.01))))
         if not sketched:
             sketch, sketched = (
                 values[np.linspace(0, values.size - 1, min(SKETCH, values.size)).astype(int)],
                 values.size,
             )
-    low = float(min((low for low, _ in extents), default=np.nan))
-    high = float(max((high for _, high in extents), default=np.nan))
-    travel = float(max((high - low for low, high in extents), default=np.nan))
+    low = float(min((low for low, _, _ in extents), default=np.nan))
+    high = float(max((high for _, high, _ in extents), default=np.nan))
+    usual_low = float(min((usual for _, _, usual in extents), default=np.nan))
+    travel = float(max((high - low for low, high, _ in extents), default=np.nan))
     missing = empty / rows if rows else 1.0
-    return ColumnSummary(cell, unit, low, high, travel, missing, _common(steps), tuple(names), sketch, sketched)
+    return ColumnSummary(
+        cell, unit, low, high, usual_low, travel, missing, _common(steps), tuple(names), sketch, sketched
+    )
 
 
 def _step(values: np.ndarray) -> float | None:

@@ -3,6 +3,10 @@
 source        what every format is read into: headed columns of numbers, block by block
 open          a file by its suffix
 csv_shape, csv_text    text of numbers: its layout; its rows in chunks
+parquet       tables of another maker
+matlab, hdf5, nested    structures: what lies beside a clock belongs to it
+tdms, mdf, xlsx, optional    formats whose libraries are optional
+clocks        channels with clocks of their own on one clock
 stamps        dates and times of day as seconds
 unit_names    units as header cells have them
 parts         strict .parquet tables of a foreign file

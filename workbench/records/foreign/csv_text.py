@@ -3,9 +3,11 @@
 import codecs
 import gzip
 import re
+import zlib
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO, cast
 
 import numpy as np
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     import pyarrow
     from pyarrow.csv import CSVStreamingReader
 
+Opened = Callable[[], AbstractContextManager[BinaryIO]]
 HEAD = 64 * 1024  # bytes that tell the layout
 CHUNK = 8 * 2**20  # bytes that are parsed at once
 _FAULT = re.compile(r"In CSV column #(?P<column>\d+): (?:Row #(?P<row>\d+): )?.*invalid value '(?P<cell>[^']*)'")
@@ -33,8 +36,19 @@ def read_csv(path: Path, chunk: int = CHUNK) -> Source:
 
     Raises InputError for a file without a table; its blocks raise it for a cell that is no number.
     """
-    with open_file(path, kind="recording") as file:
-        head = _unpacked(path, file).read(HEAD + 1)
+
+    @contextmanager
+    def opened() -> Iterator[BinaryIO]:
+        with open_file(path, kind="recording") as file:
+            yield cast(BinaryIO, gzip.GzipFile(fileobj=file)) if path.name.lower().endswith(".gz") else file
+
+    return read_text(path, opened, chunk)
+
+
+def read_text(path: Path, opened: Opened, chunk: int = CHUNK) -> Source:
+    """The same of text that `opened` gives as bytes, as often as it is asked; `path` is what messages name."""
+    with opened() as file:
+        head = _readable(path, lambda: file.read(HEAD + 1))
     if not head:
         raise InputError(f"{short_path(path)}: the file is empty; record or export it again")
     shape = csv_shape(path, head[:HEAD], len(head) <= HEAD)
@@ -43,30 +57,33 @@ def read_csv(path: Path, chunk: int = CHUNK) -> Source:
     notes = [*shape.notes, *([f"left out, no numbers: {', '.join(left)}"] if left else [])]
     stamped = [shape.kinds[place] == "stamp" for place in places]
     headings = [shape.headings[place] for place in places]
-    blocks = _blocks(path, shape, places, chunk, notes)
+    blocks = _blocks(path, opened, shape, places, chunk, notes)
     if any(stamped):
         return _with_clock(headings, stamped, blocks, shape.period, notes)
     return Source(tuple(headings), blocks, shape.period, notes)
 
 
-def _unpacked(path: Path, file: BinaryIO) -> BinaryIO | gzip.GzipFile:
-    return gzip.GzipFile(fileobj=file) if path.name.lower().endswith(".gz") else file
+def _readable(path: Path, read: Callable[[], bytes]) -> bytes:
+    try:
+        return read()
+    except (EOFError, OSError, zlib.error) as error:
+        raise InputError(f"{short_path(path)}: broken or truncated ({error}); copy or record it again") from None
 
 
 def _blocks(
-    path: Path, shape: CsvShape, places: Sequence[int], chunk: int, notes: list[str]
+    path: Path, opened: Opened, shape: CsvShape, places: Sequence[int], chunk: int, notes: list[str]
 ) -> Iterator[list[np.ndarray]]:
     """Columns of numbers, and seconds of the stamps, chunk by chunk; a broken row is left out and counted."""
     import pyarrow as pa
 
     broken: list[int] = []
-    with open_file(path, kind="recording") as file:
+    with opened() as file:
         try:
-            for batch in _reader(_stream(_unpacked(path, file), shape), shape, places, chunk, broken):
+            for batch in _reader(_stream(file, shape), shape, places, chunk, broken):
                 yield [_numbers(batch.column(i)) for i in range(batch.num_columns)]
         except pa.ArrowInvalid as error:
             raise _fault(path, shape, str(error)) from None
-        except (EOFError, OSError) as error:
+        except (EOFError, OSError, zlib.error) as error:
             raise InputError(f"{short_path(path)}: broken or truncated ({error}); copy or record it again") from None
     if broken:
         notes.append(f"{len(broken)} rows left out: not {len(shape.headings)} cells")
@@ -98,7 +115,7 @@ def _reader(
     )
 
 
-def _stream(file: BinaryIO | gzip.GzipFile, shape: CsvShape) -> "pyarrow.NativeFile":
+def _stream(file: BinaryIO, shape: CsvShape) -> "pyarrow.NativeFile":
     """The file as UTF-8 that the parser takes: another encoding, runs of blanks and plus signs are rewritten."""
     import pyarrow as pa
 

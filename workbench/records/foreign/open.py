@@ -9,10 +9,14 @@ from ...base.files import open_file
 from .source import Source
 
 READERS: Mapping[str, str] = {
-    ".csv": "csv_text:read_csv", ".txt": "csv_text:read_csv", ".tsv": "csv_text:read_csv", ".dat": "csv_text:read_csv",
-    ".asc": "csv_text:read_csv", ".lvm": "csv_text:read_csv", ".csv.gz": "csv_text:read_csv",
-    ".txt.gz": "csv_text:read_csv",
-}  # fmt: skip
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm", ".csv.gz", ".txt.gz"), "csv_text:read_csv"),
+    ".mat": "matlab:read_mat",
+    **dict.fromkeys((".h5", ".hdf5", ".hdf"), "hdf5:read_hdf5"),
+    ".parquet": "parquet:read_parquet",
+    ".tdms": "tdms:read_tdms",
+    **dict.fromkeys((".mf4", ".mdf"), "mdf:read_mdf"),
+    **dict.fromkeys((".xlsx", ".xlsm"), "xlsx:read_xlsx"),
+}
 """Module and function by suffix; only the one that is needed is imported."""
 
 

@@ -1,0 +1,242 @@
+"""Foreign formats, each made by its own library or by hand, are read with their names, units, clocks and gaps."""
+
+import importlib
+import sys
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import InputError
+from workbench.records.foreign import column, open_foreign, write_parts
+from workbench.records.foreign.csv_text import read_csv
+from workbench.records.foreign.unit_names import heading_of, name_of
+
+T = np.arange(400) * 1e-3
+X = 50 + 20 * np.cos(30 * T)
+U = np.sin(30 * T)
+
+
+def table(path, most=None):
+    """Cells with units, numbers by cell, notes, of a file converted in its folder."""
+    source = open_foreign(path)
+    parts = write_parts(source, path, path.parent, "made", *([most] if most else []))
+    numbers = {
+        heading.cell: np.concatenate([column(path.parent / part.file, heading.cell) for part in parts])
+        for heading in parts[0].headings
+    }
+    return {heading.cell: heading.unit for heading in parts[0].headings}, numbers, parts
+
+
+def lines(separator, decimal=".", digits=4):
+    return "".join(
+        separator.join(f"{value:.{digits}f}".replace(".", decimal) for value in row) + "\n"
+        for row in zip(T, U, X, strict=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("head", "separator", "decimal", "encoding"),
+    [
+        ("Zeit;Soll;Weg\ns;V;mm\n", ";", ",", "utf-8"),
+        ("Prüfstand 7\nBediener: Müller; Schmidt\n\nZeit;Soll;Weg\ns;V;mm\n", ";", ",", "cp1252"),
+        ("Zeit [s]\tSoll [V]\tWeg [mm]\n", "\t", ",", "utf-16"),
+        ("Zeit (s),Soll (V),Weg (mm)\n", ",", ".", "utf-8-sig"),
+        ("# Zeit[s] Soll[V] Weg[mm]\n", "   ", ".", "utf-8"),
+        ("Zeit/s|Soll/V|Weg/mm\n", "|", ".", "latin-1"),
+    ],
+    ids=["units row", "preamble", "utf-16", "bom", "blanks", "bars"],
+)
+def test_text_of_any_layout(tmp_path, head, separator, decimal, encoding):
+    (tmp_path / "a.csv").write_bytes((head + lines(separator, decimal)).encode(encoding))
+    units, numbers, _ = table(tmp_path / "a.csv")
+    assert list(units.values()) == ["s", "V", "mm"]
+    assert [name_of(cell) for cell in units] == ["Zeit", "Soll", "Weg"]
+    for values, expected in zip(numbers.values(), (T, U, X), strict=True):
+        np.testing.assert_allclose(values, expected, atol=1e-4)
+
+
+def test_small_chunks_and_parts_give_the_same_numbers(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t;u;x\n" + lines(";", ","))
+    whole = np.column_stack([np.concatenate(block) for block in zip(*read_csv(path).blocks, strict=True)])
+    small = np.column_stack([np.concatenate(block) for block in zip(*read_csv(path, chunk=700).blocks, strict=True)])
+    assert np.array_equal(whole, small)
+    _, numbers, parts = table(path, most=8 * 3 * 150)
+    assert [part.rows for part in parts] == [150, 150, 100]
+    assert np.array_equal(np.column_stack(list(numbers.values())), whole)
+
+
+def test_european_stamps_count_from_the_first_row_and_over_midnight(tmp_path):
+    text = "Datum;Uhrzeit;Weg [mm]\n"
+    for i in range(40):
+        day, clock, second = ("31.12.2025", "23:59", 58 + i / 10) if i < 20 else ("01.01.2026", "00:00", i / 10 - 2)
+        text += f"{day};{clock}:{second:06.3f};{i}\n".replace(f"{second:06.3f}", f"{second:06.3f}".replace(".", ","))
+    (tmp_path / "a.csv").write_text(text)
+    _, numbers, parts = table(tmp_path / "a.csv")
+    np.testing.assert_allclose(numbers["Datum Uhrzeit"], np.arange(40) / 10, atol=1e-9)
+    assert any("seconds from the first row" in note for note in parts[0].notes)
+
+
+def test_times_of_day_alone_go_on_after_midnight(tmp_path):
+    text = "Uhrzeit\tWeg\n" + "".join(
+        f"{'23:59' if i < 20 else '00:00'}:{(58 + i / 10 if i < 20 else i / 10 - 2):06.3f}\t{i}\n" for i in range(40)
+    )
+    (tmp_path / "a.txt").write_text(text)
+    _, numbers, _ = table(tmp_path / "a.txt")
+    np.testing.assert_allclose(numbers["Uhrzeit"], np.arange(40) / 10, atol=1e-9)
+
+
+def test_gaps_broken_rows_and_a_rate_above_the_table_are_said(tmp_path):
+    rows = lines(";").splitlines()
+    rows[5], rows[9] = rows[9].rsplit(";", 1)[0] + ";NaN", "broken"
+    (tmp_path / "a.csv").write_text("Abtastrate: 1000 Hz\nZeit;Soll;Weg\n" + "\n".join(rows) + "\n")
+    _, numbers, parts = table(tmp_path / "a.csv")
+    assert numbers["Weg"].size == 399
+    assert np.isnan(numbers["Weg"]).sum() == 1
+    assert parts[0].period == pytest.approx(1e-3)
+    assert any("1 rows left out" in note for note in parts[0].notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t;u\n0;1\n1;2\n2;3\n3;oops\n", 'column "u": "oops" is not a number'),
+        ("nothing here\nat all\n", "no table of numbers"),
+        ("t,u\n0,1,2,3\n0,2,2,4\n0,3,2,5\n", "commas both in numbers"),
+        ("", "empty"),
+    ],
+)
+def test_text_that_is_no_table_is_refused_with_its_place(tmp_path, text, message):
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(InputError, match=message):
+        table(tmp_path / "a.csv")
+
+
+def test_matlab_structures_of_version_5(tmp_path):
+    from scipy.io import savemat
+
+    record = {
+        "t": T,
+        "p_A": X,
+        "info": "none",
+        "slow": {"time": T[::10], "data": U[::10], "name": "Kraft", "units": "kN"},
+    }
+    savemat(tmp_path / "a.mat", {"record": record, "gain": 3.0})
+    units, numbers, parts = table(tmp_path / "a.mat")
+    assert units == {"record.t": None, "record.p_A": None, "Kraft": "kN"}
+    np.testing.assert_allclose(numbers["Kraft"][:391], np.interp(T[:391], T[::10], U[::10]))
+    assert np.isnan(numbers["Kraft"][391:]).all()
+    assert any("resampled from 100 Hz to 1000 Hz" in note for note in parts[0].notes)
+
+
+def test_a_structure_with_time_of_simulink(tmp_path):
+    from scipy.io import savemat
+
+    signals = [{"values": X, "label": "Weg", "dimensions": 1}, {"values": U, "label": "Ventil", "dimensions": 1}]
+    savemat(tmp_path / "a.mat", {"out": {"time": T, "signals": signals, "blockName": "model/scope"}})
+    units, numbers, _ = table(tmp_path / "a.mat")
+    assert list(units) == ["t", "Weg", "Ventil"]
+    np.testing.assert_allclose(numbers["Weg"], X)
+    np.testing.assert_allclose(numbers["t"], T)
+
+
+def test_matlab_structures_of_version_7_3(tmp_path):
+    import h5py
+
+    with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
+        group = file.create_group("data")
+        group["time"], group["Weg"] = T[None], X[None]
+        label = file.create_dataset("data/label", data=np.array([[ord(c)] for c in "x"], dtype="u2"))
+        label.attrs["MATLAB_class"] = np.bytes_("char")
+    units, numbers, _ = table(tmp_path / "a.mat")
+    assert list(units) == ["data.Weg", "data.time"]
+    np.testing.assert_allclose(numbers["data.Weg"], X)
+
+
+def test_hdf5_with_units_tables_and_matrices(tmp_path):
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["run/time"], file["run/pos"] = T, X
+        file["run/pos"].attrs["units"] = "mm"
+        file["run/raw"] = np.column_stack((U, -U))
+        file["run/raw"].attrs["columns"] = ["soll", "ist"]
+    units, numbers, _ = table(tmp_path / "a.h5")
+    assert units == {"run.pos": "mm", "soll": None, "ist": None, "run.time": None}
+    np.testing.assert_allclose(numbers["ist"], -U)
+
+
+def test_tdms_channels_with_clocks_of_their_own(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    fast = {"wf_start_offset": 0.0, "wf_increment": 1e-3, "unit_string": "mm"}
+    slow = {"wf_start_offset": 0.0, "wf_increment": 1e-2, "unit_string": "kN"}
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        channels = [("Messung", "Weg", X, fast), ("Langsam", "Kraft", U[::10], slow)]
+        writer.write_segment([nptdms.ChannelObject(*channel) for channel in channels])
+    units, numbers, parts = table(tmp_path / "a.tdms")
+    assert units == {"t": "s", "Weg": "mm", "Kraft": "kN"}
+    np.testing.assert_allclose(numbers["t"], T)
+    np.testing.assert_allclose(numbers["Kraft"][:391], np.interp(T[:391], T[::10], U[::10]))
+    assert any("Langsam: resampled from 100 Hz to 1000 Hz" in note for note in parts[0].notes)
+
+
+def test_mdf_groups_with_clocks_of_their_own(tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(X, T, unit="mm", name="Weg"), asammdf.Signal(U, T, unit="V", name="Soll")])
+        file.append([asammdf.Signal(U[::10], T[::10], unit="kN", name="Kraft")])
+        file.save(tmp_path / "a.mf4")
+    units, numbers, parts = table(tmp_path / "a.mf4")
+    assert units == {"t": "s", "Weg": "mm", "Soll": "V", "Kraft": "kN"}
+    np.testing.assert_allclose(numbers["Weg"], X)
+    assert any("resampled" in note for note in parts[0].notes)
+
+
+def test_a_workbook_with_lines_above_the_table(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["Prüfstand 7"])
+    book.active.append(["Zeit [s]", "Weg [mm]", "Bemerkung"])
+    for t, x in zip(T, X, strict=True):
+        book.active.append([float(t), float(x), "gut"])
+    book.create_sheet("leer")
+    book.save(tmp_path / "a.xlsx")
+    units, numbers, parts = table(tmp_path / "a.xlsx")
+    assert units == {"Zeit [s]": "s", "Weg [mm]": "mm"}
+    np.testing.assert_allclose(numbers["Weg [mm]"], X, rtol=1e-14)
+    assert any('sheet "Sheet" is read, of 2' in note for note in parts[0].notes)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "module", "group"), [("tdms", "nptdms", "tdms"), ("mf4", "asammdf", "mdf"), ("xlsx", "openpyxl", "xlsx")]
+)
+def test_a_missing_library_is_asked_for_by_its_group(tmp_path, monkeypatch, suffix, module, group):
+    (tmp_path / f"a.{suffix}").write_bytes(b"x" * 100)
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(InputError, match=rf"pip install 'jackbench\[{group}\]'"):
+        open_foreign(tmp_path / f"a.{suffix}")
+
+
+@pytest.mark.parametrize("suffix", ["mat", "h5", "parquet", "tdms", "mf4", "xlsx", "csv.gz"])
+def test_a_broken_file_is_refused_in_one_line(tmp_path, suffix):
+    module = {"tdms": "nptdms", "mf4": "asammdf", "xlsx": "openpyxl"}.get(suffix)
+    if module and importlib.util.find_spec(module) is None:
+        pytest.skip(f"{module} is not installed")
+    (tmp_path / f"a.{suffix}").write_bytes(b"\x1f\x8bno such thing" * 50)
+    with pytest.raises(InputError) as refused:
+        table(tmp_path / f"a.{suffix}")
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("cell", "name", "unit"),
+    [
+        ("Druck A [bar]", "Druck A", "bar"), ("Weg in mm", "Weg", "mm"), ("F / kN", "F", "kN"),
+        ("p_A_bar", "p_A", "bar"), ("Beschl. (m/s²)", "Beschl.", "m/s^2"), ("u [-]", "u", "1"),
+        ("Temp. (°C)", "Temp.", "degC"), ("x1_dot", "x1_dot", None), ("p_rod (gauge)", "p_rod (gauge)", None),
+        ("Zeit[sek]", "Zeit", "s"), ("current [count]", "current", "count"),
+    ],
+)  # fmt: skip
+def test_units_in_header_cells(cell, name, unit):
+    assert heading_of(cell).unit == unit
+    assert name_of(cell) == name

@@ -1,0 +1,50 @@
+"""MDF files, version 3 and 4, read by asammdf: channel groups with a master clock each."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...base.errors import InputError, short_path
+from .clocks import Group, on_one_clock
+from .optional import needed
+from .source import Heading, Source
+from .unit_names import heading_of, plain_unit
+
+if TYPE_CHECKING:
+    from asammdf import MDF, Signal
+
+
+def read_mdf(path: Path) -> Source:
+    """Every channel of numbers. Raises InputError where asammdf is missing, and for a broken file."""
+    asammdf = needed("asammdf", "mdf")
+    try:
+        with asammdf.MDF(path) as file:
+            groups = [group for index in range(len(file.groups)) if (group := _group(file, index)) is not None]
+    except Exception as error:  # of the library: MdfException, struct.error, ValueError, KeyError ...
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise InputError(f"{short_path(path)}: broken MDF file ({reason}); record or export it again") from None
+    return on_one_clock(groups, [])
+
+
+def _group(file: "MDF", index: int) -> Group | None:
+    """The channels of one group on its master; None where none has numbers."""
+    master = file.masters_db.get(index)
+    places = [(None, index, place) for place in range(len(file.groups[index].channels)) if place != master]
+    signals = [s for s in file.select(places) if s.samples.dtype.kind in "iufb" and s.samples.ndim == 1]
+    signals = [s for s in signals if s.samples.size > 1]
+    if not signals:
+        return None
+    name = getattr(file.groups[index].channel_group, "acq_name", "") or f"group {index + 1}"
+    values = tuple(np.where(_valid(s), s.samples.astype(float), np.nan) for s in signals)
+    return Group(name, tuple(map(_heading, signals)), values, np.asarray(signals[0].timestamps, dtype=float))
+
+
+def _valid(signal: "Signal") -> np.ndarray:
+    bad = signal.invalidation_bits
+    return np.ones(signal.samples.size, bool) if bad is None else ~np.asarray(bad, dtype=bool)
+
+
+def _heading(signal: "Signal") -> Heading:
+    heading = heading_of(signal.name)
+    return Heading(signal.name, plain_unit(signal.unit) if signal.unit.strip() else heading.unit)

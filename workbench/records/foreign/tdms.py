@@ -1,0 +1,63 @@
+"""TDMS files of LabVIEW, read by npTDMS: channels with units, a clock of their own by start and increment."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...base.errors import InputError, short_path
+from ...base.files import open_file
+from .clocks import Group, on_one_clock
+from .optional import needed
+from .source import Heading, Source
+from .unit_names import heading_of, plain_unit
+
+if TYPE_CHECKING:
+    from nptdms import TdmsChannel, TdmsGroup
+
+_UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
+
+
+def read_tdms(path: Path) -> Source:
+    """Every channel of numbers. Raises InputError where npTDMS is missing, and for a broken file."""
+    tdms = needed("nptdms", "tdms")
+    try:
+        with open_file(path, kind="recording") as stream, tdms.TdmsFile.open(stream) as file:
+            groups = [part for group in file.groups() for part in _groups(group)]
+    except Exception as error:  # of the library: ValueError, KeyError, EOFError, struct.error ...
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise InputError(f"{short_path(path)}: broken TDMS file ({reason}); record or export it again") from None
+    return on_one_clock(groups, [])
+
+
+def _groups(group: "TdmsGroup") -> list[Group]:
+    """Channels of one length and clock together."""
+    alike: dict[tuple[int, float, float], list[TdmsChannel]] = {}
+    for channel in group.channels():
+        if len(channel) > 1 and np.dtype(channel.dtype).kind in "iufbM":
+            start, step = (float(channel.properties.get(f"wf_{key}", 0.0)) for key in ("start_offset", "increment"))
+            alike.setdefault((len(channel), start, step), []).append(channel)
+    return [_group(group.name, channels, start, step) for (_, start, step), channels in alike.items()]
+
+
+def _group(name: str, channels: "list[TdmsChannel]", start: float, step: float) -> Group:
+    values = tuple(_numbers(channel) for channel in channels)
+    headings = tuple(_heading(channel) for channel in channels)
+    t = start + step * np.arange(values[0].size) if step > 0 else None
+    stamps = [v for channel, v in zip(channels, values, strict=True) if np.dtype(channel.dtype).kind == "M"]
+    return Group(name, headings, values, stamps[0] if stamps else t, bool(stamps))
+
+
+def _numbers(channel: "TdmsChannel") -> np.ndarray:
+    values = np.asarray(channel[:])
+    if values.dtype.kind == "M":
+        return (values - values[0]).astype("m8[ns]").astype(float) * 1e-9
+    return values.astype(float)
+
+
+def _heading(channel: "TdmsChannel") -> Heading:
+    if np.dtype(channel.dtype).kind == "M":
+        return Heading(channel.name, "s")
+    units = [channel.properties[name] for name in _UNITS if str(channel.properties.get(name, "")).strip()]
+    heading = heading_of(channel.name)
+    return Heading(channel.name, plain_unit(str(units[0])) if units else heading.unit)
