@@ -47,7 +47,29 @@ def test_the_pages_have_every_number_effect_controller_and_command(generate):
     assert all(f'`use = "{row["use"]}"`' in page for row in listing("controllers"))
     page = commands.pages()["commands.md"]
     assert all(f"## jackbench {name}\n" in page for name in COMMANDS)
-    assert "`--heldout PATTERN`" in page or "`--heldout " in page
+    assert "| `--heldout NAME` |" in page
+
+
+def test_the_files_have_every_key_that_their_readers_know(generate):
+    from generate import files
+
+    pages = files.pages()
+    assert "| `scenario.NAME.load_at` | number in `s`, 0 or more |" in pages["experiment_files.md"]
+    assert "| `drifts.NAME.per` | one of `record`, `repeat` |" in pages["campaign_file.md"]
+    assert "`limits.following_error`" in pages["linear_plants.md"]
+    assert "`reward.trip.weight`" in pages["tasks.md"]
+
+
+def test_a_key_that_no_file_has_is_missed(generate, tmp_path, monkeypatch):
+    from generate import files
+
+    text = (files.FOLDER / "paper.toml").read_text()
+    (tmp_path / "paper.toml").write_text(
+        text.replace("points = 20                      # frequencies of a curve", "points = 20")
+    )
+    monkeypatch.setattr(files, "FOLDER", tmp_path)
+    with pytest.raises(RuntimeError, match="what is points"):
+        files._part(("run", files.load_config, ("paper.toml",)))
 
 
 def test_a_table_keeps_bars_and_stars(generate):

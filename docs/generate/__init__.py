@@ -3,6 +3,8 @@
 markdown      tables and plain text of a page
 readme        sections of README.md and CONTRIBUTING.md, as parts that pages include
 rig_keys      the rig file and the datasheet; the table of all numbers
+files         experiments, linear plants, campaigns and tasks, by a file of each kind that has every key
+readings      what the readers of such files ask of each key
 effects       the library of effects
 controllers   controllers and compensators with their design numbers
 commands      every command with its options
@@ -13,7 +15,7 @@ doors         the names of `workbench`, `controllers` and `envs`
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import commands, controllers, doors, effects, examples, readme, rig_keys
+from . import commands, controllers, doors, effects, examples, files, readme, rig_keys
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -38,6 +40,7 @@ def write_pages(folder: Path, cache: Path) -> None:
     pages = {
         **readme.parts(),
         **rig_keys.pages(),
+        **files.pages(),
         **effects.pages(),
         **controllers.pages(),
         **commands.pages(),

@@ -2,8 +2,9 @@
 
 import argparse
 from importlib import import_module
+from textwrap import dedent
 
-from workbench.commands import COMMANDS
+from workbench.commands import COMMANDS, folder
 
 from .markdown import code, page, plain, table
 
@@ -20,10 +21,10 @@ def pages() -> dict[str, str]:
 
 
 def _command(name: str, what: str) -> list[str]:
-    parser = argparse.ArgumentParser(prog=f"jackbench {name}", formatter_class=_Wide)
-    import_module(f"workbench.commands.{name.replace('-', '_')}.options").options(parser)
+    parser = argparse.ArgumentParser(prog=f"jackbench {name}", formatter_class=_Narrow)
+    import_module(f"workbench.commands.{folder(name)}.options").options(parser)
     rows = [[_call(action), _help(action)] for action in parser._actions if action.dest != "help"]
-    usage = " ".join(parser.format_usage().removeprefix("usage: ").split())
+    usage = dedent(f"       {parser.format_usage().removeprefix('usage: ')}").rstrip()
     return [
         f"## jackbench {name}",
         plain(f"{what[0].upper()}{what[1:]}."),
@@ -32,11 +33,11 @@ def _command(name: str, what: str) -> list[str]:
     ]
 
 
-class _Wide(argparse.HelpFormatter):
-    """Usage on one line, whatever the terminal."""
+class _Narrow(argparse.HelpFormatter):
+    """Usage in lines that a page has room for, whatever the terminal."""
 
     def __init__(self, prog: str) -> None:
-        super().__init__(prog, width=10_000)
+        super().__init__(prog, width=76)
 
 
 def _call(action: argparse.Action) -> str:

@@ -26,7 +26,7 @@ corner = "0.25 Hz"
 ```
 
 A number that a search may move is `{low = 1, high = 10, unit = "1/m"}`, with `log = true` where it is spread over
-decades. Besides `use` and its own numbers every controller takes these:"""
+decades. Besides `use` and its own numbers every controller takes these, and none of them must be given:"""
 
 
 def pages() -> dict[str, str]:
@@ -41,7 +41,7 @@ def pages() -> dict[str, str]:
 
 def _of_the_loop() -> str:
     """The numbers of a loop, whatever its controller."""
-    return _design([number_row(entry) for entry in OF_THE_LOOP.values()])
+    return _design([number_row(entry) for entry in OF_THE_LOOP.values()], "none")
 
 
 def _law(row: dict[str, Any]) -> list[str]:
@@ -54,7 +54,7 @@ def _law(row: dict[str, Any]) -> list[str]:
     ]
 
 
-def _design(numbers: list[dict[str, Any]]) -> str:
+def _design(numbers: list[dict[str, Any]], without: str = "must be given") -> str:
     if not numbers:
         return "It has no numbers."
     return table(
@@ -65,7 +65,7 @@ def _design(numbers: list[dict[str, Any]]) -> str:
                 code(n["unit"]),
                 number(n["low"]),
                 number(n["high"]),
-                "must be given" if n["default"] is None else number(n["default"]),
+                without if n["default"] is None else number(n["default"]),
                 plain(n["meaning"]),
             ]
             for n in numbers

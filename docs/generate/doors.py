@@ -1,10 +1,11 @@
 """The names of the doors: what `workbench`, `controllers` and `envs` offer to Python."""
 
 import inspect
+import re
 
 import workbench
 
-from .markdown import page
+from .markdown import page, plain, table
 
 _INTRODUCTION = """`import workbench as wb` gives these names; each loads its module when it is first used. Numbers are
 SI, or text with a unit where a docstring says so. Further names are those of the rooms, `workbench.loop`,
@@ -15,12 +16,23 @@ SI, or text with a unit where a docstring says so. Further names are those of th
 def pages() -> dict[str, str]:
     """The page of the door `workbench`, name by name."""
     parts = [part for name in sorted(workbench.__all__, key=str.lower) for part in _entry(name)]
-    return {"api.md": page("workbench", _INTRODUCTION, _summary(), *parts)}
+    return {"api.md": page("Python", _INTRODUCTION, _summary(), *parts)}
 
 
 def _summary() -> str:
-    rows = [f"   ~workbench.{name}" for name in sorted(workbench.__all__, key=str.lower)]
-    return "\n".join(["```{eval-rst}", ".. autosummary::", "", *rows, "```"])
+    """Every name with the first sentence of its docstring."""
+    rows = [
+        [f"{{py:obj}}`~workbench.{name}`", plain(_sentence(name))] for name in sorted(workbench.__all__, key=str.lower)
+    ]
+    return table(("name", "what it is"), rows)
+
+
+def _sentence(name: str) -> str:
+    """Of data its value's names."""
+    thing = getattr(workbench, name)
+    if not callable(thing):
+        return ", ".join(map(str, thing))
+    return re.split(r"\.(?:\s|$)|\n\n", inspect.getdoc(thing) or "", maxsplit=1)[0]
 
 
 def _entry(name: str) -> list[str]:

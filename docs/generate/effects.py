@@ -44,7 +44,7 @@ def _formula(effect: Effect) -> list[str]:
     valves = ", ".join(sorted(effect.valves))
     return [
         f"### {effect.name}: {effect.formula or 'its only formula'}",
-        "```text\n" + "\n".join(formulas) + "\n```",
+        "```{code-block} text\n:class: wrapped\n\n" + "\n".join(formulas) + "\n```",
         *map(plain, further),
         f"Equation: {effect.equation}{family}. Valves: {valves}. Shown by {plain(effect.shows)}. "
         f"Source: {plain(effect.source)}.",

@@ -7,7 +7,7 @@ from workbench.base.units import Spec
 from workbench.rigs import schema
 from workbench.rigs.datasheet_keys import RESPONSE, figures
 from workbench.rigs.jack import JACKS
-from workbench.rigs.rig import bundled, load_rig
+from workbench.rigs.rig import Number, bundled, load_rig
 from workbench.rigs.valve import VALVES
 
 from .markdown import code, number, page, plain, table
@@ -91,6 +91,7 @@ def _rig_file() -> str:
         f"`stop` says what the guard does after a trip: {_or(schema.STOPS)}; without it {code(schema.STOPS[0])}.",
         "## `[control]`",
         spec_table(schema.CONTROL),
+        f"{_or_code(schema.OPTIONAL)} may be left out; every other number of these tables must be there.",
         "## `[sensors.NAME]`",
         "Each sensor has `noise`, the standard deviation of white noise, and `resolution`, its quantum, both in a unit "
         "of its signal and not negative. The names are those of the signals:",
@@ -104,6 +105,10 @@ def _correctors(names: list[str]) -> str:
 
 def _or(names: tuple[str, ...] | list[str]) -> str:
     return ", ".join(code(f'"{name}"') for name in names)
+
+
+def _or_code(names: tuple[str, ...]) -> str:
+    return f"{', '.join(map(code, names[:-1]))} and {code(names[-1])}"
 
 
 def signals() -> str:
@@ -131,20 +136,22 @@ def _datasheet() -> str:
 
 
 def _numbers() -> str:
-    """Every number of a plant by name, with the file's table that it is in and the values of the bundled rigs."""
+    """Every number of a plant by name, with the file's table that it is in; and the values of the bundled rigs."""
+    places = sorted(_places().items(), key=lambda item: item[0].lower())
+    rows = [[code(name), where, *_range(spec), plain(spec.meaning)] for name, (where, spec) in places]
     rigs = [rig for rig in map(load_rig, bundled()) if rig.is_jack]
-    rows = []
-    for name, (where, spec) in sorted(_places().items(), key=lambda item: item[0].lower()):
-        values = [
-            _shown(rig.numbers[name].shown, rig.numbers[name].unit) if name in rig.numbers else "" for rig in rigs
-        ]
-        rows.append([code(name), where, plain(spec.meaning), *_range(spec), *values])
-    heads = ("name", "table", "meaning", "SI unit", "least", "most", *(rig.name for rig in rigs))
-    return page("All numbers of a rig", _NUMBERS, table(heads, rows))
+    values = [[code(name), *(_shown(rig.numbers.get(name)) for rig in rigs)] for name, _ in places]
+    return page(
+        "All numbers of a rig",
+        _NUMBERS,
+        table(("name", "table", *_HEADS[1:]), rows),
+        "## Values of the bundled rigs",
+        table(("name", *(rig.name for rig in rigs)), values),
+    )
 
 
-def _shown(value: float, unit: str) -> str:
-    return f"{value:.6g} {plain(unit)}".removesuffix(" 1")
+def _shown(value: Number | None) -> str:
+    return f"{value.shown:.6g} {plain(value.unit)}".removesuffix(" 1") if value else ""
 
 
 def _places() -> dict[str, tuple[str, Spec]]:
