@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from test_compiled_loop import agree
 
 from workbench.base.errors import InputError
+from workbench.commands.live.config import load_live
 from workbench.commands.run.config import load_config
 from workbench.control.compensators import compensated
 from workbench.control.controller_type import controller
@@ -224,3 +225,13 @@ def test_designs_of_one_structure_share_their_graphs():
 
     assert graphs(corner=1.0) is graphs(corner=2.0)
     assert graphs(corner=1.0) != graphs(corner=0.0)
+
+
+def test_one_lane_is_without_states_that_no_measurement_moves(rig, plant):
+    flow = load_live(EXPERIMENTS / "tune_p_dp_flow.toml").steps.controllers[0]
+    shapes = []
+    for lanes in (1, 2):
+        p = np.tile(plant.p, (lanes, 1))
+        points = equilibria(plant, p, np.linspace(0.0, 0.1, lanes))
+        shapes.append(lane_laws(flow.build(PERIOD), lane_signals_at(Engine(plant), points, p)).a.shape[1:])
+    assert shapes[0] == shapes[1]

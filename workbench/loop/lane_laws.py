@@ -19,19 +19,21 @@ _STABLE = 1 - 1e-9  # radius of poles
 @dataclass(frozen=True)
 class LawLanes:
     """Laws from (reference, *measures) to the command: A [lanes, n, n], B [lanes, n, 1 + m], C [lanes, n], D [lanes,
-    1 + m], where the drive does what is demanded. `lanes` is 1 for what all lanes share."""
+    1 + m], where the drive does what is demanded. `lanes` is 1 for what all lanes share. `everywhere`: the law does
+    not depend on the operating point."""
 
     a: np.ndarray
     b: np.ndarray
     c: np.ndarray
     d: np.ndarray
     measures: tuple[str, ...]
+    everywhere: bool = False
 
     @classmethod
     def shared(cls, view: StateSpace) -> "LawLanes":
         """One linear view for all lanes."""
         a, b, c, d = view.matrices
-        return cls(a[None], b[None], c, d, tuple(view.input_labels[1:]))
+        return cls(a[None], b[None], c, d, tuple(view.input_labels[1:]), True)
 
     def some(self, lanes: np.ndarray) -> "LawLanes":
         """Those of some lanes."""
@@ -39,8 +41,8 @@ class LawLanes:
         return LawLanes(a, b, c, d, self.measures)
 
     def of_loop(self) -> "LawLanes":
-        """Without states that are no part of a loop; of those of many lanes, dynamics that are alike once."""
-        if len(self.a) == 1:
+        """Without states that are no part of a loop, and with dynamics that are alike only once."""
+        if self.everywhere:
             return self
         a, b, c, d = _heard(*_telling(self.a, self.b, self.c, self.d))
         if _same(a) and _same(b):

@@ -97,5 +97,6 @@ def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
         "command": packed(steps.command[:, some]),
         "band": number(float(band)),
         "arrives": number(task.scenario.arrives),
+        "watched": number(float(steps.t[-1]) - (task.scenario.arrives or 0.0)),
         "end": number(float(reference[-1])),
     }

@@ -211,7 +211,7 @@
   function cell(answer, entry, name) {
     if (name === "stable") return entry.stable === undefined ? "–" : entry.stable ? "yes" : "no";
     if (name === "settling_s" && entry.tripped) return "trips";
-    if (name === "settling_s" && entry.settling_s === null) return answer.steps.arrives == null ? "–" : "never";
+    if (name === "settling_s" && entry.settling_s === null) return answer.steps.arrives == null ? "–" : `> ${digits(answer.steps.watched)}`;
     return digits(entry[name]);
   }
 
@@ -266,7 +266,7 @@
       words.push(`${text} ${digits(nominal[name])}${unit}${digits(least[name]) === digits(nominal[name]) ? "" : ` (${least.rig}: ${digits(least[name])})`}`);
     };
     const never = answer.steps?.arrives == null ? [] : entries.filter((entry) => entry.settling_s === null);
-    if (never.length) words.push(`never settles: ${never.map((entry) => entry.rig).join(", ")}`);
+    if (never.length) words.push(`not settled after ${digits(answer.steps.watched)} s: ${never.map((entry) => entry.rig).join(", ")}`);
     else add("settling_s", "settles", " s", Math.max);
     add("overshoot_percent", "overshoot", " %", Math.max);
     add("peak", "peak", ` ${start.signal.unit}`, Math.max);
