@@ -13,6 +13,7 @@ from ...report.table import table_text
 from ...rigs.rig import Rig
 from .written import line_to_add, signal_entries
 
+_TELLING, _PANELS = ("command", "position", "pa", "load_pressure", "force"), 3
 _BARS = "▁▂▃▄▅▆▇█"
 _WIDTH, _DRAWN, _HEIGHT = 24, 60, 170  # letters of a picture, pictures on a page, pixels each
 
@@ -67,7 +68,7 @@ def column_table(guesses: Sequence[ColumnGuess]) -> Table:
         for g in guesses
     ]  # fmt: skip
     heads = ["column", "unit", "low", "high", "missing", "picture", "signal", "how sure", "why"]
-    return Table("Columns", heads, rows)
+    return Table("What each column is taken for", heads, rows)
 
 
 def bars(values: np.ndarray) -> str:
@@ -90,16 +91,16 @@ def import_page(
     lines = Table("Left out: lines to add under [signals]", ["line", "why"], [[line_to_add(g), g.reason] for g in left])
     division = [[role, _entry(entry)] for role, entries in roles.entries.items() for entry in entries]
     used = [Table("Records", ["role", "record"], division, roles.reason)] if division else [roles.reason]
-    notes = [f"{part.origin}: {note}." for part in parts for note in part.notes]
+    files = [[part.file, part.origin, part.rows, "; ".join(part.notes)] for part in parts]
     sections = [
         Section("Columns", [column_table(guesses), *([lines] if left else [])]),
         *([Section("What does not fit the rig", [*misfits(guesses), *([problem] if problem else [])])]
           if misfits(guesses) or problem else []),
         Section("What judges", used),
-        *([Section("How the files were read", notes)] if notes else []),
+        Section("How the files were read", [Table("Files", ["record", "from", "rows", "how"], files)]),
         Section("Pictures", figures),
     ]  # fmt: skip
-    return Page(f"Recordings of {rig.name}, imported", _verdict(guesses, roles, problem), sections), figures[0]
+    return Page(f"Recordings of {rig.name}, imported", _verdict(guesses, problem), sections), _telling(guesses)
 
 
 def _entry(entry: Any) -> str:
@@ -109,7 +110,7 @@ def _entry(entry: Any) -> str:
     return f"{entry['file']}, {ends}"
 
 
-def _verdict(guesses: Sequence[ColumnGuess], roles: Roles, problem: str) -> str:
+def _verdict(guesses: Sequence[ColumnGuess], problem: str) -> str:
     told = [guess.signal for guess in guesses if guess.signal is not None]
     counts = f"{len(told)} of {len(guesses)} columns are taken for signals: {', '.join(told) or 'none'}."
     if problem:
@@ -119,9 +120,21 @@ def _verdict(guesses: Sequence[ColumnGuess], roles: Roles, problem: str) -> str:
     return f"{counts}{doubts} Every command on campaigns takes the folder."
 
 
+def _telling(guesses: Sequence[ColumnGuess]) -> Figure:
+    """Command, position and pressure, as far as there are such; else the first columns."""
+    by_signal = {guess.signal: guess for guess in guesses}
+    telling = [by_signal[name] for name in _TELLING if name in by_signal] or list(guesses)
+    panels = [panel for guess in telling[:_PANELS] for panel in _figure(guess).panels]
+    return Figure("As recorded", "row", panels)
+
+
 def _figure(guess: ColumnGuess) -> Figure:
     column = guess.column
-    rows = np.linspace(1, max(column.sketched, 1), column.sketch.size)
     label = f"{column.cell}" if guess.column.unit is None or "[" in column.cell else f"{column.cell} [{column.unit}]"
     title = f"{column.cell}: {guess.signal or 'left out'}"
-    return Figure(title, "row", [Panel(label, [Curve("recorded", rows, column.sketch)])], height=_HEIGHT)
+    return Figure(title, "row", [Panel(label, [Curve("recorded", _rows(guess), column.sketch)])], height=_HEIGHT)
+
+
+def _rows(guess: ColumnGuess) -> np.ndarray:
+    """The rows that a sketch stands for."""
+    return np.linspace(1, max(guess.column.sketched, 1), guess.column.sketch.size)

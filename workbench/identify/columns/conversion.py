@@ -16,7 +16,7 @@ ATMOSPHERE = 101325.0  # Pa
 _WIDE, _SMALL = 1.05, 1e-3  # of what the rig can do: no signal goes beyond, and hardly one stays below
 _TELLING = 0.1  # of what the rig can do: a column without a unit that goes less far may be in any
 PRESSURES = ("pa", "pb", "load_pressure", "supply")
-_LEAST_PRESSURE, _MOST_PRESSURE = 0.05, 1.15  # of the supply pressure
+_LEAST_PRESSURE, _MOST_PRESSURE = 0.08, 1.15  # of the supply pressure, at its peak
 _BARE: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(PRESSURES, ("bar", "MPa", "psi", "Pa")),
     **dict.fromkeys(("position", "reference"), ("mm", "m")),

@@ -42,14 +42,16 @@ def mended(guesses: Sequence[ColumnGuess], mistake: Mistake, rig: Rig) -> list[C
     before, after = mistake.chi2
     why = f"{mistake.words}: chi2 of {rig.name} as declared falls from {before:.3g} to {after:.3g} without that"
 
+    turns_position = mistake.kind == "turned" and "position" in mistake.signals
+
     def undone(guess: ColumnGuess) -> ColumnGuess:
-        if guess.signal not in mistake.signals:
+        if guess.signal not in (*mistake.signals, *(("reference",) if turns_position else ())):
             return guess
         if mistake.kind == "swapped":
             other = "pb" if guess.signal == "pa" else "pa"
             return replace(guess, signal=other, confidence=LIKELY, reason=f"{guess.reason}; {why}")
         if mistake.kind == "turned" and guess.signal not in PRESSURES:
-            return guess.turned(rig.middle if guess.signal == "position" else 0.0, why)
+            return guess.turned(rig.middle if guess.signal in ("position", "reference") else 0.0, why)
         return guess.left_out(why)
 
     return [undone(guess) for guess in guesses]

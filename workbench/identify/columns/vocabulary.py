@@ -150,7 +150,7 @@ def is_filtered(name: str) -> bool:
 
 def words(name: str) -> str:
     """A name in small letters without accents, its parts apart: "p_A" and "pA" are "p a", "x1_dot" is "x1 dot"."""
-    name = name.rsplit(".", 1)[-1].rsplit("/", 1)[-1].replace("ß", "ss")
+    name = name.strip(" ./").rsplit(".", 1)[-1].rsplit("/", 1)[-1].replace("ß", "ss")
     bare = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
     apart = re.sub(r"([a-z])([A-Z])", r"\1 \2", bare)
     return " ".join(re.findall(r"[a-z0-9]+", apart.lower()))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Opened = Callable[[], AbstractContextManager[BinaryIO]]
 HEAD = 64 * 1024  # bytes that tell the layout
-CHUNK = 8 * 2**20  # bytes that are parsed at once
+CHUNK = 2**20  # bytes that are parsed at once; the parser reads up to 32 of them ahead
 _FAULT = re.compile(r"In CSV column #(?P<column>\d+): (?:Row #(?P<row>\d+): )?.*invalid value '(?P<cell>[^']*)'")
 _WORDS = (*MISSING, "-", "--", "---", "NaN", "-NaN")
 _NULLS = sorted({text for word in _WORDS for text in (word, word.upper(), word.capitalize())} | {"NaN", "-NaN"})
