@@ -181,3 +181,14 @@ def test_recordings_of_a_real_rig(tmp_path):
     assert set(metrics["signals"]) == {"t", "command", "pa", "pb", "position"}
     assert metrics["signals"]["command"]["scale"] == 0.1
     assert metrics["records"]["heldout"] == ["pa_3V_01.parquet", "pb_3V_01.parquet"]
+
+
+def test_a_file_without_a_clock_is_no_campaign_yet(tmp_path):
+    table = columns("steps", {"command": "1", "pa": "bar", "position": "mm"})
+    (tmp_path / "a.csv").write_text(text(["u [-],pa [bar],x [mm]"], list(table.values())))
+    metrics = imported(tmp_path, [str(tmp_path / "a.csv")])
+    assert not metrics["ready"]
+    assert 'no column "t [s]"' in metrics["problem"]
+    campaign = tmp_path / "out" / "campaign.toml"
+    campaign.write_text(campaign.read_text().replace("# t = ", "t = "))
+    assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0

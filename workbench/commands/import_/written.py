@@ -41,8 +41,7 @@ def campaign_text(rig: str, roles: Roles, guesses: Sequence[ColumnGuess], period
         guess = by_signal[name]
         lines.append(f"{_pair(name, _short(entry))}  # {guess.confidence}: {guess.reason}")
     if "t" not in by_signal:
-        told = {"period": f"{period:.9g} s"}
-        lines.append(f"{_pair('t', told)}  # said above the table" if period is not None else CLOCKLESS)
+        lines.append(CLOCKLESS if period is None else f't = {{period = "{period:.9g} s"}}  # said above the table')
     left = [guess for guess in guesses if guess.signal is None]
     lines += ["", "# left out:"] if left else []
     lines += [f"# {line_to_add(guess)}  # {guess.reason}" for guess in left]
