@@ -72,6 +72,24 @@ def test_a_key_that_no_file_has_is_missed(generate, tmp_path, monkeypatch):
         files._part(("run", files.load_config, ("paper.toml",)))
 
 
+def test_pages_include_every_section_of_the_readme_but_what_they_have_themselves(generate):
+    from generate import readme
+
+    pages = "".join(path.read_text() for path in (ROOT / "docs").glob("*.md"))
+    parts = [name for name in readme.parts() if name.startswith("part_")]
+    left = {name for name in parts if f"reference/{name}" not in pages}
+    assert left == {"part_commands.md", "part_where_things_are.md"}
+
+
+def test_docstrings_keep_their_words(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    from docstrings import restructured
+
+    text = "x_ and `a_b` times |v| * 2.\n\nname     what it is\nother    what that is"
+    expected = "x\\_ and ``a_b`` times \\|v\\| \\* 2.\n\n.. code-block:: text\n\n    name     what it is\n"
+    assert restructured(text) == expected + "    other    what that is\n"
+
+
 def test_a_table_keeps_bars_and_stars(generate):
     from generate.markdown import code, plain, table
 

@@ -21,9 +21,9 @@ def pages() -> dict[str, str]:
 
 
 def _command(name: str, what: str) -> list[str]:
-    parser = argparse.ArgumentParser(prog=f"jackbench {name}", formatter_class=_Narrow)
+    parser = argparse.ArgumentParser(prog=f"jackbench {name}", formatter_class=_Narrow, add_help=False)
     import_module(f"workbench.commands.{folder(name)}.options").options(parser)
-    rows = [[_call(action), _help(action)] for action in parser._actions if action.dest != "help"]
+    rows = [[_call(action), _help(action)] for action in parser._actions]
     usage = dedent(f"       {parser.format_usage().removeprefix('usage: ')}").rstrip()
     return [
         f"## jackbench {name}",

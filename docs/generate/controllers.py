@@ -3,6 +3,7 @@
 import inspect
 from typing import Any
 
+import controllers
 from workbench.commands.list.catalogue import listing, number_row
 from workbench.control.controller_spec import OF_THE_LOOP
 from workbench.control.load_class import load_class
@@ -48,13 +49,19 @@ def _law(row: dict[str, Any]) -> list[str]:
     text = inspect.getdoc(load_class(row["use"], row["name"])) or ""
     return [
         f"### {row['name']}",
-        f'`use = "{row["use"]}"`',
+        _named(row["use"]),
         *(plain(part) for part in text.split("\n\n")),
         _design(row["numbers"]),
     ]
 
 
-def _design(numbers: list[dict[str, Any]], without: str = "must be given") -> str:
+def _named(use: str) -> str:
+    """How a file and how Python names a law."""
+    name = use.partition(":")[2]
+    return f'`use = "{use}"`' + (f"; in Python `controllers.{name}`" if name in controllers.__all__ else "")
+
+
+def _design(numbers: list[dict[str, Any]], without: str = "required") -> str:
     if not numbers:
         return "It has no numbers."
     return table(

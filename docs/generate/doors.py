@@ -12,11 +12,18 @@ SI, or text with a unit where a docstring says so. Further names are those of th
 `workbench.linear` and so on, which their docstrings list. Controllers come from `controllers`, see
 [](controllers.md); `import envs` registers the environments, see [](../environments.md)."""
 
+_SWITCHED = """## controllers.Switched
+
+```{eval-rst}
+.. autoclass:: controllers.Switched
+   :members:
+```"""
+
 
 def pages() -> dict[str, str]:
     """The page of the door `workbench`, name by name."""
     parts = [part for name in sorted(workbench.__all__, key=str.lower) for part in _entry(name)]
-    return {"api.md": page("Python", _INTRODUCTION, _summary(), *parts)}
+    return {"api.md": page("Python", _INTRODUCTION, _summary(), *parts, _SWITCHED)}
 
 
 def _summary() -> str:
@@ -32,7 +39,7 @@ def _sentence(name: str) -> str:
     thing = getattr(workbench, name)
     if not callable(thing):
         return ", ".join(map(str, thing))
-    return re.split(r"\.(?:\s|$)|\n\n", inspect.getdoc(thing) or "", maxsplit=1)[0]
+    return re.split(r"\.(?=\s+[A-Z`]|$)|\n\n", inspect.getdoc(thing) or "", maxsplit=1)[0].removesuffix(".")
 
 
 def _entry(name: str) -> list[str]:
