@@ -1,23 +1,20 @@
 """Docstrings of the code are plain text with code in `backquotes`: words stay as they are, tables become code."""
 
 import re
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from sphinx.application import Sphinx
+from typing import Any
 
 _CODE = re.compile(r"`+([^`\n]+)`+")
 _MARKUP = re.compile(r"([*|\\]|_\b)")
 _COLUMNS = re.compile(r"\S {3,}\S")
 
 
-def setup(app: "Sphinx") -> dict[str, bool]:
+def setup(app: Any) -> dict[str, bool]:
     """Have every docstring made into reStructuredText as it is read."""
     app.connect("autodoc-process-docstring", _process)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def _process(app: "Sphinx", what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+def _process(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
     lines[:] = restructured("\n".join(lines)).splitlines()
 
 

@@ -13,21 +13,18 @@ doors         the names of `workbench`, `controllers` and `envs`
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from . import commands, controllers, doors, effects, examples, files, readme, rig_keys
 
-if TYPE_CHECKING:
-    from sphinx.application import Sphinx
 
-
-def setup(app: "Sphinx") -> dict[str, bool]:
+def setup(app: Any) -> dict[str, bool]:
     """Have Sphinx write the pages before it reads any."""
     app.connect("builder-inited", _write)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def _write(app: "Sphinx") -> None:
+def _write(app: Any) -> None:
     write_pages(Path(app.srcdir) / "reference", Path(app.srcdir) / "_build" / "examples")
 
 

@@ -4,13 +4,13 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 from unittest.mock import patch
 
 from workbench.base.table import Table
 from workbench.base.units import Spec
 
-Path = tuple[str, ...]
+Path: TypeAlias = tuple[str, ...]
 Arguments = Mapping[str, Any]
 _LARGE = 1e12  # a bound from here on is none
 _NAMED = ("scenario", "variation", "controllers", "sensors", "signals", "sessions", "drifts")  # tables of tables
@@ -36,9 +36,13 @@ class Readings:
 
     def named(self, path: Path) -> str:
         """A key path in which the name of a scenario, a signal, ... is NAME."""
-        tables = {other[0] for other in self.lines if len(other) > 2 and other[0] in _NAMED}
-        own = path[0] in tables and len(path) > 1
-        return ".".join((path[0], "NAME", *path[2:]) if own else path)
+        first, *rest = path
+        named = first in _NAMED and any(first == other for other, *_ in self._deep)
+        return ".".join((first, "NAME", *rest[1:]) if named and rest else path)
+
+    @property
+    def _deep(self) -> list[Path]:
+        return [path for path in self.lines if len(path) > 2]
 
     def is_elsewhere(self, path: Path) -> bool:
         """Whether a key is a part of a number, a name of something else, or has a page of its own."""
@@ -54,46 +58,62 @@ def without_places(path: tuple[str | int, ...]) -> Path:
 @contextmanager
 def watched() -> Iterator[dict[str, Readings]]:
     """Readings by document, of all files that are read inside."""
-    documents: dict[str, Readings] = {}
-    depth = [0]
-
-    def of(table: Table) -> tuple[Readings, Path]:
-        readings = documents.setdefault(str(table.place.document), Readings())
-        if not readings.lines:
-            readings.lines = {without_places(path): line for path, line in reversed(table.place.lines().items())}
-        return readings, without_places(table.place.path)
-
-    def asking(name: str, words: Callable[[Arguments], str]) -> Callable[..., Any]:
-        original = getattr(Table, name)
-
-        def method(self: Table, *args: Any, **named: Any) -> Any:
-            bound = inspect.signature(original).bind(self, *args, **named)
-            bound.apply_defaults()
-            readings, path = of(self)
-            key = bound.arguments["key"]
-            if not depth[0] and key in self.values:
-                spec = bound.arguments.get("spec")
-                meaning = spec.meaning if spec else ""
-                readings.asked.setdefault((*path, key), (words(bound.arguments), meaning))
-            depth[0] += 1
-            try:
-                return original(self, *args, **named)
-            finally:
-                depth[0] -= 1
-
-        return method
-
-    def allow(self: Table, *known: str) -> Table:
-        readings, path = of(self)
-        readings.allowed.setdefault(path, set()).update(known)
-        return original_allow(self, *known)
-
-    original_allow = Table.allow
+    watch = _Watch()
     with ExitStack() as stack:
         for name, words in _WORDS.items():
-            stack.enter_context(patch.object(Table, name, asking(name, words)))
-        stack.enter_context(patch.object(Table, "allow", allow))
-        yield documents
+            stack.enter_context(patch.object(Table, name, watch.asking(getattr(Table, name), words)))
+        stack.enter_context(patch.object(Table, "allow", watch.allowing(Table.allow)))
+        yield watch.documents
+
+
+class _Watch:
+    """What stands in the place of a table's methods: it notes what is asked, and asks the table."""
+
+    def __init__(self) -> None:
+        self.documents: dict[str, Readings] = {}
+        self._inside = False  # of a method, whose own questions are no reader's
+
+    def asking(self, method: Callable[..., Any], words: Callable[[Arguments], str]) -> Callable[..., Any]:
+        """In the place of a method that gives a key's value."""
+        parameters = inspect.signature(method)
+
+        def asked(table: Table, *args: Any, **named: Any) -> Any:
+            if self._inside:
+                return method(table, *args, **named)
+            bound = parameters.bind(table, *args, **named)
+            bound.apply_defaults()
+            self._note(table, bound.arguments, words)
+            self._inside = True
+            try:
+                return method(table, *args, **named)
+            finally:
+                self._inside = False
+
+        return asked
+
+    def allowing(self, method: Callable[..., Table]) -> Callable[..., Table]:
+        """In the place of `allow`."""
+
+        def allow(table: Table, *known: str) -> Table:
+            self._of(table).allowed.setdefault(without_places(table.place.path), set()).update(known)
+            return method(table, *known)
+
+        return allow
+
+    def _note(self, table: Table, arguments: Arguments, words: Callable[[Arguments], str]) -> None:
+        readings, key = self._of(table), arguments["key"]
+        if key in table.values:
+            spec = arguments.get("spec")
+            path = (*without_places(table.place.path), key)
+            readings.asked.setdefault(path, (words(arguments), spec.meaning if spec else ""))
+
+    def _of(self, table: Table) -> Readings:
+        """What is known of a table's document."""
+        readings = self.documents.setdefault(table.place.document, Readings())
+        if not readings.lines:
+            for path, line in table.place.lines().items():
+                readings.lines.setdefault(without_places(path), line)
+        return readings
 
 
 def _quantity(asked: Arguments) -> str:
