@@ -1,7 +1,6 @@
 """Arrays as text that a browser reads at once: 32-bit floats in base 64."""
 
 from base64 import b64encode
-from typing import Any
 
 import numpy as np
 
@@ -14,12 +13,3 @@ def packed(values: np.ndarray) -> str:
 def number(value: float | None) -> float | None:
     """A number for JSON, None where there is none."""
     return None if value is None or not np.isfinite(value) else float(f"{value:.6g}")
-
-
-def plain(values: Any) -> Any:
-    """Arrays among nested tables and lists, packed."""
-    if isinstance(values, np.ndarray):
-        return packed(values)
-    if isinstance(values, dict):
-        return {key: plain(value) for key, value in values.items()}
-    return values

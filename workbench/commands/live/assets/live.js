@@ -11,7 +11,8 @@
 
   const sliders = () => start.controllers[state.controller];
   const movedNumbers = () => (state.moved[state.controller] ??= {});
-  const store = (slider) => (start.rigSliders.includes(slider) ? state.rig : movedNumbers());
+  const isOfRig = (slider) => start.rigSliders.includes(slider);
+  const store = (slider) => (isOfRig(slider) ? state.rig : movedNumbers());
   const key = (slider) => slider.name.replace(/^rig\./, "");
   const valueOf = (slider) => store(slider)[key(slider)] ?? slider.value;
   const question = () => ({ controller: state.controller, scenario: state.scenario, amplitude: state.amplitude, numbers: { ...movedNumbers() }, rig: { ...state.rig } });
@@ -39,7 +40,7 @@
     box.className = "number";
     box.innerHTML = '<label></label><input type="number" step="any"><span class="unit"></span><input type="range" min="0" max="1" step="0.001"><button type="button" class="back" title="as in the file">reset</button>';
     const [label, text, unit, range, back] = box.children;
-    label.textContent = slider.path_is_rig ? slider.meaning : name;
+    label.textContent = isOfRig(slider) ? slider.meaning : name;
     label.title = `${slider.meaning}; ${slider.bounds[0].toPrecision(4)} to ${slider.bounds[1].toPrecision(4)} ${slider.unit}`;
     text.id = `n-${slider.name}`;
     label.htmlFor = text.id;
@@ -100,7 +101,6 @@
       parts.get(place).push(slider);
     }
     for (const members of parts.values()) group(members[0].part.replace(/([a-z])([A-Z])/g, "$1 $2"), members);
-    start.rigSliders.forEach((slider) => (slider.path_is_rig = true));
     if (start.rigSliders.length) group("Rig: nominal, the others in proportion", start.rigSliders);
     [...rows.keys()].forEach(reflect);
   }

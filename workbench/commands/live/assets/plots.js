@@ -43,7 +43,7 @@ const Plots = (() => {
     const before = whole.get(id);
     const entry = { key, data, layout, drawn: before?.key === key && sketched(chart(id), data) };
     whole.set(id, entry);
-    if (!entry.drawn) entry.done = Plotly.react(chart(id), data, layout, CONFIG);
+    if (!entry.drawn) Plotly.react(chart(id), data, layout, CONFIG);
   }
 
   function settle() {
