@@ -109,9 +109,25 @@ def test_finished_runs_are_overlaid(tmp_path):
         "pilot_100",
     ]
     assert sections["Differences"][1].rows == [["gain", "1.0", "2.0"]]
-    assert "settling_s of b, -50 %" in outcome.page.verdict
+    assert outcome.page.verdict.endswith(
+        "position-10mm, p, jack-10t: settling 0.500 s in b instead of 1.000 s (-50 %)."
+    )
     assert metrics_json(outcome.metrics) == metrics_json(run_compare(load([a, b])).metrics)
     assert fingerprint(runs).keys() == {"a", "b"}
+
+
+def test_a_change_that_no_sensor_resolves_is_no_headline():
+    """-555 % of 26 nm."""
+    runs = [run_of(n, [step_row(steady_state_error=e, iae=1.0)]) for n, e in (("a", 4.7e-9), ("b", -2.1e-8))]
+    verdict = run_compare(runs).page.verdict
+    assert verdict.startswith("None of 4 numbers changes by more than 1 % from a")
+    moved = [run_of(n, [step_row(steady_state_error=e)]) for n, e in (("a", 1e-5), ("b", 3e-4))]
+    assert "final error 0.30 mm in b instead of 0.01 mm" in run_compare(moved).page.verdict
+
+
+def test_a_loop_that_settles_in_one_run_alone_is_the_headline():
+    runs = [run_of(n, [step_row(settling_s=s, ms=m)]) for n, s, m in (("a", 0.5, 2.0), ("b", None, 9.0))]
+    assert "settling never in b instead of 0.500 s" in run_compare(runs).page.verdict
 
 
 def test_folders_of_one_name_get_their_parents(tmp_path):

@@ -12,7 +12,7 @@ from workbench.commands.trace import words as words
 from workbench.commands.trace.detectability import undetectable
 from workbench.commands.trace.figures import telling
 from workbench.commands.trace.metrics import compared, trace_json
-from workbench.commands.trace.page import trace_page
+from workbench.commands.trace.page import _shape, _where, trace_page
 from workbench.commands.trace.shape import UnexplainedDisturbance, shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
 from workbench.identify.trace.findings import Trace
@@ -148,12 +148,61 @@ def test_the_rule_s_questions_are_answered():
     assert rows["nothing else is missing", "held-out chi2"][2] < 1.05
 
 
+def test_every_question_of_the_rule_is_answered_yes_or_no():
+    table = rule_table(found())
+    assert table.columns[-1] == "answer"
+    assert [row[-1] for row in table.rows] == [True] * len(table.rows)
+    near = altered(evidence=(("force", 900.0), ("sensor", 899.0)), parity_residuals={})
+    answers = {row[0]: row[-1] for row in rule_table(near).rows}
+    assert answers["it sits in an equation"] is True
+    assert answers["which is one alone"] is False
+
+
+def where(trace: Trace) -> tuple[str, Figure]:
+    ((said, figure),) = [section.items for section in _where(trace)]
+    assert isinstance(said, str)
+    assert isinstance(figure, Figure)
+    return said, figure
+
+
+def test_no_equation_is_named_whose_next_is_not_clearly_behind():
+    clear, _ = where(altered(evidence=(("force", 900.0), ("flow", 100.0)), parity_residuals={}))
+    assert clear.startswith("A disturbance in the motion of the load explains most; the next, in the flows")
+    near, _ = where(altered(evidence=(("force", 900.0), ("flow", 899.0), ("main", 10.0)), parity_residuals={}))
+    assert "explains most" not in near
+    assert "the motion of the load or the flows" in near
+    assert "the main spool" not in near
+    none, _ = where(altered(evidence=(("force", 5.0), ("flow", 4.0)), parity_residuals={}))
+    assert none.startswith("A disturbance in no equation explains the errors")
+
+
+def test_evidence_is_the_distance_to_the_best_beside_the_threshold():
+    _, figure = where(altered(evidence=(("force", 900.0), ("flow", 100.0)), parity_residuals={}))
+    (panel,) = figure.panels
+    assert panel.curves[0].y[1] == pytest.approx(800)
+    assert panel.curves[0].y[0] < panel.marks[0].value < 800
+
+
+def test_a_shape_is_drawn_over_a_signal_only_where_that_is_a_clue():
+    def items(share: float) -> list:
+        shape = UnexplainedDisturbance(
+            "force", "force on the load", "N", "velocity [m/s]", [["velocity [m/s]", share]],
+            np.ones((2, 2)), np.ones((2, 2)), partner=["flow into chamber A", 0.1],
+        )  # fmt: skip
+        (section,) = _shape(shape, False)
+        return list(section.items)
+
+    assert isinstance(items(0.9)[0], Figure)
+    assert items(0.2)[0].startswith("The missing force on the load goes with no signal")
+    assert len(items(0.2)) == 2  # a partner that is another disturbance is no clue either
+
+
 def test_base_numbers_are_shown_alone_and_with_the_effect():
     table = base_table(found(), True)
     assert table.columns[2:5] == ["rig file", "alone", "with effects"]
     rows = {row[0]: row for row in table.rows}
-    assert rows["M"][4] == pytest.approx(5, rel=0.05)
-    assert rows["b"][3] != pytest.approx(rows["b"][4], rel=0.1)  # alone it stands in for the dry friction
+    assert float(rows["M"][4]) == pytest.approx(5, rel=0.05)
+    assert float(rows["b"][3]) != pytest.approx(float(rows["b"][4]), rel=0.1)  # alone it stands in for the dry friction
 
 
 def test_what_was_not_tried_is_listed_with_the_reason():

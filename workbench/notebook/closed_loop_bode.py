@@ -6,8 +6,8 @@ import numpy as np
 
 from ..base.gain_phase import gain_db, phase_deg
 from ..base.signals import Signal
+from ..commands.common.loop_margins import closed_curves
 from ..commands.common.sines import closed_loop_figure, packed
-from ..commands.run.step_page import linear_curves
 from ..linear.crossings import corner_frequency
 from ..linear.frequency_response import SteppedSine
 from ..loop.rows import LinearLoops
@@ -42,7 +42,7 @@ class ClosedLoopBode:
     def plot(self) -> Figure:
         """Gain and phase; a stepped sine beside the linear loops, dashed."""
         swept = {} if self.sine is None else {self.amplitude: packed(self.sine, self.signal.name)}
-        return closed_loop_figure(self.name, linear_curves(self.linear, self.signal), swept)
+        return closed_loop_figure(self.name, closed_curves(self.linear, self.signal), swept)
 
     def __repr__(self) -> str:
         corners = (f"{name} at {f:.3g} Hz" for name, f in (("-3 dB", self.f3db), ("-90 deg", self.f90)) if f)

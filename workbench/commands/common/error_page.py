@@ -9,8 +9,8 @@ from ...base.units import from_si
 from ...identify.data.noise_floor import NoiseFloor
 from ...identify.fit.initial_states import FIRST_ROWS
 from ...identify.fit.predict import Prediction
-from ...report import Curve, Figure, Panel, Table
-from ...report.figures import Mark
+from ...report import Curve, Figure, Known, Mark, Panel, Table
+from ...report.table import Cell
 from .numbers import finite
 
 GIVEN, BEFORE, AFTER = "#8c959f", "#d55e00", "#0072b2"  # what is given is grey, as in every report
@@ -67,12 +67,18 @@ def error_table(rms: Rms, labels: Sequence[str], free_run: bool = False) -> Tabl
     for label, row in rms.items():
         before, after, floor = row["before"], row["after"], row["floor"]
         over = [None if value is None or floor is None else value / floor for value in (before, after)]
-        rows.append([label, before, after, floor, *over] if changed else [label, after, floor, over[1]])
+        shown = [beside_floor(value, floor) for value in (before, after, floor)]
+        rows.append([label, *shown, *over] if changed else [label, *shown[1:], over[1]])
     columns = ["signal", "RMS error", "noise floor", "error / floor"]
     if changed:
         errors, over = ([text.format(label) for label in labels] for text in ("RMS, {}", "{} / floor"))
         columns = ["signal", *errors, "noise floor", *over]
     return Table("Error by signal", columns, rows, note=SCORED[free_run])
+
+
+def beside_floor(value: float | None, floor: float | None) -> Cell:
+    """An error to the digits that the noise lets it have: to a hundredth of the noise."""
+    return value if value is None or floor is None else Known(value, floor / 100)
 
 
 def record_tables(models: Mapping[str, Sequence[Prediction]]) -> dict[str, dict[str, np.ndarray]]:

@@ -10,6 +10,9 @@ from ...identify.fit.solver import Fit
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel
 from ...plant.effects import Effect, EffectNumber, declared_numbers
+from ...report import within
+from ...report.digits import four_digits
+from ...report.table import Cell, shown
 from ...rigs.rig import EffectUse, Number, Rig
 from .numbers import finite
 from .session_fit import numbers_in_sessions, session_fits
@@ -55,6 +58,21 @@ def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
         Fitted(numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.at_bounds)
         for index, free in own
     ]
+
+
+def fitted_cells(entry: Fitted) -> list[Cell]:
+    """Value, low and high in the unit of the rig file, to the digits that the interval tells."""
+    number = entry.number
+    values = (float(from_si(v, number.unit, number.si)) for v in (entry.value, entry.low, entry.high))
+    return interval_cells([finite(value) for value in values])
+
+
+def interval_cells(interval: Interval) -> list[Cell]:
+    """Value, low and high to the digits that they tell; a dash for what does not exist."""
+    value, low, high = interval
+    if value is None or low is None or high is None:
+        return list(interval)
+    return list(within(value, low, high))
 
 
 def base_intervals(rig: Rig, fit: Fit) -> dict[str, Interval]:
@@ -167,8 +185,8 @@ def _value(fit: Fit, index: int) -> float:
 def _as_fitted(entry: Fitted, campaign: str) -> Number:
     """The number with its fitted value, its interval and where they come from."""
     end = ", at an end of its range" if entry.at_bounds else ""
-    low, high = (float(from_si(v, entry.number.unit, entry.number.si)) for v in (entry.low, entry.high))
-    source = f"fitted to {campaign}: 95 % from {low:.4g} to {high:.4g}{end}; it was {entry.number.shown:.4g}"
+    _, low, high = (shown(cell) for cell in fitted_cells(entry))
+    source = f"fitted to {campaign}: 95 % from {low} to {high}{end}; it was {four_digits(entry.number.shown)}"
     return replace(entry.number, value=entry.value, source=source, interval=(entry.low, entry.high))
 
 

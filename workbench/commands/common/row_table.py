@@ -77,7 +77,7 @@ class RowTable:
         if key in _OF_THE_SIGNAL:
             return Known(self._shown(value), self._shown(self._step))
         if key in _OF_THE_STEP:
-            size = self._sizes.get(row["scenario"], 0.0)
+            size = self._sizes.get(row["scenario"]) or abs(row.get("peak_deviation") or 0.0)  # what a load pushes
             return Known(value * _OF_THE_STEP[key], 100 * self._step / size if size else 0.0)
         return self._shown(value) if key == "iae" else Known(value, _STEPS.get(key, 0.0))
 

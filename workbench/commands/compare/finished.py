@@ -85,7 +85,9 @@ def _names(paths: Sequence[Path]) -> list[str]:
 
 def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
     for key, value in table.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and {"value", "unit"} <= value.keys():
+            yield f"{above}{key}", f"{value['value']} {value['unit']}"
+        elif isinstance(value, Mapping):
             yield from _flat(value, f"{above}{key}.")
         else:
             yield f"{above}{key}", value

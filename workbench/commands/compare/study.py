@@ -1,19 +1,17 @@
 """Finished runs side by side: how their metrics differ, and their steps, Bode plots and sensitivities overlaid."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from ...base.errors import InputError
-from ...base.gain_phase import gain_db
-from ...base.signals import SIGNALS
-from ...base.units import from_si
-from ...loop.scenarios import SCENARIOS
-from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
+from ...report import Figure, Known, Page, Section, Table
+from ...report.table import Cell
 from ..common.outcome import REPORT, Outcome
 from .finished import Finished
+from .overlays import bars, bodes, residuals, sensitivity, steps
+from .words import TELLING, metric
 
 Identity = tuple[tuple[str, str], ...]
 
@@ -21,26 +19,33 @@ _NOT_AN_ID = ("tripped",)  # texts that are results
 _RESULTS = ("metric", "values", "difference", "percent")
 _NO_RATIO = ("_percent", "_db", "_deg")  # metrics whose ratio says nothing
 _TIMING = ("timing", "speed")
-_SHOWN_HZ = 100.0  # linear curves run to the Nyquist frequency, where nothing is read off
 
 
 def run_compare(runs: Sequence[Finished]) -> Outcome:
     """Compare runs; differences are against the first. Raises InputError when they share neither rows nor curves."""
     rows = differences(runs)
     sections = [
-        Section("Steps", list(_steps(runs))),
-        Section("Bode", list(_bodes(runs))),
-        Section("Sensitivity", list(_sensitivity(runs))),
-        Section("Residuals", list(_residuals(runs))),
+        Section("Steps", list(steps(runs))),
+        Section("Bode", list(bodes(runs))),
+        Section("Sensitivity", list(sensitivity(runs))),
+        Section("Residuals", list(residuals(runs))),
     ]
     sections = [section for section in sections if section.items]
     if not rows and not sections:
         raise InputError(f"{runs[0].name} and {runs[1].name} share neither rows nor curves; compare runs of one kind")
     tables = Section("Differences", [_table(runs, rows), _settings(runs)])
     figures = [item for section in sections for item in section.items if isinstance(item, Figure)]
-    telling = figures[0] if figures else _bars(runs, rows)
+    telling = figures[0] if figures else bars(runs, rows)
     title = "Comparison of " + ", ".join(run.name for run in runs)
-    return Outcome({"rows": rows}, Page(title, _verdict(runs, rows), [tables, *sections]), telling)
+    page = Page(title, _verdict(runs, rows), [tables, *sections], head={"runs": _runs_words(runs)})
+    return Outcome({"rows": rows}, page, telling)
+
+
+def _runs_words(runs: Sequence[Finished]) -> str:
+    """Each with its rig and when it finished, where its config says so."""
+    told = [[run.config.get("rig.name"), run.config.get(f"{REPORT}.date")] for run in runs]
+    words = [", ".join(str(text) for text in texts if text) for texts in told]
+    return "; ".join(f"{run.name} ({text})" if text else run.name for run, text in zip(runs, words, strict=True))
 
 
 def differences(runs: Sequence[Finished]) -> list[dict[str, Any]]:
@@ -109,26 +114,35 @@ def _difference(identity: Identity, metric: str, sharing: Mapping[str, Mapping[s
 
 
 def _table(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> Table:
-    keys = list(dict.fromkeys(key for row in rows for key in row if key not in _RESULTS))
+    keys = list(dict.fromkeys(key for row in rows for key in row if key not in _RESULTS and key != "unit"))
     others = [run.name for run in runs[1:]]
-    heads = [
-        *keys,
-        "metric",
-        *(r.name for r in runs),
-        *(f"{name}, difference" for name in others),
-        *(f"{name}, difference [%]" for name in others),
+    heads = [*keys, "metric", "unit", *(run.name for run in runs)]
+    heads += [text.format(name) for text in ("{}: change", "{}: change [%]") for name in others]
+    return Table(
+        "Metrics of the rows that runs share",
+        heads,
+        [_line(row, keys, runs) for row in rows],
+        note="Changes are against the first that has the row; none in percent where a change is below what a sensor "
+        "resolves, or where a ratio says nothing.",
+        fold=True,
+    )
+
+
+def _line(row: Mapping[str, Any], keys: Sequence[str], runs: Sequence[Finished]) -> list[Cell]:
+    shown, others = metric(row), [run.name for run in runs[1:]]
+    changes = {name: row["difference"].get(name) for name in others}
+    percent = {
+        name: row["percent"].get(name) if value is not None and shown.is_change(value) else None
+        for name, value in changes.items()
+    }
+    return [
+        *(row.get(key) for key in keys),
+        shown.name,
+        shown.unit,
+        *(shown.cell(row["values"].get(run.name)) for run in runs),
+        *(shown.cell(changes[name]) for name in others),
+        *(None if value is None else Known(value, 0.1) for value in percent.values()),
     ]
-    lines = [
-        [
-            *(row.get(key) for key in keys),
-            row["metric"],
-            *(row["values"].get(run.name) for run in runs),
-            *(row["difference"].get(name) for name in others),
-            *(row["percent"].get(name) for name in others),
-        ]
-        for row in rows
-    ]
-    return Table("Metrics of the rows that runs share", heads, lines, note="Against the first that has the row.")
 
 
 def _settings(runs: Sequence[Finished]) -> Table:
@@ -145,94 +159,57 @@ def _settings(runs: Sequence[Finished]) -> Table:
 
 
 def _verdict(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> str:
-    changes = [(abs(p), name, row) for row in rows for name, p in row["percent"].items() if p is not None]
-    moved = sum(change[0] > 1 for change in changes)
-    if not changes:
+    """How many numbers changed by more than 1 % and a sensor's resolution, and the change that tells most."""
+    first, changes = runs[0].name, [_Change(row, name) for row in rows for name in row["difference"]]
+    numbers = [change for change in changes if change.difference is not None]
+    lost = [change for change in changes if change.is_lost]
+    if not numbers and not lost:
         return f"{', '.join(run.name for run in runs)}: no number to compare; the curves are below."
-    if not moved:
-        return f"None of {len(changes)} numbers differs by more than 1 % from {runs[0].name}."
-    _, name, row = max(changes, key=lambda change: change[0])
-    where = " ".join(str(value) for key, value in row.items() if key not in _RESULTS)
-    percent = row["percent"][name]
-    return (
-        f"{moved} of {len(changes)} numbers differ by more than 1 % from {runs[0].name}; the farthest is "
-        f"{' '.join(filter(None, (where, row['metric'])))} of {name}, {percent:+.3g} %."
-    )
+    moved = [change for change in numbers if change.counts]
+    if not moved and not lost:
+        return f"None of {len(numbers)} numbers changes by more than 1 % from {first}, and what a sensor resolves."
+    said = f"{len(moved)} of {len(numbers)} numbers change by more than 1 % from {first}"
+    said += f", {len(lost)} are there in one run alone" if lost else ""
+    order = {key: place for place, key in enumerate(TELLING)}
+    last = len(order)
+    most = min(lost or moved, key=lambda change: (order.get(change.row["metric"], last), -change.size))
+    return f"{said}. Most telling: {most.words(first)}."
 
 
-def _curves(runs: Sequence[Finished], prefix: str) -> dict[str, list[tuple[str, dict[str, np.ndarray]]]]:
-    """Tables PREFIX-CONTROLLER-REST as (label, columns), grouped by REST; groups of a single run are left out."""
-    groups: dict[str, list[tuple[str, str, dict[str, np.ndarray]]]] = {}
-    for run in runs:
-        for table in (name for name in run.tables if name.startswith(f"{prefix}-")):
-            rest = table.removeprefix(f"{prefix}-")
-            owner = next((name for name in run.controllers if rest == name or rest.startswith(f"{name}-")), "")
-            label = f"{run.name}: {owner}" if owner else run.name
-            groups.setdefault(rest.removeprefix(owner).lstrip("-"), []).append((run.name, label, run.read(table)))
-    return {
-        rest: [(label, columns) for _, label, columns in group]
-        for rest, group in groups.items()
-        if len({name for name, _, _ in group}) > 1
-    }
+@dataclass(frozen=True)
+class _Change:
+    """A row of differences in one of the later runs."""
 
+    row: Mapping[str, Any]
+    run: str
 
-def _steps(runs: Sequence[Finished]) -> Iterator[Figure]:
-    for rest, group in _curves(runs, "step").items():
-        signal = SIGNALS[SCENARIOS[rest].signal if rest in SCENARIOS else "position"]
-        curves = [
-            Curve(label, columns["t [s]"], from_si(columns[signal.name], signal.unit, signal.si))
-            for label, columns in group
-            if signal.name in columns
-        ]
-        commands = [Curve(label, c["t [s]"], c["command"]) for label, c in group if "command" in c]
-        yield Figure(f"Step: {rest}", "time [s]", [Panel(signal.label, curves), Panel("command [1]", commands)])
+    @property
+    def difference(self) -> float | None:
+        return self.row["difference"][self.run]
 
+    @property
+    def size(self) -> float:
+        """In percent; a change from 0 is the largest."""
+        percent = self.row["percent"][self.run]
+        return float("inf") if percent is None else abs(percent)
 
-def _bodes(runs: Sequence[Finished]) -> Iterator[Figure]:
-    for rest, group in _curves(runs, "sine").items():
-        curves = [FrequencyCurve(label, c["f_hz"], c["real"] + 1j * c["imag"]) for label, c in group]
-        yield bode(f"Closed loop by stepped sine, {rest}", curves)
-    for rest, group in _curves(runs, "linear").items():
-        curves = [FrequencyCurve(n, c["f_hz"], c["closed_real"] + 1j * c["closed_imag"]) for n, c in _low(group)]
-        yield bode(" ".join(("Closed loop, linear at null", rest)).strip(), curves)
-    for table in dict.fromkeys(name for run in runs for name in run.tables):
-        sharing = [(run.name, run.read(table)) for run in runs if table in run.tables]
-        curves = [
-            FrequencyCurve(name, c["f_hz"], 10 ** (c["gain_db"] / 20) * np.exp(1j * np.radians(c["phase_deg"])))
-            for name, c in sharing
-            if {"f_hz", "gain_db", "phase_deg"} <= c.keys()
-        ]
-        if len(curves) > 1:
-            yield bode(table, curves)
+    @property
+    def counts(self) -> bool:
+        """Whether it is beyond 1 % and what is resolved."""
+        return self.difference is not None and self.size > 1 and metric(self.row).is_change(self.difference)
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether a loop settles in one run alone."""
+        values = [self.row["values"][name] for name in (next(iter(self.row["values"])), self.run)]
+        return self.row["metric"] == "settling_s" and (values[0] is None) != (values[1] is None)
 
-def _sensitivity(runs: Sequence[Finished]) -> Iterator[Figure]:
-    for rest, group in _curves(runs, "linear").items():
-        curves = [
-            Curve(label, c["f_hz"], gain_db(c["sensitivity_real"] + 1j * c["sensitivity_imag"])) for label, c in group
-        ]
-        title = " ".join(("Sensitivity at null", rest)).strip()
-        yield Figure(title, "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)
-
-
-def _low(group: Sequence[tuple[str, dict[str, np.ndarray]]]) -> Iterator[tuple[str, dict[str, np.ndarray]]]:
-    for label, columns in group:
-        yield label, {name: values[columns["f_hz"] < _SHOWN_HZ] for name, values in columns.items()}
-
-
-def _residuals(runs: Sequence[Finished]) -> Iterator[Figure]:
-    """Errors of the records that runs share, one panel a signal."""
-    for record, group in _curves(runs, "residual").items():
-        heads = dict.fromkeys(head for _, columns in group for head in columns if head.startswith("error "))
-        panels = [Panel(head, [Curve(label, c["t [s]"], c[head]) for label, c in group if head in c]) for head in heads]
-        yield Figure(f"Error: {record}", "time [s]", panels)
-
-
-def _bars(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> Figure:
-    """Where there are no curves: the differences in percent, row by row."""
-    count = np.arange(1, len(rows) + 1)
-    curves = [
-        Curve(run.name, count, np.array([row["percent"].get(run.name) for row in rows], dtype=float), "markers")
-        for run in runs[1:]
-    ]
-    return Figure("Differences", "row", [Panel(f"difference from {runs[0].name} [%]", curves)])
+    def words(self, first: str) -> str:
+        """ "position-10mm, p-dp: settling 0.093 s in b instead of 0.122 s (-24 %)"."""
+        shown, values, percent = metric(self.row), self.row["values"], self.row["percent"][self.run]
+        keys = sorted((key for key in self.row if key not in (*_RESULTS, "unit")), key=lambda key: key != "scenario")
+        where = ", ".join(str(self.row[key]) for key in keys)
+        before = values[first if first in values else next(iter(values))]
+        share = "" if percent is None else f" ({percent:+.3g} %)"
+        name = f"{where}: {shown.name}" if where else shown.name
+        return f"{name} {shown.text(values[self.run])} in {self.run} instead of {shown.text(before)}{share}"

@@ -13,7 +13,7 @@ from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
-from ..common.fit_result import Fitted
+from ..common.fit_result import Fitted, fitted_cells
 from ..common.session_fit import SessionFit, session_fits_sentence, session_fits_table
 from ..common.sessions import sessions_section, sessions_sentence
 from ..residual.study import noise_table
@@ -57,8 +57,8 @@ def numbers_table(numbers: Sequence[Fitted]) -> Table:
     rows = []
     for entry in numbers:
         number = entry.number
-        values = (number.value, entry.value, entry.low, entry.high, number.low, number.high)
-        shown = [float(from_si(v, number.unit, number.si)) for v in values if v is not None]
+        ends = [float(from_si(v, number.unit, number.si)) for v in (number.low, number.high) if v is not None]
+        shown = [number.shown, *fitted_cells(entry), *ends]
         state = "at an end" if entry.at_bounds else "not seen" if entry.unseen else ""
         rows.append([number.name, number.unit, *shown, state])
     return Table(

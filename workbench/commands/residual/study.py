@@ -17,11 +17,14 @@ from ...identify.fit.windows import WINDOW, compared
 from ...records import Campaign, Record
 from ...records.campaign import FREE_RUN
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report.table import Cell
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
-from ..common.error_page import GIVEN, SCORED
+from ..common.error_page import GIVEN, SCORED, beside_floor
 from ..common.outcome import Outcome, Progress, Stage
 from .free_run import free_run_rows, free_run_section, free_run_sentence, free_runs
+
+_SHOWN = 1.0  # s, of the telling figure
 
 
 def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress, free_run: bool = False) -> Outcome:
@@ -54,7 +57,7 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
     if free_run:
         metrics["free_run"] = free_run_rows(runs)
     tables = {f"residual-{p.record.name.replace('/', '-')}": _table(p) for p in predictions}
-    telling = _figure(predictions[0], next(iter(predictions[0].signals)))
+    telling = _telling(predictions, rows)
     page = _page(campaign, rig, floor, predictions, metrics, [free_run_section(runs)] if runs else [])
     if runs:
         page = replace(page, verdict=f"{page.verdict} {free_run_sentence(runs)}")
@@ -108,7 +111,7 @@ def _page(
     summary = Table(
         "Error by record and signal",
         ["record", "signal", "unit", "RMS error", "noise floor", "error / floor", *(["free-run RMS"] * free)],
-        [[*r.values()] for r in rows],
+        [_summary_row(row) for row in rows],
         note=SCORED[campaign.score == FREE_RUN],
     )
     sections = [Section("Error", [summary, noise_table(floor)]), *more]
@@ -123,13 +126,20 @@ def _page(
     return Page(f"Residual of {campaign.path.resolve().name} on {rig.name}", _verdict(rig, metrics), sections)
 
 
+def _summary_row(row: dict[str, Any]) -> list[Cell]:
+    floor = row["floor"]
+    errors = [beside_floor(row[key], floor) for key in ("rms", "floor")]
+    free = [beside_floor(row["free_run_rms"], floor)] if "free_run_rms" in row else []
+    return [row["record"], row["signal"], row["unit"], *errors, row["ratio"], *free]
+
+
 def noise_table(floor: NoiseFloor) -> Table:
     """The noise floor of every signal, and where it is from."""
     rows = []
     for name, sigma in floor.sigma.items():
         signal = SIGNALS[name]
         shown = float(from_si(sigma, signal.unit, signal.si))
-        rows.append([name, signal.unit, shown, floor.kappa[name], floor.source[name]])
+        rows.append([name, signal.unit, beside_floor(shown, shown), floor.kappa[name], floor.source[name]])
     return Table("Noise floor", ["signal", "unit", "sigma", "autocorrelation factor", "from"], rows)
 
 
@@ -183,6 +193,18 @@ def _verdict(rig: Rig, metrics: dict[str, Any]) -> str:
         f"chi2 = {metrics['chi2']:.3g} (1 is the noise floor): the model of {rig.name} leaves {worst['rms']:.3g} "
         f"{worst['unit']} RMS in {worst['signal']} of {worst['record']}, {worst['ratio']:.3g} times the noise."
     )
+
+
+def _telling(predictions: list[Prediction], rows: list[dict[str, Any]]) -> Figure:
+    """The signal that the verdict is about, in the second in which its error is largest."""
+    worst = max(rows, key=lambda row: -1.0 if row["ratio"] is None else row["ratio"])
+    prediction = next(each for each in predictions if each.record.name == worst["record"])
+    record, squares = prediction.record, np.nan_to_num(prediction.error(worst["signal"])) ** 2
+    samples = min(round(_SHOWN / record.period), len(squares))
+    first = int(np.argmax(np.convolve(squares, np.ones(samples), "valid")))
+    shown = float(record.t[first]), float(record.t[first + samples - 1])
+    note = f"The second with the largest error, of {record.t[-1]:.3g} s; a double click shows all of it."
+    return replace(_figure(prediction, worst["signal"]), x_range=shown, note=note)
 
 
 def _figure(prediction: Prediction, name: str) -> Figure:

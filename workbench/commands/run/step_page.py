@@ -1,17 +1,16 @@
 """The report of the steps of a closed loop: tables of metrics and margins, steps, Bode plots, sensitivity."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
-from ...base.gain_phase import gain_db, phase_deg
-from ...base.signals import Signal
-from ...linear.crossings import corner_frequency
-from ...loop.rows import LinearLoops, moving_at
+from ...loop.rows import LinearLoops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
-from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table
+from ...report import Figure, Page, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
+from ..common.loop_margins import closed_curves, margins_table, sensitivity_figure
 from ..common.row_table import RowTable
 from ..common.sines import Sines, closed_loop_figure
 from ..common.step_experiment import StepConfig
@@ -32,10 +31,10 @@ def step_page(
         f"{config.signal.name.capitalize()} loops on {config.rig.name}",
         _verdict(config.scenarios, rows),
         [
-            Section("Metrics", [_metrics_table(config, rows), _margins_table(config, loops)]),
+            Section("Metrics", [_metrics_table(config, rows), margins_table(loops, config.signal)]),
             Section("Time responses", list(figures.values())),
             Section("Closed-loop Bode", [_bode(config, name, loops[name], sines[name]) for name in loops]),
-            Section("Sensitivity", [_sensitivity(loops)]),
+            Section("Sensitivity", [sensitivity_figure(loops)]),
         ],
     )
     return with_fit(page, config.rig), figures[_judged(config.scenarios)]
@@ -82,43 +81,6 @@ def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
     return maker.table("Metrics", rows, keys, note, best=("settling_s", "iae"))
 
 
-def _margins_table(config: StepConfig, loops: dict[str, LinearLoops]) -> Table:
-    lines, speed = [], moving_at(config.signal)
-    for name, pair in loops.items():
-        for where, loop in (("null", pair.null), (f"moving at {speed}", pair.moving)):
-            closed = loop.closed
-            lines.append(
-                [
-                    name,
-                    where,
-                    loop.stable,
-                    loop.ms,
-                    loop.gain_margin_db,
-                    loop.phase_margin_deg,
-                    loop.margins,
-                    None if closed is None else corner_frequency(loop.f, gain_db(closed), -3.0),
-                    None if closed is None else corner_frequency(loop.f, phase_deg(closed), -90.0),
-                ]
-            )
-    return Table(
-        "Margins of the sampled loop",
-        [
-            "controller",
-            "operating point",
-            "stable",
-            "Ms [1]",
-            "gain margin [dB]",
-            "phase margin [deg]",
-            "margins by",
-            "-3 dB [Hz]",
-            "-90 deg [Hz]",
-        ],
-        lines,
-        note="At null the lap doubles the flow gain. An unstable loop has no margins. A controller without a linear "
-        "view has them by sines on the simulated loop, or none.",
-    )
-
-
 def step_figure(
     config: StepConfig, scenario: Scenario, runs: dict[tuple[str, str], LoopRun], rows: list[dict[str, Any]]
 ) -> Figure:
@@ -130,23 +92,5 @@ def step_figure(
 
 
 def _bode(config: StepConfig, name: str, pair: LinearLoops, swept: Sines) -> Figure:
-    return closed_loop_figure(name, linear_curves(pair, config.signal), swept)
-
-
-def linear_curves(loops: LinearLoops, signal: Signal) -> list[FrequencyCurve]:
-    """The closed loops at null and moving that are stable, dashed."""
-    curves, speed = [], moving_at(signal)
-    for name, loop in (("linear, null", loops.null), (f"linear, {speed}", loops.moving)):
-        if loop.closed is not None:
-            shown = (loop.f > 0.05) & (loop.f < 100)
-            curves.append(FrequencyCurve(name, loop.f[shown], loop.closed[shown], "dash"))
-    return curves
-
-
-def _sensitivity(loops: dict[str, LinearLoops]) -> Figure:
-    curves = [
-        Curve(name, pair.null.f, gain_db(pair.null.sensitivity))
-        for name, pair in loops.items()
-        if pair.null.sensitivity is not None
-    ]
-    return Figure("Sensitivity at null", "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)
+    curves = [replace(curve, style="dash") for curve in closed_curves(pair, config.signal)]
+    return closed_loop_figure(name, curves, swept)

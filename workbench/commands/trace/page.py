@@ -29,9 +29,10 @@ from .tables import (
     unseen_signals,
     untested_table,
 )
-from .words import EQUATION, PLAN, RETUNE, listed, next_records, verdict
+from .words import EQUATION, PLAN, RETUNE, has_clue, listed, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
+_NO_CLUE = "The missing {} goes with no signal: none explains half of it, so that its shape over one would mislead."
 Item = Figure | Table | str
 
 
@@ -92,10 +93,10 @@ def _shape(shape: UnexplainedDisturbance | None, unclear: bool) -> list[Section]
         return []
     items: list[Item] = list(shape_tables(shape))
     if shape.sensors is None:
-        items.insert(0, shape_figure(shape))
-        if shape.partner is not None:
+        items.insert(0, shape_figure(shape) if has_clue(shape) else _NO_CLUE.format(shape.name))
+        if shape.partner is not None and abs(shape.partner[1]) > _ALIKE:
             name, rho = shape.partner
-            way = "goes along with it" if rho > _ALIKE else "goes the other way" if rho < -_ALIKE else "is another"
+            way = "goes along with it" if rho > 0 else "goes the other way"
             items.append(f"The missing {name} {way} (correlation {rho:.2f}).")
     may_be = "may be" if unclear else "is"
     return [Section(f"What {may_be} missing in {EQUATION[shape.equation]}", items)]

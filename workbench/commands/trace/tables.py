@@ -16,7 +16,7 @@ from ...records import Record
 from ...records.campaign import ROLES
 from ...report import Table
 from ...report.table import Cell
-from ..common.fit_result import effect_intervals, fitted, number_remarks
+from ..common.fit_result import effect_intervals, fitted, fitted_cells, interval_cells, number_remarks
 from .metrics import failures, ranking
 from .words import SIGNAL, accident, reason
 
@@ -109,7 +109,7 @@ def effects_numbers(name: str, effects: Sequence[tuple[Effect, Fit]]) -> Table:
                 continue
             range_ = [float(from_si(v, number.shown, number.si)) for v in (number.low, number.high)]
             cells = [effect.name, effect.formula, number.name, number.meaning, number.shown]
-            rows.append([*cells, *values, *range_, ", ".join(remarks[number.name])])
+            rows.append([*cells, *interval_cells(values), *range_, ", ".join(remarks[number.name])])
     return Table(
         name,
         ["effect", "formula", "number", "meaning", "unit", "value", "95 % low", "95 % high", "range low", "range high",
@@ -126,9 +126,8 @@ def base_table(trace: Trace, changed: bool) -> Table:
     rows = []
     for alone, last in zip(fitted(rig, trace.base.fit), fitted(rig, trace.final.fit), strict=True):
         number = last.number
-        values = [number.value, *([alone.value] if changed else []), last.value, last.low, last.high]
-        ends = [v for v in (number.low, number.high) if v is not None]
-        shown = [float(from_si(v, number.unit, number.si)) for v in (*values, *ends)]
+        ends = [float(from_si(v, number.unit, number.si)) for v in (number.low, number.high) if v is not None]
+        shown = [number.shown, *(fitted_cells(alone)[:1] if changed else []), *fitted_cells(last), *ends]
         state = ["at an end"] * last.at_bounds + ["at an end when alone"] * (alone.at_bounds and not last.at_bounds)
         state += ["not seen"] * last.unseen
         rows.append([number.name, number.unit, *shown, ", ".join(state)])

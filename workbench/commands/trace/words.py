@@ -235,11 +235,16 @@ def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
         said += f", and the best effect, {title(fit.candidate.effect)}, takes away only {_percent(share)} of it"
         said += f" ({100 * decide.NAMED:.0f} % would name it)"
     said += "."
-    if shape is not None and shape.explained and shape.explained[0][1] >= CLUE and len(trace.equations) == 1:
+    if shape is not None and shape.explained and has_clue(shape) and len(trace.equations) == 1:
         name, share = shape.explained[0]
         said += f" The missing {shape.name} goes with {name.split(' [')[0]} (R2 {share:.2f})"
         said += f" and repeats at {shape.line:.3g} Hz." if shape.line else "."
     return f"{said} {_advice(trace, 'To learn more, record')}".rstrip()
+
+
+def has_clue(shape: UnexplainedDisturbance) -> bool:
+    """Whether a signal explains enough of what is missing to say something of its cause."""
+    return bool(shape.explained) and shape.explained[0][1] >= CLUE
 
 
 def _either(equations: Sequence[str]) -> str:

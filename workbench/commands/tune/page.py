@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 
 from ...loop.envelope import DRAWN
+from ...loop.rows import LinearLoops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
+from ..common.loop_margins import margins_section
 from ..common.row_table import RowTable
 from ..common.time_figure import run_columns, time_figure, window, window_words
 from .config import WEIGHTS, TuneConfig
@@ -21,9 +23,15 @@ Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scen
 
 
 def tune_page(
-    config: TuneConfig, trials: Sequence[Trial], nearest: Trial, runs: Runs, rows: Sequence[Mapping[str, Any]]
+    config: TuneConfig,
+    trials: Sequence[Trial],
+    nearest: Trial,
+    runs: Runs,
+    rows: Sequence[Mapping[str, Any]],
+    loops: Mapping[str, LinearLoops],
 ) -> Page:
-    """The report. `nearest` is the best design, or where none meets the hard goals the one that comes nearest."""
+    """The report. `nearest` is the best design, or where none meets the hard goals the one that comes nearest; `loops`
+    are the linear ones of start and best on the nominal rig."""
     tables = [
         numbers_table(config.problem, trials[0], nearest),
         goals_table(nearest),
@@ -35,6 +43,7 @@ def tune_page(
         [
             Section("The best design" if rows else "The nearest design", tables),
             Section("Its steps", [step_figure(config, scenario, runs, rows) for scenario in config.start.scenarios]),
+            margins_section("Margins and Bode, on the nominal rig", loops, config.start.signal),
             Section("The search", [cost_figure(trials), _missed(trials)]),
         ],
     )
@@ -44,16 +53,22 @@ def tune_page(
 def _verdict(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, rows: Sequence[Mapping[str, Any]]) -> str:
     cost = nearest.verdict.cost
     if cost is None:
-        return f"No design of {len(trials)} meets every hard goal. None that met those before met: {_goal(nearest)}."
-    start = trials[0].verdict
-    before = f"{start.cost:.4g}" if start.cost is not None else f"none (it misses: {_goal(trials[0])})"
+        return f"None of {len(trials)} designs meets every hard goal. None that met those before met: {_goal(nearest)}."
+    outcome = f"cost {cost:.4g} in trial {nearest.number + 1} of {len(trials)}, at the start {_before(trials[0])}"
+    if nearest.number == 0:
+        outcome = f"none of {len(trials)} designs is better than the start, which costs {cost:.4g}"
     settled = [row["settling_s"] for row in rows if row["settling_s"] is not None]
     slowest = f"settled in {max(settled):.3g} s at the latest, " if settled else ""
     return (
-        f"{config.name}: cost {cost:.4g} in trial {nearest.number} of {len(trials)}, at the start {before}. On "
-        f"{len(config.rigs)} rigs {slowest}overshoot {_highest(rows, 'overshoot_percent'):.1f} % at most, "
+        f"{config.name}: {outcome}. On {len(config.rigs)} rigs {slowest}"
+        f"overshoot {_highest(rows, 'overshoot_percent'):.1f} % at most, "
         f"Ms {_highest(rows, 'ms'):.2f} at most and {rows[0]['ms']:.2f} on the nominal one."
     )
+
+
+def _before(start: Trial) -> str:
+    cost = start.verdict.cost
+    return f"{cost:.4g}" if cost is not None else f"none (it misses: {_goal(start)})"
 
 
 def _goal(trial: Trial) -> str:
@@ -109,13 +124,12 @@ def step_figure(config: TuneConfig, scenario: Scenario, runs: Runs, rows: Sequen
 
 def cost_figure(trials: Sequence[Trial]) -> Figure:
     """Cost of every design that meets the hard goals, and the best so far."""
-    met = [(trial.number, trial.verdict.cost) for trial in trials if trial.verdict.cost is not None]
+    met = [(trial.number + 1, trial.verdict.cost) for trial in trials if trial.verdict.cost is not None]
     numbers, costs = np.array([n for n, _ in met], float), np.array([c for _, c in met], float)
     best = np.minimum.accumulate(costs)
     panel = Panel("cost [1]", [Curve("a design", numbers, costs, "markers"), Curve("best so far", numbers, best)])
-    note = (
-        "Only designs that meet every hard goal have a cost; it is on the drawn plants that counted when last judged."
-    )
+    note = f"{len(met)} of {len(trials)} designs meet every hard goal and so have a cost; trial 1 is the start. "
+    note += "A cost is on the drawn plants that counted when it was last judged."
     return Figure("Cost over the search", "trial", [panel], note=note)
 
 
@@ -125,4 +139,5 @@ def _missed(trials: Sequence[Trial]) -> Table:
     goals = sorted((goal for goal in left if goal is not None), key=lambda goal: left[goal])
     rows: list[list[Any]] = [["met every one", sum(trial.verdict.missed is None for trial in trials)]]
     rows += [[goal, sum(trial.verdict.missed == goal for trial in trials)] for goal in goals]
-    return Table("Hard goals", ["first goal that was missed", "designs"], rows)
+    rows.append(["all designs", len(trials)])
+    return Table("Which goal the designs missed first", ["first goal that was missed", "designs"], rows)

@@ -32,21 +32,23 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1
     progress("the start and the best, on the nominal rig")
     nominal, *_ = config.rigs.values()
     setup = loop_setup(with_delay(nominal, config.start.conditions.delay(config.start.controllers[0], nominal)))
-    runs = {what: _runs(config, trial, setup) for what, trial in (("start", trials[0]), ("best", nearest))}
+    designs = {"start": trials[0], "best": nearest}
+    runs = {what: _runs(config, trial, setup) for what, trial in designs.items()}
     rows = tuned_rows(config.problem, nearest) if best else []
     metrics = {
         "best": None if best is None else _best(config, best, rows),
         "missed": nearest.verdict.missed,
         "trials": [_line(config, trial) for trial in trials],
     }
-    page = tune_page(config, trials, nearest, runs, rows)
+    loops = {what: linear_loops(config.problem.design(trial.values), setup) for what, trial in designs.items()}
+    page = tune_page(config, trials, nearest, runs, rows, loops)
     files = {} if best is None else tuned_files(config, best)
     tables = {
         f"step-{what}-{name}": {"t [s]": run.record.t, **run.record.signals}
         for what, by_scenario in runs.items()
         for name, run in by_scenario.items()
     }
-    subject = Subject(nominal, [config.problem.design(nearest.values)], config.rigs)
+    subject = Subject(config.start.rig, [config.problem.design(nearest.values)], config.rigs)
     return Outcome(metrics, page, step_figure(config, config.start.scenarios[0], runs, rows), tables, files, subject)
 
 
@@ -102,6 +104,6 @@ def tuned_files(config: TuneConfig, best: Trial) -> dict[str, str]:
     """tuned.toml, a step experiment of the best design, and beside it the rig where that is no bundled one."""
     bundled = config.rig_name in bundled_rigs()
     table = config.step_table(best.values, config.rig_name if bundled else "rig.toml")
-    note = f"# {config.name} as tuned: trial {best.number} of {config.trials} from seed {config.seed}.\n"
+    note = f"# {config.name} as tuned: trial {best.number + 1} of {config.trials} from seed {config.seed}.\n"
     files = {"tuned.toml": note + toml_text(table)}
     return files if bundled else {**files, "rig.toml": rig_text(config.start.rig)}
