@@ -57,6 +57,15 @@ def test_the_best_is_marked_within_its_group_as_far_as_it_is_shown():
         Table("T", ["a"], [[1]], within="rig")
 
 
+def test_what_never_settles_wins_nothing():
+    rows = [["p", None, 0.0], ["pid", 0.3, 5.0], ["lqg", 0.2, 7.0]]
+    table = Table("T", ["name", "settling", "overshoot"], rows, best={"settling": "min", "overshoot": "min"})
+    assert best_cells(table) == {(2, 1), (1, 2)}
+    nobody = [["p", None, 0.0], ["pid", None, 5.0]]
+    table = Table("T", ["name", "settling", "overshoot"], nobody, best={"settling": "min", "overshoot": "min"})
+    assert best_cells(table) == {(0, 2)}
+
+
 def test_a_column_that_says_the_same_in_every_row_is_told_in_the_note():
     table = Table("T", ["a", "trip", "x"], [["p", "no", 1.0], ["q", "no", 2.0], ["r", "no", 3.0]], "Note.", fold=True)
     assert folded(table).columns == ["a", "x"]

@@ -17,10 +17,10 @@ _ALIKE = 3  # rows: with fewer, a column that says the same in all of them is no
 class Table:
     """Rows of cells under column headers. best: the columns whose least or greatest number is marked.
 
-    within: the column whose equal cells make a group, in which alone rows compete. fold: a column that says the same in
-    every row, of three or more, is told in the note instead. None is shown as an en dash, a float with four significant
-    digits, bool as yes or no. Raises ValueError when a row does not fit the columns, or `best` or `within` names a
-    column that is not there.
+    Where some rows have a number in the first of these, the others win nothing. within: the column whose equal cells
+    make a group, in which alone rows compete. fold: a column that says the same in every row, of three or more, is told
+    in the note instead. None is shown as an en dash, a float with four significant digits, bool as yes or no. Raises
+    ValueError when a row does not fit the columns, or `best` or `within` names a column that is not there.
     """
 
     title: str
@@ -122,8 +122,14 @@ def best_cells(table: Table) -> set[tuple[int, int]]:
         (number, table.columns.index(name))
         for name, way in table.best.items()
         for group in groups.values()
-        for number in _best(table, group, table.columns.index(name), way)
+        for number in _best(table, _competing(table, group), table.columns.index(name), way)
     }
+
+
+def _competing(table: Table, group: Sequence[int]) -> Sequence[int]:
+    """Rows of a group that have the first of the marked columns, where any has: what never settles wins nothing."""
+    column = table.columns.index(next(iter(table.best)))
+    return [number for number in group if _is_number(table.rows[number][column])] or group
 
 
 def _best(table: Table, group: Sequence[int], column: int, way: str) -> list[int]:

@@ -62,8 +62,10 @@ def _arriving(loop: BenchLoop) -> list[Scenario]:
 
 def _verdict(config: BenchConfig, metrics: Metrics) -> str:
     """Of each loop, which controller to take over stroke and rigs; where that was not judged, who is first."""
-    sentences = [verdict_sentence(loop, metrics) or _firsts(loop, metrics) for loop in config.loops]
-    return " ".join(filter(None, sentences)) or "No scenario ends, so nothing settles."
+    several = len(config.loops) > 1
+    sentences = {loop.signal.name: verdict_sentence(loop, metrics) or _firsts(loop, metrics) for loop in config.loops}
+    said = [f"{name.capitalize()}: {text}" if several else text for name, text in sentences.items() if text]
+    return " ".join(said) or "No scenario ends, so nothing settles."
 
 
 def _firsts_beside_verdict(loop: BenchLoop, metrics: Metrics) -> list[str]:

@@ -147,7 +147,10 @@ def _page(config: CorrectorConfig, full: dict[str, Corrected], quarter: dict[str
 
 
 def _bode(title: str, loops: dict[str, Corrected], maker: Maker | None) -> Figure:
-    curves = [FrequencyCurve(TITLES[k], corrected.sine.f, _referred(corrected.sine)) for k, corrected in loops.items()]
+    curves = [
+        FrequencyCurve(TITLES[k], corrected.sine.f, _referred(corrected.sine), "points")
+        for k, corrected in loops.items()
+    ]
     limited = [f"{TITLES[k]} from {c.sine.f[c.sine.saturated].min():.0f} Hz" for k, c in loops.items() if
                c.sine.saturated.any()]  # fmt: skip
     note = f"The current meets its limit: {'; '.join(limited)}." if limited else "The current meets no limit."

@@ -13,7 +13,7 @@ from ...linear import equilibrium, valve_blocks
 from ...linear.crossings import corner_frequency
 from ...linear.frequency_response import SteppedSine, linear_response, scan
 from ...plant import Plant, build_pilot_bench, build_valve_bench
-from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
+from ...report import Curve, Figure, FrequencyCurve, Known, Page, Panel, Section, Table, bode
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
@@ -136,7 +136,7 @@ def _page(
         "The paper's eight numbers",
         ["quantity", "this rig", "unit", "paper's model", "difference [%]", "maker's curve"],
         [
-            [t.meaning, r["value"], t.unit, t.paper, r["error_percent"], t.maker]
+            [t.meaning, r["value"], t.unit, t.paper, _percent(r["error_percent"]), t.maker]
             for t, r in zip(TARGETS, rows, strict=True)
         ],
         note="Gain referred to 10 Hz (pilot) and 5 Hz (main stage). Load ports at 35 bar, lands fed at 70 bar.",
@@ -158,6 +158,11 @@ def _page(
     )
 
 
+def _percent(error: float | None) -> Known | None:
+    """As the paper prints its figures: two or three digits."""
+    return None if error is None else Known(error, 0.1)
+
+
 def _flow_figure(title: str, x_label: str, curve: tuple[np.ndarray, np.ndarray], rated: float) -> Figure:
     published = Curve("paper, rated", np.array([-1.0, 1.0]), np.array([-rated, rated]), "markers")
     return Figure(title, f"{x_label} [1]", [Panel("flow [l/min]", [Curve("model", *curve), published])])
@@ -165,7 +170,7 @@ def _flow_figure(title: str, x_label: str, curve: tuple[np.ndarray, np.ndarray],
 
 def _bode(sweep: Sweep, rig: Rig, sine: SteppedSine) -> Figure:
     """The nonlinear response, the paper's block diagram, and the published corners as points."""
-    model = FrequencyCurve("model, stepped sine", sine.f, sine.response["flow"])
+    model = FrequencyCurve("model, stepped sine", sine.f, sine.response["flow"], "points")
     blocks = valve_blocks(rig)
     linear = linear_response(blocks.pilot if sweep.id.startswith("pilot") else blocks.valve, sine.f)
     diagram = FrequencyCurve("block diagram, linear", sine.f, linear / np.abs(linear[0]), "dash")
