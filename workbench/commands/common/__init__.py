@@ -5,7 +5,7 @@ run_folder, new_folder    that folder: resumable stages, then renamed; a folder 
 outcome     what a study leaves behind
 head, design_numbers    what every report says of its rig, controllers and command, and their numbers
 run_index   index.html: the finished runs of a folder
-row_table   rows of loops as tables of a report
+row_table, loop_margins    rows of loops as tables of a report, and their margins
 experiment, step_experiment, bench_experiment, record_experiment    experiment files that several commands read
 record_options, drawn_record, plant_draw    records: arguments, and on plants drawn over what is uncertain of a rig
 envelope_keys       what a loop has to hold on: positions, draws, limits of the goals
