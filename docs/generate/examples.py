@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +14,7 @@ from .readme import ROOT
 
 _FOLDER = ROOT / "examples"
 _SOURCES = ("workbench", "controllers", "envs", "experiments/sample")
+_KINDS = (".py", ".toml", ".csv", ".gz")
 _AT_ONCE = 2
 _LONGEST = 600  # s of a script
 
@@ -55,30 +57,30 @@ def _page(name: str, lesson: str, printed: str) -> str:
 
 def _digest() -> bytes:
     """Of all code and data that a script can depend on."""
-    files = sorted(
-        path for name in _SOURCES for path in (ROOT / name).rglob("*") if path.suffix in (".py", ".toml", ".csv")
-    )
+    files = sorted(path for name in _SOURCES for path in (ROOT / name).rglob("*") if path.suffix in _KINDS)
     return sha256(b"".join(sha256(path.read_bytes()).digest() for path in files)).digest()
 
 
 def _run(name: str, cache: Path, sources: bytes) -> tuple[str, bytes]:
     """What a script prints, and its figure; from the cache where neither it nor the sources have changed."""
-    script = _FOLDER / f"{name}.py"
-    folder = cache / sha256(script.read_bytes() + sources).hexdigest()[:16] / name
-    figure = folder / "out" / f"{name}.png"
-    if not (folder / "printed.txt").exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        alone = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
-        run = subprocess.run(
-            [sys.executable, str(script)],
-            cwd=folder,
-            env=alone,
-            capture_output=True,
-            text=True,
-            timeout=_LONGEST,
-            check=False,
-        )
-        if run.returncode:
-            raise RuntimeError(f"examples/{name}.py: {run.stderr.strip().splitlines()[-1]}")
-        (folder / "printed.txt").write_text(run.stdout.replace(str(folder), "."), "utf-8")
-    return (folder / "printed.txt").read_text("utf-8"), figure.read_bytes()
+    key = sha256((_FOLDER / f"{name}.py").read_bytes() + sources).hexdigest()
+    folder, kept = cache / name, cache / name / "key.txt"
+    if not kept.exists() or kept.read_text("utf-8") != key:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        (folder / "printed.txt").write_text(_printed(name, folder), "utf-8")
+        kept.write_text(key, "utf-8")
+    return (folder / "printed.txt").read_text("utf-8"), (folder / "out" / f"{name}.png").read_bytes()
+
+
+def _printed(name: str, folder: Path) -> str:
+    """What a script prints that runs in a folder, as a user's would: nothing is trusted that it does not trust."""
+    inherited = {key: value for key, value in os.environ.items() if key != "JACKBENCH_TRUSTED"}
+    environment = {**inherited, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    call = [sys.executable, str(_FOLDER / f"{name}.py")]
+    run = subprocess.run(
+        call, cwd=folder, env=environment, capture_output=True, text=True, timeout=_LONGEST, check=False
+    )
+    if run.returncode:
+        raise RuntimeError(f"examples/{name}.py: {run.stderr.strip().splitlines()[-1]}")
+    return run.stdout.replace(str(folder), ".")

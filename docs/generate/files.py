@@ -32,7 +32,8 @@ _LINEAR = """A plant of your own that is no jack: `state_space`, `transfer_funct
 in the experiment itself, under `[plant]`, with these tables beside it. The unit of the position says what is
 controlled; in design numbers "m" stands for its SI unit."""
 _CAMPAIGN = """A folder with recordings and a `campaign.toml`; [](../recordings.md) says how it is used, and
-`jackbench import` writes one. Formats of records are CSV, CSV.gz, Parquet and MAT; header cells are `name [unit]`."""
+`jackbench import` writes one of recordings in these and other formats. Records are CSV, CSV.gz, Parquet or MAT, with
+header cells `name [unit]`."""
 _TASKS = """What an episode of a Gymnasium environment asks for, what is observed and what a step costs; see
 [](../environments.md)."""
 
