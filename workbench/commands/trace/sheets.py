@@ -124,8 +124,9 @@ def _read(options: argparse.Namespace) -> tuple[Rig, tuple[SheetPoints, ...]]:
             raise InputError(f'{paths[0]}: a sheet needs {option}, a signal, not "{name}"; {known}')
     if options.rig is None:
         raise InputError(f"{paths[0]}: a sheet names no rig; add --rig")
-    if options.several:
-        raise InputError(f"{paths[0]}: --several is of campaigns; leave it out")
+    for given, option in ((options.several, "--several"), (options.jobs, "--jobs")):
+        if given:
+            raise InputError(f"{paths[0]}: {option} is of campaigns; leave it out")
     sizes = options.amplitude or [None]
     if len(sizes) not in (1, len(paths)):
         raise InputError(f"--amplitude: {len(sizes)} for {len(paths)} sheets; give one, or one a sheet")

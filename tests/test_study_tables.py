@@ -1,0 +1,70 @@
+"""The README's tables of how often a trace is right are those of the campaigns that were traced."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from workbench.commands.trace_study.score import scores
+
+HERE = Path(__file__).parent
+ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
+SECTION = (
+    (HERE.parent / "experiments" / "README.md").read_text().split("## How often is a trace right?")[1].split("\n## ")[0]
+)
+GROUPS = {
+    "one effect, well excited": "single",
+    "one effect, poor excitation": "poor excitation",
+    "one effect, few sensors": "few sensors",
+    "two effects": "pair",
+    "faint": "faint",
+    "nothing missing": "clean",
+    "off the library": "off",
+}
+COLUMNS = (
+    {"right", "tied", "both"},
+    {"incomplete", "one, incomplete", "one"},
+    {"unknown", "missed", "other equation"},
+    {"wrong", "error"},
+)
+RATES = {
+    "named rightly, or tied, of one effect well excited": "named_or_tied",
+    "among the first three": "first_three",
+    "in the right family": "right_family",
+    "named or called unknown where nothing is missing": "false_alarms",
+    "named where the library has no such effect": "off_library_named",
+    "the right equation, off the library": "off_library_equation",
+    'right names whose error ends at the floor, or that say "incomplete"': "at_floor_or_incomplete",
+    "intervals of the effect's numbers that cover the truth": "intervals_cover",
+    "intervals of the rig's numbers that cover the truth": "base_intervals_cover",
+    "both of two effects": "pair_both",
+}
+
+
+def table_rows():
+    return [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in SECTION.splitlines() if line.startswith("| ")
+    ]
+
+
+@pytest.mark.parametrize("label", GROUPS)
+def test_every_campaign_is_counted_as_it_was_traced(label):
+    rows = [row for row in ROWS if row["group"] == GROUPS[label]]
+    stated = next(cells for cells in table_rows() if cells[0].startswith(f"{label}:"))
+    assert stated[0] == f"{label}: {len(rows)}"
+    counts = [sum(row["result"] in results for row in rows) for results in COLUMNS]
+    assert sum(counts) == len(rows)
+    assert [int(cell or 0) for cell in stated[1:]] == counts
+
+
+@pytest.mark.parametrize("label", RATES)
+def test_every_rate_is_that_of_the_campaigns(label):
+    score = next(score for score in scores(ROWS) if score.id == RATES[label])
+    stated = next(cells for cells in table_rows() if cells[0] == label)
+    value, low, high = map(float, re.fullmatch(r"([\d.]+) \(([\d.]+) to ([\d.]+)\)", stated[1]).groups())
+    assert (value, low, high) == tuple(round(number, 2) for number in (score.value, score.low, score.high))
+
+
+def test_every_campaign_is_in_a_group():
+    assert {row["group"] for row in ROWS} <= {*GROUPS.values(), "error"}
