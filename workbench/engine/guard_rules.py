@@ -114,13 +114,22 @@ def _too_late(sample: Sample, after: Parts) -> ca.SX:
 
 def _highest_load(sample: Sample, after: Parts) -> ca.SX:
     """Force [N] to which the load cell still swings where the valve closes now: the push lasts as long as that takes,
-    then the mass swings between specimen and shut-in oil."""
-    q, push = sample.q, sample.push
+    growing on as it does if it does, up to the stall force; then the mass swings between specimen and shut-in oil."""
+    q = sample.q
     late, stiffness = q["late"] + ca.fabs(sample.u) / q["step"] * q["period"], q["specimen"] + q["oil"]
+    push = _grown_push(sample, late)
     jerk = q["specimen"] * push / q["mass"]
     load, rate = after["f"] + (after["df"] + jerk * late / 2) * late, after["df"] + jerk * late
     rest = (after["f"] + push - load) * q["specimen"] / stiffness
     return ca.fabs(load + rest) + ca.sqrt(rest * rest + rate * rate * q["mass"] / stiffness)
+
+
+def _grown_push(sample: Sample, late: ca.SX) -> ca.SX:
+    """The push [N], half way to what it will be after `late` seconds where it grows."""
+    q, push = sample.q, sample.push
+    growth = ca.if_else(sample.first, 0, sample.strained / q["period"] * late)
+    most = ca.fmax(q["stall"] * q["mass"] - ca.fabs(push), 0)
+    return push + ca.if_else(growth * push > 0, ca.fmax(-most, ca.fmin(growth, most)) / 2, 0)
 
 
 def _stopped(sample: Sample, after: Parts, trip: ca.SX) -> dict[str, ca.SX]:
