@@ -127,6 +127,8 @@ def _highest_load(sample: Sample, after: Parts) -> ca.SX:
 def _grown_push(sample: Sample, late: ca.SX) -> ca.SX:
     """The push [N], half way to what it will be after `late` seconds where it grows."""
     q, push = sample.q, sample.push
+    if not sample.shape.balances:
+        return push
     growth = ca.if_else(sample.first, 0, sample.strained / q["period"] * late)
     most = ca.fmax(q["stall"] * q["mass"] - ca.fabs(push), 0)
     return push + ca.if_else(growth * push > 0, ca.fmax(-most, ca.fmin(growth, most)) / 2, 0)
