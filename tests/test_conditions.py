@@ -77,6 +77,6 @@ def test_a_rig_declares_its_computing_delay(tmp_path, rig):
     save_rig(own, tmp_path / "own.toml")
     assert load_rig(tmp_path / "own.toml").computing_delay == own.computing_delay
     text = rig_text(own)
-    (tmp_path / "bad.toml").write_text(text.replace("[control.computing_delay]", "[control.computing_delays]"))
+    (tmp_path / "bad.toml").write_text(text.replace("\ncomputing_delay = ", "\ncomputing_delays = "))
     with pytest.raises(InputError, match='unknown key; did you mean "computing_delay"'):
         load_rig(tmp_path / "bad.toml")

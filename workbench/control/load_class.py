@@ -10,7 +10,7 @@ from traceback import extract_tb
 from types import ModuleType
 from typing import Any
 
-from ..base.errors import InputError, clipped, echo, nearest
+from ..base.errors import InputError, clipped, echo, nearest, short_path
 
 
 def absolute(use: str, beside: Path | None) -> str:
@@ -25,13 +25,17 @@ def load_class(use: str, where: str) -> Any:
     try:
         loaded = _file_module(Path(module)) if module.endswith(".py") else _installed_module(module)
     except InputError as error:
-        raise InputError(f"{where}: use = {echo(use)}: {error}") from None
+        raise InputError(f"{where}: use = {_shown(use)}: {error}") from None
     if not hasattr(loaded, name):
         classes = [key for key, value in vars(loaded).items() if isinstance(value, type)]
-        raise InputError(
-            f"{where}: use = {echo(use)}: module {module} has no class {clipped(name)}; {nearest(name[:80], classes)}"
-        )
+        what = f"module {short_path(module)} has no class {clipped(name)}; {nearest(name[:80], classes)}"
+        raise InputError(f"{where}: use = {_shown(use)}: {what}")
     return getattr(loaded, name)
+
+
+def _shown(use: str) -> str:
+    """As it may stand in a message: no name in a path is longer than 80 characters."""
+    return f'"{short_path(use)}"' if use.isprintable() else echo(use)
 
 
 def _installed_module(name: str) -> ModuleType:

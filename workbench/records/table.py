@@ -147,9 +147,10 @@ def _parquet(path: Path) -> DataTable:
                 numbers = f"{about.num_rows} rows of {about.num_columns} columns"
                 raise InputError(f"{path}: {numbers} are more than {MOST_BYTES // MEBIBYTE} MiB; split it")
             table = file.read()
-    except (pa.ArrowException, OSError) as error:
+            names = table.column_names
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: broken parquet file ({_first_line(error)}); write it again") from None
-    header = _header(path, table.column_names)
+    header = _header(path, names)
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
         out = {}
