@@ -233,3 +233,10 @@ def test_loops_that_do_not_go_together_are_refused(tmp_path, text, message):
     (tmp_path / "bad.toml").write_text(SHIPPED.read_text().split("[from]")[0] + f"[from]\n{text}\n")
     with pytest.raises(InputError, match=message):
         load_robustness(tmp_path / "bad.toml")
+
+
+@pytest.mark.parametrize("command", ["robustness", "faults", "sines"])
+def test_an_experiment_of_another_kind_is_called_that(capsys, command):
+    """Before any key of it is called unknown."""
+    assert main([command, "first_loop"]) == 2
+    assert 'experiment = "step"' in capsys.readouterr().err

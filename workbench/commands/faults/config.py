@@ -48,8 +48,8 @@ def load_faults(path: str | Path, rig: str | None = None, plants: int | None = N
     """Read the file; `rig` and `plants` replace what it says. Raises InputError with file, line and key."""
     path = Path(path)
     table = read_experiment(path)
-    table.allow(*_KEYS)
     table.word("experiment", ["faults"])
+    table.allow(*_KEYS)
     nominal = rig_of(table, path, rig)
     if not nominal.is_jack:
         raise table.complaint("rig", "has no chambers, so that the guard has limits only; name a jack")

@@ -52,8 +52,8 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
     table = read_experiment(path)
     if "computing_delay" in table:
         raise table.complaint("computing_delay", "the rig or a controller says it, here only ideal = true; remove it")
-    table.allow(*KEYS)
     table.word("experiment", ["robustness"])
+    table.allow(*KEYS)
     nominal = rig_of(table, path, rig)
     if "specimen" in table:
         nominal = with_specimen(nominal, table.table("specimen"))
