@@ -7,12 +7,13 @@ from pathlib import Path
 from ...base.errors import InputError
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
+from ..common.shipped import experiment
 from .config import load_faults
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", help="such as experiments/faults.toml")
+    parser.add_argument("experiment", type=experiment, help="such as experiments/faults.toml")
     parser.add_argument("--plants", type=int, metavar="N", help="how many without a fault (default: the experiment's)")
     computes(parser, _faults)
 

@@ -7,12 +7,13 @@ from pathlib import Path
 from ...base.errors import InputError
 from ...rigs.rig import rig_table
 from ..common.options import computes, finish
+from ..common.shipped import experiment
 from .config import load_robustness
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", help="such as experiments/robustness.toml")
+    parser.add_argument("experiment", type=experiment, help="such as experiments/robustness.toml")
     parser.add_argument("--plants", type=int, metavar="N", help="how many to draw (default: as the experiment says)")
     computes(parser, _robustness)
 
