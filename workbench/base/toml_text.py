@@ -20,7 +20,7 @@ def toml_text(table: Mapping[str, Any]) -> str:
 def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
     for key, value in table.items():
         if not (_has_header(value) or _is_tables(value)):
-            yield f"{_key(key)} = {_value(value)}"
+            yield f"{_key(key)} = {toml_value(value)}"
     for key, value in table.items():
         inside = (*path, key)
         header = ".".join(map(_key, inside))
@@ -52,12 +52,12 @@ def _key(key: str) -> str:
     return tomli_w.dumps({key: 0}).removesuffix(" = 0\n")
 
 
-def _value(value: Any) -> str:
+def toml_value(value: Any) -> str:
     """A value on one line."""
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{_key(key)} = {toml_value(item)}" for key, item in value.items()) + "}"
     if _is_list(value):
-        return "[" + ", ".join(map(_value, value)) + "]"
+        return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, float) and np.isfinite(value) and value and not _PLAIN[0] <= abs(value) < _PLAIN[1]:
         return np.format_float_scientific(value, trim="-", exp_digits=1).replace("e+", "e")
     return tomli_w.dumps({"a": value}).removeprefix("a = ").removesuffix("\n")

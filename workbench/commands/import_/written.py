@@ -3,9 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import tomli_w
-
 from ...base.signals import SIGNALS
+from ...base.toml_text import toml_value
 from ...identify.columns.guess import GUESSED, ColumnGuess
 from ...identify.columns.roles import Roles
 
@@ -68,12 +67,4 @@ def _short(entry: Mapping[str, Any]) -> dict[str, Any]:
 
 def _pair(key: str, value: Any) -> str:
     """A key and its value on one line of TOML."""
-    return f"{key} = {_inline(value)}"
-
-
-def _inline(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key} = {_inline(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_inline, value)) + "]"
-    return tomli_w.dumps({"x": value}).strip().removeprefix("x = ")
+    return f"{key} = {toml_value(value)}"
