@@ -37,6 +37,18 @@ def computes(command: argparse.ArgumentParser, call: Call, rig: bool = True) -> 
     command.set_defaults(call=call)
 
 
+def draws(command: argparse.ArgumentParser, what: str = "how many to draw (default: as the experiment says)") -> None:
+    """The option of a command that draws plants."""
+    command.add_argument("--plants", type=int, metavar="N", help=what)
+
+
+def plants(options: argparse.Namespace) -> int | None:
+    """How many plants to draw, None as the experiment says. Raises InputError."""
+    if options.plants is not None and options.plants < 1:
+        raise InputError(f"--plants {options.plants}: must be 1 or more")
+    return options.plants
+
+
 def works(command: argparse.ArgumentParser) -> None:
     """The option of a command whose stages several processes share."""
     command.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one per core)")

@@ -6,10 +6,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...base.errors import InputError
 from ...rigs.rig import rig_table
 from .experiment import data_files
-from .options import computes, finish
+from .options import computes, draws, finish, plants
 from .outcome import Outcome
 from .shipped import experiment
 
@@ -22,16 +21,14 @@ def record_options(
     """Of an experiment such as `shown`. `load` reads it, with another rig or number of plants; `study` imports what
     computes."""
     parser.add_argument("experiment", type=experiment, help=f"such as experiments/{shown}")
-    parser.add_argument("--plants", type=int, metavar="N", help="how many to draw (default: as the experiment says)")
+    draws(parser)
     computes(parser, partial(_play, load, study))
 
 
 def _play(
     load: Load, study: Callable[[], Callable[..., Outcome]], options: argparse.Namespace, words: list[str]
 ) -> None:
-    if options.plants is not None and options.plants < 1:
-        raise InputError(f"--plants {options.plants}: must be 1 or more")
-    config = load(options.experiment, options.rig, options.plants)
+    config = load(options.experiment, options.rig, plants(options))
     record = config.record
     identity = {"command": words[0], "experiment": record.source, "rig": rig_table(record.rig)}
     if record.drawn is not None:

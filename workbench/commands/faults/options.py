@@ -4,9 +4,8 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...base.errors import InputError
 from ...rigs.rig import rig_table
-from ..common.options import computes, finish
+from ..common.options import computes, draws, finish, plants
 from ..common.shipped import experiment
 from .config import load_faults
 
@@ -14,14 +13,12 @@ from .config import load_faults
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("experiment", type=experiment, help="such as experiments/faults.toml")
-    parser.add_argument("--plants", type=int, metavar="N", help="how many without a fault (default: the experiment's)")
+    draws(parser, "how many without a fault (default: the experiment's)")
     computes(parser, _faults)
 
 
 def _faults(options: argparse.Namespace, words: list[str]) -> None:
-    if options.plants is not None and options.plants < 1:
-        raise InputError(f"--plants {options.plants}: must be 1 or more")
-    config = load_faults(options.experiment, options.rig, options.plants)
+    config = load_faults(options.experiment, options.rig, plants(options))
     from .study import run_faults
 
     identity = {"command": "faults", "experiment": config.source, "plants": config.plants}

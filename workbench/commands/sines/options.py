@@ -4,10 +4,9 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...base.errors import InputError
 from ...rigs.rig import rig_table
 from ..common.experiment import data_files
-from ..common.options import computes, finish
+from ..common.options import computes, draws, finish, plants
 from ..common.shipped import experiment
 from .config import load_sines
 
@@ -15,14 +14,12 @@ from .config import load_sines
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("experiment", type=experiment, help="such as experiments/sines.toml")
-    parser.add_argument("--plants", type=int, metavar="N", help="how many to draw (default: as the experiment says)")
+    draws(parser)
     computes(parser, _sines)
 
 
 def _sines(options: argparse.Namespace, words: list[str]) -> None:
-    if options.plants is not None and options.plants < 1:
-        raise InputError(f"--plants {options.plants}: must be 1 or more")
-    config = load_sines(options.experiment, options.rig, options.plants)
+    config = load_sines(options.experiment, options.rig, plants(options))
     from .study import run_sines
 
     identity = {"command": "sines", "experiment": config.source, "plants": config.plants, "rig": rig_table(config.rig)}
