@@ -165,9 +165,9 @@ def test_a_lock_dies_with_its_process_even_if_a_worker_lives_on(tmp_path: Path):
     code = (
         "import os, sys, time\nfrom pathlib import Path\nfrom workbench.commands.common.run_folder import open_run\n"
         f"with open_run(Path({str(tmp_path / 'out')!r}), {COMMAND!r}):\n"
-        "    worker = os.fork()\n"
-        "    if worker == 0:\n        os.close(1), os.close(2), time.sleep(30), os._exit(0)\n"
-        "    print(worker, flush=True)\n    time.sleep(30)\n"
+        "    if os.fork() == 0:\n"  # the worker speaks: what follows a fork has then run in it
+        "        print(os.getpid(), flush=True), os.close(1), os.close(2), time.sleep(30), os._exit(0)\n"
+        "    time.sleep(30)\n"
     )
     with subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
