@@ -43,7 +43,8 @@ from workbench.base.signals import SIGNALS
 from workbench.base.table import Table
 from workbench.base.toml import read_toml
 from workbench.base.units import Spec
-from workbench.rigs.rig import Rig, load_rig
+from workbench.rigs.rig import Rig
+from workbench.rigs.rig_file import load_rig
 
 from .references import FAMILIES, Family, Multisine, Range, Sines
 

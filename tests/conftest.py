@@ -16,7 +16,9 @@ from made_tasks import write_task
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.plant import build, build_pilot_bench, build_valve_bench
-from workbench.rigs.rig import EffectUse, Number, load_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
 
 settings.register_profile("jackbench", deadline=None)  # a busy machine is no failure
 settings.load_profile("jackbench")

@@ -19,7 +19,9 @@ from workbench.plant import build
 from workbench.plant.effects import find
 from workbench.records import Campaign, Record
 from workbench.records.write import write_csv
-from workbench.rigs.rig import EffectUse, Number, Rig, load_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse, Rig
+from workbench.rigs.rig_file import load_rig
 
 SIGMA = {"pa": 2e4, "pb": 2e4, "position": 1e-4, "spool": 2e-6}
 PERIOD = 2e-3

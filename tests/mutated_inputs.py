@@ -33,7 +33,7 @@ from workbench.records.columns import ColumnMap
 from workbench.records.frequency_sheet import read_response, read_sheet
 from workbench.records.sheet_points import read_points
 from workbench.rigs.datasheet import load_datasheet
-from workbench.rigs.rig import load_rig, rig_text
+from workbench.rigs.rig_file import load_rig, rig_text
 
 ROOT = Path(__file__).parents[1]
 SECONDS, BYTES = 1.0, 500 * 2**20  # of the processor and of memory, for one reading

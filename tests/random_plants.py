@@ -15,7 +15,8 @@ import numpy as np
 from workbench.engine import Engine, Trajectory
 from workbench.engine.engine import TOLERANCE as ENGINE_TOLERANCE
 from workbench.plant import build
-from workbench.rigs.rig import Rig, load_rig
+from workbench.rigs.rig import Rig
+from workbench.rigs.rig_file import load_rig
 
 RIGS = ("jack-10t", "festo-tp511", "crane")
 TOLERANCE = 0.01  # of what is exchanged

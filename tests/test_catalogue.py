@@ -11,7 +11,8 @@ from workbench.commands.list.catalogue import KINDS, listing, listing_text
 from workbench.commands.show.describe import describe, describe_text
 from workbench.control.controller_spec import controller_spec
 from workbench.plant.effects import LIBRARY
-from workbench.rigs.rig import EffectUse, bundled, load_rig
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import bundled, load_rig
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from workbench.engine.backend import NotCompiled, Stepping, compile_plant
 from workbench.engine.compiled import CompiledPlant
 from workbench.engine.vector_math import LIBM
 from workbench.plant import Plant, build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 STEPPING = Stepping(tolerance=1e-5, first_step=2e-5, cap=20_000)
 PERIOD = 5e-4

@@ -14,7 +14,7 @@ from workbench.linear import equilibrium
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 TUNED = load_config(EXPERIMENTS / "position_tuned.toml").controllers

@@ -9,7 +9,8 @@ import workbench as wb
 from controllers import P, PressureFeedback
 from workbench.base.errors import InputError
 from workbench.loop.conditions import Conditions
-from workbench.rigs.rig import COMPUTING_DELAY, load_rig, rig_text, save_rig
+from workbench.rigs.rig import COMPUTING_DELAY
+from workbench.rigs.rig_file import load_rig, rig_text, save_rig
 
 LAW = P(gain=3.7) + PressureFeedback(gain="1.6e-4 1/bar", corner="0.25 Hz")
 

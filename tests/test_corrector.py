@@ -15,7 +15,8 @@ from workbench.identify.datasheet.corrector import Maker, SpoolLoop
 from workbench.linear import equilibrium, linearise
 from workbench.linear.equilibria import equilibria, slopes
 from workbench.plant import build_valve_bench
-from workbench.rigs.rig import EffectUse, load_rig
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
 
 EXPERIMENT = Path(__file__).parents[1] / "experiments" / "corrector.toml"
 MAKER = Maker(70.0, 85.0, (1.0, 2.0))

@@ -22,7 +22,8 @@ from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.records import Campaign, load_campaign
 from workbench.records.sessions import Drift, Session
-from workbench.rigs.rig import Rig, load_rig, rig_text
+from workbench.rigs.rig import Rig
+from workbench.rigs.rig_file import load_rig, rig_text
 
 FREE = ("K3", "z0")
 FACTOR, SHIFT = 1.03, 0.004

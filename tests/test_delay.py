@@ -19,7 +19,8 @@ from workbench.loop.describing_function import closed_loop_sine
 from workbench.loop.margins import linear_loop
 from workbench.loop.sampled_loop import SampledLoop, run_loop
 from workbench.plant import build, build_pilot_bench, build_valve_bench
-from workbench.rigs.rig import EffectUse, Number
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 
 PERIOD = 1e-3
 STEP = np.full(400, 2e-3)

@@ -36,7 +36,7 @@ def test_the_pages_have_every_number_effect_controller_and_command(generate):
 
     from workbench.commands import COMMANDS
     from workbench.commands.list.catalogue import listing
-    from workbench.rigs.rig import load_rig
+    from workbench.rigs.rig_file import load_rig
 
     numbers = rig_keys.pages()["numbers.md"]
     for rig in ("jack-10t", "festo-tp511"):

@@ -16,7 +16,8 @@ from workbench.identify.fit.predict import predict_windows
 from workbench.plant import build
 from workbench.records import load_campaign
 from workbench.records.excitation import Excitation
-from workbench.rigs.rig import EffectUse, Number
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 
 PERIOD = 1e-3
 COULOMB = (("jack.friction", "coulomb"),)

@@ -13,7 +13,8 @@ from workbench.engine.emit import first_unsupported
 from workbench.linear import equilibrium, linearise
 from workbench.plant import assembly, build, build_force_port, build_pilot_bench, build_valve_bench
 from workbench.plant.effects import EQUATIONS, LIBRARY, SLOTS, applies, find, valves_with
-from workbench.rigs.rig import EffectUse, load_rig
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
 
 NAMES = {
     "drive.delay": ("drive", "drive timing"),

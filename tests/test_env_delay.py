@@ -12,7 +12,9 @@ from envs.single import JackPosition
 from envs.vector import JackPositionVector
 from workbench.engine import Engine
 from workbench.plant import build
-from workbench.rigs.rig import EffectUse, Number, load_rig, save_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig, save_rig
 
 STEPS = 60
 

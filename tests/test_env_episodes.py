@@ -10,7 +10,7 @@ from made_tasks import hold_at, make, mm, table_of
 from envs.lane_guard import Trip
 from envs.single import JackForce, JackPosition
 from workbench.base.errors import InputError
-from workbench.rigs.rig import save_rig
+from workbench.rigs.rig_file import save_rig
 
 
 @pytest.fixture(scope="module")

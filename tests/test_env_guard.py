@@ -11,7 +11,7 @@ from envs.sensing import LaneSensors
 from envs.single import JackPosition
 from workbench.loop.guard import Guard
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 
 @pytest.mark.parametrize("task", ["position", "force-moving-end"])

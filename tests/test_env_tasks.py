@@ -13,7 +13,7 @@ from envs.references import FAMILIES, Multisine, Ramps, Range, Sines, Steps
 from envs.single import JackPosition
 from envs.task import load_task
 from workbench.base.errors import InputError
-from workbench.rigs.rig import load_rig, save_rig
+from workbench.rigs.rig_file import load_rig, save_rig
 
 # references
 

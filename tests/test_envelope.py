@@ -21,7 +21,9 @@ from workbench.loop.rows import MOVING, loop_setup, play
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.scenarios import SCENARIOS
 from workbench.plant import build
-from workbench.rigs.rig import EffectUse, Number, load_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 TUNED, MID_STROKE = (

@@ -18,7 +18,9 @@ from envs.references import Range
 from envs.registration import IDS
 from envs.single import JackForce, JackPosition
 from envs.task import bundled, load_task
-from workbench.rigs.rig import EffectUse, Number, save_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import save_rig
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from workbench.records.excitation import (
     multisine,
     read_excitation,
 )
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 PERIOD = 1e-3
 WAVES = {

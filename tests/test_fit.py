@@ -21,7 +21,8 @@ from workbench.plant import build
 from workbench.plant.effects import LIBRARY
 from workbench.records import Campaign
 from workbench.report import render
-from workbench.rigs.rig import Rig, load_rig, save_rig
+from workbench.rigs.rig import Rig
+from workbench.rigs.rig_file import load_rig, save_rig
 
 RIG = load_rig("festo-tp511")
 TRUE = {"K3": 6.2e-5, "M": 7.0, "b": 120.0, "f0": 60.0}

@@ -16,7 +16,7 @@ from workbench.loop.lane_laws import lane_laws
 from workbench.loop.lane_loop import play_lanes
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 PERIOD = 1e-3
 TUNED = Path(__file__).parents[1] / "experiments" / "position_tuned.toml"

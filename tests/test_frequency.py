@@ -22,7 +22,7 @@ from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
 from workbench.records.excitation import chirp, harmonics, multisine
 from workbench.records.frequency_sheet import listed_sheet, read_sheet
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 SHARED = Path(__file__).parents[2] / "shared"
 PERIOD = 1e-3

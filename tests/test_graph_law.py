@@ -28,7 +28,7 @@ from workbench.loop.plant_response import signals_at
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 TUNED = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.loop.guard import Guard
-from workbench.rigs.rig import bundled, load_rig
+from workbench.rigs.rig_file import bundled, load_rig
 
 PERIOD = 1e-3
 RATE = 200.0  # 1/s, the rig's

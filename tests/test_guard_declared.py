@@ -19,7 +19,8 @@ from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build
 from workbench.rigs import schema
-from workbench.rigs.rig import Number, load_rig, rig_text
+from workbench.rigs.number import Number
+from workbench.rigs.rig_file import load_rig, rig_text
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 SPECS = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}

@@ -15,7 +15,7 @@ from workbench.loop.guard import Guard
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
-from workbench.rigs.rig import load_rig, rig_text
+from workbench.rigs.rig_file import load_rig, rig_text
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 SPECS = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}

@@ -20,7 +20,7 @@ from workbench.control.export.sections import identifier
 from workbench.control.export.structured_text import structured_text
 from workbench.linear import equilibrium, linear_plant
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 GCC = shutil.which("gcc")
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]

@@ -21,7 +21,7 @@ from workbench.loop.lane_metrics import step_lanes
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 SPECS = {

@@ -20,7 +20,9 @@ from workbench.plant import build
 from workbench.plant.effects import EQUATIONS, LIBRARY, applies, find, learned, refine, small_signal, static_curve
 from workbench.plant.effects.curves import knots_at
 from workbench.plant.effects.natural import natural_samples, variable
-from workbench.rigs.rig import EffectUse, Number, load_rig, rig_text
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig, rig_text
 
 FEW = settings(max_examples=25)
 PIECES = tuple(piece for equation in EQUATIONS for piece in learned(equation))

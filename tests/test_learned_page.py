@@ -18,7 +18,7 @@ from workbench.identify.trace.samples import variable_samples
 from workbench.plant.effects import Effect, find, refine
 from workbench.plant.effects.natural import variable
 from workbench.report import Figure, Section, Table
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 
 def fit_of(effect: Effect, values: dict[str, float], deviation: float) -> Fit:

@@ -16,7 +16,9 @@ from workbench.identify.trace.refit import fit_rig
 from workbench.identify.trace.reshape import TIERS, offered
 from workbench.identify.trace.samples import variable_samples
 from workbench.plant.effects import find
-from workbench.rigs.rig import EffectUse, Number, load_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("festo-tp511")
 

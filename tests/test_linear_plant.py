@@ -12,7 +12,7 @@ from workbench.control.linear_observer import sampled_model
 from workbench.loop.reach import check_reach
 from workbench.loop.rows import loop_setup
 from workbench.plant import build
-from workbench.rigs.rig import rig_text
+from workbench.rigs.rig_file import rig_text
 
 CONTROL = '[limits]\nstroke = "300 mm"\n[control]\nperiod = "1 ms"\n'
 SIGNALS = '[signals]\ncommand = 10.0\nposition = "mm"\ndelay = "1.5 ms"\n'

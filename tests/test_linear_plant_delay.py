@@ -15,7 +15,7 @@ from workbench.loop.envelope import envelope, steps
 from workbench.loop.plant_lanes import uncertain
 from workbench.loop.rows import loop_setup
 from workbench.plant import build
-from workbench.rigs.rig import rig_text
+from workbench.rigs.rig_file import rig_text
 
 DELAYS = (1.5e-3, 0.0, 0.4e-3, 2e-3, 3.7e-3)
 STEP = wb.SCENARIOS["position-10mm"]

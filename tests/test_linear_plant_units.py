@@ -11,7 +11,7 @@ from controllers import P
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.rigs.linear_rig import LinearRig
-from workbench.rigs.rig import load_rig, rig_text
+from workbench.rigs.rig_file import load_rig, rig_text
 
 PLANT = """[chain]
 gain = 4.0

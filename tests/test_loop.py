@@ -14,7 +14,7 @@ from workbench.loop.margins import linear_loop
 from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop, run_loop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 PERIOD = 1e-3
 RATE = 200.0  # 1/s, the rig's

@@ -15,7 +15,7 @@ from workbench.loop.plant_response import plant_response
 from workbench.loop.rig_variations import with_delay
 from workbench.plant import build
 from workbench.plant.assembly import Assembly
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 PERIOD = 1e-3
 LEAD = PidLead.Design(

@@ -19,7 +19,7 @@ from workbench.control.measured_stiffness import StiffnessMeter
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 PERIOD, SOFT, STIFF = 1e-3, 1e6, 1e7
 RIG = with_delay(load_rig("jack-10t").with_values(ks=STIFF, cs=1e3), 0.3e-3)

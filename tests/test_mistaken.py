@@ -11,7 +11,7 @@ from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.data.static import check_static
 from workbench.identify.fit.mistaken import check_columns
 from workbench.records import load_campaign
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 BUNDLED = Path(__file__).parents[1] / "workbench" / "rigs" / "jack-10t.toml"
 SAMPLE = Path(__file__).parents[1] / "experiments" / "sample"

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.cli import main
 from workbench.commands.tune.config import load_tune
-from workbench.rigs.rig import bundled, load_rig
+from workbench.rigs.rig_file import bundled, load_rig
 
 
 @pytest.mark.parametrize("rig", ["jack-10t", "festo-tp511"])

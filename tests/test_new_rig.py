@@ -23,7 +23,7 @@ from workbench.plant import build
 from workbench.rigs.datasheet import Response, build_rig, load_datasheet
 from workbench.rigs.datasheet_keys import figures
 from workbench.rigs.jack import JACKS
-from workbench.rigs.rig import load_rig, save_rig
+from workbench.rigs.rig_file import load_rig, save_rig
 from workbench.rigs.valve import VALVES
 
 SERVO = """

@@ -11,7 +11,7 @@ from workbench.cli import main
 from workbench.commands.run.config import load_config
 from workbench.control.controller_type import controller
 from workbench.loop.rows import linear_loops, loop_setup
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 LAW = """
 from controllers.p import P

@@ -25,7 +25,7 @@ from workbench.plant.effects import find
 from workbench.records import Campaign, Record
 from workbench.records.excitation import read_excitation
 from workbench.report import render
-from workbench.rigs.rig import load_rig, rig_text
+from workbench.rigs.rig_file import load_rig, rig_text
 
 _BIAS = find("load.bias", "weight")
 SMALL_BIAS = replace(_BIAS, numbers=(replace(_BIAS.numbers[0], typical=50.0, low=-500.0, high=500.0),))

@@ -14,7 +14,7 @@ from workbench.plant import build, build_force_port, build_pilot_bench, orifice
 from workbench.plant.effects import SLOTS
 from workbench.plant.valve import VALVES
 from workbench.rigs import valve as kinds
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 
 def q(drop):

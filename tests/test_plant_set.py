@@ -4,7 +4,7 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.loop.rig_variations import RIG_SET, variation
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 
 def test_each_name_moves_one_number_and_is_the_name_of_the_rig():

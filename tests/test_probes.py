@@ -5,7 +5,7 @@ import pytest
 
 from workbench.plant import build
 from workbench.plant.probes import probes
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 MOVED = {  # per unit of input: rates or outputs that move, and by how much
     "three-stage": {

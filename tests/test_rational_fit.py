@@ -7,7 +7,7 @@ import workbench as wb
 from workbench.base.errors import InputError
 from workbench.commands.common.experiment import read_experiment, rig_name, rig_of
 from workbench.records.rational_fit import FitOrder, fit_rational
-from workbench.rigs.rig import rig_text
+from workbench.rigs.rig_file import rig_text
 
 F = np.geomspace(0.2, 60, 45)
 S = 2j * np.pi * F

@@ -16,7 +16,9 @@ from workbench.linear import equilibrium
 from workbench.loop.sampled_loop import LoopRun, SampledLoop
 from workbench.records import load_campaign
 from workbench.records.excitation import Excitation, excitation, excitation_text, steps, triangle
-from workbench.rigs.rig import EffectUse, Number, load_rig, save_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig, save_rig
 
 PERIOD = 1e-3
 

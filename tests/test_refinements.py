@@ -26,7 +26,9 @@ from workbench.plant.effects import (
 )
 from workbench.plant.effects.curves import knots_at
 from workbench.plant.effects.natural import PASSAGES, variable, variables
-from workbench.rigs.rig import EffectUse, Number, load_rig, rig_text
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig, rig_text
 
 CASES = (
     ("drive.lag", "amplifier", "pole"),

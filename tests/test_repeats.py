@@ -14,7 +14,7 @@ from workbench.identify.fit.repeats import MOVING, STANDING, WHOLE, against_mean
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 SIGMA = {"pa": 3e4, "pb": 3e4, "position": 3e-4}
 DATA = Path(__file__).parents[2] / "shared" / "data" / "festo_tp511"

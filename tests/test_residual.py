@@ -15,7 +15,7 @@ from workbench.identify.fit.predict import predict_free, predict_windows
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 SHARED = Path(__file__).parents[2] / "shared"
 SIGMA = {"pa": 3e4, "pb": 3e4, "position": 3e-4}

@@ -32,7 +32,7 @@ from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sine_points import SinePoint
 from workbench.plant import build
 from workbench.plant.assembly import Assembly
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 
 def a_plant(name, states, rates, output):

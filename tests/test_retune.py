@@ -12,7 +12,7 @@ from workbench.commands.common.step_experiment import load_steps
 from workbench.commands.retune.config import load_retune
 from workbench.commands.retune.study import run_retune
 from workbench.report import render
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 FOUND = str(Path(__file__).parent / "festo_found.toml")
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"

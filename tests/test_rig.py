@@ -14,7 +14,8 @@ from workbench.base.signals import SIGNALS
 from workbench.base.units import to_si
 from workbench.rigs import schema as rig_schema
 from workbench.rigs.jack import JACKS
-from workbench.rigs.rig import bundled, load_rig, number_specs, save_rig
+from workbench.rigs.rig import number_specs
+from workbench.rigs.rig_file import bundled, load_rig, save_rig
 from workbench.rigs.valve import VALVES
 
 BUNDLED = ("festo-tp511", "jack-10t", "jack-10t-rounded")

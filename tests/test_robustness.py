@@ -25,7 +25,7 @@ from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import MOVING
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 SHIPPED = EXPERIMENTS / "robustness.toml"

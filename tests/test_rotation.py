@@ -22,7 +22,7 @@ from workbench.identify.fit.solver import Fit
 from workbench.identify.trace.problem import MOST, estimation_problem
 from workbench.plant import build
 from workbench.records import load_campaign
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "festo_tp511"
 

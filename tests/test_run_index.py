@@ -15,7 +15,7 @@ from workbench.commands.common.head import whole_page
 from workbench.commands.common.outcome import Outcome
 from workbench.commands.common.run_index import INDEX, write_index
 from workbench.report import Curve, Figure, Page, Panel, Section, render
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 EXPERIMENT = """experiment = "step"
 rig = "jack-10t"

@@ -12,7 +12,7 @@ from workbench.loop.reach import check_flow
 from workbench.loop.rig_variations import variation
 from workbench.loop.rows import judge, linear_loops, loop_setup, play
 from workbench.loop.scenarios import Scenario
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 HEAD = """
 experiment = "step"

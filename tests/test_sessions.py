@@ -9,7 +9,8 @@ from workbench.base.process_pool import one_blas_thread
 from workbench.identify.fit.sessions import groups, session_differences
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
-from workbench.rigs.rig import Rig, load_rig
+from workbench.rigs.rig import Rig
+from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("festo-tp511")
 

@@ -17,7 +17,7 @@ from workbench.loop.rig_variations import variation
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sines import amplitude_phase, arriving, cycles_to_arrive, harmonics, sine, sine_errors
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 PERIOD = 1e-3
 LOOP = P(gain=4.0) + PressureFeedback(gain="2.5e-4 1/bar", corner=1.0) + LapInverse(excess=2e-3, width=2e-3)

@@ -18,7 +18,7 @@ from workbench.identify.fit.windows import Windows, cut_windows, delayed
 from workbench.identify.trace.shape import shape
 from workbench.plant import build
 from workbench.records import Record
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 FLOOR = NoiseFloor(SIGMA, dict.fromkeys(SIGMA, 1.0), dict.fromkeys(SIGMA, "made"))
 QUIET = dict.fromkeys(SIGMA, 0.0)

@@ -18,7 +18,7 @@ from workbench.commands.run.study import study_of
 from workbench.commands.sines.config import load_sines
 from workbench.commands.tune.config import load_tune
 from workbench.rigs.datasheet import load_datasheet
-from workbench.rigs.rig import load_rig, save_rig
+from workbench.rigs.rig_file import load_rig, save_rig
 
 KEYS = [
     *("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "steady_state_error", "iae"),

@@ -18,7 +18,7 @@ from workbench.identify.trace.refit import fit_rig, heldout_errors, refit_all_wi
 from workbench.plant import build
 from workbench.records import load_campaign, read_record
 from workbench.records.columns import ColumnMap
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 CRANE = Path(__file__).parents[2] / "shared" / "data" / "crane" / "actuator.mat"
 HEADER = "u,p,x"

@@ -14,7 +14,7 @@ from workbench.linear.linearisation import linear_plant
 from workbench.linear.state_space import sampled_response
 from workbench.loop.margins import linear_loop
 from workbench.plant import build
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 COLUMN = 0.25 + 0.3e-3 / 0.00467  # m: half the stroke and the dead volume over the area of jack-10t
 LAP = LapInverse(excess=0.0016, width=0.0021)

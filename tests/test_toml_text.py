@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.base.toml_text import toml_text
-from workbench.rigs.rig import bundled, load_rig, rig_text
+from workbench.rigs.rig_file import bundled, load_rig, rig_text
 
 text = st.text(st.characters(exclude_categories=("Cs",)), max_size=12)
 scalar = st.one_of(text, st.booleans(), st.integers(-(2**63), 2**63 - 1), st.floats(allow_nan=False))

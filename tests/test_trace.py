@@ -44,7 +44,7 @@ from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
 from workbench.records import Record, load_campaign
 from workbench.report import render
-from workbench.rigs.rig import load_rig, rig_text
+from workbench.rigs.rig_file import load_rig, rig_text
 
 ROOT = Path(__file__).parents[1]
 SHARED = ROOT.parent / "shared" / "campaigns"

@@ -25,7 +25,7 @@ from workbench.commands.common.run_folder import metrics_json, open_run
 from workbench.commands.trace.study import effects_for, run_trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.records import Record
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 ROOT = Path(__file__).parents[1]
 RIG = load_rig("festo-tp511")

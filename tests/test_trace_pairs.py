@@ -22,7 +22,9 @@ from workbench.identify.trace.rule import best_pair, worth_adding
 from workbench.identify.trace.search import search_effects
 from workbench.identify.trace.verdict import judge_search
 from workbench.plant.effects import find
-from workbench.rigs.rig import EffectUse, Number, load_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
 
 RANDOM = np.random.default_rng(5)
 

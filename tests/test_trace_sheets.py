@@ -14,7 +14,7 @@ from workbench.identify.sheet.problem import sheet_problem
 from workbench.identify.sheet.tracer import trace_sheets
 from workbench.plant.effects import Effect, find
 from workbench.records.sheet_points import SheetPoints, read_points
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 F = np.geomspace(10.0, 150.0, 12)
 RIVALS = (find("drive.lag", "amplifier"), find("drive.delay", "shift"), find("main.deadband", "linear"))

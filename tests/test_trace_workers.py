@@ -6,7 +6,7 @@ from made_campaigns import LIBRARY, named, rubbing_campaign, unknown
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json, open_run
 from workbench.commands.trace.study import run_trace
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("festo-tp511")
 

@@ -10,7 +10,7 @@ from workbench.base import trust
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.plant.effects import load_effects
-from workbench.rigs.rig import save_rig
+from workbench.rigs.rig_file import save_rig
 
 CODE = """
 from pathlib import Path

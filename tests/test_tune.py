@@ -13,7 +13,7 @@ from workbench.commands.tune.config import load_tune
 from workbench.commands.tune.goals import Goals
 from workbench.commands.tune.search import nearest_trial, search
 from workbench.commands.tune.study import run_tune
-from workbench.rigs.rig import load_rig, save_rig
+from workbench.rigs.rig_file import load_rig, save_rig
 
 CONFIG = """
 experiment = "tune"

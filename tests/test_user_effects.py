@@ -12,7 +12,7 @@ from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.plant.effects import LIBRARY, find, known_effects, load_effects, resolve
-from workbench.rigs.rig import load_rig, save_rig
+from workbench.rigs.rig_file import load_rig, save_rig
 
 DRAG = '''
 """Effects of our rig."""

@@ -16,7 +16,7 @@ from workbench.engine import Engine
 from workbench.linear import discretise, equilibrium, linearise, nonlinear_system, null_pressure, valve_blocks
 from workbench.linear.frequency_response import linear_response
 from workbench.plant import build, build_valve_bench
-from workbench.rigs.rig import bundled, load_rig
+from workbench.rigs.rig_file import bundled, load_rig
 
 
 def modes(plant, **numbers):

@@ -62,7 +62,8 @@ if TYPE_CHECKING:
     from .records.frequency_sheet import read_sheet
     from .report import Curve, Figure, Panel, Table
     from .rigs.linear_system import linear_plant
-    from .rigs.rig import Rig, load_rig, save_rig
+    from .rigs.rig import Rig
+    from .rigs.rig_file import load_rig, save_rig
 
 _HOMES = {
     "base.errors": ("InputError",),
@@ -89,7 +90,8 @@ _HOMES = {
     "records.frequency_sheet": ("read_sheet",),
     "report": ("Curve", "Figure", "Panel", "Table"),
     "rigs.linear_system": ("linear_plant",),
-    "rigs.rig": ("Rig", "load_rig", "save_rig"),
+    "rigs.rig": ("Rig",),
+    "rigs.rig_file": ("load_rig", "save_rig"),
 }
 
 __all__ = [

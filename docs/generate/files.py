@@ -15,7 +15,7 @@ from workbench.commands.run.config import load_config
 from workbench.commands.sines.config import load_sines
 from workbench.commands.tune.config import load_tune
 from workbench.records import load_campaign
-from workbench.rigs.rig import load_rig
+from workbench.rigs.rig_file import load_rig
 
 from .markdown import page, plain, table
 from .readings import Readings, watched

@@ -7,7 +7,8 @@ from workbench.base.units import Spec
 from workbench.rigs import schema
 from workbench.rigs.datasheet_keys import RESPONSE, figures
 from workbench.rigs.jack import JACKS
-from workbench.rigs.rig import Number, bundled, load_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig_file import bundled, load_rig
 from workbench.rigs.valve import VALVES
 
 from .markdown import code, number, page, plain, table

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from ..base.errors import InputError, echo, nearest
 from ..rigs.linear_rig import LinearRig
-from ..rigs.rig import EffectUse, Number, Rig
+from ..rigs.number import Number
+from ..rigs.rig import EffectUse, Rig
 
 _FACTORS = {
     "nominal": {},

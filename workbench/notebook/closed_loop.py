@@ -22,7 +22,8 @@ from ..loop.outer_loop import outer_loop
 from ..loop.rig_variations import with_delay
 from ..loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play
 from ..loop.scenarios import Scenario, scenario
-from ..rigs.rig import Rig, load_rig
+from ..rigs.rig import Rig
+from ..rigs.rig_file import load_rig
 from .closed_loop_bode import ClosedLoopBode
 from .inverse import Inverse
 from .stability import Margins, Poles

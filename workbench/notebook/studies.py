@@ -16,7 +16,8 @@ from ..commands.trace.study import trace_campaign as trace
 from ..commands.tune.config import load_tune
 from ..commands.tune.study import run_tune
 from ..records import Campaign, load_campaign
-from ..rigs.rig import Rig, load_rig
+from ..rigs.rig import Rig
+from ..rigs.rig_file import load_rig
 
 __all__ = ["fit", "residual", "run", "trace"]
 

@@ -1,6 +1,7 @@
 """What a rig is: its numbers with units, sources and bounds.
 
-rig         a rig and its TOML file; the bundled ones are beside this file
+rig, number, sensor    a rig, its numbers and its sensors
+rig_file, rig_table    its TOML file, read and written; the bundled ones are beside this file
 schema, together    the numbers that every rig has, and what they have to be to each other
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
 jack        the kinds of jack
@@ -11,6 +12,9 @@ linear_rig, linear_form, linear_signals, linear_file, linear_sheet, linear_syste
             response, and what python-control has
 """
 
-from .rig import Number, Rig, Sensor, bundled, load_rig, save_rig
+from .number import Number
+from .rig import Rig
+from .rig_file import bundled, load_rig, save_rig
+from .sensor import Sensor
 
 __all__ = ["Number", "Rig", "Sensor", "bundled", "load_rig", "save_rig"]

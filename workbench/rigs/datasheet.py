@@ -19,7 +19,10 @@ from ..base.units import Spec, from_si, to_si, usual_unit
 from . import schema
 from .datasheet_keys import RESPONSE, check_complete, figures
 from .jack import JACKS
-from .rig import Number, Rig, Sensor, load_rig, number_specs, read_number
+from .number import Number, read_number
+from .rig import Rig, number_specs
+from .rig_file import load_rig
+from .sensor import Sensor
 from .valve import VALVES, ValveKind
 
 KIND = "new-rig"

@@ -25,7 +25,9 @@ from .linear_form import ChainForm, LinearForm, StateSpaceForm, TransferFunction
 from .linear_rig import DELAY, GAIN, LOAD, LinearRig
 from .linear_sheet import fit_sheet
 from .linear_signals import limit_specs, measured_as, output_signals
-from .rig import COMPUTING_DELAY, Number, Sensor, read_sensors
+from .number import Number
+from .rig import COMPUTING_DELAY
+from .sensor import Sensor, read_sensors
 from .together import check_speed_guard
 
 FREQUENCY_RESPONSE = "frequency_response"

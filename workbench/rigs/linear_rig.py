@@ -14,7 +14,9 @@ from ..records.rational_fit import RationalFit
 from .jack import JackKind
 from .linear_form import ANY, LinearForm
 from .linear_signals import measured_as, output_signals
-from .rig import Number, Rig, number_entry, sensor_entry
+from .number import Number, number_entry
+from .rig import Rig
+from .sensor import sensor_entry
 from .valve import ValveKind
 
 GAIN = Spec("1", -ANY, ANY, "factor on the whole model")

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 from ..base.units import from_si
 
 if TYPE_CHECKING:
-    from .rig import Number, Rig
+    from .number import Number
+    from .rig import Rig
 
 _HEADS = ("number", "value", "unit", "bounds", "meaning", "source")
 

@@ -7,7 +7,8 @@ from ..base.table import Table
 from ..base.units import from_si
 
 if TYPE_CHECKING:
-    from .rig import Number, Sensor
+    from .number import Number
+    from .sensor import Sensor
 
 _BLIND = 50.0  # times the speed limit: what the guard sees of a speed has to be below that
 

@@ -4,7 +4,6 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...rigs.rig import rig_table
 from ..common.bench_experiment import load_bench
 from ..common.experiment import data_files
 from ..common.options import computes, finish, jobs, works
@@ -22,7 +21,7 @@ def _bench(options: argparse.Namespace, words: list[str]) -> None:
     config = load_bench(options.experiment, options.rig)
     from .study import run_bench
 
-    identity = {"command": "bench", "experiment": config.source, "rig": rig_table(config.rig)}
+    identity = {"command": "bench", "experiment": config.source, "rig": config.rig.table()}
     if files := data_files(config.source):
         identity["files"] = files
     finish(options, words, Path(options.experiment).stem, identity, partial(run_bench, config, jobs=jobs(options)))

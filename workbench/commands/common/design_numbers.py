@@ -7,7 +7,8 @@ from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
 from ...report import Section, Table
 from ...report.digits import four_digits
-from ...rigs.rig import Number, Rig
+from ...rigs.number import Number
+from ...rigs.rig import Rig
 
 # the units that people write design numbers in, by the SI unit
 _SHOWN = {"m": "mm", "m/s": "mm/s", "m/s^2": "mm/s^2", "s": "ms", "Pa": "bar", "1/Pa": "1/bar", "N/m": "kN/mm"}

@@ -14,7 +14,8 @@ from ...control.load_class import absolute
 from ...control.protocol import design_numbers, number
 from ...loop.conditions import Conditions
 from ...rigs.linear_file import FORMS, FREQUENCY_RESPONSE, read_linear_rig
-from ...rigs.rig import Rig, load_rig
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig
 
 _SHEET = ".csv"
 MOST_POINTS = 1000  # of a sweep: each is a simulation

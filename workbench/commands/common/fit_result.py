@@ -13,7 +13,8 @@ from ...plant.effects import Effect, EffectNumber, declared_numbers
 from ...report import within
 from ...report.digits import four_digits
 from ...report.table import Cell, shown
-from ...rigs.rig import EffectUse, Number, Rig
+from ...rigs.number import Number
+from ...rigs.rig import EffectUse, Rig
 from .numbers import finite
 from .session_fit import numbers_in_sessions, session_fits
 

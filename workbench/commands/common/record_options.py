@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...rigs.rig import rig_table
 from .experiment import data_files
 from .options import computes, draws, finish, plants
 from .outcome import Outcome
@@ -30,7 +29,7 @@ def _play(
 ) -> None:
     config = load(options.experiment, options.rig, plants(options))
     record = config.record
-    identity = {"command": words[0], "experiment": record.source, "rig": rig_table(record.rig)}
+    identity = {"command": words[0], "experiment": record.source, "rig": record.rig.table()}
     if record.drawn is not None:
         identity["plants"] = record.drawn.plants
     if files := data_files(record.source):

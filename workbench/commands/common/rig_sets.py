@@ -7,7 +7,8 @@ from pathlib import Path
 from ...base.table import Table
 from ...base.units import Spec
 from ...loop.rig_variations import RIG_SET, variation
-from ...rigs.rig import Rig, load_rig
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig
 from .experiment import with_specimen
 
 _ANY = float("inf")

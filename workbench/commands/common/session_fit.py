@@ -11,7 +11,7 @@ from ...identify.fit.session_numbers import SessionNumber
 from ...identify.fit.solver import Fit
 from ...identify.trace.problem import EstimationProblem
 from ...report import Table
-from ...rigs.rig import Number
+from ...rigs.number import Number
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ...rigs.rig import load_rig
+from ...rigs.rig_file import load_rig
 from .config import KINDS, Design
 
 

@@ -4,7 +4,6 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...rigs.rig import rig_table
 from ..common.options import computes, draws, finish, plants
 from ..common.shipped import experiment
 from .config import load_faults
@@ -22,5 +21,5 @@ def _faults(options: argparse.Namespace, words: list[str]) -> None:
     from .study import run_faults
 
     identity = {"command": "faults", "experiment": config.source, "plants": config.plants}
-    identity["rig"] = rig_table(config.rig)
+    identity["rig"] = config.rig.table()
     finish(options, words, Path(options.experiment).stem, identity, partial(run_faults, config))

@@ -3,7 +3,6 @@
 import argparse
 from functools import partial
 
-from ...rigs.rig import rig_table
 from ..common.rig_out import finish_with_rig, leaves_rig
 from ..residual.config import fingerprint, load, on_campaign
 
@@ -21,7 +20,7 @@ def _fit(options: argparse.Namespace, words: list[str]) -> None:
     campaign, rig = load(options)
     from .study import run_fit
 
-    identity = {"command": "fit", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
+    identity = {"command": "fit", "campaign": fingerprint(campaign), "rig": rig.table()}
     identity["starts"] = options.starts
     name = campaign.path.resolve().name
     finish_with_rig(options, words, name, identity, partial(run_fit, campaign, rig, options.starts))

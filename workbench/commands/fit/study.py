@@ -11,7 +11,8 @@ from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.trace.refit import FittedModel, fit_rig, heldout_errors, refit_all_windows
 from ...identify.trace.stored import packed, unpacked
 from ...records import Campaign
-from ...rigs.rig import Rig, rig_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.error_page import record_tables, rms_of
 from ..common.fit_result import base_intervals, correlations, fitted, fitted_rig

@@ -3,7 +3,6 @@
 import argparse
 from functools import partial
 
-from ...rigs.rig import rig_table
 from ..common.options import computes, finish
 from ..common.shipped import campaign
 from .config import identity, load
@@ -26,5 +25,5 @@ def _frequency(options: argparse.Namespace, words: list[str]) -> None:
     from .study import run_frequency
 
     name = "-".join(["frequency", task.source, *pair])
-    whole = {"command": "frequency", "rig": rig_table(task.rig), **identity(task)}
+    whole = {"command": "frequency", "rig": task.rig.table(), **identity(task)}
     finish(options, words, name, whole, partial(run_frequency, task))

@@ -8,7 +8,7 @@ from pathlib import Path
 from ...base.errors import InputError
 from ...base.files import MEBIBYTE, open_file
 from ...records.foreign.open import check_foreign
-from ...rigs.rig import load_rig, rig_table
+from ...rigs.rig_file import load_rig
 from ..common.options import computes, finish_in_folder
 
 
@@ -31,7 +31,7 @@ def _import(options: argparse.Namespace, words: list[str]) -> None:
     from .page import column_lines
     from .study import run_import
 
-    identity = {"command": "import", "rig": rig_table(rig), "files": digests}
+    identity = {"command": "import", "rig": rig.table(), "files": digests}
     study = partial(run_import, options.files, rig, options.rig)
     outcome = finish_in_folder(options, words, f"import-{rig.name}", identity, study)
     print(column_lines(outcome.metrics))

@@ -11,7 +11,8 @@ from ...identify.columns.roles import Motion, Roles, by_order, motion, roles
 from ...records import ColumnMap, load_campaign, read_record
 from ...records.campaign import FILE
 from ...records.foreign import Part
-from ...rigs.rig import Rig, bundled, rig_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import bundled, rig_text
 from ..common.outcome import Outcome, Progress
 from ..common.run_folder import Run
 from .page import import_page, metrics

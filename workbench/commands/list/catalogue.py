@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ...base.errors import InputError, nearest
 from ...base.files import read_bytes
 from ...base.toml import read_toml
-from ...rigs.rig import bundled
+from ...rigs.rig_file import bundled
 from ..common.columns import columns
 from ..common.shipped import shipped
 

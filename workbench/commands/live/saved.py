@@ -11,7 +11,7 @@ from ...base.errors import InputError
 from ...base.toml_text import toml_text
 from ...base.units import from_si
 from ...loop.scenarios import Scenario
-from ...rigs.rig import bundled, rig_text
+from ...rigs.rig_file import bundled, rig_text
 from ..common.step_experiment import load_steps
 from .config import LiveConfig
 from .plants import RigPoint

@@ -6,7 +6,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ...rigs.datasheet import load_datasheet
-from ...rigs.rig import Rig, load_rig
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig
 from ..common.new_folder import check_new, write_folder
 from .ask import STAGES, asked_datasheet
 

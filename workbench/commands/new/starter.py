@@ -10,7 +10,8 @@ from ...control.controller_type import controller
 from ...linear import equilibrium
 from ...loop.margins import linear_loop
 from ...plant import build
-from ...rigs.rig import Rig, rig_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import rig_text
 from ..common.shipped import shipped
 from ..show.describe import derived
 from ..show.rig_file import rig_file

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...rigs.datasheet import load_datasheet
-from ...rigs.rig import rig_text
+from ...rigs.rig_file import rig_text
 from ..common.options import computes, finish
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.shipped import experiment

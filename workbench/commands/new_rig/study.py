@@ -13,7 +13,8 @@ from ...identify.datasheet.valve_fit import ValveFit, fit_three_stage, second_or
 from ...identify.fit.determined import DETERMINED, FIGURE_ERROR
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
 from ...rigs.datasheet import Datasheet, Response, build_rig
-from ...rigs.rig import Number, Rig, rig_table
+from ...rigs.number import Number
+from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 
@@ -33,7 +34,7 @@ class _Measured:
 
 def identity(sheet: Datasheet) -> dict[str, Any]:
     """What says that a rig is built from the same datasheet: the file as it was read, and the geometry."""
-    return {"datasheet": sheet.read, "geometry": rig_table(sheet.geometry) if sheet.geometry else None}
+    return {"datasheet": sheet.read, "geometry": sheet.geometry.table() if sheet.geometry else None}
 
 
 def rig_of(sheet: Datasheet, stage: Stage, progress: Progress) -> tuple[Rig, ValveFit | None]:

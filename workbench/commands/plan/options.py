@@ -3,7 +3,6 @@
 import argparse
 from functools import partial
 
-from ...rigs.rig import rig_table
 from ..common.options import computes, finish
 from ..residual.config import fingerprint, load, on_campaign
 
@@ -18,5 +17,5 @@ def _plan(options: argparse.Namespace, words: list[str]) -> None:
     campaign, rig = load(options)
     from .study import run_plan
 
-    identity = {"command": "plan", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
+    identity = {"command": "plan", "campaign": fingerprint(campaign), "rig": rig.table()}
     finish(options, words, f"plan-{campaign.path.resolve().name}", identity, partial(run_plan, campaign, rig))

@@ -8,7 +8,8 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...records.excitation import Excitation, read_excitation
-from ...rigs.rig import Rig, bundled, load_rig
+from ...rigs.rig import Rig
+from ...rigs.rig_file import bundled, load_rig
 
 OWN = "rig.toml"  # the rig beside its records, where it is not a bundled one
 

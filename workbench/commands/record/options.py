@@ -4,7 +4,6 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...rigs.rig import rig_table
 from ..common.options import computes, finish
 from .config import identity, plan
 
@@ -23,5 +22,5 @@ def _record(options: argparse.Namespace, words: list[str]) -> None:
     planned = plan(options.rig, options.play, options.seed)
     from .study import run_record
 
-    whole = {"command": "record", "rig": rig_table(planned.rig), **identity(planned)}
+    whole = {"command": "record", "rig": planned.rig.table(), **identity(planned)}
     finish(options, words, f"record-{planned.rig.name}", whole, partial(run_record, planned))

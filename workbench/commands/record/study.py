@@ -20,7 +20,8 @@ from ...records.campaign import ROLES
 from ...records.excitation import Excitation, excitation, excitation_text, multisine
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Page, Panel, Section, Table
-from ...rigs.rig import Rig, rig_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import DriveSimulation, drive, effort, play, trouble, within_limits

@@ -9,7 +9,8 @@ import numpy as np
 from ...records import Campaign, Record, load_campaign
 from ...records.campaign import ROLES, judged_by
 from ...records.sessions import Drift
-from ...rigs.rig import Rig, load_rig
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig
 from ..common.shipped import campaign as campaign_folder
 
 

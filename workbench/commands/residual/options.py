@@ -3,7 +3,6 @@
 import argparse
 from functools import partial
 
-from ...rigs.rig import rig_table
 from ..common.options import computes, finish
 from .config import fingerprint, load, on_campaign
 
@@ -19,7 +18,7 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
     campaign, rig = load(options)
     from .study import run_residual
 
-    identity = {"command": "residual", "campaign": fingerprint(campaign), "rig": rig_table(rig)}
+    identity = {"command": "residual", "campaign": fingerprint(campaign), "rig": rig.table()}
     identity["free_run"] = options.free_run
     name = f"residual-{campaign.path.resolve().name}"
     study = partial(run_residual, campaign, rig, free_run=options.free_run)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...loop.sensors import check_sensors
-from ...rigs.rig import load_rig
+from ...rigs.rig_file import load_rig
 from ..common.experiment import read_experiment, rig_name, rig_of
 from ..tune.config import TuneConfig, tune_config
 from .searchable import searchable

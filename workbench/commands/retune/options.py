@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 
 from ...base.errors import InputError
-from ...rigs.rig import rig_table
 from ..common.experiment import data_files
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
@@ -28,7 +27,7 @@ def _retune(options: argparse.Namespace, words: list[str]) -> None:
     config = load_retune(options.experiment, options.found, options.rig, options.controller, options.trials)
     from .study import run_retune
 
-    rigs = {"rig": rig_table(config.declared.start.rig), "found": rig_table(config.found.start.rig)}
+    rigs = {"rig": config.declared.start.rig.table(), "found": config.found.start.rig.table()}
     identity = {"command": "retune", "experiment": config.found.source, "trials": config.found.trials, **rigs}
     if files := data_files(config.found.source):
         identity["files"] = files

@@ -3,7 +3,6 @@
 import argparse
 from pathlib import Path
 
-from ...rigs.rig import rig_table
 from ..common.experiment import data_files
 from ..common.options import computes, finish
 from ..common.shipped import experiment
@@ -20,7 +19,7 @@ def _run(options: argparse.Namespace, words: list[str]) -> None:
     config = load_config(options.experiment, options.rig)
     from .study import study_of
 
-    identity = {"command": "run", "experiment": config.source, "rig": rig_table(config.rig)}
+    identity = {"command": "run", "experiment": config.source, "rig": config.rig.table()}
     if files := data_files(config.source):
         identity["files"] = files
     finish(options, words, Path(options.experiment).stem, identity, study_of(config))

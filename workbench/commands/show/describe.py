@@ -10,7 +10,8 @@ from ...linear import Equilibrium, equilibrium, linearise
 from ...loop.capability import oil_stiffness, stall_force
 from ...plant import Plant, build
 from ...rigs.linear_rig import LinearRig
-from ...rigs.rig import Number, Rig
+from ...rigs.number import Number
+from ...rigs.rig import Rig
 from ...rigs.schema import CONTROL, LIMITS
 from ...rigs.valve import VALVES
 from ..common.columns import columns

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...base.errors import InputError
 from ...base.files import check_place
-from ...rigs.rig import load_rig
+from ...rigs.rig_file import load_rig
 from ..common.options import prints
 from .rig_file import rig_file
 

@@ -2,7 +2,8 @@
 
 from importlib.resources import files
 
-from ...rigs.rig import Rig, bundled, rig_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import bundled, rig_text
 
 
 def rig_file(name: str, rig: Rig) -> str:

@@ -4,7 +4,6 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...rigs.rig import rig_table
 from ..common.experiment import data_files
 from ..common.options import computes, draws, finish, plants
 from ..common.shipped import experiment
@@ -22,7 +21,7 @@ def _sines(options: argparse.Namespace, words: list[str]) -> None:
     config = load_sines(options.experiment, options.rig, plants(options))
     from .study import run_sines
 
-    identity = {"command": "sines", "experiment": config.source, "plants": config.plants, "rig": rig_table(config.rig)}
+    identity = {"command": "sines", "experiment": config.source, "plants": config.plants, "rig": config.rig.table()}
     if files := data_files(config.source):
         identity["files"] = files
     finish(options, words, Path(options.experiment).stem, identity, partial(run_sines, config))

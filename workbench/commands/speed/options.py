@@ -3,7 +3,7 @@
 import argparse
 from functools import partial
 
-from ...rigs.rig import load_rig, rig_table
+from ...rigs.rig_file import load_rig
 from ..common.options import computes, finish
 
 
@@ -16,4 +16,4 @@ def _speed(options: argparse.Namespace, words: list[str]) -> None:
     rig = load_rig(options.rig or "jack-10t")
     from .study import run_speed
 
-    finish(options, words, "speed", {"command": "speed", "rig": rig_table(rig)}, partial(run_speed, rig))
+    finish(options, words, "speed", {"command": "speed", "rig": rig.table()}, partial(run_speed, rig))

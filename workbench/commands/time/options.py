@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 
 from ...base.toml import read_toml
-from ...rigs.rig import rig_table
 from ..common.bench_experiment import load_bench
 from ..common.options import computes, finish
 from ..common.shipped import experiment
@@ -24,6 +23,6 @@ def _time(options: argparse.Namespace, words: list[str]) -> None:
     config = load(path, options.rig)
     from .study import run_timing
 
-    identity = {"command": "time", "experiment": config.source, "rig": rig_table(config.rig)}
+    identity = {"command": "time", "experiment": config.source, "rig": config.rig.table()}
     study = partial(run_timing, config, options.rig or config.source.get("rig", ""))
     finish(options, words, f"time-{path.stem}", identity, study)

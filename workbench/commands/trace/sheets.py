@@ -19,7 +19,8 @@ from ...identify.sheet.problem import SIGMA, SheetProblem, sheet_problem
 from ...identify.sheet.tracer import SheetCandidate, SheetTrace, trace_sheets
 from ...plant.effects import Effect
 from ...records.sheet_points import SheetPoints, named_apart, read_points
-from ...rigs.rig import Rig, load_rig, rig_table, rig_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig, rig_text
 from ..common.design_numbers import Subject
 from ..common.fit_result import base_intervals, effect_intervals, rig_as_fitted
 from ..common.numbers import finite
@@ -44,7 +45,7 @@ def trace_command(options: argparse.Namespace, words: list[str]) -> None:
     source = "-".join(dict.fromkeys(sheet.name for sheet in sheets))
     identity = {
         "command": "trace",
-        "rig": rig_table(rig),
+        "rig": rig.table(),
         "sheets": {sheet.name: _digest(sheet) for sheet in sheets},
         "pair": [options.input, options.output],
         "amplitudes": [sheet.amplitude for sheet in sheets],

@@ -12,7 +12,8 @@ from ...identify.trace.problem import estimation_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect, known_effects
 from ...records import Campaign, load_campaign
-from ...rigs.rig import Rig, load_rig, rig_table, rig_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig, rig_text
 from ..common.design_numbers import Subject
 from ..common.error_page import record_tables
 from ..common.fit_result import fitted_rig
@@ -85,7 +86,7 @@ def identity(
     return {
         "command": "trace",
         "campaign": fingerprint(campaign),
-        "rig": rig_table(rig),
+        "rig": rig.table(),
         "effects": digest((*rig.effect_files, *files)),
         "without": sorted(without),
         "several": several,

@@ -10,7 +10,7 @@ from scipy.stats import binom, binomtest
 
 from ...base.units import to_si
 from ...plant.effects import LIBRARY
-from ...rigs.rig import load_rig
+from ...rigs.rig_file import load_rig
 from .campaigns.draw import RIG
 
 VISIBLE = 1.2  # chi2 of the base fit; a misfit below is faint

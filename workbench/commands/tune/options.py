@@ -4,7 +4,6 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...rigs.rig import rig_table
 from ..common.experiment import data_files
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
@@ -22,7 +21,7 @@ def _tune(options: argparse.Namespace, words: list[str]) -> None:
     config = load_tune(options.experiment, options.rig)
     from .study import run_tune
 
-    identity = {"command": "tune", "experiment": config.source, "rig": rig_table(config.start.rig)}
+    identity = {"command": "tune", "experiment": config.source, "rig": config.start.rig.table()}
     if files := data_files(config.source):
         identity["files"] = files
     finish(options, words, Path(options.experiment).stem, identity, partial(run_tune, config, jobs=jobs(options)))

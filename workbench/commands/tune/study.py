@@ -8,8 +8,8 @@ from ...base.toml_text import toml_text
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
-from ...rigs.rig import bundled as bundled_rigs
-from ...rigs.rig import rig_text
+from ...rigs.rig_file import bundled as bundled_rigs
+from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import TuneConfig

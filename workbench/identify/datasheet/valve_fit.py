@@ -15,7 +15,8 @@ from scipy.optimize import least_squares
 from ...base.errors import InputError
 from ...base.units import usual_unit
 from ...rigs.datasheet import Datasheet, build_rig, main_lands
-from ...rigs.rig import Number, Rig
+from ...rigs.number import Number
+from ...rigs.rig import Rig
 from ...rigs.schema import SUPPLY
 from ...rigs.valve import SECOND_ORDER, THREE_STAGE
 from ..fit.determined import DETERMINED, Determination, FreeParameter, determine

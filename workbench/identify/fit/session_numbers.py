@@ -15,7 +15,8 @@ from ...plant import Plant, build
 from ...records import Campaign
 from ...records.campaign import FILE
 from ...records.sessions import RECORD, Drift, Session
-from ...rigs.rig import Number, Rig
+from ...rigs.number import Number
+from ...rigs.rig import Rig
 from ..data.noise_floor import same_command
 from .determined import FreeParameter
 from .windows import Group, Windows

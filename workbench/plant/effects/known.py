@@ -9,7 +9,8 @@ from ...base import trust
 from ...base.errors import InputError, nearest
 from ...base.files import read_bytes
 from ...base.units import from_si, to_si
-from ...rigs.rig import EffectUse, Number, Rig
+from ...rigs.number import Number
+from ...rigs.rig import EffectUse, Rig
 from . import air, compliance, drive, friction, lands, leakage, load, pilot, sensor, supply
 from .curves import check_knots
 from .decorator import check, declared

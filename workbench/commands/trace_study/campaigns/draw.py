@@ -19,7 +19,8 @@ from ....base.signals import MEASURED
 from ....engine import Engine
 from ....plant import build
 from ....records.excitation import Excitation
-from ....rigs.rig import Rig, load_rig
+from ....rigs.rig import Rig
+from ....rigs.rig_file import load_rig
 from .cause import Cause, cause
 from .excitation import excitations, loop_gain
 from .misfit import Misfit

@@ -1,0 +1,141 @@
+"""Rig files, read and written.
+
+A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load`, `limits`,
+`control`, `sensors.NAME`, `effects` and `sessions.NAME`; `effect_files` lists Python files beside it with a user's own
+effects. A number is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are
+how far a fit may move it, `interval` within what a fit knows it (95 %). A session has numbers of the plant that were
+others in the records of a campaign's session of that name. Everything is SI once read.
+"""
+
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+
+from ..base.errors import InputError, nearest
+from ..base.table import Table
+from ..base.toml import read_toml
+from ..base.toml_text import toml_text
+from ..base.units import Spec
+from . import schema
+from .jack import JACKS
+from .number import Number, read_number
+from .rig import COMPUTING_DELAY, EffectUse, Rig, number_specs
+from .sensor import read_sensors
+from .together import check_speed_guard, check_together
+from .valve import VALVES
+
+TITLES = ("name", "title", "source", "recordings", "effect_files")
+NO_CORRECTOR = "p"  # of a valve whose kind has no spool loop to choose
+TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "effects", "sessions")
+
+
+def bundled() -> list[str]:
+    """Names of the rigs that come with jackbench."""
+    folder = files("workbench") / "rigs"
+    return sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml"))
+
+
+def load_rig(name: str | Path, beside: Path | None = None) -> Rig:
+    """A bundled rig by name, or a rig file by path (relative to `beside`). Raises InputError with file and row."""
+    if str(name) in bundled():
+        return _read(Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name))
+    path = (beside / name) if beside else Path(name)
+    if path.suffix != ".toml":
+        hint = nearest(str(name), bundled())
+        end = "" if hint.endswith("?") else "."
+        raise InputError(f'no bundled rig "{name}"; {hint}{end} A rig file ends in .toml')
+    return _read(path, str(path))
+
+
+def _read(path: Path, shown: str) -> Rig:
+    top = read_toml(path, shown)
+    from .linear_file import FORMS, read_linear_rig
+
+    if any(form in top for form in FORMS):
+        return read_linear_rig(top, path.stem)
+    top.allow(*TITLES, *TABLES)
+    valve, jack = top.table("valve"), top.table("jack")
+    valve_kind, jack_kind = VALVES[valve.word("kind", VALVES)], JACKS[jack.word("kind", JACKS)]
+    corrector = valve.word("corrector", valve_kind.correctors) if valve_kind.correctors else NO_CORRECTOR
+    numbers = {
+        **_numbers(top.table("supply"), schema.SUPPLY),
+        **_numbers(top.table("oil"), schema.OIL),
+        **_numbers(valve, valve_kind.schema(corrector), "kind", "corrector"),
+        **_numbers(jack, jack_kind.numbers, "kind"),
+        **_numbers(top.table("load"), schema.LOAD),
+    }
+    limits = _numbers(top.table("limits"), schema.LIMITS, "stop")
+    sensors = read_sensors(top.optional_table("sensors"))
+    check_together(top, numbers, limits)
+    control = top.table("control", *schema.CONTROL)
+    period = read_number(control, "period", schema.CONTROL["period"])
+    check_speed_guard(top, sensors, limits["speed"].value * period.value)
+    return Rig(
+        name=top.named(top.text("name", path.stem)),
+        title=top.text("title", ""),
+        source=top.text("source", ""),
+        valve=valve_kind.name,
+        corrector=corrector,
+        jack=jack_kind.name,
+        numbers=numbers,
+        limits=limits,
+        period=period,
+        sensors=sensors,
+        effects=tuple(_effect(use) for use in top.tables("effects")),
+        sessions=_sessions(top.optional_table("sessions"), number_specs(valve_kind.name, corrector, jack_kind.name)),
+        recordings=top.text("recordings", ""),
+        effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
+        computing_delay=_computing_delay(control),
+        stop=_stop(top.table("limits")),
+        deadline=_deadline(control),
+    )
+
+
+def _stop(limits: Table) -> str:
+    if "stop" not in limits:
+        return schema.STOPS[0]
+    if limits.text("stop") == "depressurise":
+        raise limits.complaint("stop", f"no plant has a valve for that; possible: {', '.join(schema.STOPS)}")
+    return limits.word("stop", schema.STOPS)
+
+
+def _computing_delay(control: Table) -> Number:
+    name = COMPUTING_DELAY.name
+    return read_number(control, name, schema.CONTROL[name]) if name in control else COMPUTING_DELAY
+
+
+def _deadline(control: Table) -> Number | None:
+    return read_number(control, "deadline", schema.CONTROL["deadline"]) if "deadline" in control else None
+
+
+def _numbers(table: Table, specs: Mapping[str, Spec], *words: str) -> dict[str, Number]:
+    """All numbers of a table; a missing one that is not optional, an unknown or impossible one raises."""
+    table.allow(*specs, *words)
+    given = {name: spec for name, spec in specs.items() if name in table or name not in schema.OPTIONAL}
+    return {name: read_number(table, name, spec) for name, spec in given.items()}
+
+
+def _effect(use: Table) -> EffectUse:
+    """One `[[effects]]` entry; which names and numbers exist is checked where effects are known."""
+    name, numbers = use.text("name"), {}
+    for key in use:
+        if key not in ("name", "formula"):
+            unit = use.table(key).text("unit")
+            numbers[key] = read_number(use, key, Spec(unit, -float("inf"), float("inf"), ""))
+    return EffectUse(name, use.text("formula", ""), numbers)
+
+
+def _sessions(table: Table, specs: Mapping[str, Spec]) -> dict[str, dict[str, Number]]:
+    """Tables `[sessions.NAME]` of numbers of the plant."""
+    own = {name: table.table(name).allow(*specs) for name in table}
+    return {name: {key: read_number(part, key, specs[key]) for key in part} for name, part in own.items()}
+
+
+def save_rig(rig: Rig, path: Path) -> None:
+    """Write a rig file; `load_rig` reads back the same rig."""
+    path.write_text(rig_text(rig), encoding="utf-8")
+
+
+def rig_text(rig: Rig) -> str:
+    """The text of a rig file."""
+    return toml_text(rig.table())
