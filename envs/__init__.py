@@ -5,6 +5,7 @@
 
 registration     the names: JackPosition-v0, JackForce-v0
 single, vector   one jack, and many side by side; thin shells over the core, documented as Gymnasium does
+stable_baselines the vector environments as Stable-Baselines3 takes them
 spaces           action and observation space; reset options, of which there are none
 core             the episodes of N lanes: reset, step, reward, end
 single_lane      a core of one lane, in plain numbers while nothing ends

@@ -105,6 +105,12 @@ class Core:
             return self._stepped(*self._settle(reward))
         return self._stepped(reward, self._waiting.copy(), self._waiting.copy())
 
+    def restart(self) -> Stepped:
+        """Begin the next episode of the lanes that the last step ended, at once; the others stay where they are."""
+        self._begin(np.flatnonzero(self._waiting))
+        self._measure()
+        return self._stepped(*self._settle(np.zeros(len(self.x))))
+
     def _begin(self, rows: np.ndarray) -> None:
         """New episodes in these lanes, up to their first measurement."""
         times = len(self._sampler.t)

@@ -17,18 +17,21 @@ from .lane_guard import Trip
 from .spaces import action_space, observation_space, refuse_options
 from .task import load_task
 
+_NEXT_STEP = AutoresetMode.NEXT_STEP
+
 
 class _Jacks(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """What both loops share."""
 
     loop: ClassVar[str]
 
-    def __init__(self, num_envs: int, task: str | Path) -> None:
+    def __init__(self, num_envs: int, task: str | Path, autoreset_mode: str | AutoresetMode) -> None:
         if num_envs < 1:
             raise InputError(f"num_envs = {num_envs}: must be 1 or more")
+        self.autoreset_mode = _autoreset(autoreset_mode)
         self.core = Core(load_task(task, self.loop), num_envs)
         self.num_envs = num_envs
-        self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.single_action_space = action_space()
         self.single_observation_space = observation_space(self.core.channels)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -63,31 +66,64 @@ class _Jacks(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if not self._random:
             raise ResetNeeded("no episode is going on; call reset() first")
         stepped = self.core.step(np.asarray(actions, float).reshape(self.num_envs))
-        return stepped.observation, stepped.reward, stepped.terminated, stepped.truncated, self._infos(stepped)
+        ended = stepped.terminated | stepped.truncated
+        if self.autoreset_mode is AutoresetMode.NEXT_STEP or not np.count_nonzero(ended):
+            return *stepped[:4], self._infos(stepped)
+        final = {**self._final(stepped, ended), **_masked("final_info", self._infos(stepped, ended), ended)}
+        begun = self.core.restart()
+        return begun.observation, *stepped[1:4], {**final, **self._infos(begun)}
 
-    def _infos(self, stepped: Stepped) -> dict[str, Any]:
-        """Arrays over the lanes, each with its mask, as Gymnasium has them."""
-        everyone = np.ones((2, self.num_envs), bool)
-        command = stepped.command.copy()  # the guard goes on from its own
-        infos = {"error": stepped.error, "_error": everyone[0], "command": command, "_command": everyone[1]}
+    def _infos(self, stepped: Stepped, lanes: np.ndarray | None = None) -> dict[str, Any]:
+        """Arrays over the lanes, each with its mask, as Gymnasium has them; of all lanes or of those of a mask, 0 in
+        the others."""
+        there = np.ones(self.num_envs, bool) if lanes is None else lanes
+        infos = {}
+        for name, values in (("error", stepped.error), ("command", stepped.command)):
+            infos |= _masked(name, np.where(there, values, 0.0), there)  # a copy: the guard goes on from its own
         ended = stepped.terminated
         if np.count_nonzero(ended):
-            infos["_trip"], infos["trip"] = ended.copy(), np.full(self.num_envs, None, dtype=object)
-            infos["trip"][ended] = [Trip(code).reason for code in self.core.trip[ended]]
+            trip = np.full(self.num_envs, None, dtype=object)
+            trip[ended] = [Trip(code).reason for code in self.core.trip[ended]]
+            infos |= _masked("trip", trip, ended)
         return infos
+
+    def _final(self, stepped: Stepped, ended: np.ndarray) -> dict[str, Any]:
+        """The last observations of the lanes that ended, None of the others."""
+        final = np.full(self.num_envs, None, dtype=object)
+        for lane in np.flatnonzero(ended):
+            final[lane] = stepped.observation[lane]
+        return _masked("final_obs", final, ended)
+
+
+def _masked(name: str, values: Any, lanes: np.ndarray) -> dict[str, Any]:
+    """An entry of infos, and the mask of the lanes that it is of."""
+    return {name: values, f"_{name}": lanes.copy()}
+
+
+def _autoreset(mode: str | AutoresetMode) -> AutoresetMode:
+    """Raises InputError for a mode that is unknown or leaves resets to the caller."""
+    modes = [each for each in AutoresetMode if each is not AutoresetMode.DISABLED]
+    for each in modes:
+        if mode in (each, each.value):
+            return each
+    raise InputError(f"autoreset_mode = {mode!r}: must be {' or '.join(repr(each.value) for each in modes)}")
 
 
 class JackPositionVector(_Jacks):
     """JackPosition over `num_envs` lanes: lane i does what JackPosition with the same seed does, bit for bit.
 
-    A lane whose episode has ended begins its next one in the step after (AutoresetMode.NEXT_STEP): that step ignores
-    its action and gives the first observation, reward 0 and no end.
+    `autoreset_mode` says when a lane whose episode has ended begins its next one. AutoresetMode.NEXT_STEP: in the step
+    after, which ignores its action and gives the first observation, reward 0 and no end. AutoresetMode.SAME_STEP: in
+    the step that ended it, which gives the first observation; `infos` then has `final_obs` and `final_info`, with their
+    masks. Raises InputError for another mode.
     """
 
     loop = "position"
 
-    def __init__(self, num_envs: int = 1, task: str | Path = "position") -> None:
-        super().__init__(num_envs, task)
+    def __init__(
+        self, num_envs: int = 1, task: str | Path = "position", autoreset_mode: str | AutoresetMode = _NEXT_STEP
+    ) -> None:
+        super().__init__(num_envs, task, autoreset_mode)
 
 
 class JackForceVector(_Jacks):
@@ -95,5 +131,7 @@ class JackForceVector(_Jacks):
 
     loop = "force"
 
-    def __init__(self, num_envs: int = 1, task: str | Path = "force") -> None:
-        super().__init__(num_envs, task)
+    def __init__(
+        self, num_envs: int = 1, task: str | Path = "force", autoreset_mode: str | AutoresetMode = _NEXT_STEP
+    ) -> None:
+        super().__init__(num_envs, task, autoreset_mode)

@@ -41,14 +41,28 @@ def actions_of(lanes, steps, seed=0):
     )
 
 
+def same_infos(infos, wanted):
+    """Arrays by name, in tables within tables; `final_obs` is of arrays, or None."""
+    assert infos.keys() == wanted.keys()
+    for key, value in infos.items():
+        if isinstance(value, dict):
+            same_infos(value, wanted[key])
+        elif key == "final_obs":
+            for ours, theirs in zip(value, wanted[key], strict=True):
+                np.testing.assert_array_equal(ours, theirs)
+        else:
+            np.testing.assert_array_equal(value, wanted[key])
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 @pytest.mark.parametrize("task", KINDS)
 @pytest.mark.parametrize("lanes", [1, 3])
-def test_lanes_are_the_single_environment_bit_for_bit(tmp_path, task, lanes):
+def test_lanes_are_the_single_environment_bit_for_bit(tmp_path, task, lanes, mode):
     single, vector = KINDS[task]
     path, steps = short(tmp_path, task), 200
-    seeds = [11, 5, 8][:lanes]
-    together = vector(lanes, path)
-    alone = SyncVectorEnv([lambda: single(path)] * lanes)  # Gymnasium's own way to autoreset
+    seeds: list[int | None] = [*(11, 5, 8)[:lanes]]
+    together = vector(lanes, path, mode)
+    alone = SyncVectorEnv([lambda: single(path)] * lanes, autoreset_mode=mode)  # Gymnasium's own way to autoreset
     for (got, infos), (wanted, wanted_infos) in [(together.reset(seed=seeds), alone.reset(seed=seeds))]:
         np.testing.assert_array_equal(got, wanted)
         np.testing.assert_array_equal(infos["error"], wanted_infos["error"])
@@ -58,9 +72,7 @@ def test_lanes_are_the_single_environment_bit_for_bit(tmp_path, task, lanes):
         for ours, theirs in zip(got[:4], wanted[:4], strict=True):
             assert ours.dtype == theirs.dtype
             np.testing.assert_array_equal(ours, theirs)
-        assert got[4].keys() == wanted[4].keys()
-        for key in got[4]:
-            np.testing.assert_array_equal(got[4][key], wanted[4][key])
+        same_infos(got[4], wanted[4])
         ends += int((got[2] | got[3]).sum())
     assert ends >= 6 * lanes
 
@@ -123,6 +135,7 @@ def test_autoreset_takes_the_step_after_the_end(tmp_path):
     path = short(tmp_path, episode={"value": 5, "unit": "ms"})
     vector, idle = JackPositionVector(2, path), np.zeros((2, 1), np.float32)
     first, _ = vector.reset(seed=0)
+    last = first
     for k in range(1, 6):
         last, rewards, terminated, truncated, _ = vector.step(idle)
         assert not terminated.any()
@@ -155,7 +168,7 @@ def test_a_lane_that_trips_says_why_and_leaves_its_neighbours_alone(tmp_path):
             assert "trip" not in other[4]
 
 
-def test_a_lane_whose_simulation_fails_is_not_simulated_again_before_its_reset(tmp_path):
+def test_a_lane_whose_simulation_fails_is_not_simulated_again_before_its_reset(tmp_path, monkeypatch):
     vector = JackPositionVector(3, short(tmp_path, control_periods=2))
     real, asked = vector.core._physics, []
 
@@ -169,7 +182,7 @@ def test_a_lane_whose_simulation_fails_is_not_simulated_again_before_its_reset(t
             after[bad] = np.nan
             return after, failed | bad
 
-    vector.core._physics = Broken()
+    monkeypatch.setattr(vector.core, "_physics", Broken())
     vector.reset(seed=0)
     actions = np.array([[0.0], [1.0], [0.0]], np.float32)
     terminated = [vector.step(actions)[2].tolist() for _ in range(3)]
@@ -206,6 +219,8 @@ def test_bad_calls_are_refused(tmp_path):
     path = short(tmp_path)
     with pytest.raises(InputError, match="num_envs = 0"):
         JackPositionVector(0, path)
+    with pytest.raises(InputError, match="autoreset_mode = 'Disabled': must be 'NextStep' or 'SameStep'"):
+        JackPositionVector(2, path, "Disabled")
     vector = JackPositionVector(2, path)
     with pytest.raises(gymnasium.error.ResetNeeded):
         vector.step(np.zeros((2, 1)))
