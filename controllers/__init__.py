@@ -14,6 +14,8 @@ compensators, to be added to a law
     AmplitudePhase                      corrects sines by what was measured of them
     ForceLag                            makes up for what a force loop leaks
     LapInverse                          takes the lap's gain at null out of the command path
+policies
+    Policy, PolicyOn                    a trained network by itself; on top of a law
 Switched                                changes over between controllers while they run
 
 `from controllers import P, PressureFeedback` gives what makes a controller of design numbers, in SI or with a unit:
@@ -46,6 +48,8 @@ if TYPE_CHECKING:
     Mpc: ControllerType
     P: ControllerType
     PidLead: ControllerType
+    Policy: ControllerType
+    PolicyOn: ControllerType
     PressureFeedback: ControllerType
     Shaping: ControllerType
     Tvc: ControllerType
@@ -70,6 +74,8 @@ _FILES = {
     "Mpc": "mpc",
     "P": "p",
     "PidLead": "pid_lead",
+    "Policy": "policy",
+    "PolicyOn": "policy",
     "PressureFeedback": "pressure",
     "Shaping": "shaping",
     "Tvc": "tvc",
@@ -95,6 +101,8 @@ __all__ = [
     "Mpc",
     "P",
     "PidLead",
+    "Policy",
+    "PolicyOn",
     "PressureFeedback",
     "Shaping",
     "Switched",

@@ -69,9 +69,8 @@ def _design(numbers: list[dict[str, Any]], without: str = "required") -> str:
         [
             [
                 code(n["name"]),
-                code(n["unit"]),
-                number(n["low"]),
-                number(n["high"]),
+                code(n["unit"]) if n["unit"] else "",
+                *("" if n[end] is None else number(n[end]) for end in ("low", "high")),
                 without if n["default"] is None else number(n["default"]),
                 plain(n["meaning"]),
             ]

@@ -13,6 +13,7 @@ from workbench.commands.learn.config import load_learning
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.sines.config import load_sines
+from workbench.commands.train.config import load_train
 from workbench.commands.tune.config import load_tune
 from workbench.records import load_campaign
 from workbench.rigs.rig_file import load_rig
@@ -44,6 +45,7 @@ def pages() -> dict[str, str]:
         ("run: steps of a loop", load_config, ("step.toml", "force.toml", "linear_step.toml")),
         ("bench", load_bench, ("bench.toml",)),
         ("tune", load_tune, ("tune.toml",)),
+        ("train", load_train, ("train.toml",)),
         ("robustness", load_robustness, ("robustness.toml",)),
         ("faults", load_faults, ("faults.toml",)),
         ("learn", load_learning, ("learn.toml",)),

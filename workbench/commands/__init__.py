@@ -14,6 +14,7 @@ COMMANDS = {
     "faults": "what the guard makes of faults of sensors, controllers, drives and plants",
     "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
     "live": "a page on which a loop's numbers are dragged, and it answers at once",
+    "train": "search a policy, a small network on a controller, by evolution: goals and envelope as of tune",
     "retune": "tune a controller anew on a rig as found: what that buys",
     "learn": "learn the drive file of a record that a loop plays again and again",
     "inverse": "design an inverse before a loop; judge a loop that closes through its reference",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, cast
 
 import numpy as np
 
+from ..base.errors import InputError
 from ..linear.interconnect import parallel, select, series
 from ..linear.state_space import StateSpace
 from .around import Around
@@ -22,6 +23,7 @@ from .protocol import (
     linear_law,
     linear_view,
     operating,
+    sampled_law,
     scheduled_law,
 )
 from .scheduled_law import ScheduledLaw
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     from .plan import Plan
 
 
-Into = Literal["command", "reference", "map", "plan"]
+Into = Literal["command", "reference", "map", "plan", "graph"]
 
 
 class Compensator(Protocol):
@@ -74,13 +76,40 @@ class PlansReference(Protocol):
         ...
 
 
-def compensated(inner: Controller, compensator: Compensator | MapsCommand | PlansReference) -> Controller:
-    """A controller with a compensator around it, itself a controller."""
+class OnGraph(Protocol):
+    """What is made of a law as a graph, a graph again: `into` is "graph"."""
+
+    into: ClassVar[Into]
+
+    def around(self, inner: "GraphLaw") -> "GraphLaw":
+        """The law with it."""
+        ...
+
+
+AnyCompensator = Compensator | MapsCommand | PlansReference | OnGraph
+
+
+def compensated(inner: Controller, compensator: AnyCompensator) -> Controller:
+    """A controller with a compensator around it, itself a controller. Raises InputError where a graph is needed of a
+    controller that has none."""
+    if compensator.into == "graph":
+        return _on_graph(inner, cast(OnGraph, compensator))
     if compensator.into == "plan":
         return Planned(inner, cast(PlansReference, compensator).plan)
     if compensator.into == "map":
         return Mapped(inner, cast(MapsCommand, compensator).command_map)
     return Compensated(inner, cast(Compensator, compensator))
+
+
+def _on_graph(inner: Controller, compensator: OnGraph) -> Controller:
+    law = sampled_law(inner)
+    if law is None:
+        raise InputError(
+            f"{type(inner).__name__} is neither data nor a graph; put {type(compensator).__name__} on another"
+        )
+    from .graph_law import GraphController, as_graph
+
+    return cast(Controller, GraphController(compensator.around(as_graph(law))))
 
 
 class Compensated(Around):

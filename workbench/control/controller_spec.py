@@ -1,7 +1,7 @@
 """How a controller is made from a config: its class by name, its design numbers, the compensators around it."""
 
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, asdict, dataclass, field, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -13,7 +13,7 @@ from ..rigs.rig import Rig
 from .compensators import Compensated, Compensator, Deflection, OnLoadCell, compensated
 from .load_class import absolute, load_class
 from .measured_stiffness import OnMeasuredStiffness, StiffnessMeter
-from .protocol import Controller, design_number, number
+from .protocol import Controller, design_number, is_number, number
 from .protocol_check import check_controller
 
 T = TypeVar("T")
@@ -109,9 +109,10 @@ class ControllerSpec:
         return line if len(line) <= 100 else "\n    + ".join(calls) + on_cell
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """By the numbers of the design: another process may not have run the file of its class yet."""
+        """By the entries of the design: another process may not have run the file of its class yet."""
         rest = self.compensators, self.stiffness, self.computing_delay, self.softest, self.stiffest, self.plant
-        return _restored, (self.name, self.use, asdict(self.design), *rest)
+        design = {entry.name: getattr(self.design, entry.name) for entry in fields(self.design)}
+        return _restored, (self.name, self.use, design, *rest)
 
 
 def _made(spec: ControllerSpec, period: float, where: str) -> Any:
@@ -130,14 +131,18 @@ def _made(spec: ControllerSpec, period: float, where: str) -> Any:
         raise InputError(f"{where}: {what}; correct its __init__") from error
 
 
-def _restored(name: str, use: str, numbers: Mapping[str, float], *rest: Any) -> ControllerSpec:
-    return ControllerSpec(name, use, load_class(use, name).Design(**numbers), *rest)
+def _restored(name: str, use: str, design: Mapping[str, Any], *rest: Any) -> ControllerSpec:
+    return ControllerSpec(name, use, load_class(use, name).Design(**design), *rest)
 
 
 def _call(spec: ControllerSpec) -> str:
     entries = [entry for entry in fields(spec.design) if getattr(spec.design, entry.name) != entry.default]
-    numbers = (f"{entry.name}={getattr(spec.design, entry.name):g} {entry.metadata['unit']}" for entry in entries)
+    numbers = (_entry(getattr(spec.design, entry.name), entry) for entry in entries)
     return f"{spec.use.rpartition(':')[2]}({', '.join(numbers)})"
+
+
+def _entry(value: Any, entry: Field[Any]) -> str:
+    return f"{entry.name}={value:g} {entry.metadata['unit']}" if is_number(entry) else str(value)
 
 
 def controller_spec(name: str, table: Table, beside: Path | None = None) -> ControllerSpec:
@@ -176,7 +181,7 @@ def _part(name: str, table: Table, kind: type, beside: Path | None) -> Controlle
         other = "compensator; name it under compensators" if kind is Controller else "controller, and stands by itself"
         raise table.complaint("use", f'"{use}" is a {other}')
     numbers = table.replaced({key: entry for key, entry in table.values.items() if key != "use"})
-    return ControllerSpec(name, use, read_numbers(design, numbers))
+    return ControllerSpec(name, use, read_numbers(design, numbers, beside or Path()))
 
 
 def design_class(law: Any, where: str, what: str = "controller") -> type:
@@ -187,12 +192,21 @@ def design_class(law: Any, where: str, what: str = "controller") -> type:
     return design
 
 
-def read_numbers(kind: type[T], table: Table) -> T:
-    """A dataclass of `number` fields from a table of `{value, unit}` or text such as "10 mm". Raises InputError."""
+def read_numbers(kind: type[T], table: Table, beside: Path | None = None) -> T:
+    """A dataclass of `number` fields from a table of `{value, unit}` or text such as "10 mm"; what is in a file is read
+    from the folder `beside`. Raises InputError."""
     known = {entry.name: entry for entry in fields(cast(Any, kind))}
     table.allow(*known)
     needed = {key: entry for key, entry in known.items() if key in table or entry.default is MISSING}
-    return kind(**{key: _number(table, entry) for key, entry in needed.items()})
+    return kind(**{key: _value(table, entry, beside or Path()) for key, entry in needed.items()})
+
+
+def _value(table: Table, entry: Field[Any], beside: Path) -> Any:
+    if is_number(entry):
+        return _number(table, entry)
+    given = table.values.get(entry.name)
+    by_name = given is None or isinstance(given, str)
+    return table.path(entry.name, beside, entry.metadata["suffix"]) if by_name else given
 
 
 def _number(table: Table, entry: Field[Any]) -> float:

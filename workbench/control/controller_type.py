@@ -9,6 +9,7 @@ from typing import Any, cast
 from ..base.errors import InputError, nearest
 from .controller_spec import ControllerSpec, design_class
 from .load_class import absolute, load_class
+from .protocol import is_number
 
 
 class ControllerType:
@@ -67,6 +68,8 @@ def _default(entry: Field[Any]) -> Any:
 
 
 def _row(entry: Field[Any], width: int) -> str:
+    if not is_number(entry):
+        return f"  {entry.name:{width}}  {entry.metadata['meaning']}"
     low, high = entry.metadata["low"], entry.metadata["high"]
     unit = "" if entry.metadata["unit"] == "1" else f" {entry.metadata['unit']}"
     default = "" if entry.default is MISSING else f", default {entry.default:g}{unit}"

@@ -34,6 +34,7 @@ class GraphLaw:
 
     start: ((r, y) [1 + m], command) -> (x [n], o) with which the next demanded command is `command`.
     settled: (x [n], operating point) -> x [n] once what the law measures slowly has arrived there: for linear views.
+    view: the law whose slopes are the linear view of one that switches between samples.
     """
 
     graphs: LawGraphs
@@ -41,6 +42,7 @@ class GraphLaw:
     measures: tuple[str, ...]
     start: Start
     settled: Settled = _as_it_is
+    view: "GraphLaw | None" = None
 
     @classmethod
     def of(
@@ -72,6 +74,8 @@ class GraphLaw:
 
     def linearised(self, at: Mapping[str, float]) -> LinearLaw:
         """The law of small deviations where it rests at an operating point: signals and command by name."""
+        if self.view is not None:
+            return self.view.linearised(at)
         signals, command = self.picked(at[self.measures[0]], at), at["command"]
         x, offset = self._resting(signals, at)
         a, b, c, d, e = (np.array(part) for part in self.graphs.slopes(x, signals, command, offset, self.numbers))
@@ -86,6 +90,8 @@ class GraphLaw:
 
         Where the law rests at operating points: signals and command [lanes] by name.
         """
+        if self.view is not None:
+            return self.view.linearised_lanes(points)
         signals = np.stack([points[name] for name in (self.measures[0], *self.measures)], axis=1)
         commands = points["command"]
         every = (dict(zip(points, row, strict=True)) for row in np.stack(list(points.values()), axis=1).tolist())
@@ -222,7 +228,8 @@ def with_filter(
 
     key = "filter", inner.graphs, k, tuple(own), tuple(heard), place, numbers.size, into_reference, schedule is None
     law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, start, key)
-    return replace(law, settled=settled)
+    view = inner.view and with_filter(inner.view, filtered, into_reference, schedule)
+    return replace(law, settled=settled, view=view)
 
 
 def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
@@ -245,7 +252,8 @@ def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
 
     measures = (signal, *inner.measures[1:])
     key = "scaled", inner.graphs
-    return GraphLaw.of(output, advance, np.append(inner.numbers, factor), measures, inner.states, start, key)
+    law = GraphLaw.of(output, advance, np.append(inner.numbers, factor), measures, inner.states, start, key)
+    return replace(law, view=inner.view and of_scaled(inner.view, signal, factor))
 
 
 def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
@@ -269,7 +277,7 @@ def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
 
     key = "map", inner.graphs, points
     law = GraphLaw.of(output, advance, numbers, inner.measures, inner.states, start, key)
-    return replace(law, settled=inner.settled)
+    return replace(law, settled=inner.settled, view=inner.view and with_command_map(inner.view, command_map))
 
 
 def interpolated(at: ca.SX, values: ca.SX, x: ca.SX) -> ca.SX:

@@ -1,8 +1,9 @@
 """What a controller is: the protocol that every file in controllers/ follows, and its design numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from inspect import signature
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast, dataclass_transform
 
 import numpy as np
@@ -195,9 +196,19 @@ def number(unit: str, low: float, high: float, meaning: str, default: float | No
     return field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
 
 
-@dataclass_transform(frozen_default=True, field_specifiers=(number,))
+def from_file(kind: type[T], suffix: str, read: Callable[[Path], T], meaning: str) -> Any:
+    """What a design has in a file: an object of a `kind`, or the name of a file, which ends in `suffix`, to read it."""
+    return field(metadata={"kind": kind, "suffix": suffix, "read": read, "meaning": meaning})
+
+
+def is_number(entry: Field[Any]) -> bool:
+    """Whether an entry of a design is a `number`, not `from_file`."""
+    return "unit" in entry.metadata
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(number, from_file))
 def design_numbers(kind: type[T]) -> type[T]:
-    """Make a class of `number` fields a frozen dataclass that checks them.
+    """Make a class of `number` and `from_file` fields a frozen dataclass that checks and reads them.
 
     Each takes a number in its SI unit or text with a unit, such as "100 mm", and holds the SI number. Constructing it
     raises InputError, with the number's name, its bounds and their unit, for what is outside of them.
@@ -205,10 +216,19 @@ def design_numbers(kind: type[T]) -> type[T]:
 
     def check(self: Any) -> None:
         for entry in fields(self):
-            object.__setattr__(self, entry.name, design_number(getattr(self, entry.name), entry))
+            check = design_number if is_number(entry) else _read
+            object.__setattr__(self, entry.name, check(getattr(self, entry.name), entry))
 
     cast(Any, kind).__post_init__ = check
     return dataclass(frozen=True)(kind)
+
+
+def _read(value: Any, entry: Field[Any]) -> Any:
+    if isinstance(value, str | Path):
+        return entry.metadata["read"](Path(value))
+    if not isinstance(value, entry.metadata["kind"]):
+        raise InputError(f"{entry.name}: give the name of a file that ends in {entry.metadata['suffix']}")
+    return value
 
 
 def design_number(value: float | str, entry: Field[Any]) -> float:

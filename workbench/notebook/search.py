@@ -15,6 +15,7 @@ from ..commands.tune.problem import OF_THE_LOOP, Searched, TuneProblem, with_num
 from ..commands.tune.search import nearest_trial, search
 from ..commands.tune.study import tuned_rows
 from ..control.controller_spec import ControllerSpec
+from ..control.protocol import is_number
 from ..loop.limits import POSITIONS
 from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario, scenario
@@ -158,6 +159,8 @@ def _numbers(controller: ControllerSpec) -> dict[str, tuple[Path, str, float]]:
         parts.append((f"{part.name}.", ("compensators", i), part))
     for prefix, path, part in parts:
         for entry in fields(part.design):
+            if not is_number(entry):
+                continue
             place = (*path, entry.name), entry.metadata["unit"], getattr(part.design, entry.name)
             for name in (f"{prefix}{entry.name}", f"{prefix.replace('-', '_')}{entry.name}"):
                 numbers.setdefault(name, place)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields
 
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
+from ...control.protocol import is_number
 from ...report import Section, Table
 from ...report.digits import four_digits
 from ...rigs.number import Number
@@ -46,6 +47,7 @@ def _parts(spec: ControllerSpec) -> Iterator[list[str]]:
         numbers = [
             f"{entry.name} {_value(getattr(part.design, entry.name), entry.metadata['unit'], plain)}"
             for entry in fields(part.design)
+            if is_number(entry)
         ]
         yield [spec.name, part.use.rpartition(":")[2], ", ".join([*numbers, *more])]
 

@@ -24,7 +24,7 @@ __all__ = ["REPORT", "Answer", "Outcome", "Progress", "Stage", "leave", "no_chec
 class Outcome:
     """`metrics` for metrics.json, `tables` for *.parquet (columns by name), the report and its telling figure.
 
-    `files` are further text files, content by name; `subject` is what the report is about. In a notebook it shows its
+    `files` are further files, text or bytes by name; `subject` is what the report is about. In a notebook it shows its
     verdict and that figure.
     """
 
@@ -32,7 +32,7 @@ class Outcome:
     page: "Page"
     picture: "Figure"
     tables: "Mapping[str, Mapping[str, np.ndarray]]" = field(default_factory=dict)
-    files: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[str, str | bytes] = field(default_factory=dict)
     subject: "Subject | None" = None
 
     def __repr__(self) -> str:
@@ -95,7 +95,7 @@ def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], command: st
     date = finished_at()
     page = whole_page(outcome, date, command)
     told = {"title": page.title, "verdict": page.verdict, "date": date, "command": command or None}
-    for file, text in outcome.files.items():
-        (run.dir / file).write_text(text, encoding="utf-8")
+    for file, content in outcome.files.items():
+        (run.dir / file).write_bytes(content.encode() if isinstance(content, str) else content)
     run.finish(outcome.metrics, resolved_config({**identity, REPORT: told}), outcome.tables, page)
     return page

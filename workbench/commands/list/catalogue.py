@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ...base.errors import InputError, nearest
 from ...base.files import read_bytes
 from ...base.toml import read_toml
+from ...control.protocol import is_number
 from ...rigs.rig_file import bundled
 from ..common.columns import columns
 from ..common.shipped import shipped
@@ -74,8 +75,11 @@ def _snake(name: str) -> str:
 
 
 def number_row(entry: Any) -> dict[str, Any]:
-    """A field of design numbers: its name, unit, bounds, meaning and default."""
+    """A field of design numbers: its name, unit, bounds, meaning and default; what is in a file has no bounds."""
     default = None if entry.default is MISSING else entry.default
+    if not is_number(entry):
+        file = f"the name of a {entry.metadata['suffix']} file: {entry.metadata['meaning']}"
+        return {"name": entry.name, "unit": "", "low": None, "high": None, "meaning": file, "default": default}
     return {"name": entry.name, **entry.metadata, "default": default}
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from ...base.units import from_si, quantity
 from ...control.controller_spec import ControllerSpec
+from ...control.protocol import is_number
 from ...rigs.rig import Rig
 from ..tune.problem import OF_THE_LOOP, Searched
 from .config import LiveConfig
@@ -73,7 +74,7 @@ def _of_rig(rig: Rig, name: str) -> Slider:
 
 def _numbers(spec: ControllerSpec, table: Mapping[str, Any], path: tuple[str | int, ...]) -> Iterator[Slider]:
     part = spec.use.rpartition(":")[2]
-    for entry in fields(spec.design):
+    for entry in filter(is_number, fields(spec.design)):
         yield _slider((*path, entry.name), part, entry.metadata, getattr(spec.design, entry.name), table)
     for key, si in OF_THE_LOOP.items():
         if (value := getattr(spec, key)) is not None:

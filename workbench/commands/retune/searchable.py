@@ -10,6 +10,7 @@ from ...base.signals import SIGNALS
 from ...base.table import Table
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec, controller_spec
+from ...control.protocol import is_number
 from ...rigs.rig import Rig
 from ..common.experiment import borrowed_controllers
 from ..common.scenario_tables import read_scenarios
@@ -88,7 +89,7 @@ def _bode(bode: Table, signal: str, rig: Rig) -> dict[str, Any]:
 
 def _widened(table: Mapping[str, Any], spec: ControllerSpec) -> dict[str, Any]:
     """A controller's table whose numbers, and those of its compensators, have ends to search between."""
-    limits = {entry.name: entry.metadata for entry in fields(spec.design)}
+    limits = {entry.name: entry.metadata for entry in filter(is_number, fields(spec.design))}
     whole = {key: _range(entry, limits[key]) if key in limits else entry for key, entry in table.items()}
     parts = table.get("compensators", [])
     if parts:

@@ -18,7 +18,7 @@ from ..common.scenario_tables import check_scenarios
 from ..common.step_experiment import StepConfig, step_config
 from .problem import Searched, TuneProblem
 
-_OF_THE_SEARCH = ("rigs", "variation", "weights", "trials", "positions", "draw", "goals")
+_OF_THE_SEARCH = ("rigs", "variation", "weights", "trials", "positions", "draw", "goals", "seeds", "network")
 WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}
 USUAL_WEIGHTS = {"settling": 10.0, "iae": 10.0, "overshoot": 0.05, "robustness": 0.2}  # where nobody gives any
 
@@ -76,14 +76,17 @@ def load_tune(path: str | Path, rig: str | None = None) -> TuneConfig:
     return tune_config(top, rig or rig_name(top), rig_of(top, path, rig))
 
 
-def tune_config(top: Table, named: str, rig: Rig) -> TuneConfig:
-    """The tables of a tune experiment on a rig, which was `named` so. Raises InputError."""
+def tune_config(top: Table, named: str, rig: Rig, further: tuple[Searched, ...] = ()) -> TuneConfig:
+    """The tables of a tune experiment on a rig, which was `named` so. Raises InputError.
+
+    `further`: weights of a network that are searched besides the numbers with low and high.
+    """
     tables = top.optional_table("controllers")
     if len(tables) != 1:
         raise top.complaint("controllers", "tunes one controller; give it one table [controllers.NAME]")
     (name,) = tables
     controller = tables.table(name)
-    searched = tuple(_searched(controller, ()))
+    searched = (*_searched(controller, ()), *further)
     if not searched:
         raise controller.error("nothing is searched; give a number low and high")
     for key in ("low", "high", "start"):  # the ends are numbers that the controller may have
@@ -115,7 +118,7 @@ def _step_table(table: Mapping[str, Any], name: str, controller: Mapping[str, An
 def _filled(table: Mapping[str, Any], searched: tuple[Searched, ...], values: Mapping[str, float]) -> Mapping[str, Any]:
     """A controller's table with numbers in the place of what is searched."""
     whole = deepcopy(dict(table))
-    for number in searched:
+    for number in (number for number in searched if not number.is_weight):
         part: Any = whole
         for key in number.path[:-1]:
             part = part[key]

@@ -27,6 +27,11 @@ class Searched:
     log: bool
 
     @property
+    def is_weight(self) -> bool:
+        """Whether it is one of a network's numbers, which a file has and no table."""
+        return isinstance(self.path[-1], int)
+
+    @property
     def name(self) -> str:
         """As metrics.json has it: gain, or compensators.1.gain of the first compensator."""
         return ".".join(str(key + 1) if isinstance(key, int) else key for key in self.path)
@@ -71,6 +76,9 @@ def with_number(controller: ControllerSpec, path: tuple[str | int, ...], value: 
         parts = list(controller.compensators)
         parts[int(path[1])] = with_number(parts[int(path[1])], path[2:], value, unit)
         return replace(controller, compensators=tuple(parts))
+    if len(path) == 2:  # a number of what a design has in a file
+        whole = getattr(controller.design, str(key)).with_number(path[1], value)
+        return replace(controller, design=replace(controller.design, **{str(key): whole}))
     if key in OF_THE_LOOP:
         change: dict[str, Any] = {str(key): float(to_si(value, unit, OF_THE_LOOP[str(key)]))}
         return replace(controller, **change)

@@ -21,8 +21,12 @@ Task = Callable[[Goals], Any]  # what a process does on the goals that it made
 Pool = ProcessPool[Task, Any]
 
 
-def search(problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1) -> list[Trial]:
+def search(
+    problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1, seed: int | None = None
+) -> list[Trial]:
     """Every design that is tried, by `jobs` processes; the first is the start, the best is `nearest_trial`.
+
+    `seed`: of the sampler, where it is another than that of the problem's drawn plants.
 
     The drawn plants that count are at first the hardest for the start. After each part of the trials those that are
     hardest for the best design join them, and the leading designs are judged again; at the end until the hardest for
@@ -30,7 +34,7 @@ def search(problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1
     time, however many processes judge it: the search is the same on any number.
     """
     with process_pool(jobs, partial(_at_work, problem)) as pool:
-        state = _Search(problem, pool, stage, progress)
+        state = _Search(problem, pool, stage, progress, problem.seed if seed is None else seed)
         for part in range(1, PARTS + 1):
             state.try_designs(ceil(problem.trials * part / PARTS))
             state.add_plants()
@@ -54,7 +58,7 @@ class _Search:
     """The trials so far, each as it was judged last, and the drawn plants that count. Everything that takes long is a
     stage."""
 
-    def __init__(self, problem: TuneProblem, pool: Pool, stage: Stage, progress: Progress) -> None:
+    def __init__(self, problem: TuneProblem, pool: Pool, stage: Stage, progress: Progress, seed: int) -> None:
         self._problem, self._pool, self._stage, self._progress = problem, pool, stage, progress
         self._hardest: dict[int, list[list[int]]] = {}  # plants by kind, for the design of a trial
         self.trials: list[Trial] = []
@@ -62,7 +66,7 @@ class _Search:
         start = {n.name: n.rounded(n.start) for n in problem.searched}
         self._join(self._hardest_for(0, start))
         self._add(*self._judged({0: start}, ""))
-        self._sampler = Sampler(problem.searched, problem.seed)
+        self._sampler = Sampler(problem.searched, seed)
 
     def try_designs(self, upto: int) -> None:
         """The trials up to a number."""
@@ -111,22 +115,22 @@ class _Search:
     def _judged(self, designs: Mapping[int, Values], where: str) -> list[Trial]:
         """Designs by number on the drawn plants that count."""
         tasks = {
-            f"trial-{number:05d}{where}": partial(_verdict, values=values, drawn=self._drawn)
+            f"trial-{number:05d}{where}": partial(verdict_of, values=values, drawn=self._drawn)
             for number, values in designs.items()
         }
         verdicts = self._pool(tasks, self._stage, lambda _: None)
         return [
-            Trial(number, values, _read_verdict(verdict), len(self._drawn))
+            Trial(number, values, stored_verdict(verdict), len(self._drawn))
             for (number, values), verdict in zip(designs.items(), verdicts, strict=True)
         ]
 
 
-def _verdict(goals: Goals, values: Values, drawn: Plants) -> dict[str, Any]:
+def verdict_of(goals: Goals, values: Values, drawn: Plants) -> dict[str, Any]:
     """As a stage can store it."""
     return asdict(goals.judge(values, drawn))
 
 
-def _read_verdict(verdict: Mapping[str, Any]) -> Verdict:
+def stored_verdict(verdict: Mapping[str, Any]) -> Verdict:
     return Verdict(**{**verdict, "goals": [Goal(**goal) for goal in verdict["goals"]]})
 
 

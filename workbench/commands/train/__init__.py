@@ -1,0 +1,7 @@
+"""`jackbench train EXPERIMENT`: a policy searched by evolution, on the goals and the envelope of a search.
+
+options, config    what it is asked; a tune experiment with a network
+start              the network that it starts from
+policies           the policies of several runs, judged beside the law that they stand on
+study, page        all runs, and the file that the others take; the report
+"""
