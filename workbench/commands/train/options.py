@@ -4,7 +4,6 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ...rigs.rig import rig_table
 from ..common.experiment import data_files
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
@@ -22,6 +21,6 @@ def _train(options: argparse.Namespace, words: list[str]) -> None:
     config = load_train(options.experiment, options.rig)
     from .study import run_train
 
-    identity = {"command": "train", "experiment": config.source, "rig": rig_table(config.start.rig)}
+    identity = {"command": "train", "experiment": config.source, "rig": config.start.rig.table()}
     identity["files"] = data_files(config.source)
     finish(options, words, Path(options.experiment).stem, identity, partial(run_train, config, jobs=jobs(options)))
