@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import tomli_w
 
 from ....base.errors import InputError
 from ....base.signals import MEASURED
+from ....base.toml_text import toml_text
 from ....engine import Engine
 from ....plant import build
 from ....records.excitation import Excitation
@@ -98,7 +98,7 @@ def draw(plan: CampaignPlan, folder: Path) -> dict[str, Any]:
     mix = {cause: strength.numbers for cause, strength in zip(causes, strengths, strict=True)}
     motions = scene.motions(mix, scene.played, [noises["position"] for noises in loud])
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "campaign.toml").write_text(tomli_w.dumps({"rig": RIG, "records": ROLES}), encoding="utf-8")
+    (folder / "campaign.toml").write_text(toml_text({"rig": RIG, "records": ROLES}), encoding="utf-8")
     torn = int(_random(plan, "torn").integers(len(scene.played)))  # the record that loses rows, if any does
     for number, (excitation, motion, noises) in enumerate(zip(scene.played, motions, loud, strict=True)):
         signals = {"t": excitation.t, "reference": excitation.reference, "command": motion.command}
