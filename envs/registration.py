@@ -2,20 +2,16 @@
 
 import gymnasium
 
-IDS = {
-    "JackPosition-v0": ("envs.single:JackPosition", "envs.vector:JackPositionVector"),
-    "JackForce-v0": ("envs.single:JackForce", "envs.vector:JackForceVector"),
-    "JackBench-v0": ("envs.bench.environments:JackBench", "envs.bench.environments:JackBenchVector"),
-}
+IDS = {"JackPosition-v0": "JackPosition", "JackForce-v0": "JackForce"}
 
 
 def register() -> None:
     """Tell Gymnasium about the environments; a second call changes nothing."""
-    for name, (single, vector) in IDS.items():
+    for name, kind in IDS.items():
         if name not in gymnasium.registry:
             gymnasium.register(
                 name,
-                entry_point=single,
-                vector_entry_point=vector,
+                entry_point=f"envs.single:{kind}",
+                vector_entry_point=f"envs.vector:{kind}Vector",
                 order_enforce=False,  # the environments themselves refuse a step before a reset
             )

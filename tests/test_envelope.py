@@ -118,6 +118,17 @@ def test_the_bad_corner_is_no_better_than_any_end_of_a_number(space):
     assert corner.p[0, beta] in (0.85e9, 1.15e9)
 
 
+def test_margins_at_once_are_those_of_each_part(space):
+    controller = TUNED["p-dp"].build(1e-3)
+    parts = space.margins(controller)
+    assert parts[0][0] is space.varied
+    assert parts[-1][0].names == space.corner(controller).names
+    for lanes, margins in parts:
+        for each, alone in zip(margins, lanes.margins(controller), strict=True):
+            np.testing.assert_allclose(each.ms, alone.ms, rtol=1e-9)
+            np.testing.assert_allclose(each.gain_margin_db, alone.gain_margin_db, rtol=1e-9)
+
+
 def test_a_rig_without_bounds_has_itself_for_a_bad_corner():
     rig = load_rig("jack-10t")
     bare = replace(rig, numbers={name: replace(n, low=None, high=None) for name, n in rig.numbers.items()})

@@ -1,12 +1,19 @@
 """A law as data does what the controller does, whatever the drive makes of its commands."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_controllers import CONTROLLERS, make, size
 
-from workbench.control.protocol import linear_law
+from workbench.commands.run.config import load_config
+from workbench.control.linear_law import starts
+from workbench.control.protocol import linear_law, sampled_law
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+TUNED = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
@@ -36,3 +43,17 @@ def test_a_law_as_data_is_the_controller(name, seed):
         measured = {
             signal: value + float(random.normal() * 0.01 * scales[signal]) for signal, value in measured.items()
         }
+
+
+@pytest.mark.parametrize("name", sorted(TUNED))
+def test_starts_in_lanes_are_those_of_each_loop(name):
+    law = sampled_law(TUNED[name].build(1e-3))
+    if law is None:
+        pytest.skip("neither data nor a graph")
+    random, scales = np.random.default_rng(3), np.array([size(law.measures[0]), *map(size, law.measures)])
+    signals, commands = scales * random.normal(1.0, 0.3, (7, len(scales))), random.uniform(-0.2, 0.2, 7)
+    x, offset = starts(law.start, signals, commands)
+    for lane in range(7):
+        own, constant = law.start(signals[lane], float(commands[lane]))
+        np.testing.assert_allclose(x[lane], own, rtol=1e-12, atol=1e-12 * np.abs(own).max(initial=0.0))
+        assert offset[lane] == pytest.approx(constant, rel=1e-12, abs=1e-12)

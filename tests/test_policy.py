@@ -112,7 +112,7 @@ def test_by_itself_it_is_its_formulas(hold):
     network = deep_network(5, decision=hold * PERIOD)
     answers, (reference, measured) = commands(Policy(PolicyDesign(network), PERIOD), 5), signals(5)
     past, decided = np.zeros(3), []
-    offset = -network.command(past, np.zeros(4))
+    offset = -network.commands(past[None], np.zeros((1, 4)))[0]
     for first in range(0, len(reference), hold):
         s = np.array([reference[first], *measured[first].values()])
         z = np.clip(network.C @ past + network.D @ s + network.shift, -2, 2)

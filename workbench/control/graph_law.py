@@ -16,7 +16,7 @@ import numpy as np
 
 from ..engine.sampled_law import LawGraphs
 from ..linear.state_space import StateSpace
-from .linear_law import LinearLaw, Start, at_rest, places, signals_of
+from .linear_law import LaneStart, LinearLaw, Start, at_rest, places, signals_of, starts
 from .piecewise_linear import CommandMap, PiecewiseLinear
 
 Output = Callable[[ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
@@ -95,8 +95,8 @@ class GraphLaw:
         signals = np.stack([points[name] for name in (self.measures[0], *self.measures)], axis=1)
         commands = points["command"]
         every = (dict(zip(points, row, strict=True)) for row in np.stack(list(points.values()), axis=1).tolist())
-        rests = [self._resting(own, at) for own, at in zip(signals, every, strict=True)]
-        x, offset = np.array([x for x, _ in rests]), np.array([offset for _, offset in rests])
+        x, offset = starts(self.start, signals, commands)
+        x = np.array([self.settled(own, at) for own, at in zip(x, every, strict=True)])
         lanes, n, m = len(commands), self.states, signals.shape[1]
         columns = (x.reshape(lanes, n).T, signals.T, commands[None], offset[None], np.tile(self.numbers, (lanes, 1)).T)
         slopes = [np.array(part) for part in self.graphs.slopes(*columns)]
@@ -216,18 +216,18 @@ def with_filter(
         taken, added, after = seen(x, s, q)
         return ca.vertcat(ca.SX(inner.graphs.advance(x[:n], taken, v - added, o, q[: split[1]])), after)
 
-    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        w, out = at_rest(filtered, signals[heard])
-        out *= schedule(float(signals[place])) if schedule else 1.0
-        taken = np.append(out, signals[own[1:]]) if into_reference else signals[own]
-        x, offset = inner.start(taken, command if into_reference else command - out)
-        return np.append(x, w), offset
+    def lanes(at: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        w, out = at_rest(filtered, at[:, heard])
+        out = out * schedule.over(at[:, place]) if schedule else out
+        taken = np.column_stack((out, at[:, own[1:]])) if into_reference else at[:, own]
+        x, offset = starts(inner.start, taken, commands if into_reference else commands - out)
+        return np.hstack((x, w)), offset
 
     def settled(x: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
         return np.append(inner.settled(x[:n], at), x[n:])
 
     key = "filter", inner.graphs, k, tuple(own), tuple(heard), place, numbers.size, into_reference, schedule is None
-    law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, start, key)
+    law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, LaneStart(lanes), key)
     view = inner.view and with_filter(inner.view, filtered, into_reference, schedule)
     return replace(law, settled=settled, view=view)
 
@@ -247,10 +247,10 @@ def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
     def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
         return ca.SX(inner.graphs.advance(x, scaled(s, q), v, o, q[:split]))
 
-    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        return inner.start(signals * scale, command)
+    def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return starts(inner.start, signals * scale, commands)
 
-    measures = (signal, *inner.measures[1:])
+    start, measures = LaneStart(lanes), (signal, *inner.measures[1:])
     key = "scaled", inner.graphs
     law = GraphLaw.of(output, advance, np.append(inner.numbers, factor), measures, inner.states, start, key)
     return replace(law, view=inner.view and of_scaled(inner.view, signal, factor))
@@ -272,11 +272,13 @@ def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
         at, to = tables(q)
         return ca.SX(inner.graphs.advance(x, s, v + interpolated(to, at - to, v), o, q[:first]))
 
-    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        return inner.start(signals, command + command_map.back(command))
+    back = command_map.back
+
+    def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return starts(inner.start, signals, commands + back.over(commands))
 
     key = "map", inner.graphs, points
-    law = GraphLaw.of(output, advance, numbers, inner.measures, inner.states, start, key)
+    law = GraphLaw.of(output, advance, numbers, inner.measures, inner.states, LaneStart(lanes), key)
     return replace(law, settled=inner.settled, view=inner.view and with_command_map(inner.view, command_map))
 
 

@@ -18,6 +18,25 @@ Start = Callable[[np.ndarray, float], tuple[np.ndarray, float]]
 
 
 @dataclass(frozen=True)
+class LaneStart:
+    """A Start that is written for lanes: ((r, y) [lanes, 1 + m], commands [lanes]) -> (x [lanes, n], o [lanes])."""
+
+    lanes: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+    def __call__(self, signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
+        x, offset = self.lanes(signals[None], np.array([command]))
+        return x[0], float(offset[0])
+
+
+def starts(start: Start, signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Any Start in lanes, one after another where it is not written for them."""
+    if isinstance(start, LaneStart):
+        return start.lanes(signals, commands)
+    pairs = [start(s, u) for s, u in zip(signals, commands.tolist(), strict=True)]
+    return np.array([x for x, _ in pairs]), np.array([offset for _, offset in pairs])
+
+
+@dataclass(frozen=True)
 class LinearLaw:
     """A law's numbers, SI: a [n, n], b [n, 1 + m], c [n], d [1 + m], e [n], of the reference and m `measures`.
 
@@ -45,11 +64,17 @@ class LinearLaw:
 def resting(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> Start:
     """The start of a law without integrators: its states rest at the signals, o makes up the command."""
 
-    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        x = np.linalg.solve(np.eye(len(a)) - a, b @ signals)
-        return x, float(command - c @ x - d @ signals)
+    def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        x = _settled(a, b, signals)
+        return x, np.array([u - c @ w - d @ s for u, w, s in zip(commands, x, signals, strict=True)])
 
-    return start
+    return LaneStart(lanes)
+
+
+def _settled(a: np.ndarray, b: np.ndarray, signals: np.ndarray) -> np.ndarray:
+    """States [lanes, n] that stay as they are under inputs [lanes, m]."""
+    entering = np.array([b @ s for s in signals]).T
+    return np.ascontiguousarray(np.linalg.solve(np.eye(len(a)) - a, entering).T)
 
 
 def static(gains: Sequence[float], measures: tuple[str, ...]) -> LinearLaw:
@@ -78,12 +103,12 @@ def with_command_filter(inner: LinearLaw, filtered: StateSpace) -> LinearLaw:
     )
     own, heard = places(inner.measures, filtered)
 
-    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        w, added = at_rest(filtered, signals[heard])
-        x, offset = inner.start(signals[own], command - added)
-        return np.append(x, w), offset
+    def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        w, added = at_rest(filtered, signals[:, heard])
+        x, offset = starts(inner.start, signals[:, own], commands - added)
+        return np.hstack((x, w)), offset
 
-    return _composed(inner, series(filtered.relabelled(filtered.input_labels, ["added"]), summed), start)
+    return _composed(inner, series(filtered.relabelled(filtered.input_labels, ["added"]), summed), LaneStart(lanes))
 
 
 def with_reference_filter(inner: LinearLaw, filtered: StateSpace) -> LinearLaw:
@@ -91,12 +116,12 @@ def with_reference_filter(inner: LinearLaw, filtered: StateSpace) -> LinearLaw:
     leading = filtered.relabelled(filtered.input_labels, ["reference"])
     own, heard = places(inner.measures, filtered)
 
-    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        w, reference = at_rest(filtered, signals[heard])
-        x, offset = inner.start(np.append(reference, signals[own[1:]]), command)
-        return np.append(x, w), offset
+    def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        w, references = at_rest(filtered, signals[:, heard])
+        x, offset = starts(inner.start, np.column_stack((references, signals[:, own[1:]])), commands)
+        return np.hstack((x, w)), offset
 
-    return _composed(inner, series(leading, _system(inner, filtered.dt)), start)
+    return _composed(inner, series(leading, _system(inner, filtered.dt)), LaneStart(lanes))
 
 
 def on_load_cell(inner: LinearLaw, stiffness: float) -> LinearLaw:
@@ -104,9 +129,10 @@ def on_load_cell(inner: LinearLaw, stiffness: float) -> LinearLaw:
     scale = np.ones(len(inner.d))
     scale[1] = 1 / stiffness
 
-    def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        return inner.start(signals * scale, command)
+    def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return starts(inner.start, signals * scale, commands)
 
+    start = LaneStart(lanes)
     return LinearLaw(inner.a, inner.b * scale, inner.c, inner.d * scale, inner.e, ("force", *inner.measures[1:]), start)
 
 
@@ -123,10 +149,10 @@ def _composed(inner: LinearLaw, whole: StateSpace, start: Start) -> LinearLaw:
     return LinearLaw(law.A, law.B, law.C[0], law.D[0], e, (*inner.measures, *measures), start)
 
 
-def at_rest(filtered: StateSpace, signals: np.ndarray) -> tuple[np.ndarray, float]:
-    """State [k] that stays as it is under these inputs, and the output."""
-    w = np.linalg.solve(np.eye(len(filtered.A)) - filtered.A, filtered.B @ signals)
-    return w, float(filtered.C[0] @ w + filtered.D[0] @ signals)
+def at_rest(filtered: StateSpace, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """States [lanes, k] that stay as they are under inputs [lanes, m], and the outputs [lanes]."""
+    w, c, d = _settled(filtered.A, filtered.B, signals), filtered.C[0], filtered.D[0]
+    return w, np.array([c @ x + d @ s for x, s in zip(w, signals, strict=True)])
 
 
 def signals_of(measures: tuple[str, ...], filtered: StateSpace) -> list[str]:

@@ -87,18 +87,19 @@ class Network:
             first = last + biases.size
         return layers
 
-    def rest(self, signals: np.ndarray, command: float) -> np.ndarray:
-        """The past x [n] after a long time at s = (r, y) [1 + m] and a command [1]."""
-        return np.linalg.solve(np.eye(len(self.A)) - self.A, self.B @ np.append(signals, command))
+    def rest(self, signals: np.ndarray, commands: np.ndarray) -> np.ndarray:
+        """The past x [lanes, n] after a long time at s = (r, y) [lanes, 1 + m] and commands [lanes]."""
+        entering = np.column_stack((signals, commands)) @ self.B.T
+        return np.linalg.solve(np.eye(len(self.A)) - self.A, entering.T).T
 
-    def command(self, x: np.ndarray, signals: np.ndarray) -> float:
-        """`limit` a of a past [n] and s = (r, y) [1 + m]."""
-        h = np.clip(self.C @ x + self.D @ signals + self.shift, -self.bound, self.bound)
+    def commands(self, x: np.ndarray, signals: np.ndarray) -> np.ndarray:
+        """`limit` a [lanes] of pasts [lanes, n] and s = (r, y) [lanes, 1 + m]."""
+        h = np.clip(x @ self.C.T + signals @ self.D.T + self.shift, -self.bound, self.bound)
         for weights, biases in self.layers[:-1]:
-            h = np.tanh(weights @ h + biases)
+            h = np.tanh(h @ weights.T + biases)
         weights, biases = self.layers[-1]
-        a = (weights @ h + biases)[0]
-        return self.limit * float(np.tanh(a) if self.squash == "tanh" else np.clip(a, -1, 1))
+        a = (h @ weights.T + biases)[:, 0]
+        return self.limit * (np.tanh(a) if self.squash == "tanh" else np.clip(a, -1, 1))
 
     def packed(self) -> bytes:
         """An .npz file of it."""

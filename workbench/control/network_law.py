@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from .graph_law import GraphLaw
+from .linear_law import LaneStart, starts
 from .network import Network
 
 
@@ -50,9 +51,9 @@ class _Prompt:
         """The state a sample later, the drive having got v."""
         return _later(self.network, x, s, v)
 
-    def start(self, signals: np.ndarray, command: float) -> np.ndarray:
-        """The state at rest."""
-        return self.network.rest(signals, command)
+    def start(self, past: np.ndarray, decided: np.ndarray, signals: np.ndarray) -> np.ndarray:
+        """The states [lanes, k] at rest: pasts [lanes, n], what is decided [lanes], of signals [lanes, 1 + m]."""
+        return past
 
 
 @dataclass(frozen=True)
@@ -76,9 +77,8 @@ class _Held:
         past = ca.if_else(ends, _later(self.network, past, decided_on, v), past)
         return ca.vertcat(past, ca.if_else(ends, 0, since + 1), added, decided_on)
 
-    def start(self, signals: np.ndarray, command: float) -> np.ndarray:
-        past = self.network.rest(signals, command)
-        return np.concatenate((past, [0.0, self.network.command(past, signals)], signals))
+    def start(self, past: np.ndarray, decided: np.ndarray, signals: np.ndarray) -> np.ndarray:
+        return np.column_stack((past, np.zeros(len(past)), decided, signals))
 
     def _parts(self, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         n = len(self.network.A)
@@ -107,10 +107,8 @@ class _Averaged:
         newest = self.hold * added - ca.sum1(before)
         return ca.vertcat(x[n:pasts], _later(self.network, x[:n], s, v), newest, before[:-1])
 
-    def start(self, signals: np.ndarray, command: float) -> np.ndarray:
-        past = self.network.rest(signals, command)
-        decided = self.network.command(past, signals)
-        return np.concatenate((np.tile(past, self.hold), np.full(self.hold - 1, decided)))
+    def start(self, past: np.ndarray, decided: np.ndarray, signals: np.ndarray) -> np.ndarray:
+        return np.hstack((np.tile(past, self.hold), np.tile(decided[:, None], self.hold - 1)))
 
 
 def _decided(network: Network, past: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
@@ -146,15 +144,16 @@ def _beside(inner: GraphLaw, added: _Prompt | _Held | _Averaged) -> GraphLaw:
         after = ca.SX(inner.graphs.advance(x[:n], s[own], v - more, o, q[:split]))
         return ca.vertcat(after, added.after(x[n:], s[heard], more, v))
 
-    def start(at: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        first = network.command(network.rest(at[heard], command), at[heard])
-        x, offset = inner.start(at[own], command - first)
-        return np.append(x, added.start(at[heard], command)), offset
+    def lanes(at: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        past = network.rest(at[:, heard], commands)
+        decided = network.commands(past, at[:, heard])
+        x, offset = starts(inner.start, at[:, own], commands - decided)
+        return np.hstack((x, added.start(past, decided, at[:, heard]))), offset
 
     def settled(x: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
         return np.append(inner.settled(x[:n], at), x[n:])
 
     numbers = np.append(inner.numbers, network.numbers)
     key = "network", inner.graphs, type(added), getattr(added, "hold", 1), network.structure, tuple(own), tuple(heard)
-    law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + added.states, start, key)
+    law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + added.states, LaneStart(lanes), key)
     return replace(law, settled=settled)

@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from ..control.linear_law import starts
 from ..control.protocol import SampledLaw
 from ..engine import Engine
 from ..engine.guard_shape import TRIPS
@@ -103,15 +105,32 @@ def chunks(
         for name, values in inputs.items():
             others[:, :, engine.plant.input(name) - 1] += values
         asked = np.broadcast_to(reference if reference.ndim == 1 else reference[lanes], (len(at.x), k))
-        yield lanes, LaneChunk(at, p[lanes], outputs, asked, others, _normal(sensors, seed, lanes, k + 1))
+        normal = _normal(seed, lanes, (k + 1, len(sensors.names)))
+        yield lanes, LaneChunk(at, p[lanes], outputs, asked, others, normal)
 
 
-def _normal(sensors: Sensors, seed: int | None, lanes: slice, instants: int) -> np.ndarray:
+def _normal(seed: int | None, lanes: slice, shape: tuple[int, int]) -> np.ndarray:
     """What the sensors' noise is made of, [lanes, instants, sensors]: nothing without a seed."""
-    shape = (instants, len(sensors.names))
     if seed is None:
-        return np.zeros((lanes.stop - lanes.start, instants, 0))
-    return np.stack([draws(seed, lane).standard_normal(shape) for lane in range(lanes.start, lanes.stop)])
+        return np.zeros((lanes.stop - lanes.start, shape[0], 0))
+    return _drawn(seed, lanes.start, lanes.stop, shape)
+
+
+@lru_cache(maxsize=2)  # a search draws the same for each design; at rest, and in motion
+def _drawn(seed: int, first: int, last: int, shape: tuple[int, int]) -> np.ndarray:
+    drawn = np.stack([draws(seed, lane).standard_normal(shape) for lane in range(first, last)])
+    drawn.setflags(write=False)
+    return drawn
+
+
+def _starts(
+    laws: Sequence[SampledLaw], signals: np.ndarray, commands: np.ndarray
+) -> tuple[np.ndarray | list[np.ndarray], np.ndarray]:
+    """States and constants of one law for all lanes, or of one for each."""
+    if len(laws) == 1:
+        return starts(laws[0].start, signals, commands)
+    each = [law.start(s, u) for law, s, u in zip(laws, signals, commands.tolist(), strict=True)]
+    return [x for x, _ in each], np.array([offset for _, offset in each])
 
 
 def _run_chunk(
@@ -124,12 +143,10 @@ def _run_chunk(
     plant, points, p, k, measures = engine.plant, chunk.points, chunk.p, chunk.reference.shape[1], laws[0].measures
     readings = sensors.readings(chunk.outputs, chunk.normal[:, 0])
     measured = readings[:, [sensors.names.index(name) for name in measures]]
-    each = laws if len(laws) > 1 else [laws[0]] * len(p)
-    starts = [
-        law.start(np.append(y[0], y), u) for law, y, u in zip(each, measured, points.u[:, 0].tolist(), strict=True)
-    ]
-    state = ready.start([x for x, _ in starts], points.u[:, :1])
-    numbers = ready.numbers(laws, np.array([offset for _, offset in starts]))
+    signals, commands = np.column_stack((measured[:, 0], measured)), points.u[:, 0]
+    x, offset = _starts(laws, signals, commands)
+    state = ready.start(x, points.u[:, :1])
+    numbers = ready.numbers(laws, offset)
     level = chunk.outputs[:, [plant.output(measures[0])]]
     given = np.stack(np.broadcast_arrays(level + chunk.reference, 0.0), axis=2)  # no command is added to the law's
     rows = np.concatenate((given, chunk.others, chunk.normal[:, 1:]), axis=2)

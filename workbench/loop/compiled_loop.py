@@ -46,16 +46,18 @@ class CompiledLaw:
             resolution=self.resolution,
         )
 
-    def start(self, states: Sequence[np.ndarray], command: np.ndarray) -> np.ndarray:
+    def start(self, states: np.ndarray | Sequence[np.ndarray], command: np.ndarray) -> np.ndarray:
         """The state [lanes, k] at the start: states [n] of the laws, the drive holding a command [lanes, 1]."""
-        lanes = len(states)
+        lanes, law = len(states), np.zeros((len(states), self.shape.states))
+        for own, x in zip(law, states, strict=True):
+            own[: len(x)] = x
         return packed(
             self.shape.state,
             held=command,
             line=np.repeat(command, self.shape.late + 1, axis=1),
             command=command,
             guard=np.zeros((lanes, length(self.shape.guard.state))),
-            law=np.array([np.pad(x, (0, self.shape.states - len(x))) for x in states]),
+            law=law,
         ).copy()
 
 

@@ -1,9 +1,9 @@
 """The envelope that a position loop has to hold on: over the stroke, on rigs unlike the nominal one, at the worst of
 what is uncertain; its linear loops, and its steps on the nonlinear plant."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -81,14 +81,40 @@ class Envelope:
 
     def corner(self, controller: Controller) -> PlantLanes:
         """The bad corner of all declared bounds, at every position: each number at the end at which Ms is larger."""
-        numbers, p = uncertain(self.rig, self.engine.plant, {}), self.engine.plant.p.copy()
-        if numbers:
-            ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in self._ends.margins(controller)], axis=0)
-            for i, (name, ends) in enumerate(numbers.items()):
-                p[self.engine.plant.parameters.index(name)] = ends[int(ms[2 * i + 1] > ms[2 * i])]
-        places = self._positions
-        names = [_named(self.rig, "bad corner", position) for position in places]
-        return plant_lanes(self.rig, self.engine, names, np.tile(p, (len(places), 1)), np.array(places))
+        return self._worst_corner(() if self._ends is None else self._ends.margins(controller))
+
+    def margins(self, controller: Controller) -> list[tuple[PlantLanes, Sequence[LaneMargins]]]:
+        """Linear loops at null and moving: of the varied plants, of the drawn ones where there are any, and of the bad
+        corner. Raises InputError for a controller without a linear view."""
+        parts = [part for part in (self.varied, self.drawn, self._ends) if part is not None]
+        ends = np.cumsum([len(part.names) for part in parts])
+        lanes = np.split(np.arange(ends[-1]), ends[:-1])
+        every = self._linear.margins(controller)
+        own = [[each.some(some) for each in every] for some in lanes]
+        corner = self._worst_corner(() if self._ends is None else own.pop())
+        return [*zip(parts, own, strict=False), (corner, corner.margins(controller))]
+
+    def _worst_corner(self, margins: Sequence[LaneMargins]) -> PlantLanes:
+        """Of the margins of the nominal rig with its numbers at their ends."""
+        ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in margins], axis=0) if margins else np.zeros(0)
+        return self._corner(tuple((ms[1::2] > ms[::2]).tolist()))
+
+    @cached_property
+    def _corner(self) -> Callable[[tuple[bool, ...]], PlantLanes]:
+        """The corner of which each number is at its high end, or not; a few are kept, for designs share them."""
+
+        def corner(high: tuple[bool, ...]) -> PlantLanes:
+            p, places = self.engine.plant.p.copy(), self._positions
+            for (name, ends), end in zip(self._bounds.items(), high, strict=True):
+                p[self.engine.plant.parameters.index(name)] = ends[end]
+            names = [_named(self.rig, "bad corner", position) for position in places]
+            return plant_lanes(self.rig, self.engine, names, np.tile(p, (len(places), 1)), np.array(places))
+
+        return lru_cache(32)(corner)
+
+    @cached_property
+    def _bounds(self) -> dict[str, tuple[float, float]]:
+        return uncertain(self.rig, self.engine.plant, {})
 
     @cached_property
     def few(self) -> PlantLanes:
@@ -113,14 +139,21 @@ class Envelope:
         return self.varied if self.drawn is None else joined(self.varied, self.drawn)
 
     @cached_property
+    def _linear(self) -> PlantLanes:
+        """All of them, and those at the ends of their bounds, that no linear loop is computed by itself."""
+        return self._all if self._ends is None else joined(self._all, self._ends)
+
+    @cached_property
     def _positions(self) -> list[float]:
         return sorted(set(self.varied.position.tolist()))
 
     @cached_property
-    def _ends(self) -> PlantLanes:
+    def _ends(self) -> PlantLanes | None:
         """The nominal rig with each number that has bounds at its low and its high end, far out in the stroke."""
         plant = self.engine.plant
-        ends = [(name, end) for name, pair in uncertain(self.rig, plant, {}).items() for end in pair]
+        if not self._bounds:
+            return None
+        ends = [(name, end) for name, pair in self._bounds.items() for end in pair]
         p = np.array([plant.parameter_values(None, **{name: end}) for name, end in ends])
         names = [f"{name} {end:g}" for name, end in ends]
         return plant_lanes(self.rig, self.engine, names, p, np.full(len(ends), self._positions[-1]))

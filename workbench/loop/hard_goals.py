@@ -30,13 +30,9 @@ class Goal:
 
 def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> Iterator[Goal]:
     """Of the linear loops at null and moving. Raises InputError for a controller without a linear view."""
-    varied = envelope.varied
+    (varied, margins), *others = envelope.margins(controller)
     nominal = varied.some(np.flatnonzero(envelope.nominal).tolist())
-    margins = varied.margins(controller)
-    every = [LinearWorst.of(varied, margins)]
-    for lanes in (envelope.drawn, envelope.corner(controller)):
-        if lanes is not None:
-            every.append(LinearWorst.of(lanes, lanes.margins(controller)))
+    every = [LinearWorst.of(lanes, loops) for lanes, loops in ((varied, margins), *others)]
     growth = sum(each.growth for each in every)
     unstable = [each.plant for each in every if each.growth]
     yield Goal("stable on every plant", None, None, unstable[0] if unstable else "", growth * 1e3)

@@ -12,6 +12,7 @@ from .problem import Searched
 
 TOGETHER = 12  # designs of a generation: none is learnt from before all are judged
 _WIDTH = 0.15  # of the ranges: how far about the start the first generation lies
+_OF_WEIGHTS = 0.2  # of that for a network's: most of the first generation are stable loops, as the start is
 _NARROW = 1e-3  # of the ranges: a generation within it has come to rest
 
 
@@ -50,7 +51,8 @@ class Sampler:
     def _about_the_best(self) -> CMA:
         self._seed += 1
         bounds = np.tile([0.0, 1.0], (len(self._searched), 1))
-        return CMA(self._best[0], _WIDTH, bounds=bounds, seed=self._seed, population_size=TOGETHER)
+        shape = np.diag([_OF_WEIGHTS**2 if number.is_weight else 1.0 for number in self._searched])
+        return CMA(self._best[0], _WIDTH, bounds=bounds, seed=self._seed, population_size=TOGETHER, cov=shape)
 
 
 def _share(number: Searched, value: float) -> float:
