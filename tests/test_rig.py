@@ -62,7 +62,7 @@ def test_every_number_of_a_bundled_rig_has_a_source_and_lies_inside_its_bounds(n
     rig = load_rig(name)
     assert rig.name == name
     assert rig.source
-    assert set(rig.numbers) == set(number_specs(rig.valve, rig.corrector, rig.jack))
+    assert set(rig.numbers) == set(number_specs(rig.valve, rig.corrector, rig.jack, rig.load))
     assert set(rig.sensors) <= set(SIGNALS)
     for number in (*rig.numbers.values(), *rig.limits.values(), rig.period):
         assert number.source, number.name
@@ -260,8 +260,8 @@ def test_a_saved_rig_reads_back_the_same(tmp_path, name):
     save_rig(again, tmp_path / "third.toml")
     assert (tmp_path / "third.toml").read_bytes() == (tmp_path / "again.toml").read_bytes()
     assert (again.name, again.title, again.source, again.sensors) == (rig.name, rig.title, rig.source, rig.sensors)
-    for key, number in (rig.numbers | rig.limits).items():
-        other = (again.numbers | again.limits)[key]
+    for key, number in {**rig.numbers, **rig.limits}.items():
+        other = {**again.numbers, **again.limits}[key]
         assert (other.unit, other.source) == (number.unit, number.source)
         assert other.value == pytest.approx(number.value, rel=1e-13, abs=0)
 

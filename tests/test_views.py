@@ -39,7 +39,7 @@ def rates(plant, point, p=None):
     return np.array(plant.f(point.x, point.u, plant.p if p is None else p)).ravel() / plant.scale
 
 
-@pytest.mark.parametrize("name", bundled())
+@pytest.mark.parametrize("name", [name for name in bundled() if name != "pump-rig"])  # slow: in test_pump
 @pytest.mark.parametrize("asked", [{}, {"speed": 0.1}, {"speed": -0.2}, {"command": 0.3}, {"position": 0.05}], ids=str)
 def test_an_equilibrium_is_one(name, asked):
     plant = build(load_rig(name))
@@ -128,7 +128,7 @@ def test_python_control_integrates_the_same_plant(plant, rest, commanded):
 def test_the_simulation_of_a_small_step_is_the_linear_one(plant, rest, commanded):
     t = np.linspace(0, 0.05, 101)
     model = linearise(plant, rest, outputs=("position", "velocity", "pa", "spool"))
-    theirs = control.forced_response(model, t, np.full(101, 1e-5)).outputs
+    theirs = control.forced_response(model, t, 1e-5).outputs
     run = Engine(plant, 1e-8).run(rest.x, t, commanded(np.full(101, 1e-5)))
     rows = [plant.output(name) for name in model.output_labels]
     ours = (plant.observe(run.x, commanded(np.full(101, 1e-5))) - plant.observe(rest.x, rest.u))[:, rows].T
@@ -165,7 +165,7 @@ def test_modes_at_null(plant, mode, frequency, damping):
 def test_real_poles_at_null(plant):
     """One integrator, the common-mode pressures of jack and pilot lands, and the nozzle chambers."""
     poles = modes(plant)
-    real = np.sort(-poles[np.abs(poles.imag) < 1e-6].real)
+    real = np.sort(-np.real(poles[np.abs(np.imag(poles)) < 1e-6]))
     assert real[0] == pytest.approx(0, abs=1e-6)
     assert real[1:3] / (2 * np.pi) == pytest.approx([0.58, 12.8], rel=0.02)
     assert real[3:] == pytest.approx([2.2e4], rel=0.03)

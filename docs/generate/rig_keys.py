@@ -7,6 +7,7 @@ from workbench.base.units import Spec
 from workbench.rigs import schema
 from workbench.rigs.datasheet_keys import RESPONSE, figures
 from workbench.rigs.jack import JACKS
+from workbench.rigs.load import LOADS
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import bundled, load_rig
 from workbench.rigs.valve import VALVES
@@ -87,6 +88,12 @@ def _rig_file() -> str:
         *jacks,
         "## `[load]`",
         spec_table(schema.LOAD),
+        *(
+            part
+            for kind, specs in LOADS.items()
+            if specs
+            for part in (f'Further numbers with `kind = "{kind}"`:', spec_table(specs))
+        ),
         "## `[limits]`",
         spec_table(schema.LIMITS),
         f"`stop` says what the guard does after a trip: {_or(schema.STOPS)}; without it {code(schema.STOPS[0])}.",
@@ -120,7 +127,7 @@ def signals() -> str:
 
 def _datasheet() -> str:
     parts = []
-    for valve in VALVES.values():
+    for valve in (kind for kind in VALVES.values() if kind.figures):
         wanted = [
             figure for figure in figures(valve, None) if figure.section in ("supply", "valve") and not figure.stage
         ]
@@ -162,6 +169,6 @@ def _places() -> dict[str, tuple[str, Spec]]:
     for kind in VALVES.values():
         for specs in (kind.numbers, *kind.correctors.values()):
             places |= {name: ("valve", spec) for name, spec in specs.items()}
-    for jack in JACKS.values():
-        places |= {name: ("jack", spec) for name, spec in jack.numbers.items()}
+    for section, kinds in (("jack", [jack.numbers for jack in JACKS.values()]), ("load", [*LOADS.values()])):
+        places |= {name: (section, spec) for numbers in kinds for name, spec in numbers.items()}
     return places

@@ -47,8 +47,14 @@ SIGNALS: dict[str, Signal] = {
         Signal("flapper", "m", "um", "travel of the flapper at the nozzles"),
         Signal("flow", "m^3/s", "l/min", "flow out of the valve's port A"),
         Signal("lowest_pressure", "Pa", "bar", "lowest of all chamber pressures; below 0 the model is invalid"),
+        Signal("direction", "1", "1", "direction valves of a pump drive: 1 pump to A, -1 to B, 0 off"),
+        Signal("load_setting", "Pa", "bar", "pressure that the valve of a loading cylinder is set to"),
+        Signal("pump_speed", "rad/s", "rpm", "shaft speed of a pump, times its direction"),
         Signal("disturbance", "N", "kN", "force on the moving mass, against positive motion"),
     )
 }
+
+FURTHER_INPUTS = ("direction", "load_setting")
+"""What a record may carry besides the command as an input of the plant."""
 
 MEASURED = ("current", "spool", "pa", "pb", "load_pressure", "supply", "position", "velocity", "acceleration", "force")

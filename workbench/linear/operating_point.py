@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 
 _BALANCED = 1e-7  # of each equation's largest slope: below it a rate has vanished
+_OPEN = 0.3  # command at which a pump's direction valves are open
 _ON_THE_WAY = 16  # steps from rest to a point that no search reaches at once
 
 T = TypeVar("T", float, np.ndarray)
@@ -40,6 +41,8 @@ def equilibrium(
 
     A jack is held at `position` from mid stroke: give its `speed` [m/s] (0 when neither is given) and the command is
     found, or a `command` and the speed is found. A valve bench takes `command`, its only input. Other inputs by name.
+    At rest the direction valves of a pump are set to retract, where no input says otherwise: the low side's pressure
+    pushes the rod out.
     Raises InputError when there is no such point, naming what is left over.
     """
     p = plant.p if p is None else p
@@ -51,6 +54,8 @@ def equilibrium(
             raise InputError(f'{plant.name}: no input "{name}"; {nearest(name, known)}')
     columns, balanced = unknowns(plant, command)
     base = np.append(plant.start, [inputs.get(i.name, 0.0) for i in plant.inputs])
+    if "direction" in known and not (command or speed or "direction" in inputs):
+        base[plant.n + plant.input("direction")] = -1.0  # shut, the direction valves would hold a jack at any command
     base[plant.n] = command or 0.0
     jack = len(balanced) < plant.n
     if jack:
@@ -83,7 +88,7 @@ def unknowns(plant: "Plant", command: float | None) -> tuple[list[int], list[int
     A jack's position is held; its command is open where none is given, and its speed where one is.
     """
     names = [state.name for state in plant.states]
-    balanced = [i for i, name in enumerate(names) if name != "x"]
+    balanced = [i for i, state in enumerate(plant.states) if state.name != "x" and not state.held]
     if "x" not in names or command is not None:
         return balanced, balanced
     return [*(i for i in balanced if names[i] != "v"), plant.n], balanced
@@ -97,7 +102,7 @@ class _Balance:
     ) -> None:
         import casadi as ca  # 0.5 s, which reading an experiment need not wait for
 
-        self.plant, self.base, self.columns, self.balanced = plant, base, columns, balanced
+        self.plant, self.base, self.columns, self.balanced, self._p = plant, base, columns, balanced, p
         x, v = ca.SX.sym("x", plant.n), ca.SX.sym("u", len(plant.inputs))
         rates = plant.f(x, v, ca.DM(p))
         slopes = ca.horzcat(ca.jacobian(rates, x), ca.jacobian(rates, v))
@@ -137,7 +142,18 @@ class _Balance:
         if self.plant.n not in self.columns:
             return [start]
         command = np.arange(len(start)) == self.columns.index(self.plant.n)
-        return [start + command * level for level in (0.0, 0.02, -0.02)]
+        near = [start + command * level for level in (0.0, 0.02, -0.02)]
+        if any(state.held for state in self.plant.states):
+            return [*near, *(self._with_open_valves(level) for level in (_OPEN, -_OPEN))]
+        return near
+
+    def _with_open_valves(self, command: float) -> np.ndarray:
+        """Scaled unknowns of the point at a command, whose direction valves are open: from there the slopes lead on."""
+        given = self.base.copy()
+        given[self.plant.n] = command
+        at_command = _Balance(self.plant, self._p, given, self.balanced, self.balanced)
+        x, u = at_command.unpack(at_command.search(np.zeros(len(self.balanced))).x)
+        return (np.append(x, u) - self.base)[self.columns] / self.scale
 
     def followed_from_rest(self) -> "OptimizeResult":
         """The last of searches in which what is given of speed and inputs grows from 0, each from where the last ended.

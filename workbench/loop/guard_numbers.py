@@ -39,7 +39,7 @@ def max_move_per_period(rig: Rig) -> float:
 def guard_shape(rig: Rig, signals: Sequence[str], measures: Sequence[str]) -> GuardShape:
     """What the guard of a rig reads of the measured `signals`, where a controller needs those of `measures`."""
     read = tuple(name for name in dict.fromkeys((*signals, "position")) if name in (*measures, *WATCHED))
-    return GuardShape(read, rig.is_jack)
+    return GuardShape(read, rig.is_throttled)
 
 
 def guard_numbers(rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: bool) -> dict[str, float | np.ndarray]:
@@ -65,7 +65,7 @@ def guard_numbers(rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: b
         "mass_share": _MASS_SHARE,
         "flow_share": _KNOWN_FLOW if {"spool", "supply"} <= set(shape.read) else _GUESSED_FLOW,
     }
-    return numbers | (_jack_numbers(rig) if rig.is_jack else _UNKNOWN)
+    return numbers | (_jack_numbers(rig) if rig.is_throttled else _UNKNOWN)
 
 
 _UNKNOWN = {

@@ -16,7 +16,6 @@ from ..rigs.rig import Rig
 from .lane_laws import lane_laws, lane_views, signals_at
 from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
 from .plant_response import near
-from .rows import MOVING
 
 _NONE = 2.0  # radius [1] of a loop on a plant without an operating point: finite, so that searches can compare
 _LOWEST, _EVEN = 0.1, 240  # Hz, and how many frequencies up to Nyquist's
@@ -121,7 +120,8 @@ def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, p
     """Plants with their operating points, specimens relaxed there. Raises InputError where the nominal one has none."""
     null = equilibria(engine.plant, p, position, None, None, **far_end(engine.plant, position))
     smooth = engine.plant.without_dry_friction(p)
-    moving = equilibria(engine.plant, smooth, position, MOVING, None, **far_end(engine.plant, position, MOVING))
+    speed = rig.passing_speed
+    moving = equilibria(engine.plant, smooth, position, speed, None, **far_end(engine.plant, position, speed))
     return PlantLanes(rig, engine, tuple(names), p, position, null, moving)
 
 

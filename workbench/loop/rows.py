@@ -16,7 +16,7 @@ from ..linear import Equilibrium, equilibrium
 from ..linear.crossings import corner_frequency
 from ..linear.operating_point import far_end
 from ..plant import build
-from ..rigs.rig import Rig
+from ..rigs.rig import MOVING, Rig
 from . import step_metrics as metrics
 from .margins import LinearLoop, Source, linear_loop_on
 from .plant_response import PlantResponse, plant_response
@@ -25,12 +25,11 @@ from .scenarios import Scenario
 from .sensors import check_sensors, settling_band
 from .sine_margins import SINE_TOLERANCE, SineTest
 
-MOVING = 0.1  # m/s: the second operating point, outside the lap's doubled gain; a specimen's far end moves along
 
-
-def moving_at(signal: Signal) -> str:
-    """That speed in words, where `signal` is controlled: of a position of another kind in its own unit."""
-    return f"{MOVING:g} {f'{signal.si}/s' if signal.name == 'position' else SIGNALS['velocity'].si}"
+def moving_at(signal: Signal, speed: float = MOVING) -> str:
+    """The speed of the second operating point, outside the lap's doubled gain, in words, where `signal` is controlled:
+    of a position of another kind in its own unit. A specimen's far end moves along."""
+    return f"{speed:g} {f'{signal.si}/s' if signal.name == 'position' else SIGNALS['velocity'].si}"
 
 
 @dataclass(frozen=True)
@@ -75,10 +74,11 @@ class LoopSetup:
 
 @dataclass(frozen=True)
 class LinearLoops:
-    """The linear loop at null and moving."""
+    """The linear loop at null and moving at `speed` [m/s]."""
 
     null: LinearLoop
     moving: LinearLoop
+    speed: float = MOVING
 
     @property
     def stable(self) -> bool | None:
@@ -110,7 +110,7 @@ def _at(rig: Rig, engine: Engine, smooth: np.ndarray, position: float) -> LoopSe
         far = far_end(engine.plant, position, speed or 0.0)
         return equilibrium(engine.plant, None, speed, position, p, **far)
 
-    return LoopSetup(rig, engine, point(), point(smooth), point(smooth, MOVING), smooth)
+    return LoopSetup(rig, engine, point(), point(smooth), point(smooth, rig.passing_speed), smooth)
 
 
 def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
@@ -121,9 +121,10 @@ def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
     controller = spec.build(setup.rig.period.value)
     check_sensors(setup.rig, controller.measures)
     try:
-        return LinearLoops(*(linear_loop_on(plant, controller) for plant in (setup.null_plant, setup.moving_plant)))
+        null, moving = (linear_loop_on(plant, controller) for plant in (setup.null_plant, setup.moving_plant))
     except NoLinearView:
-        return LinearLoops(*(test.loop() for test in _sine_tests(spec, setup)))
+        null, moving = (test.loop() for test in _sine_tests(spec, setup))
+    return LinearLoops(null, moving, setup.rig.passing_speed)
 
 
 def _sine_tests(spec: ControllerSpec, setup: LoopSetup) -> tuple[SineTest, SineTest]:
@@ -135,7 +136,7 @@ def _sine_tests(spec: ControllerSpec, setup: LoopSetup) -> tuple[SineTest, SineT
     engine, rig = setup.smooth_engine, setup.rig
     return (
         SineTest(engine, rig, controller, setup.null_smooth, speed=0.0, longest=8.0, agree=0.001),
-        SineTest(engine, rig, controller, setup.moving, speed=MOVING, longest=2.0, agree=0.05),
+        SineTest(engine, rig, controller, setup.moving, speed=rig.passing_speed, longest=2.0, agree=0.05),
     )
 
 

@@ -5,6 +5,7 @@ assembly    a finished plant, and how parts declare states, rates, outputs and s
 valve/      the kinds of valve with their equations
 jack        the two chambers around the piston, leakage and end stops
 load        the moving mass and the specimen
+pump/       the parts of a pump drive
 orifice     laws of orifices, laps, stops and flow forces
 effects/    what a model may lack
 linear      the graph of a linear plant of the user's own

@@ -15,12 +15,16 @@ from .effects.slots import SLOTS
 
 @dataclass(frozen=True)
 class Variable:
-    """A state or input: SI unit, a magnitude that is large for it, and a plausible start value."""
+    """A state or input: SI unit, a magnitude that is large for it, and a plausible start value.
+
+    `held`: a store that fills while the jack moves, so that an operating point holds it at its start, as the position.
+    """
 
     name: str
     unit: str
     scale: float
     start: float = 0.0
+    held: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +92,22 @@ class Plant:
 
     @cached_property
     def slopes(self) -> ca.Function:
-        """(x, u, p) -> df/dx [n, n], df/du [n, m], dh/dx [outputs, n], dh/du [outputs, m]."""
+        """(x, u, p) -> df/dx [n, n], df/du [n, m], dh/dx [outputs, n], dh/du [outputs, m].
+
+        A store that an operating point holds is a constant: it acts on nothing, and by itself decays in 1 s.
+        """
         x, u, p = (ca.SX.sym(name, self.f.numel_in(i)) for i, name in enumerate("xup"))
         rates, outputs = self.f(x, u, p), self.h(x, u, p)
         parts = [ca.jacobian(of, by) for of in (rates, outputs) for by in (x, u)]
+        if any(state.held for state in self.states):
+            parts = self._without_stores(parts)
         return ca.Function("slopes", [x, u, p], parts)
+
+    def _without_stores(self, parts: list[ca.SX]) -> list[ca.SX]:
+        """The slopes with the states that are `held` cut out."""
+        kept = ca.DM([0.0 if state.held else 1.0 for state in self.states])
+        a, b, c, d = parts
+        return [a * (kept @ kept.T) - ca.diag(1 - kept), b * ca.repmat(kept, 1, b.shape[1]), c @ ca.diag(kept), d]
 
     def parameter_values(self, p: np.ndarray | None = None, **values: float) -> np.ndarray:
         """The parameter vector, the plant's own or `p`, with some SI values replaced."""
@@ -161,9 +176,9 @@ class Assembly:
         """The effects that act in this plant, in order."""
         return tuple(effect for effect, _ in self._effects)
 
-    def state(self, name: str, unit: str, scale: float, start: float = 0.0) -> ca.SX:
+    def state(self, name: str, unit: str, scale: float, start: float = 0.0, held: bool = False) -> ca.SX:
         """Declare a state; returns its symbol."""
-        self._variables[name] = Variable(name, unit, scale, start)
+        self._variables[name] = Variable(name, unit, scale, start, held)
         self._x[name] = ca.SX.sym(name)
         return self._x[name]
 

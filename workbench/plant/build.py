@@ -12,8 +12,8 @@ from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, resolve
 from .linear import build_linear
 from .load import specimen_force
+from .pump.loader import loader_force
 from .valve import VALVES, Lands, ValveFlows
-from .valve.lands import rated_flow
 
 _PORT = 35e5  # Pa: load ports of a valve on its test bench
 _BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
@@ -30,15 +30,17 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     b = _assembly(rig, rig.name, also)
     _check_slots(rig, b.effects)
     command = b.input("command", "1", 1.0)
-    cylinder = jacks.chambers(b, rig.jack_kind)
+    cylinder = jacks.chambers(b, rig.jack_kind, VALVES[rig.valve].rest_pressure(rig))
     x = b.state("x", "m", rig["S"] / 2)
     v = b.state("v", "m/s", rig.limit("speed"))
     supply = b.slot("supply", b["Ps"])
     valve = VALVES[rig.valve].flows(b, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply, b["Pr"])
-    _draw(b, valve, supply)
+    _draw(b, rig, valve, supply)
     travel, speed = b.slot("piston", (x, v))
     jacks.continuity(b, cylinder, valve, travel, speed, b["Pr"])
     force = specimen_force(b, x, v)
+    if "AL" in b:
+        force += loader_force(b, valve, x, v)
     acceleration = _acceleration(b, jacks.rod_force(b, cylinder, travel, speed), force, x, v)
     b.rate("x", v)
     b.rate("v", acceleration)
@@ -53,10 +55,10 @@ def build_force_port(rig: Rig) -> Plant:
     command = b.input("command", "1", 1.0)
     x = b.input("position", "m", rig["S"] / 2) - b["xmid"]
     v = b.input("velocity", "m/s", rig.limit("speed"))
-    cylinder = jacks.chambers(b, rig.jack_kind)
+    cylinder = jacks.chambers(b, rig.jack_kind, VALVES[rig.valve].rest_pressure(rig))
     supply = b.slot("supply", b["Ps"])
     valve = VALVES[rig.valve].flows(b, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply, b["Pr"])
-    _draw(b, valve, supply)
+    _draw(b, rig, valve, supply)
     jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
     _outputs(b, valve, cylinder, supply)
     b.output(force=jacks.rod_force(b, cylinder, x, v))
@@ -114,10 +116,10 @@ def _acceleration(b: Assembly, rod: ca.SX, specimen: ca.SX, x: ca.SX, v: ca.SX) 
     return b.slot("acceleration", (rod - specimen - body) / b["M"], rod_force=rod, mass=b["M"])
 
 
-def _draw(b: Assembly, valve: ValveFlows, supply: ca.SX) -> None:
+def _draw(b: Assembly, rig: Rig, valve: ValveFlows, supply: ca.SX) -> None:
     """The flow [m^3/s] that the main lands draw from the supply; the rated one is at full travel, 35 bar a land."""
     drawn = b["n"] * (ca.fmax(valve.into_a, 0) + ca.fmax(-valve.out_of_b, 0))
-    b.slot("supply_flow", None, flow=drawn, rated=rated_flow(b), supply=supply)
+    b.slot("supply_flow", None, flow=drawn, rated=VALVES[rig.valve].rated_flow(b), supply=supply)
 
 
 def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: ca.SX) -> None:

@@ -27,11 +27,11 @@ class Chambers:
         return self.pa * self.area_a - self.pb * self.area_b
 
 
-def chambers(b: Assembly, kind: JackKind) -> Chambers:
-    """Declare the chamber pressures of a jack of this kind."""
+def chambers(b: Assembly, kind: JackKind, rest: float) -> Chambers:
+    """Declare the chamber pressures of a jack of this kind, at rest at about `rest` [Pa]."""
     feed = b.magnitude("Ps")
-    pa = b.state("P1", "Pa", feed, 0.5 * feed)
-    pb = b.state("P2", "Pa", feed, 0.5 * feed)
+    pa = b.state("P1", "Pa", feed, rest)
+    pb = b.state("P2", "Pa", feed, rest)
     area_a, area_b, dead_a, dead_b = (b[name] for name in (*kind.areas, *kind.dead_volumes))
     return Chambers(pa, pb, area_a, area_b, dead_a, dead_b)
 
@@ -46,8 +46,14 @@ def continuity(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.S
     half = b["S"] / 2
     modulus_a = b.slot("modulus", b["beta"], pressure=pa)
     modulus_b = b.slot("modulus", b["beta"], pressure=pb)
-    b.rate("P1", modulus_a * into_a / volume(jack.dead_a, jack.area_a * (half + x)))
-    b.rate("P2", modulus_b * into_b / volume(jack.dead_b, jack.area_b * (half - x)))
+    volumes = volume(jack.dead_a, jack.area_a * (half + x)), volume(jack.dead_b, jack.area_b * (half - x))
+    if "ChA" in b:
+        hose_a, hose_b = b.slot("hoses", (b["ChA"], b["ChB"]), pa=pa, pb=pb)
+        b.rate("P1", into_a / (volumes[0] / modulus_a + hose_a))
+        b.rate("P2", into_b / (volumes[1] / modulus_b + hose_b))
+    else:
+        b.rate("P1", modulus_a * into_a / volumes[0])
+        b.rate("P2", modulus_b * into_b / volumes[1])
 
 
 def rod_force(b: Assembly, jack: Chambers, x: ca.SX, v: ca.SX) -> ca.SX:

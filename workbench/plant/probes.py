@@ -51,7 +51,7 @@ def probes(rig: Rig) -> tuple[Effect, ...]:
     pa and pb.
     """
     area, pressure = max(rig.areas), 0.05 * rig["Ps"]
-    flow = 0.02 * rig["n"] * rig["K3"] * rig["z3max"] * rig["Ps"] ** 0.5
+    flow = 0.02 * VALVES[rig.valve].usual_flow(rig)
     beyond_valve = [
         _probe(
             "flow",

@@ -1,6 +1,7 @@
 """Recordings of a rig: frozen signal tables, their readers and writers, campaign folders.
 
 record                 a frozen table of what was logged
+described              campaign files of public data sets that come without one
 campaign, sessions     which records of a rig are fitted and which only judge; which are of another state of it
 read, repair, write    records from files and to files; what is mended on the way
 table, mat, mat5       files as tables of numbers
@@ -15,7 +16,7 @@ excitation, road       what a drive plays; random roads
 from .campaign import Campaign, load_campaign
 from .columns import ColumnMap
 from .read import read_record
-from .record import Record, block_mean
+from .record import Record, block_mean, centred_means
 from .write import write_csv, write_parquet
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "ColumnMap",
     "Record",
     "block_mean",
+    "centred_means",
     "load_campaign",
     "read_record",
     "write_csv",

@@ -13,18 +13,20 @@ import numpy as np
 
 from ..base.errors import InputError, echo, nearest
 from ..base.files import read_bytes
-from ..base.signals import MEASURED, SIGNALS
+from ..base.signals import FURTHER_INPUTS, MEASURED, SIGNALS
 from ..base.table import Table
 from ..base.toml import read_toml
 from ..base.units import Spec
 from .columns import ColumnMap
+from .described import described
 from .frequency_sheet import FrequencySheet, listed_sheet
 from .read import read_record, record_name
-from .record import Record
+from .record import Record, centred_means
 from .sessions import Drift, Session, read_drifts, read_sessions
 
 FILE = "campaign.toml"
 _APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
+_KEYS = ("rig", "corrector", "records", "signals", "unused", "mean", "sheets", "score", "sessions", "drifts")
 ROLES = ("static", "train", "select", "heldout")
 WINDOWS, FREE_RUN = "windows", "free-run"
 
@@ -35,7 +37,8 @@ class Campaign:
 
     `select` are records that choose between models; without any, parts of the train records do so in turn. `score` is
     what is fitted and quoted: errors in short "windows", or of one "free-run" through each record. In the records of
-    `sessions` some of the rig's numbers may be others, over those of `drifts` they may drift.
+    `sessions` some of the rig's numbers may be others, over those of `drifts` they may drift. `corrector`: the one of
+    the rig's valve that the recorded command drives; empty: the rig's own.
     """
 
     path: Path
@@ -48,6 +51,7 @@ class Campaign:
     score: str = WINDOWS
     sessions: tuple[Session, ...] = ()
     drifts: tuple[Drift, ...] = ()
+    corrector: str = ""
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -61,11 +65,13 @@ class Campaign:
 
 @dataclass(frozen=True)
 class _Entry:
-    """A record as the campaign lists it: a file, or the part of it with start <= t < stop in s."""
+    """A record as the campaign lists it: a file, or the part of it with start <= t < stop in s. `constants` [SI] are
+    inputs that were set to one value all through it."""
 
     file: str
     start: float | None = None
     stop: float | None = None
+    constants: tuple[tuple[str, float], ...] = ()
 
     @property
     def name(self) -> str:
@@ -98,22 +104,32 @@ def load_campaign(folder: str | Path) -> Campaign:
     """
     file = Path(folder)
     file = file / FILE if file.is_dir() else file
-    top = read_toml(file).allow("rig", "records", "signals", "sheets", "score", "sessions", "drifts")
+    top = read_toml(described(file)).allow(*_KEYS)
     rig = _rig(top, file.parent)
     score = top.word("score", (WINDOWS, FREE_RUN), WINDOWS)
     signals = top.optional_table("signals")
     mapping = {name: _mapped(signals.table(name), name) for name in signals.allow(*SIGNALS)}
+    reading = _Reading(file.parent, mapping, frozenset(top.words("unused", "current", ())), _mean(top))
     listed = top.optional_table("records", *ROLES)
     entries = _entries(listed)
     _check_copies(listed, entries, file.parent)
-    records = {role: tuple(_record(file.parent, entry, mapping) for entry in entries[role]) for role in ROLES}
+    records = {role: tuple(reading.record(entry) for entry in entries[role]) for role in ROLES}
     _check_mapped(signals, mapping, [record for group in records.values() for record in group])
     _check_alike(listed, entries, records)
     sheets = tuple(listed_sheet(entry, file.parent) for entry in top.tables("sheets"))
     files = {entry.name: entry.file for role in ROLES[1:] for entry in entries[role]}
     sessions = read_sessions(top.optional_table("sessions"), files, [entry.name for entry in entries["train"]])
     drifts = read_drifts(top.optional_table("drifts"), files)
-    return Campaign(file.parent, rig, **records, sheets=sheets, score=score, sessions=sessions, drifts=drifts)
+    return Campaign(
+        file.parent,
+        rig,
+        **records,
+        sheets=sheets,
+        score=score,
+        sessions=sessions,
+        drifts=drifts,
+        corrector=top.text("corrector", ""),
+    )
 
 
 def judged_by(campaign: Campaign, patterns: Sequence[str]) -> Campaign:
@@ -136,8 +152,26 @@ def judged_by(campaign: Campaign, patterns: Sequence[str]) -> Campaign:
     return replace(campaign, train=train, heldout=heldout)
 
 
-def _record(folder: Path, entry: _Entry, mapping: Mapping[str, ColumnMap]) -> Record:
-    return replace(read_record(folder / entry.file, mapping, entry.start, entry.stop), name=entry.name)
+@dataclass(frozen=True)
+class _Reading:
+    """How records are read: columns, signals left out, and the time [s] over which rows are averaged."""
+
+    folder: Path
+    mapping: Mapping[str, ColumnMap]
+    unused: frozenset[str]
+    mean: float | None
+
+    def record(self, entry: _Entry) -> Record:
+        """A record with its constants as signals."""
+        record = read_record(self.folder / entry.file, self.mapping, entry.start, entry.stop, self.unused)
+        constants = {name: np.full(record.t.size, value) for name, value in entry.constants}
+        record = replace(record, name=entry.name, signals={**record.signals, **constants})
+        rows = 1 if self.mean is None else round(self.mean / record.period)
+        return record if rows <= 1 else centred_means(record, rows)
+
+
+def _mean(top: Table) -> float | None:
+    return top.quantity("mean", Spec("s", 1e-6, 1e3, "time over which rows are averaged")) if "mean" in top else None
 
 
 def _rig(top: Table, folder: Path) -> str:
@@ -229,12 +263,15 @@ def _entry(records: Table, role: str, item: Any) -> _Entry:
     if not isinstance(item, Mapping):
         hint = 'write "a.csv" or {file = "a.csv", from = 0.0, to = 0.1}'
         raise records.complaint(role, f"{echo(item)} is no record; {hint}")
-    part = Table(item, records.place.inside(role, records.values[role].index(item)), "file", "from", "to")
+    place = records.place.inside(role, records.values[role].index(item))
+    part = Table(item, place, "file", "from", "to", *FURTHER_INPUTS)
     file = part.text("file")
     start, stop = (part.number(key) if key in part else None for key in ("from", "to"))
     if start is not None and stop is not None and not start < stop:
         raise part.complaint("from", f"{file} from {start:g} to {stop:g} s is empty; swap them")
-    return _Entry(file, start, stop)
+    given = [name for name in FURTHER_INPUTS if name in part]
+    constants = ((name, part.quantity(name, Spec(SIGNALS[name].si, -math.inf, math.inf, ""))) for name in given)
+    return _Entry(file, start, stop, tuple(constants))
 
 
 def _check_mapped(signals: Table, mapping: Mapping[str, ColumnMap], records: list[Record]) -> None:

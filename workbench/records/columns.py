@@ -1,7 +1,7 @@
 """Which column is which signal: header cells `name [unit]` and the campaign's [signals] mapping."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,13 +60,17 @@ class Column:
         return (numbers if self.unit is None else to_si(numbers, self.unit, si)) * self.scale + self.offset
 
 
-def choose(path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap]) -> tuple[dict[str, Column], list[str]]:
-    """The column of each signal, and the header cells that nothing uses, quoted for a note.
+def choose(
+    path: Path, header: Sequence[str], mapping: Mapping[str, ColumnMap], unused: Collection[str] = ()
+) -> tuple[dict[str, Column], list[str]]:
+    """The column of each signal but the `unused`, and the header cells that nothing uses, quoted for a note.
 
     Raises InputError where t or command is missing, a column is there twice, or a unit is missing, unknown or misfits.
     """
     places: dict[str, str] = {}
     for name in SIGNALS:
+        if name in unused:
+            continue
         title = cell_name(mapping.get(name, ColumnMap()).column or name)
         cells = [cell for cell in header if title in (cell, _split(cell)[0])]
         if name == "t" and mapping.get(name, ColumnMap()).period is not None:

@@ -1,18 +1,19 @@
 """Records from files: columns found and converted, blemishes mended and noted, or refused by file, column and row."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.signals import SIGNALS
+from ..base.signals import FURTHER_INPUTS, SIGNALS
 from . import repair as mend
 from .columns import ColumnMap, choose
 from .record import Record
 from .table import FORMATS, open_table
 
 FEWEST_ROWS = 10
+INPUTS = ("command", *FURTHER_INPUTS)  # held, never bridged
 MOST_MISSING = 0.20  # of a column; more is a dead sensor, not a blemish
 
 
@@ -21,15 +22,17 @@ def read_record(
     mapping: Mapping[str, ColumnMap] | None = None,
     start: float | None = None,
     stop: float | None = None,
+    unused: Collection[str] = (),
 ) -> Record:
     """Read a record; `mapping` is signal -> column where names or units differ; start <= t < stop in s cut a slice.
+    Signals `unused` are left out.
 
     Mended and noted: NaN in a measured cell (filled, valid False), NaN in the command (held), a few bad time stamps
     (row left out). Noted only: dropped samples, jitter, columns not used. Raises InputError for everything else.
     """
     path = Path(path)
     table = open_table(path)
-    columns, ignored = choose(path, table.header, mapping or {})
+    columns, ignored = choose(path, table.header, mapping or {}, unused)
     _refuse_few(path, table.rows.size)
     raw = table.read(list(dict.fromkeys(column.cell for column in columns.values())))
     time, command = columns.pop("t", None), columns["command"]
@@ -69,7 +72,7 @@ def _mended(
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """The values without NaN, where they were known, and the note on it."""
     known = ~np.isnan(values)
-    if name == "command":
+    if name in INPUTS:
         return mend.forward_fill(values), known, mend.missing_cells(path, rows, ~known, cell, "held")
     return mend.bridged(t, values), known, mend.missing_cells(path, rows, ~known, cell, "not compared")
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..base.signals import FURTHER_INPUTS
+
 
 @dataclass(frozen=True, eq=False)
 class Record:
@@ -78,6 +80,28 @@ def block_mean(record: Record, rows: int) -> Record:
         {name: values[:, 0] if name in commands else values.mean(axis=1) for name, values in blocked.items()},
         {name: np.all(mask[: blocks * rows].reshape(blocks, rows), axis=1) for name, mask in record.valid.items()},
         (*record.notes, f"means over blocks of {rows} rows"),
+    )
+
+
+def centred_means(record: Record, rows: int) -> Record:
+    """Every `rows`-th row: inputs are means over the rows up to the next one, for which they are held; what answers
+    is the mean over as many rows about the kept one, so that nothing leads or lags. An incomplete end is left out.
+    """
+    inputs, count = ("command", "reference", *FURTHER_INPUTS), record.t.size // rows
+    if rows < 1 or count < 1:
+        raise ValueError(f"record {record.name}: means of {rows} rows do not fit {record.t.size} rows")
+
+    def blocks(values: np.ndarray, early: int) -> np.ndarray:
+        padded = np.concatenate((np.repeat(values[:1], early), values))
+        return padded[: count * rows].reshape(count, rows)
+
+    early = {name: 0 if name in inputs else rows // 2 for name in record.names}
+    return Record(
+        record.name,
+        record.t[: count * rows : rows],
+        {name: blocks(values, early[name]).mean(axis=1) for name, values in record.signals.items()},
+        {name: np.all(blocks(mask, early[name]), axis=1) for name, mask in record.valid.items()},
+        (*record.notes, f"means over {rows} rows"),
     )
 
 

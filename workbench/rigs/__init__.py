@@ -4,7 +4,7 @@ rig, number, sensor    a rig, its numbers and its sensors
 rig_file, rig_table    its TOML file, read and written; the bundled ones are beside this file
 schema, together    the numbers that every rig has, and what they have to be to each other
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
-jack        the kinds of jack
+jack, load  the kinds of jack and of load
 summary     a rig in a few lines, and as a table in a notebook
 datasheet, datasheet_keys    a rig from what makers say; what they have to say
 linear_rig, linear_form, linear_signals, linear_file, linear_sheet, linear_system    a linear plant of the user's own in

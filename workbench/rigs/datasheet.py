@@ -85,7 +85,7 @@ def load_datasheet(path: str | Path) -> Datasheet:
     top.allow("experiment", "name", "title", "source", "supply", "oil", "valve", "jack", "load")
     check_complete(top)
     valve = top.table("valve")
-    kind = VALVES[valve.word("kind", VALVES)]
+    kind = VALVES[valve.word("kind", [name for name, known in VALVES.items() if known.figures])]
     jack = top.table("jack").word("kind", JACKS)
     like = ("like", "rounding") if kind.needs_geometry else ()
     valve.allow("kind", "response", *like, *kind.figures)

@@ -15,7 +15,7 @@ from .jack import JackKind
 from .linear_form import ANY, LinearForm
 from .linear_signals import measured_as, output_signals
 from .number import Number, number_entry
-from .rig import Rig
+from .rig import MOVING, Rig
 from .sensor import sensor_entry
 from .valve import ValveKind
 
@@ -88,6 +88,16 @@ class LinearRig(Rig):
     @property
     def is_jack(self) -> bool:
         """It has neither chambers nor a stroke over which loops differ."""
+        return False
+
+    @property
+    def passing_speed(self) -> float:
+        """0.1 of its unit a second, whatever that is."""
+        return MOVING
+
+    @property
+    def is_throttled(self) -> bool:
+        """Whether lands meter the flow to a jack: nothing is known of it."""
         return False
 
     @property

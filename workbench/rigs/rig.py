@@ -10,12 +10,14 @@ from ..base.signals import SIGNALS, Signal
 from ..base.units import Spec
 from . import schema
 from .jack import JACKS, JackKind
+from .load import LOADS, SPECIMEN
 from .number import Number
 from .rig_table import rig_table
 from .sensor import Sensor
 from .summary import html_table, summary
 from .valve import VALVES, ValveKind
 
+MOVING, MOVING_SHARE = 0.1, 0.2  # m/s; of the limit
 COMPUTING_DELAY = Number("computing_delay", 3e-4, "ms", "s", "taken where a rig declares none")
 
 
@@ -55,6 +57,7 @@ class Rig:
     computing_delay: Number = COMPUTING_DELAY
     stop: str = schema.STOPS[0]
     deadline: Number | None = None
+    load: str = SPECIMEN
 
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number. Raises KeyError that names the nearest there is."""
@@ -75,7 +78,7 @@ class Rig:
     @property
     def specs(self) -> Mapping[str, Spec]:
         """Unit, possible range and meaning of every number of the plant."""
-        return number_specs(self.valve, self.corrector, self.jack)
+        return number_specs(self.valve, self.corrector, self.jack, self.load)
 
     @property
     def valve_kind(self) -> ValveKind:
@@ -130,6 +133,17 @@ class Rig:
         return True
 
     @property
+    def passing_speed(self) -> float:
+        """Speed [m/s] of the operating point that is not at rest: 0.1 m/s, or less where that is above its limit."""
+        limit = self.limit("speed")
+        return MOVING if limit >= MOVING else MOVING_SHARE * limit
+
+    @property
+    def is_throttled(self) -> bool:
+        """Whether lands meter the flow to a jack, so that closing them brakes it."""
+        return self.valve_kind.has_lands
+
+    @property
     def takes_load(self) -> bool:
         """Whether a force can push at it."""
         return True
@@ -145,6 +159,18 @@ class Rig:
     def in_session(self, name: str | None) -> "Rig":
         """The rig as it was in a session; as it is where it has no numbers for that."""
         return replace(self, numbers={**self.numbers, **self.sessions.get(name or "", {})}, sessions={})
+
+    def with_corrector(self, corrector: str) -> "Rig":
+        """A copy whose valve is driven by another of its kind's correctors. Raises InputError for one that the rig has
+        not all numbers of, or that its kind lacks."""
+        kind = self.valve_kind
+        if corrector not in kind.correctors:
+            raise InputError(f'rig {self.name}: no corrector "{corrector}"; {nearest(corrector, kind.correctors)}')
+        specs = number_specs(self.valve, corrector, self.jack, self.load)
+        if missing := [name for name in specs if name not in self.numbers]:
+            raise InputError(f"rig {self.name}: corrector {corrector} needs {missing[0]}, which the rig file lacks")
+        numbers = {name: self.numbers[name] for name in specs}
+        return replace(self, corrector=corrector, numbers=numbers)
 
     def with_values(self, **values: float) -> "Rig":
         """A copy with other SI values; a value beyond its fit bounds or interval takes them along in proportion.
@@ -178,7 +204,7 @@ def _moved(number: Number, value: float) -> Number:
     return replace(number, value=value, low=low, high=high, interval=interval)
 
 
-def number_specs(valve: str, corrector: str, jack: str) -> dict[str, Spec]:
+def number_specs(valve: str, corrector: str, jack: str, load: str = SPECIMEN) -> dict[str, Spec]:
     """Every plant number that a rig of these kinds has, by name."""
-    tables = (schema.SUPPLY, schema.OIL, VALVES[valve].schema(corrector), JACKS[jack].numbers, schema.LOAD)
+    tables = (schema.SUPPLY, schema.OIL, VALVES[valve].schema(corrector), JACKS[jack].numbers, schema.LOAD, LOADS[load])
     return {name: spec for table in tables for name, spec in table.items()}

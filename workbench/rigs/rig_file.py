@@ -1,10 +1,10 @@
 """Rig files, read and written.
 
-A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load`, `limits`,
-`control`, `sensors.NAME`, `effects` and `sessions.NAME`; `effect_files` lists Python files beside it with a user's own
-effects. A number is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are
-how far a fit may move it, `interval` within what a fit knows it (95 %). A session has numbers of the plant that were
-others in the records of a campaign's session of that name. Everything is SI once read.
+A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load` (`kind`),
+`limits`, `control`, `sensors.NAME`, `effects` and `sessions.NAME`; `effect_files` lists Python files beside it with a
+user's own effects. A number is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the
+same unit) are how far a fit may move it, `interval` within what a fit knows it (95 %). A session has numbers of the
+plant that were others in the records of a campaign's session of that name. Everything is SI once read.
 """
 
 from collections.abc import Mapping
@@ -18,6 +18,7 @@ from ..base.toml_text import toml_text
 from ..base.units import Spec
 from . import schema
 from .jack import JACKS
+from .load import LOADS, SPECIMEN
 from .number import Number, read_number
 from .rig import COMPUTING_DELAY, EffectUse, Rig, number_specs
 from .sensor import read_sensors
@@ -57,13 +58,15 @@ def _read(path: Path, shown: str) -> Rig:
     valve, jack = top.table("valve"), top.table("jack")
     valve_kind, jack_kind = VALVES[valve.word("kind", VALVES)], JACKS[jack.word("kind", JACKS)]
     corrector = valve.word("corrector", valve_kind.correctors) if valve_kind.correctors else NO_CORRECTOR
+    load = top.table("load").word("kind", LOADS, SPECIMEN)
     numbers = {
         **_numbers(top.table("supply"), schema.SUPPLY),
         **_numbers(top.table("oil"), schema.OIL),
         **_numbers(valve, valve_kind.schema(corrector), "kind", "corrector"),
         **_numbers(jack, jack_kind.numbers, "kind"),
-        **_numbers(top.table("load"), schema.LOAD),
+        **_numbers(top.table("load"), {**schema.LOAD, **LOADS[load]}, "kind"),
     }
+    specs = number_specs(valve_kind.name, corrector, jack_kind.name, load)
     limits = _numbers(top.table("limits"), schema.LIMITS, "stop")
     sensors = read_sensors(top.optional_table("sensors"))
     check_together(top, numbers, limits)
@@ -82,12 +85,13 @@ def _read(path: Path, shown: str) -> Rig:
         period=period,
         sensors=sensors,
         effects=tuple(_effect(use) for use in top.tables("effects")),
-        sessions=_sessions(top.optional_table("sessions"), number_specs(valve_kind.name, corrector, jack_kind.name)),
+        sessions=_sessions(top.optional_table("sessions"), specs),
         recordings=top.text("recordings", ""),
         effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
         computing_delay=_computing_delay(control),
         stop=_stop(top.table("limits")),
         deadline=_deadline(control),
+        load=load,
     )
 
 

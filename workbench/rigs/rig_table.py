@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from . import schema
+from .load import LOADS, SPECIMEN
 from .number import number_entry
 from .sensor import sensor_entry
 
@@ -16,7 +17,7 @@ def rig_table(rig: "Rig") -> dict[str, Any]:
         "oil": dict.fromkeys(schema.OIL),
         "valve": dict.fromkeys(rig.valve_kind.schema(rig.corrector)),
         "jack": dict.fromkeys(rig.jack_kind.numbers),
-        "load": dict.fromkeys(schema.LOAD),
+        "load": dict.fromkeys((*schema.LOAD, *LOADS[rig.load])),
     }
     filled: dict[str, dict[str, Any]] = {
         section: {name: number_entry(rig.numbers[name]) for name in names} for section, names in sections.items()
@@ -24,6 +25,8 @@ def rig_table(rig: "Rig") -> dict[str, Any]:
     corrector = {"corrector": rig.corrector} if rig.valve_kind.correctors else {}
     filled["valve"] = {"kind": rig.valve, **corrector, **filled["valve"]}
     filled["jack"] = {"kind": rig.jack, **filled["jack"]}
+    if rig.load != SPECIMEN:
+        filled["load"] = {"kind": rig.load, **filled["load"]}
     titles = {"name": rig.name, "title": rig.title, "source": rig.source, "recordings": rig.recordings}
     sensors = {name: sensor_entry(rig.signal(name), sensor) for name, sensor in rig.sensors.items()}
     effects = [

@@ -27,7 +27,7 @@ def margins_table(loops: Mapping[str, LinearLoops], signal: Signal) -> Table:
     lines = [
         [name, where, *_margins(loop)]
         for name, pair in loops.items()
-        for where, loop in (("null", pair.null), (f"moving at {moving_at(signal)}", pair.moving))
+        for where, loop in (("null", pair.null), (f"moving at {moving_at(signal, pair.speed)}", pair.moving))
     ]
     note = "At null the lap doubles the flow gain. An unstable loop has no margins. A controller without a linear view "
     note += "has them by sines on the simulated loop, or none."
@@ -48,7 +48,7 @@ def closed_curves(loops: LinearLoops, signal: Signal, name: str = "linear, ") ->
     """The closed loops at null and moving that are stable, `name` before where they are; moving is dashed."""
     points: tuple[tuple[str, LinearLoop, Style], ...] = (
         ("null", loops.null, "line"),
-        (moving_at(signal), loops.moving, "dash"),
+        (moving_at(signal, loops.speed), loops.moving, "dash"),
     )
     low, high = SHOWN_HZ
     return [

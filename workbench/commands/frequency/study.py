@@ -27,7 +27,6 @@ from ..excite.study import drive
 from .config import FrequencyTask
 from .page import Comparison, columns, figure, page, rows
 
-MOVING = 0.1  # m/s: the second operating point of the linear model, outside the lap's doubled gain
 BENCHES: Mapping[str, Callable[[Rig], Plant]] = {"command": build_valve_bench, "current": build_pilot_bench}
 """Where the sheet of an input is measured: ports at 35 bar, lands fed at 70 bar, as maker's curves are."""
 
@@ -96,7 +95,8 @@ def _linear(rig: Rig, pair: tuple[str, str], f: np.ndarray, period: float) -> di
     plant = build(rig)
     smooth = plant.without_dry_friction()
     curves = {}
-    for name, speed in (("linear, null", 0.0), (f"linear, {MOVING:g} m/s", MOVING)):
+    passing = rig.passing_speed
+    for name, speed in (("linear, null", 0.0), (f"linear, {passing:g} m/s", passing)):
         about = equilibrium(plant, speed=speed, p=smooth)
         below, above = (_held(plant, about, signal, smooth, f, period) for signal in pair)
         curves[name] = above / np.where(below == 0, np.nan, below)

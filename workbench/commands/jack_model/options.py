@@ -7,8 +7,6 @@ from typing import cast
 from ...control.compensators import Compensator, MapsCommand
 from ..common.designs import of_controllers, print_each, read
 
-MOVING = 0.1  # m/s
-
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
@@ -24,7 +22,10 @@ def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
 
     plant, period = build(config.rig), config.rig.period.value
     smooth = plant.without_dry_friction()
-    points = {"null": equilibrium(plant, p=smooth), "moving": equilibrium(plant, speed=MOVING, p=smooth)}
+    points = {
+        "null": equilibrium(plant, p=smooth),
+        "moving": equilibrium(plant, speed=config.rig.passing_speed, p=smooth),
+    }
     models: dict[str, dict[str, dict[str, float]]] = {}
     for spec in config.controllers:
         parts = [cast("Compensator | MapsCommand", part.build(period)) for part in spec.compensators]

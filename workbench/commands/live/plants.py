@@ -11,7 +11,6 @@ from ...linear.equilibria import Equilibria, moved
 from ...linear.operating_point import far_end
 from ...loop.plant_lanes import PlantLanes, plant_lanes
 from ...loop.rig_variations import with_delay
-from ...loop.rows import MOVING
 from ...plant import build
 from ...rigs.rig import Rig
 
@@ -51,7 +50,7 @@ def moved_lanes(lanes: PlantLanes, point: RigPoint) -> PlantLanes:
     position = np.full(len(p), point.position)
     smooth = plant.without_dry_friction(p)
     null = _moved(lanes, p, lanes.null, position, 0.0)
-    moving = _moved(lanes, smooth, lanes.moving, position, MOVING)
+    moving = _moved(lanes, smooth, lanes.moving, position, rig.passing_speed)
     return replace(lanes, rig=after, p=p, position=position, null=null, moving=moving)
 
 

@@ -159,7 +159,7 @@ def _notes(config: LiveConfig) -> list[str]:
     goals = f"Goals: Ms at most {limits.ms_nominal:g} on the first rig and {limits.ms:g} on the others, gain margin at "
     goals += f"least {limits.gain_margin_db:g} dB on the first, no trip, no hunting"
     goals += f", overshoot at most {limits.overshoot_percent:g} %." if np.isfinite(limits.overshoot_percent) else "."
-    margins = f"Margins: the worse of null and {moving_at(signal)}."
+    margins = f"Margins: the worse of null and {moving_at(signal, config.steps.rig.passing_speed)}."
     return [goals, margins, judged_words(config.steps.conditions, config.steps.rig)]
 
 

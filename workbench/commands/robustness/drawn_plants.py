@@ -6,7 +6,6 @@ from ...engine import Engine
 from ...linear.equilibria import Equilibria, equilibria
 from ...linear.operating_point import far_end
 from ...loop.rig_variations import with_delay
-from ...loop.rows import MOVING
 from ...plant import build
 from ...rigs.rig import Rig
 from ..common.plant_draw import PlantDraw
@@ -33,10 +32,11 @@ def drawn_plants(config: RobustnessConfig, delay: float) -> DrawnPlants:
     rig = with_delay(config.rig, delay)
     engine = Engine(build(rig))
     plant, draw = engine.plant, drawn(config, engine.plant)
+    speed = rig.passing_speed
     smooth, at = plant.without_dry_friction(draw.p), draw.position  # a specimen is relaxed there
     points = {
         "null": equilibria(plant, draw.p, at, None, None, **far_end(plant, at)),
-        "moving": equilibria(plant, smooth, at, MOVING, None, **far_end(plant, at, MOVING)),
+        "moving": equilibria(plant, smooth, at, speed, None, **far_end(plant, at, speed)),
     }
     stroke = rig.limit("stroke")
     places = tuple(share * stroke for share in config.positions if rig.is_jack)

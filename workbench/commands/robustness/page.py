@@ -42,7 +42,8 @@ def robustness_page(
         [[row[key] for key in _COLUMNS] for row in rows],
         f"Counts of plants. Settled within {band:.3g} {unit}; a plant that never settles counts as the "
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
-        f"{moving_at(config.signal)}, where each plant was drawn and at {len(config.positions)} positions. "
+        f"{moving_at(config.signal, config.rig.passing_speed)}, where each plant was drawn and at "
+        f"{len(config.positions)} positions. "
         f"{judged_words(config.conditions, config.rig)}",
         dict.fromkeys(_BEST, "min"),
     )

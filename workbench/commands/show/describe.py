@@ -73,14 +73,19 @@ def derived(rig: Rig) -> list[dict[str, Any]]:
     smooth = plant.without_dry_friction()
     rest = equilibrium(plant, p=smooth)
     by_formula, linear = _mode_formula(rig, plant, rest), _mode_linearised(plant, rest, smooth)
-    flow = rig["K3"] * (rig["z3max"] + rig["eps"]) * np.sqrt(_DROP / 2)
+    flow, at, units = _rated_flow(rig)
     rows = [
         ("natural frequency", by_formula[0], "Hz", "formula, mid stroke: oil springs on the mass"),
         ("natural frequency, linearised", linear[0], "Hz", "model at rest at mid stroke, without dry friction"),
         ("damping", by_formula[1], "1", "formula, mid stroke: leakage, lap and viscous friction"),
         ("damping, linearised", linear[1], "1", "model at rest at mid stroke, without dry friction"),
-        ("rated flow", float(from_si(flow, "l/min", "m^3/s")), "l/min", "one valve, full command, 70 bar drop"),
-        ("rated flow, all valves", float(from_si(rig["n"] * flow, "l/min", "m^3/s")), "l/min", f"{rig['n']:g} valves"),
+        ("rated flow", float(from_si(flow, "l/min", "m^3/s")), "l/min", at),
+        (
+            "rated flow, all valves",
+            float(from_si(rig["n"] * flow, "l/min", "m^3/s")),
+            "l/min",
+            f"{rig['n']:g} {units}",
+        ),
     ]
     for way, sign in (("extending", 1.0), ("retracting", -1.0)):
         speed = sign * equilibrium(plant, command=sign, p=smooth).speed
@@ -95,6 +100,14 @@ def derived(rig: Rig) -> list[dict[str, Any]]:
     gain = (around[0] - around[1]) / (2 * _SMALL)
     rows.append(("velocity gain at null", gain, "m/s", "model, per unit of command, inside the lap"))
     return [dict(zip(("name", "value", "unit", "how"), row, strict=True)) for row in rows]
+
+
+def _rated_flow(rig: Rig) -> tuple[float, str, str]:
+    """Flow [m^3/s] of one valve, or of one pump, at full command, what it is, and what there are n of."""
+    if not rig.valve_kind.has_lands:
+        return rig["D"] * rig["nmax"], "one pump, full speed", "pumps"
+    flow = rig["K3"] * (rig["z3max"] + rig["eps"]) * np.sqrt(_DROP / 2)
+    return flow, "one valve, full command, 70 bar drop", "valves"
 
 
 def _null_command(rest: Equilibrium) -> float:
@@ -115,7 +128,10 @@ def _mode_formula(rig: Rig, plant: Plant, rest: Equilibrium) -> tuple[float, flo
 
 
 def _land_leakage(rig: Rig, plant: Plant, rest: Equilibrium) -> np.ndarray:
-    """Slope of the main lands' flow over the pressure of ports A and B [m^3/s/Pa] at an operating point."""
+    """Slope of the main lands' flow over the pressure of ports A and B [m^3/s/Pa] at an operating point; a pump's
+    direction valves are shut at rest."""
+    if not rig.valve_kind.has_lands:
+        return np.zeros(2)
     outputs = plant.observe(rest.x, rest.u)[0]
     z = float(outputs[plant.output("spool")])
     to_supply, to_return = _lap(z, rig["eps"]), _lap(-z, rig["eps"])

@@ -1,6 +1,6 @@
 """A plant as a model of windows: errors over sigma, and their exact slopes to initial states, inputs and numbers."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -14,7 +14,7 @@ from ...linear import equilibrium
 from ...plant import Plant
 from ...records import Record
 from .session_numbers import SessionNumber, session_windows
-from .windows import DelayedCommand, Group, Windows, first_guess, run_up
+from .windows import DelayedCommand, Group, Windows, first_guess, further_inputs, run_up
 
 _TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
 _SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
@@ -38,6 +38,7 @@ class Model:
         self.parameters = (*plant.parameters, *(number.name for number in sessions))
         self.p = np.append(plant.p, [number.start for number in sessions])
         self.engine = Engine(plant, _TOLERANCE, brief=brief)
+        self._inputs = {variable.name for variable in plant.inputs}
         self._columns = [plant.output(name) for name in names]
 
     @cached_property
@@ -111,18 +112,24 @@ class Model:
         """The state [n] after rows of a record from x [n]; x where the plant cannot be simulated."""
         if first == end:
             return x
-        t, u = record.t[first : end + 1], self._constant(record.signals["command"][first:end])
+        further = {name: values[first:end] for name, values in further_inputs(record).items()}
+        t, u = record.t[first : end + 1], self._held(record.signals["command"][first:end], further)
         run = self.engine.run(x, t if len(t) > len(u) else np.append(t, t[-1] + record.period), u, p)
         return run.x[-1] if run.ok else x
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
         """Where a record begins, as far as nothing is measured: slow to find, and hardly another with other numbers."""
+        if "direction" in self._inputs:
+            return equilibrium(self.plant, direction=0.0).x
         return equilibrium(self.plant).x
 
-    def _constant(self, command: np.ndarray) -> np.ndarray:
+    def _held(self, command: np.ndarray, further: Mapping[str, np.ndarray]) -> np.ndarray:
+        """All inputs [..., m] of a command and of further ones, of one shape; what the plant has not is left out."""
         u = np.zeros((*command.shape, len(self.plant.inputs)))
-        u[..., self.plant.input("command")] = command
+        for name, values in {"command": command, **further}.items():
+            if name in self._inputs:
+                u[..., self.plant.input(name)] = values
         return u
 
     def predict(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
@@ -138,8 +145,9 @@ class Model:
         for group in windows.groups:
             late = self._late(windows, group, p)
             values = self.parameters_of(windows, group, p)
-            x = self.engine.run_batch(x0[group.which], group.t[:, :-1], self._constant(late.mean), values).x
-            states.append((x, self._constant(late.now)))
+            further = windows.inputs(group)
+            x = self.engine.run_batch(x0[group.which], group.t[:, :-1], self._held(late.mean, further), values).x
+            states.append((x, self._held(late.now, further)))
         return states
 
     def _late(self, windows: Windows, group: Group, p: np.ndarray) -> DelayedCommand:
@@ -173,9 +181,11 @@ class Model:
             whole = np.empty((len(group.which), group.weight[0].size, size))
             late, values = self._late(windows, group, p), self.parameters_of(windows, group, p)
             changes = self._directions_of(windows, group, p, along)
+            held = self._held(np.zeros_like(late.mean), windows.inputs(group))
             for part in _chunks(len(group.which), size):
                 arriving = DelayedCommand(late.mean[part], late.slope[part], late.now[part])
-                dy = self._along(group.t[part], arriving, x0[group.which[part]], values[part], changes[part], du)
+                x = x0[group.which[part]]
+                dy = self._along(group.t[part], arriving, held[part], x, values[part], changes[part], du)
                 dy *= group.weight[part][:, None]
                 whole[part] = dy.reshape(*dy.shape[:2], -1).transpose(0, 2, 1)
             slopes.append(whole)
@@ -219,17 +229,19 @@ class Model:
         self,
         t: np.ndarray,
         late: DelayedCommand,
+        held: np.ndarray,
         x0: np.ndarray,
         p: np.ndarray,
         along: np.ndarray,
         du: np.ndarray,
     ) -> np.ndarray:
-        """Change of the outputs [w, directions, rows, signals] of windows with parameters p [w, k] along `along` [w,
-        numbers, k] and `du`."""
+        """Change of the outputs [w, directions, rows, signals] of windows with further inputs `held` [w, rows, m] and
+        parameters p [w, k] along `along` [w, numbers, k] and `du`."""
         n, m, (w, numbers, k) = self.plant.n, len(self.plant.inputs), along.shape
         rows, size = late.mean.shape[1], n + numbers + len(du)
         x, u, q = np.zeros((w, size, 2 * n)), np.zeros((w, size, rows, 2 * m)), np.zeros((w, size, 2 * k))
         x[..., :n], q[..., :k] = x0[:, None], p[:, None]
+        u[..., :m] = held[:, None]
         u[..., self.plant.input("command")] = late.mean[:, None]
         x[:, np.arange(n), n + np.arange(n)] = self.plant.scale
         q[:, n : n + numbers, k:] = along

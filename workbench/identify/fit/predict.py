@@ -10,7 +10,7 @@ from ...records import Record
 from ..data.noise_floor import NoiseFloor
 from .initial_states import fit_states, free_runs, predicted_states
 from .model import Model
-from .windows import Windows, compared, cut_windows, delayed
+from .windows import Windows, compared, cut_windows, delayed, further_inputs
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,9 @@ def predict_free(plant: Plant, record: Record, floor: NoiseFloor) -> Prediction:
     x0, _ = fit_states(model, first, model.starts(first, plant.p), plant.p)
     late, place = delayed(record, plant.lateness(), plant.interpolated), plant.input("command")
     u = np.zeros((len(record.t), len(plant.inputs)))
+    for name, values in further_inputs(record).items():
+        if name in (variable.name for variable in plant.inputs):
+            u[:, plant.input(name)] = values
     u[:, place] = late.mean
     run = model.engine.run(x0[0], record.t, u)
     u[:, place] = late.now

@@ -14,6 +14,7 @@ from ...plant import Plant
 from ...records import Record
 from ..data.noise_floor import NoiseFloor, same_command
 from .predict import predict_free
+from .windows import further_inputs
 
 WHOLE, MOVING, STANDING = "whole", "moving", "standing"
 _SMOOTH = 0.05  # s, over which the speed is taken
@@ -58,7 +59,12 @@ def mean_of(group: Sequence[Record]) -> Record:
     means = {name: np.mean([r.signals[name] for r in own], axis=0) for name, own in carriers.items()}
     valid = {name: np.all([r.valid[name] for r in own], axis=0) for name, own in carriers.items()}
     first = group[0]
-    return Record(f"mean of {len(group)} repeats", first.t, {"command": first.signals["command"], **means}, valid)
+    return Record(
+        f"mean of {len(group)} repeats",
+        first.t,
+        {"command": first.signals["command"], **further_inputs(first), **means},
+        valid,
+    )
 
 
 def against_mean(plant: Plant, group: Sequence[Record], floor: NoiseFloor) -> tuple[FreeRunComparison, ...]:

@@ -13,7 +13,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.signals import MEASURED
+from ...base.signals import FURTHER_INPUTS, MEASURED
 from ...plant import Plant
 from ...records import Record
 from ..data.noise_floor import NoiseFloor
@@ -73,6 +73,14 @@ class Windows:
         return DelayedCommand(
             *(np.array([getattr(command, part)[span] for command, span in rows]) for part in ("mean", "slope", "now"))
         )
+
+    def inputs(self, group: Group) -> dict[str, np.ndarray]:
+        """The further inputs that the records carry, held in each row of a group [w, rows]; 0 where one has none."""
+        spans = [self.spans[w] for w in group.which]
+        carried = {index: further_inputs(self.records[index]) for index in {index for index, _, _ in spans}}
+        names = [name for name in FURTHER_INPUTS if any(name in own for own in carried.values())]
+        rows = [(carried[index], slice(first, end)) for index, first, end in spans]
+        return {name: np.array([own.get(name, np.zeros(end.stop))[end] for own, end in rows]) for name in names}
 
     def by_record(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Values of the groups [w, rows, k] put together as those of the records [n, k]."""
@@ -165,14 +173,20 @@ def delayed(record: Record, delay: float, interpolated: bool = False) -> Delayed
     return DelayedCommand(mean, -np.diff(command[rows]) / np.diff(edges), mean if interpolated else command[rows[:-1]])
 
 
+def further_inputs(record: Record) -> dict[str, np.ndarray]:
+    """What a record carries of a plant's inputs besides the command, by name [n]."""
+    return {name: record.signals[name] for name in FURTHER_INPUTS if name in record.signals}
+
+
 def first_guess(plant: Plant, record: Record, first: int, end: int, before: np.ndarray) -> np.ndarray:
     """The state [n] at row `first` of rows up to `end`: that `before` them, corrected by what is measured directly."""
     x = before.copy()
     early = slice(first, min(end, first + int(_EARLY) + 1))
     middle = plant.p[plant.parameters.index("xmid")]
     direct = {"pa": ("P1", 0.0), "pb": ("P2", 0.0), "spool": ("z3", 0.0), "position": ("x", middle)}
+    known = {variable.name for variable in plant.states}
     for signal, (state, offset) in direct.items():
-        if signal in record.signals:
+        if signal in record.signals and state in known:
             x[plant.state(state)] = np.mean(record.signals[signal][early]) - offset
     if "load_pressure" in record.signals and not {"pa", "pb"} & set(record.signals):
         a, b = plant.state("P1"), plant.state("P2")

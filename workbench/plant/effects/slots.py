@@ -25,6 +25,13 @@ _VALVE = {
     "main_friction": Slot("dry friction [N] against the main spool's motion", ("spool", "velocity")),
     "main_openings": Slot("openings (o(z), o(-z)) [m] of the main lands", ("spool", "lap", "travel")),
     "main_flows": Slot("flows (into A, out of B) [m^3/s] of one valve", ("opening",)),
+    "direction": Slot("direction [1] that the solenoids are asked for: 1 pump to A, -1 to B, 0 off"),
+    "pump_flow": Slot("flow [m^3/s] that the pump delivers", ("speed", "drop")),
+    "delivery_drop": Slot("pressure drop [Pa] over the delivery's valve beyond its cracking pressure", ("drop",)),
+    "accumulator": Slot("flow [m^3/s] out of the accumulator's line", ("drop", "pressure")),
+    "motor_losses": Slot("torque [N m] lost in motor and pump", ("speed", "drop")),
+    "hoses": Slot("compliances [m^3/Pa] of the hoses (of A, of B)", ("pa", "pb")),
+    "loader": Slot("force [N] of the loading cylinder against extension", ("full", "position", "velocity")),
 }
 """Slots inside a valve, of which each kind has its own."""
 

@@ -5,6 +5,7 @@ lands           what the lands of a spool see, give and draw
 pilot           torque motor, nozzles and flapper, pilot spool
 three_stage     the pilot, and a main spool with its position loop
 second_order    a main spool with its drive as one oscillator
+pump            a pump with its shaft, direction valves and low side, from the parts in plant/pump
 supply          the power that the main lands take
 
 A new kind, say a pump-controlled drive:
@@ -20,11 +21,13 @@ Rig files, effects, probes, saturation in describing functions and the commands 
 from ...rigs import valve as kinds
 from .kind import ProbePoint, Valve
 from .lands import Lands, PilotFlows, ValveFlows
+from .pump import Pump
 from .second_order import SecondOrder
 from .three_stage import ThreeStage
 
 VALVES: dict[str, Valve] = {
-    valve.kind.name: valve for valve in (ThreeStage(kinds.THREE_STAGE), SecondOrder(kinds.SECOND_ORDER))
+    valve.kind.name: valve
+    for valve in (ThreeStage(kinds.THREE_STAGE), SecondOrder(kinds.SECOND_ORDER), Pump(kinds.PUMP))
 }
 
 __all__ = ["VALVES", "Lands", "PilotFlows", "ProbePoint", "Valve", "ValveFlows"]

@@ -10,7 +10,7 @@ from ...base.errors import InputError
 from ...rigs.rig import Rig
 from ...rigs.valve import ValveKind
 from ..assembly import Assembly
-from .lands import Lands, PilotFlows, ValveFlows
+from .lands import Lands, PilotFlows, ValveFlows, rated_flow
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,18 @@ class Valve(ABC):
     def saturation_limits(self, rig: Rig) -> Mapping[str, float]:
         """Signals inside the valve that saturate, with their limits [SI]."""
         return {}
+
+    def rated_flow(self, b: Assembly) -> ca.SX:
+        """Flow [m^3/s] of all valves at full travel and 35 bar a land."""
+        return rated_flow(b)
+
+    def usual_flow(self, rig: Rig) -> float:
+        """Flow [m^3/s] of all valves at full command and supply pressure, over one land."""
+        return rig["n"] * rig["K3"] * rig["z3max"] * rig["Ps"] ** 0.5
+
+    def rest_pressure(self, rig: Rig) -> float:
+        """Pressure [Pa] of the chambers from which a search for rest starts."""
+        return 0.5 * rig["Ps"]
 
     @abstractmethod
     def probe_points(self, rig: Rig) -> tuple[ProbePoint, ...]:

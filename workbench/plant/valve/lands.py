@@ -32,12 +32,16 @@ class PilotFlows:
 
 @dataclass(frozen=True)
 class ValveFlows:
-    """Flow into chamber A and out of chamber B [m^3/s] of one valve, its lowest pressure [Pa], and its signals."""
+    """Flow into chamber A and out of chamber B [m^3/s] of one valve, its lowest pressure [Pa], and its signals.
+
+    `extends` [1]: how far direction valves are set to extend, 0 to 1; a spool has none.
+    """
 
     into_a: ca.SX
     out_of_b: ca.SX
     lowest: ca.SX
     signals: dict[str, ca.SX]
+    extends: ca.SX | None = None
 
 
 def main_openings(b: Assembly, z: ca.SX) -> tuple[ca.SX, ca.SX]:

@@ -4,14 +4,16 @@ kind            what is known of a kind: numbers, spool loops, slots, stages, fi
 lands           what every main spool has
 three_stage     torque motor and nozzles, pilot spool, main spool with a position loop
 second_order    a spool with its drive as one oscillator
+pump            a pump with its shaft and direction valves in place of a servo-valve
 
 The equations of a kind are in plant/valve, whose docstring says how to add one.
 """
 
 from .kind import ValveKind
+from .pump import PUMP
 from .second_order import SECOND_ORDER
 from .three_stage import THREE_STAGE
 
-VALVES: dict[str, ValveKind] = {kind.name: kind for kind in (THREE_STAGE, SECOND_ORDER)}
+VALVES: dict[str, ValveKind] = {kind.name: kind for kind in (THREE_STAGE, SECOND_ORDER, PUMP)}
 
-__all__ = ["SECOND_ORDER", "THREE_STAGE", "VALVES", "ValveKind"]
+__all__ = ["PUMP", "SECOND_ORDER", "THREE_STAGE", "VALVES", "ValveKind"]

@@ -29,6 +29,11 @@ class ValveKind:
         """Whether a pilot stage with an electric current drives the main spool."""
         return "pilot" in self.stages
 
+    @property
+    def has_lands(self) -> bool:
+        """Whether a main spool's lands meter the flow: a pump displaces it."""
+        return "K3" in self.numbers
+
     def schema(self, corrector: str) -> dict[str, Spec]:
         """Every number of a valve of this kind with this spool loop."""
         return {**self.numbers, **self.correctors.get(corrector, {})}
