@@ -9,22 +9,23 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.common.step_experiment import load_steps
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.robustness.draw import drawn
 from workbench.commands.robustness.drawn_plants import drawn_plants
-from workbench.commands.robustness.linear_loops import linear_loops
+from workbench.commands.robustness.linear_loops import linear_loops, places
 from workbench.commands.robustness.study import run_robustness
-from workbench.commands.run.config import load_config
 from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.loop.lane_laws import lane_laws, signals_at
-from workbench.loop.lane_margins import lane_margins, sampled_lanes
+from workbench.loop.lane_margins import LaneMargins, lane_margins, sampled_lanes
 from workbench.loop.lane_metrics import hunting_lanes
 from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import MOVING
 from workbench.plant import build
+from workbench.report import Table
 from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -47,7 +48,7 @@ def same_margins(margins, lane, loop):
 @pytest.mark.parametrize("delay", [0.0, 0.3e-3, 1e-3, 2.4e-3])
 @pytest.mark.parametrize("name", ["p-dp", "crone2", "tvc"])
 def test_margins_in_lanes_are_those_of_the_loop(delay, name):
-    specs = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}
+    specs = {spec.name: spec for spec in load_steps(EXPERIMENTS / "position_tuned.toml").controllers}
     rig = load_rig("jack-10t")
     plant = build(with_delay(rig, delay) if delay else rig)
     p = np.tile(plant.p, (3, 1))
@@ -78,8 +79,11 @@ def test_plants_are_drawn_within_bounds_and_factors_from_the_seed():
     assert np.array_equal(first.p[0], plant.p)
     for name, values in first.numbers.items():
         number = config.rig.numbers[name]
-        low, high = config.factors.get(name, (None, None))
-        low, high = (number.low, number.high) if low is None else (low * number.value, high * number.value)
+        low, high = number.low, number.high
+        if name in config.factors:
+            low, high = (factor * number.value for factor in config.factors[name])
+        assert low is not None
+        assert high is not None
         assert values.min() >= low
         assert values.max() <= high
         assert np.ptp(values) > 0.9 * (high - low)
@@ -98,18 +102,20 @@ def test_linear_loops_at_every_position_are_those_of_the_loop(tmp_path):
     config = load_robustness(few(tmp_path, '["p-dp", "mpc"]'), plants=3)
     plants = drawn_plants(config, 0.3e-3)
     controllers = {spec.name: spec.build(1e-3) for spec in config.controllers}
-    places = linear_loops(plants, controllers, no_checkpoint, lambda _: None)
     plant, limit = plants.engine.plant, config.rig.limit("stroke")
-    assert plants.positions == pytest.approx([-0.9 * limit, -0.5 * limit, 0, 0.5 * limit, 0.9 * limit])
-    for name, controller in controllers.items():
-        assert len(places[name]) == 12
-        for place in places[name]:
-            speed = {"null": 0.0, "moving": MOVING}[place.point]
+    positions = {place.position for place in places(config) if place.position is not None}
+    assert sorted(positions) == pytest.approx([-0.9 * limit, -0.5 * limit, 0, 0.5 * limit, 0.9 * limit])
+    assert len(places(config)) == 12
+    for place in places(config):
+        columns = linear_loops(plants, controllers, place)
+        speed = {"null": 0.0, "moving": MOVING}[place.point]
+        for name, controller in controllers.items():
             for lane in range(3):
                 x = float(plants.draw.position[lane]) if place.position is None else place.position
                 p = plants.draw.p[lane]
                 about = equilibrium(plant, speed=speed, position=x, p=p, specimen_velocity=speed)
-                same_margins(place.margins, lane, linear_loop(plant, about, controller, 1e-3, p))
+                loop = linear_loop(plant, about, controller, 1e-3, p)
+                same_margins(LaneMargins(**columns[name]), lane, loop)
 
 
 def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys):
@@ -133,7 +139,7 @@ def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys
     of_p_dp = [row["unstable"] for row in metrics["linear"] if row["controller"] == "p-dp"]
     assert max(of_p_dp) <= row["unstable"] <= sum(of_p_dp)
     assert (row["ms_worst"] is None) == (row["unstable"] > 0)
-    assert main(["robustness", "few.toml", "--plants", "40", "--out", "again"]) == 0
+    assert main(["robustness", "few.toml", "--plants", "40", "--out", "again", "--jobs", "1"]) == 0
     other = json.loads((tmp_path / "again" / "metrics.json").read_text())
     assert other["rows"] == metrics["rows"]
     assert other["linear"] == metrics["linear"]
@@ -195,7 +201,9 @@ def test_a_controller_s_own_delay_counts_and_an_ideal_loop_has_none(tmp_path):
         outcome = run_robustness(load_robustness(plain, plants=2), no_checkpoint, lambda _: None)
         ms[name] = outcome.metrics["rows"][0]["ms_worst"]
         delay = {"rig's": 0.3e-3, "own": 2e-3, "none": 0.0}[name]
-        drawn = {row[0]: row[1:] for row in outcome.page.sections[-1].items[0].rows}
+        table = outcome.page.sections[-1].items[0]
+        assert isinstance(table, Table)
+        drawn = {row[0]: row[1:] for row in table.rows}
         assert drawn["computing delay"] == [delay, delay, "s"]
     assert ms["none"] < ms["rig's"] < ms["own"]
 

@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import NoReturn
 
 from .base import trust
-from .base.errors import InputError, clipped, short_path
+from .base.errors import ClusterError, InputError, clipped, short_path
 from .commands import COMMANDS, folder
 
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             trust.allow_everything()
         options.call(options, words)
         sys.stdout.flush()  # on a full disk, this is where it shows
-    except InputError as error:
+    except (InputError, ClusterError) as error:
         return _complaint(str(error))
     except BrokenPipeError:  # the reader of our output has seen enough, as in `jackbench list effects | head`
         sys.stderr.close()

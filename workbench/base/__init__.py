@@ -9,6 +9,7 @@ lazy            names of a package, loaded when first used
 checkpoint      stages of a long computation, and progress
 trust, private_files     code that comes with data, and whether it may run; where a user keeps things
 cores, process_pool    processors, and worker processes that share them
+cluster, installation  worker processes of other machines, and what has to be the same there
 gain_phase      gain in decibels and phase in degrees of a complex response
 vector_fitting  a rational function fitted to a frequency response
 columns         named columns, and as a pandas table

@@ -1,4 +1,4 @@
-"""The one exception for bad input: a line that says where it is, what is wrong and what to do."""
+"""The one exception for bad input: a line that says where it is, what is wrong and what to do; one for a cluster."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -6,6 +6,10 @@ from difflib import get_close_matches
 
 class InputError(ValueError):
     """Input that a person can mend. The command line prints it as one line and exits with status 2."""
+
+
+class ClusterError(Exception):
+    """Workers of other machines that cannot go on: what is done is kept. Printed as one line, status 2."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

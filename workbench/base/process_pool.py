@@ -1,20 +1,22 @@
-"""Worker processes that do the stages of a study, a core each."""
+"""Worker processes that do the stages of a study: of this machine, a core each, or of a cluster."""
 
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
 from .checkpoint import Stage
+from .cluster import IN_FLIGHT, Cluster, cluster_workers
 
 A = TypeVar("A")
 B = TypeVar("B")
+Jobs = int | Cluster  # worker processes of this machine, or those of a cluster
 ProcessPool = Callable[[Mapping[str, A], Stage, Callable[[B], None]], list[B]]
 
 _work: Callable[[], Callable[[Any], Any]]  # of a worker process: made at its first item
@@ -30,41 +32,56 @@ def one_blas_thread() -> threadpool_limits:
 
 
 @contextmanager
-def process_pool(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[ProcessPool[A, B]]:
+def process_pool(jobs: Jobs, make: Callable[[], Callable[[A], B]]) -> Iterator[ProcessPool[A, B]]:
     """A function (items by name, stage, done) -> results in their order: every item is a stage, done by a worker.
 
-    Each of `jobs` worker processes calls `make` once for the work that it does on items; with one job, and only when
-    there is something to do, this process. `make` and items have to be picklable. `done` hears of every result as it
-    comes. The workers are spawned: forking a process with threads may lock it up.
+    Each of `jobs` worker processes, or of a cluster's, calls `make` once for the work that it does on items; with one
+    job, and only when there is something to do, this process. `make` and items have to be picklable. `done` hears of
+    every result as it comes. Raises ClusterError.
     """
     if jobs == 1:
         made = cache(make)
         with one_blas_thread():
             yield lambda items, stage, done: _in_turn(items, lambda item: made()(item), stage, done)
         return
+    threads = IN_FLIGHT if isinstance(jobs, Cluster) else jobs
+    workers = cluster_workers(jobs, make) if isinstance(jobs, Cluster) else _processes(jobs, make)
+    with (
+        ThreadPoolExecutor(threads) as waiting,
+        workers as work,
+    ):  # each thread waits for a worker, and stores what it did
+        yield partial(_shared, waiting, Lock(), work)
+
+
+@contextmanager
+def _processes(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[Callable[[A], B]]:
+    """A function that does an item in a worker process. They are spawned: forking one with threads may lock it up."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, context, initializer=_begin, initargs=(make,)) as pool:
-        lock = Lock()
-
-        def run(items: Mapping[str, A], stage: Stage, done: Callable[[B], None]) -> list[B]:
-            def report(result: B) -> None:
-                with lock:
-                    done(result)
-
-            def work(item: A) -> B:
-                return pool.submit(_call, item).result()
-
-            with ThreadPoolExecutor(jobs) as threads:  # each waits for one worker, and stores what it did
-                waiting = [threads.submit(_in_turn, {name: item}, work, stage, report) for name, item in items.items()]
-                try:
-                    return [result for future in waiting for result in future.result()]
-                finally:
-                    threads.shutdown(wait=False, cancel_futures=True)
-
         try:
-            yield run
+            yield lambda item: pool.submit(_call, item).result()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _shared(
+    threads: ThreadPoolExecutor,
+    lock: Lock,
+    work: Callable[[A], B],
+    items: Mapping[str, A],
+    stage: Stage,
+    done: Callable[[B], None],
+) -> list[B]:
+    def report(result: B) -> None:
+        with lock:
+            done(result)
+
+    waiting = [threads.submit(_in_turn, {name: item}, work, stage, report) for name, item in items.items()]
+    try:
+        return [result for future in waiting for result in future.result()]
+    finally:
+        for future in waiting:
+            future.cancel()
 
 
 def _in_turn(items: Mapping[str, A], work: Callable[[A], B], stage: Stage, done: Callable[[B], None]) -> list[B]:

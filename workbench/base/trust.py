@@ -6,6 +6,8 @@ since then is another file. What is allowed is trusted by this process and its w
 """
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 
@@ -41,6 +43,22 @@ def allow(*files: str | Path) -> None:
 def allow_everything() -> None:
     """Trust every file, until this process ends."""
     os.environ[_ALLOWED] = _EVERYTHING
+
+
+def granted() -> str:
+    """What the user trusts, for a worker of another machine: `lent` takes it there."""
+    return " ".join(sorted({*_allowed(), *_remembered()}))
+
+
+@contextmanager
+def lent(grants: str) -> Iterator[None]:
+    """Trust what another machine's process was granted, inside this context. For one thread at a time."""
+    before = os.environ.get(_ALLOWED, "")
+    os.environ[_ALLOWED] = f"{before} {grants}"
+    try:
+        yield
+    finally:
+        os.environ[_ALLOWED] = before
 
 
 def check(path: Path, content: bytes) -> None:

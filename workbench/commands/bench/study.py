@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.process_pool import process_pool
+from ...base.process_pool import Jobs, process_pool
 from ...control.controller_spec import ControllerSpec
 from ...loop.compute_time import summary
 from ...loop.rig_spread import spread_over_rigs
@@ -22,8 +22,8 @@ from .page import bench_page, bench_picture
 _MARKS_HZ = (0.1, 1.0, 10.0, 100.0)
 
 
-def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
-    """Every controller on every rig in every scenario of its signal, by `jobs` processes."""
+def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
+    """Every controller on every rig in every scenario of its signal, by the workers of `jobs`."""
     keys = [(i, c.name, rig) for i, loop in enumerate(config.loops) for rig in loop.rigs for c in loop.controllers]
     with process_pool(jobs, partial(_benchmark, config)) as played:
         items = {f"{name} on {rig}": (i, name, rig) for i, name, rig in keys}
@@ -69,8 +69,8 @@ def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], Benchmar
     return work
 
 
-def _over_the_envelope(config: BenchConfig, stage: Stage, progress: Progress, jobs: int) -> list[EnvelopeEntry]:
-    """An entry for every controller that has a linear view, by `jobs` processes."""
+def _over_the_envelope(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs) -> list[EnvelopeEntry]:
+    """An entry for every controller that has a linear view, by the workers of `jobs`."""
     judged = [(i, loop) for i, loop in enumerate(config.loops) if has_envelope(loop)]
     items = {f"{spec.name} over the envelope": (i, spec) for i, loop in judged for spec in loop.controllers}
 

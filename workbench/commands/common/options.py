@@ -14,6 +14,7 @@ from ...base.files import check_place
 from .outcome import Outcome, Progress, Stage, leave
 
 if TYPE_CHECKING:
+    from ...base.process_pool import Jobs
     from .run_folder import Run
 
 Study = Callable[[Stage, Progress], Outcome]
@@ -49,16 +50,30 @@ def plants(options: argparse.Namespace) -> int | None:
     return options.plants
 
 
-def works(command: argparse.ArgumentParser) -> None:
-    """The option of a command whose stages several processes share."""
+def works(command: argparse.ArgumentParser, cluster: bool = True) -> None:
+    """The options of a command whose stages several processes share, those of a cluster too where `cluster`."""
     command.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one per core)")
+    if cluster:
+        what = "let the workers of a Dask cluster do it instead: its scheduler, such as tcp://192.168.0.7:8786"
+        command.add_argument("--cluster", metavar="ADDRESS", help=what)
 
 
-def jobs(options: argparse.Namespace) -> int:
-    """How many processes share the stages. Raises InputError."""
+def processes(options: argparse.Namespace) -> int:
+    """How many processes of this machine share the stages. Raises InputError."""
     if options.jobs is not None and options.jobs < 1:
         raise InputError(f"--jobs {options.jobs}: must be 1 or more")
     return options.jobs or cores()
+
+
+def jobs(options: argparse.Namespace) -> "Jobs":
+    """How many processes share the stages, or the cluster whose workers do. Raises InputError."""
+    if options.cluster is None:
+        return processes(options)
+    if options.jobs is not None:
+        raise InputError("--jobs is of this machine, --cluster of others; leave one of them out")
+    from ...base.cluster import cluster_at
+
+    return cluster_at(options.cluster)
 
 
 def finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> Outcome:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.process_pool import Jobs
 from ...control.controller_spec import ControllerSpec
 from ...loop.rig_variations import with_delay
 from ...loop.rows import judge, linear_loops, loop_setup
@@ -24,8 +25,8 @@ _GAINS = ("settling_s", "overshoot_percent", "steady_state_error", "iae", "resid
 _GAINS += ("gain_margin_db", "phase_margin_deg")
 
 
-def run_retune(config: RetuneConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
-    """Search on the found rig with `jobs` processes; then the old and the retuned controller on both rigs.
+def run_retune(config: RetuneConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
+    """Search on the found rig with the workers of `jobs`; then the old and the retuned controller on both rigs.
 
     The first trial is the old controller. Each trial is a stage.
     """

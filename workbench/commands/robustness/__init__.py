@@ -4,5 +4,6 @@ options, config    what it is asked; the experiment file
 draw               the plants
 drawn_plants       the same with their operating points
 linear_loops       poles and margins of all controllers on them, at several positions
-study, page, linear_page    the steps on them and all rows; the report
+workers            what a process does of it: those at a place, the steps of a controller
+study, page, linear_page    all rows; the report
 """

@@ -12,19 +12,17 @@ from ..common.plant_draw import PlantDraw
 from .config import RobustnessConfig
 from .draw import drawn
 
+POINTS = ("null", "moving")
+
 
 @dataclass(frozen=True)
 class DrawnPlants:
-    """The drawn plants of a rig with its computing delay; `points`: theirs at "null" and "moving", where drawn.
-
-    `positions` [m] from mid stroke: where all of them are linearised besides; none of a linear plant.
-    """
+    """The drawn plants of a rig with its computing delay; `points`: theirs at "null" and "moving", where drawn."""
 
     rig: Rig
     engine: Engine
     draw: PlantDraw
     points: dict[str, Equilibria]
-    positions: tuple[float, ...]
 
 
 def drawn_plants(config: RobustnessConfig, delay: float) -> DrawnPlants:
@@ -38,6 +36,4 @@ def drawn_plants(config: RobustnessConfig, delay: float) -> DrawnPlants:
         "null": equilibria(plant, draw.p, at, None, None, **far_end(plant, at)),
         "moving": equilibria(plant, smooth, at, speed, None, **far_end(plant, at, speed)),
     }
-    stroke = rig.limit("stroke")
-    places = tuple(share * stroke for share in config.positions if rig.is_jack)
-    return DrawnPlants(rig, engine, draw, points, places)
+    return DrawnPlants(rig, engine, draw, points)

@@ -11,41 +11,50 @@ from ...linear.equilibria import Equilibria, moved
 from ...loop.lane_laws import lane_laws, signals_at
 from ...loop.lane_margins import LaneMargins, lane_margins, sampled_lanes
 from ..common.numbers import finite, quantile
-from ..common.outcome import Progress, Stage
-from .drawn_plants import DrawnPlants
+from .config import RobustnessConfig
+from .drawn_plants import POINTS, DrawnPlants
 
 _CHUNK = 200  # plants linearised at a time: every law is closed on them, and they are let go
 _COLUMNS = [column.name for column in fields(LaneMargins)]
 
 
 @dataclass(frozen=True)
-class PlaceMargins:
-    """A controller's loops on all plants at one place: a `position` [m], None where each plant was drawn, and a point.
-
-    `point`: null or moving. A plant without an operating point there has an infinite radius.
-    """
+class Place:
+    """Where all plants are linearised: a `position` [m] from mid stroke, None where each was drawn; null or moving."""
 
     position: float | None
     point: str
+
+    def __str__(self) -> str:
+        where = "where drawn" if self.position is None else f"at {1e3 * self.position:+g} mm"
+        return f"{where} {self.point}"
+
+
+@dataclass(frozen=True)
+class PlaceMargins:
+    """A controller's loops on all plants at one place. A plant without an operating point there has an infinite
+    radius."""
+
+    place: Place
     margins: LaneMargins
 
 
+def places(config: RobustnessConfig) -> list[Place]:
+    """Where each plant was drawn, and at every position; a linear plant has none."""
+    stroke = config.rig.limit("stroke")
+    positions = [share * stroke for share in config.positions if config.rig.is_jack]
+    return [Place(position, point) for position in (None, *positions) for point in POINTS]
+
+
 def linear_loops(
-    plants: DrawnPlants, controllers: Mapping[str, Controller], stage: Stage, progress: Progress
-) -> dict[str, list[PlaceMargins]]:
-    """By controller, of its linear views: the loops at null and moving, at every position. A stage each."""
-    places: dict[str, list[PlaceMargins]] = {name: [] for name in controllers}
-    for position in (None, *plants.positions):
-        where = "where drawn" if position is None else f"at {1e3 * position:+g} mm"
-        for point in plants.points:
-            progress(f"linear loops {where}, {point}")
-            columns = stage(
-                f"linear {where} {point}", lambda at=position, point=point: _at(plants, controllers, at, point)
-            )
-            for name in controllers:
-                margins = LaneMargins(*(columns[name][column] for column in _COLUMNS))
-                places[name].append(PlaceMargins(position, point, margins))
-    return places
+    plants: DrawnPlants, controllers: Mapping[str, Controller], place: Place
+) -> dict[str, dict[str, np.ndarray]]:
+    """The loops at a place: the columns of LaneMargins by controller, of its linear view."""
+    parts = list(_chunks(plants, controllers, place.position, plants.points[place.point]))
+    return {
+        name: {column: np.concatenate([getattr(part[name], column) for part in parts]) for column in _COLUMNS}
+        for name in controllers
+    }
 
 
 def worst_places(places: list[PlaceMargins]) -> dict[str, np.ndarray]:
@@ -77,25 +86,14 @@ def _row(name: str, place: PlaceMargins) -> dict[str, Any]:
     return {
         "controller": name,
         "plants": len(unstable),
-        "position": place.position,
-        "point": place.point,
+        "position": place.place.position,
+        "point": place.place.point,
         "unstable": int(unstable.sum()),
         "ms_p50": quantile(np.where(unstable, np.inf, margins.ms), 0.5),
         "ms_worst": finite(margins.ms.max()) if whole else None,
         "gain_margin_worst_db": finite(np.fmin.reduce(margins.gain_margin_db)) if whole else None,
         "phase_margin_worst_deg": finite(np.fmin.reduce(margins.phase_margin_deg)) if whole else None,
         "radius_worst": finite(margins.radius.max()),
-    }
-
-
-def _at(
-    plants: DrawnPlants, controllers: Mapping[str, Controller], position: float | None, point: str
-) -> dict[str, dict[str, np.ndarray]]:
-    """The columns of every law's LaneMargins at a place."""
-    parts = list(_chunks(plants, controllers, position, plants.points[point]))
-    return {
-        name: {column: np.concatenate([getattr(part[name], column) for part in parts]) for column in _COLUMNS}
-        for name in controllers
     }
 
 

@@ -4,7 +4,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from ..common.options import computes, draws, finish, plants
+from ..common.options import computes, draws, finish, jobs, plants, works
 from ..common.shipped import experiment
 from .config import load_robustness
 
@@ -13,6 +13,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("experiment", type=experiment, help="such as experiments/robustness.toml")
     draws(parser)
+    works(parser)
     computes(parser, _robustness)
 
 
@@ -22,4 +23,5 @@ def _robustness(options: argparse.Namespace, words: list[str]) -> None:
 
     identity = {"command": "robustness", "experiment": config.source, "plants": config.plants}
     identity["rig"] = config.rig.table()
-    finish(options, words, Path(options.experiment).stem, identity, partial(run_robustness, config))
+    name = Path(options.experiment).stem
+    finish(options, words, name, identity, partial(run_robustness, config, jobs=jobs(options)))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...base import trust
 from ...base.errors import InputError
-from ..common.options import jobs, works
+from ..common.options import processes, works
 from ..common.rig_out import finish_with_rig, leaves_rig
 from ..common.shipped import campaign
 from ..residual.config import holds_out, load
@@ -33,7 +33,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sigma", type=float, nargs=2, metavar=("DB", "DEG"), help="what sheets are known to (default: 0.2 2)"
     )
-    works(parser)
+    works(parser, cluster=False)
     leaves_rig(parser, _trace)
 
 
@@ -58,6 +58,6 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
     files = [str(file.resolve()) for file in options.effects]
     library = effects_for(rig, files, options.without)
     command = identity(records, rig, files, options.without, options.several)
-    shared = {"files": files, "several": options.several, "jobs": jobs(options)}
+    shared = {"files": files, "several": options.several, "jobs": processes(options)}
     study = partial(run_trace, records, rig, library, **shared)
     return finish_with_rig(options, words, records.path.resolve().name, command, study)

@@ -24,14 +24,15 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
         value = getattr(options, name)
         if value < least:
             raise InputError(f"--{name} {value}: must be {least} or more")
-    folder = options.campaigns
+    folder = options.campaigns and options.campaigns.resolve()  # workers have working folders of their own
     campaigns = given(folder) if folder else []
     from ..trace.study import traced
     from .study import default_plan, identity, run_trace_study
 
     plan = campaigns or default_plan(options.number, options.seed)
-    if options.keep is not None:
-        options.keep.mkdir(parents=True, exist_ok=True)
-    name = f"trace-study-{folder.resolve().name}" if folder else "trace-study"
-    study = partial(run_trace_study, plan, traced, jobs=jobs(options), keep=options.keep)
+    keep = options.keep and options.keep.resolve()
+    if keep:
+        keep.mkdir(parents=True, exist_ok=True)
+    name = f"trace-study-{folder.name}" if folder else "trace-study"
+    study = partial(run_trace_study, plan, traced, jobs=jobs(options), keep=keep)
     finish(options, words, name, {"command": "trace-study", "items": identity(plan)}, study)

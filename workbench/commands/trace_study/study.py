@@ -11,7 +11,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from ...base.process_pool import process_pool
+from ...base.process_pool import Jobs, process_pool
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.run_folder import metrics_json
 from .campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, UNNAMED_CAUSES, Cause, cause
@@ -59,7 +59,7 @@ def run_trace_study(
     trace: Tracer,
     stage: Stage,
     progress: Progress,
-    jobs: int = 1,
+    jobs: Jobs = 1,
     keep: Path | None = None,
 ) -> Outcome:
     """Draw, trace and score every item; `keep` is where drawn folders stay, with their truth.json. One stage an item.

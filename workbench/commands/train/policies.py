@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
-from ...base.process_pool import process_pool
+from ...base.process_pool import Jobs, process_pool
 from ...loop.envelope import DRAWN
 from ..tune.goals import Goals, Trial, Verdict
 from ..tune.problem import TuneProblem
@@ -36,7 +36,7 @@ class Run:
 
 
 def run_searches(
-    problem: TuneProblem, seeds: Sequence[int], stage: Stage, progress: Progress, jobs: int
+    problem: TuneProblem, seeds: Sequence[int], stage: Stage, progress: Progress, jobs: Jobs
 ) -> tuple[list[Run], Verdict]:
     """A search from each seed, and the verdict of the start, weights as they were given, on all drawn plants."""
     searched = {seed: search(problem, _named(stage, seed), _said(progress, seed), jobs, seed) for seed in seeds}
@@ -50,7 +50,7 @@ def run_searches(
 
 
 def _on_all(
-    problem: TuneProblem, designs: Mapping[str, Mapping[str, float]], stage: Stage, jobs: int
+    problem: TuneProblem, designs: Mapping[str, Mapping[str, float]], stage: Stage, jobs: Jobs
 ) -> dict[str, Verdict]:
     drawn = tuple(range(DRAWN)) if problem.factors else ()
     tasks = {f"all-plants-{name}": partial(verdict_of, values=values, drawn=drawn) for name, values in designs.items()}

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
+from ...base.process_pool import Jobs
 from ...base.toml_text import toml_text
 from ...loop.envelope import DRAWN
 from ...loop.rig_variations import with_delay
@@ -21,7 +22,7 @@ from .page import train_page
 from .policies import Run, run_searches
 
 
-def run_train(config: TrainConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
+def run_train(config: TrainConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
     """Every run, the best of them judged beside the start: the law with the weights that it was given, or none."""
     runs, start = run_searches(config.problem, config.seeds, stage, progress, jobs)
     best = min(runs, key=lambda run: run.verdict.score)

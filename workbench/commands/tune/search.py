@@ -7,7 +7,7 @@ from math import ceil
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
-from ...base.process_pool import ProcessPool, process_pool
+from ...base.process_pool import Jobs, ProcessPool, process_pool
 from ...loop.hard_goals import Goal
 from .goals import Goals, Plants, Trial, Verdict
 from .problem import TuneProblem
@@ -22,9 +22,9 @@ Pool = ProcessPool[Task, Any]
 
 
 def search(
-    problem: TuneProblem, stage: Stage, progress: Progress, jobs: int = 1, seed: int | None = None
+    problem: TuneProblem, stage: Stage, progress: Progress, jobs: Jobs = 1, seed: int | None = None
 ) -> list[Trial]:
-    """Every design that is tried, by `jobs` processes; the first is the start, the best is `nearest_trial`.
+    """Every design that is tried, by the workers of `jobs`; the first is the start, the best is `nearest_trial`.
 
     `seed`: of the sampler, where it is another than that of the problem's drawn plants.
 

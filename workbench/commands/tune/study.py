@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from ...base.process_pool import Jobs
 from ...base.toml_text import toml_text
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
@@ -19,8 +20,8 @@ from .problem import TuneProblem
 from .search import nearest_trial, search
 
 
-def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: int = 1) -> Outcome:
-    """Search with `jobs` processes, then show the best design beside the start. The first trial is the start.
+def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
+    """Search with the workers of `jobs`, then show the best design beside the start. The first trial is the start.
 
     Each trial is a stage: a resumed search asks its sampler the same again and reads the stored answers, and so goes on
     as if nothing had happened.
