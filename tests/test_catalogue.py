@@ -11,6 +11,7 @@ from workbench.commands.list.catalogue import KINDS, listing, listing_text
 from workbench.commands.show.describe import describe, describe_text
 from workbench.control.controller_spec import controller_spec
 from workbench.plant.effects import LIBRARY
+from workbench.rigs.platform import bundled_platforms
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import bundled, load_rig
 
@@ -26,7 +27,7 @@ def derived(shown):
 
 
 def test_every_rig_and_effect_is_listed():
-    assert [row["name"] for row in listing("rigs")] == bundled()
+    assert [row["name"] for row in listing("rigs")] == [*bundled(), *bundled_platforms()]
     assert [(row["name"], row["formula"]) for row in listing("effects")] == [(e.name, e.formula) for e in LIBRARY]
 
 

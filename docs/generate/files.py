@@ -16,6 +16,7 @@ from workbench.commands.sines.config import load_sines
 from workbench.commands.train.config import load_train
 from workbench.commands.tune.config import load_tune
 from workbench.records import load_campaign
+from workbench.rigs.platform import load_platform
 from workbench.rigs.rig_file import load_rig
 
 from .markdown import page, plain, table
@@ -32,6 +33,14 @@ _LINEAR = """A plant of your own that is no jack: `state_space`, `transfer_funct
 `frequency_response`, in a file that an experiment names: `plant = {transfer_function = "axis.toml"}`. A sheet may stand
 in the experiment itself, under `[plant]`, with these tables beside it. The unit of the position says what is
 controlled; in design numbers "m" stands for its SI unit."""
+_PLATFORMS = """A payload on six jacks: `jackbench run experiments/hexapod.toml` judges loops on one. The file has every
+number of payload and geometry, and of each leg its jack as a rig.
+
+A controller of such an experiment stands on each leg, or there is a law on each mode: `[controllers.NAME]` has a list
+`[[controllers.NAME.laws]]`, each a controller with `modes = [1, 2]`, counted from the slowest, and where it has one
+`forward = {velocity_gain = "7.4 m/s", frequency = "15.6 Hz", damping = "0.5"}`, the inverse of its mode from the
+reference. `command_map` is a compensator that maps the command of each jack. `smoothing = {corner = "15 Hz"}`, which a
+controller on the legs may have too, is four lags that the pose asked for goes through."""
 _CAMPAIGN = """A folder with recordings and a `campaign.toml`; [](../recordings.md) says how it is used, and
 `jackbench import` writes one of recordings in these and other formats. Records are CSV, CSV.gz, Parquet or MAT, with
 header cells `name [unit]`."""
@@ -53,6 +62,7 @@ def pages() -> dict[str, str]:
         ("sines", load_sines, ("sines.toml",)),
         ("run: the paper's figures", load_config, ("paper.toml",)),
         ("run: correctors of a spool loop", load_config, ("corrector.toml",)),
+        ("run: a platform on six jacks", load_config, ("platform.toml",)),
     )
     linear = _part(
         ("A transfer function", load_rig, ("linear.toml",)),
@@ -60,11 +70,13 @@ def pages() -> dict[str, str]:
         ("A chain of parts", load_rig, ("linear_chain.toml",)),
         ("A measured frequency response", load_rig, ("linear_sheet.toml",)),
     )
+    platform = _part(("Every key", load_platform, ("platform_rig.toml",)))
     campaign = _part(("campaign.toml", load_campaign, ("campaign/campaign.toml",)))
     tasks = _part(("Every key", lambda path: load_task(path, "force"), ("task.toml",)))
     return {
         "experiment_files.md": page("Experiment files", _EXPERIMENTS, *experiments),
         "linear_plants.md": page("Linear plants", _LINEAR, *linear),
+        "platforms.md": page("Platforms", _PLATFORMS, *platform),
         "campaign_file.md": page("Campaign file", _CAMPAIGN, *campaign),
         "tasks.md": page("Tasks", _TASKS, *tasks),
     }

@@ -54,6 +54,24 @@ SIGNALS: dict[str, Signal] = {
     )
 }
 
+PLATFORM = {
+    signal.name: signal
+    for signal in (
+        *(Signal(axis, "m", "mm", f"{axis} of a platform from home") for axis in ("surge", "sway", "heave")),
+        *(Signal(axis, "rad", "deg", f"{axis} of a platform") for axis in ("roll", "pitch", "yaw")),
+        *(Signal(f"velocity_{axis}", "m/s", "m/s", "velocity of a platform's origin") for axis in "xyz"),
+        *(Signal(f"turning_{axis}", "rad/s", "deg/s", "angular velocity of a platform") for axis in "xyz"),
+        *(Signal(f"{axis}_acceleration", "m/s^2", "m/s2", "of its origin") for axis in ("surge", "sway", "heave")),
+        *(Signal(f"{axis}_acceleration", "rad/s^2", "rad/s2", "angular") for axis in ("roll", "pitch", "yaw")),
+    )
+}
+
+
+def output_signal(name: str) -> Signal:
+    """What an output of a plant is: a signal of a jack, "leg2.position" of a leg, or one of a platform."""
+    return PLATFORM[name] if name in PLATFORM else SIGNALS[name.rpartition(".")[2]]
+
+
 FURTHER_INPUTS = ("direction", "load_setting")
 """What a record may carry besides the command as an input of the plant."""
 

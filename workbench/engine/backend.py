@@ -17,12 +17,17 @@ class NotCompiled(RuntimeError):
 
 
 def compile_plant(
-    attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping, brief: bool = False
+    attempt: ca.Function,
+    outputs: ca.Function,
+    p: np.ndarray,
+    stepping: Stepping,
+    brief: bool = False,
+    commands: int = 1,
 ) -> "CompiledPlant":
     """Machine code for an attempt (s, u, p, tolerance) -> s and for outputs (x, u, p) -> y.
 
-    `p` are the parameters where a run gives none; `brief` as CompiledPlant has it. Raises NotCompiled for an operation
-    that has no compiled form, and where the compiler is missing or does not work.
+    `p` are the parameters where a run gives none; `brief` and `commands` as CompiledPlant has them. Raises NotCompiled
+    for an operation that has no compiled form, and where the compiler is missing or does not work.
     """
     for function in (attempt, outputs):
         if operation := first_unsupported(function):
@@ -30,6 +35,6 @@ def compile_plant(
     try:
         from .compiled import CompiledPlant
 
-        return CompiledPlant(attempt, outputs, p, stepping, brief)
+        return CompiledPlant(attempt, outputs, p, stepping, brief, commands)
     except (ImportError, OSError, RuntimeError) as error:
         raise NotCompiled(f"interpreted: no compiler here ({error})") from error

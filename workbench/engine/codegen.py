@@ -15,11 +15,12 @@ from .tape import Tape, divide_less, fixed, read
 _SMALLEST_STEP = 1e-12  # s: as in rosenbrock.failed
 
 
-def module(attempt: ca.Function, outputs: ca.Function, width: int, fused: bool) -> str:
+def module(attempt: ca.Function, outputs: ca.Function, width: int, fused: bool, commands: int = 1) -> str:
     """IR of `run` for an attempt (s, u, p, tolerance) -> s, and of `outputs` for (x, u, p) -> y."""
     tape = divide_less(read(attempt), {2, 3})
     constants = _constants(tape)
-    frame = Frame(width, attempt.numel_in(0) - 3, attempt.numel_in(1), attempt.numel_in(2), len(constants))
+    sizes = attempt.numel_in(0) - 3, attempt.numel_in(1), attempt.numel_in(2)
+    frame = Frame(width, *sizes, len(constants), commands)
     prepare, step, observe = (Code(width, fused, label) for label in ("entry", "entry", "block"))
     lines = [
         f"%run_job = type {structure(RunJob)}",

@@ -2,7 +2,7 @@
 
 import ctypes
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from threading import Thread
 
 import casadi as ca
@@ -19,10 +19,11 @@ _WORTH_A_THREAD = 2000  # intervals or rows: to start another thread takes about
 class _Kernel:
     """Machine code of one plant for one number of lanes."""
 
-    def __init__(self, attempt: ca.Function, outputs: ca.Function, width: int) -> None:
+    def __init__(self, attempt: ca.Function, outputs: ca.Function, width: int, commands: int) -> None:
         fused = object_cache.fused()
-        key = (attempt.serialize(), outputs.serialize(), str(width), str(fused))
-        addresses = object_cache.functions(key, lambda: module(attempt, outputs, width, fused), ("run", "outputs"))
+        key = (attempt.serialize(), outputs.serialize(), str(width), str(fused), str(commands))
+        write = partial(module, attempt, outputs, width, fused, commands)
+        addresses = object_cache.functions(key, write, ("run", "outputs"))
         self.run, self.outputs = (ctypes.CFUNCTYPE(None, ctypes.c_void_p)(address) for address in addresses)
 
 
@@ -31,22 +32,29 @@ class CompiledPlant:
 
     `p` are the parameters where none are given. `brief`: it runs for a few seconds of simulated time only, so that code
     for blocks of lanes, which takes longer to compile than it would save, is left out; every number is the same to the
-    bit. `advance` and `observe` reuse their buffers: one thread at a time. Raises RuntimeError or OSError if this
-    machine cannot compile.
+    bit. The first `commands` inputs may change inside the period of a sampled law. `advance` and `observe` reuse their
+    buffers: one thread at a time. Raises RuntimeError or OSError if this machine cannot compile.
     """
 
     def __init__(
-        self, attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping, brief: bool = False
+        self,
+        attempt: ca.Function,
+        outputs: ca.Function,
+        p: np.ndarray,
+        stepping: Stepping,
+        brief: bool = False,
+        commands: int = 1,
     ) -> None:
-        self._attempt, self._h, self._brief = attempt, outputs, brief
+        self._attempt, self._h, self._brief, self._commands = attempt, outputs, brief, commands
         self._p, self._stepping = np.array(p, dtype=float), stepping
         self._n, self._m, self._k = outputs.numel_in(0), outputs.numel_in(1), outputs.numel_out(0)
-        self._single = _Kernel(attempt, outputs, 1)
+        self._single = _Kernel(attempt, outputs, 1, commands)
         self._bench = _CallBuffers(self._n, self._m, self._p, self._k, stepping)
 
     @cached_property
     def _block(self) -> _Kernel:
-        return self._single if self._brief else _Kernel(self._attempt, self._h, object_cache.vector_width())
+        width = object_cache.vector_width()
+        return self._single if self._brief else _Kernel(self._attempt, self._h, width, self._commands)
 
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1

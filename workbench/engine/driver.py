@@ -178,8 +178,9 @@ class _Service:
         self._set(b.at(into, b.get("in_row")), "row_in", "ptr")
         self._set(b.at(out, b.get("out_row")), "row_out", "ptr")
         b.write("ret i64 0")
-        b.write("between:")  # the newer command arrives inside the period; a law keeps it first among its states
-        self._set(b.load(law, 0), "u")
+        b.write("between:")  # the newer commands arrive inside the period; a law keeps them first among its states
+        for i in range(self.frame.commands):
+            self._set(b.load(law, i), "u", element=i)
         b.write("ret i64 0")
 
 

@@ -14,7 +14,7 @@ from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from .compiled import CompiledPlant
-    from .sampled_law import LawShape, SampledLaw
+    from .sampled_law import InstantShape, SampledLaw
 
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 _FIRST_STEP = 2e-5
@@ -38,8 +38,8 @@ class Engine:
     ) -> None:
         self.plant = plant
         graphs = (adaptive_attempt(plant), plant.h, plant.p, Stepping(tolerance, _FIRST_STEP, _ATTEMPTS))
-        self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief)
-        self._laws: dict[LawShape, SampledLaw] = {}
+        self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
+        self._laws: dict[InstantShape, SampledLaw] = {}
 
     def __repr__(self) -> str:
         """One line: plant, back end, and why it is interpreted if it is."""
@@ -94,7 +94,7 @@ class Engine:
 
     def run_sampled(
         self,
-        shape: "LawShape",
+        shape: "InstantShape",
         x0: np.ndarray,
         durations: np.ndarray,
         state: np.ndarray,
@@ -103,20 +103,20 @@ class Engine:
         every: int = 1,
         p: np.ndarray | None = None,
     ) -> tuple[Batch, np.ndarray]:
-        """Closed loops of a sampled law, from x0 [lanes, n]; `state` changes in place. See CompiledPlant.run_sampled.
+        """Closed loops of a sampled law, or of one for each jack of a platform, from x0 [lanes, n]; `state` changes in
+        place. See CompiledPlant.run_sampled.
 
         Raises NotCompiled where the plant runs through the interpreter.
         """
         if self.back_end != "compiled":
             raise NotCompiled(f"{self.note}; a sampled law runs compiled only")
-        from .sampled_law import OUT, compile_law
+        from .sampled_law import compile_law
 
         if shape not in self._laws:
             self._laws[shape] = compile_law(self.plant, shape)
         law, runs = self._laws[shape], cast("CompiledPlant", self._runs)
         address = law.single if len(x0) == 1 else law.block
-        width = len(OUT) + len(shape.recorded)
-        return runs.run_sampled(address, x0, durations, state, rows, numbers, width, every, p)
+        return runs.run_sampled(address, x0, durations, state, rows, numbers, shape.width_out, every, p)
 
     def outputs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [rows, outputs] or [lanes, rows, outputs] for x of rows or lanes of rows; u and p are broadcast."""
@@ -130,12 +130,13 @@ def back_end_of(
     stepping: Stepping,
     back_end: BackEnd,
     brief: bool = False,
+    commands: int = 1,
 ) -> "tuple[CompiledPlant | InterpretedPlant, str, str]":
     """A back end for graphs of an attempt and of outputs, its name, and why it is interpreted if it is."""
     note = "interpreted: asked for"
     if back_end != "interpreted":
         try:
-            return compile_plant(attempt, outputs, p, stepping, brief), "compiled", ""
+            return compile_plant(attempt, outputs, p, stepping, brief, commands), "compiled", ""
         except NotCompiled as error:
             if back_end == "compiled":
                 raise

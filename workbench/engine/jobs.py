@@ -63,13 +63,17 @@ class Batch:
 
 @dataclass(frozen=True)
 class Frame:
-    """Where a block of lanes keeps its numbers, in units of eight bytes: element i of lane w stands at i width + w."""
+    """Where a block of lanes keeps its numbers, in units of eight bytes: element i of lane w stands at i width + w.
+
+    `commands`: how many of the inputs, the first ones, are commands that may change inside a period.
+    """
 
     width: int
     n: int
     inputs: int
     parameters: int
     prepared: int
+    commands: int = 1
 
     @property
     def places(self) -> dict[str, int]:

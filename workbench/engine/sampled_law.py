@@ -10,6 +10,7 @@ oracle in tests.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Protocol
 
 import casadi as ca
 
@@ -25,6 +26,24 @@ from .tape import divide_less, read
 
 _Parts = Mapping[str, ca.SX]
 OUT = ("sent", "demanded", "held", "trip")  # what every instant puts out, before the recorded outputs
+
+
+class InstantShape(Protocol):
+    """What decides the machine code of the instants of one law or of several; it can be hashed."""
+
+    @property
+    def state(self) -> Mapping[str, slice]:
+        """Places in the state of an instant: the commands that the drives hold last come first."""
+        ...
+
+    @property
+    def width_out(self) -> int:
+        """How many numbers an instant puts out."""
+        ...
+
+    def instant(self, plant: Plant) -> ca.Function:
+        """(x, u, p, state, row, numbers) -> (inputs of the plant, state after, what is put out), one after another."""
+        ...
 
 
 class LawGraphs:
@@ -97,6 +116,15 @@ class LawShape:
     def state(self) -> dict[str, slice]:
         """Places in the state of an instant: the command that the drive holds last, those on their way, ..."""
         return places(held=1, line=self.late + 1, command=1, guard=length(self.guard.state), law=self.states)
+
+    @property
+    def width_out(self) -> int:
+        """How many numbers an instant puts out."""
+        return len(OUT) + len(self.recorded)
+
+    def instant(self, plant: Plant) -> ca.Function:
+        """The graph of an instant."""
+        return instant(plant, self)
 
     @property
     def trip(self) -> int:
@@ -208,12 +236,12 @@ class SampledLaw:
     block: int
 
 
-def compile_law(plant: Plant, shape: LawShape) -> SampledLaw:
+def compile_law(plant: Plant, shape: InstantShape) -> SampledLaw:
     """Machine code for a law of this shape on a plant, from the cache where it has been compiled before.
 
     Raises OSError or RuntimeError where this machine cannot compile.
     """
-    graph, fused = instant(plant, shape), object_cache.fused()
+    graph, fused = shape.instant(plant), object_cache.fused()
     addresses = []
     for width in (1, object_cache.vector_width()):
         key = ("sample", graph.serialize(), str(width), str(fused), str(shape))
@@ -222,7 +250,7 @@ def compile_law(plant: Plant, shape: LawShape) -> SampledLaw:
     return SampledLaw(*addresses)
 
 
-def _module(graph: ca.Function, plant: Plant, shape: LawShape, width: int, fused: bool) -> str:
+def _module(graph: ca.Function, plant: Plant, shape: InstantShape, width: int, fused: bool) -> str:
     """IR of `sample(slot, law, row, numbers, out)` for one lane of a block of `width`."""
     tape, code = divide_less(read(graph), {2, 5}), Code(1, fused)
     frame = Frame(width, plant.n, len(plant.inputs), len(plant.parameters), 0).places

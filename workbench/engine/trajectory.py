@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.columns import data_frame, lookup
-from ..base.signals import SIGNALS
+from ..base.signals import output_signal
 from ..plant import Plant
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Trajectory:
     def units(self) -> Mapping[str, str]:
         """SI unit of everything that has a name."""
         variables = {variable.name: variable.unit for variable in (*self.plant.states, *self.plant.inputs)}
-        return variables | {name: SIGNALS[name].si for name in self.plant.outputs}
+        return variables | {name: output_signal(name).si for name in self.plant.outputs}
 
     @cached_property
     def signals(self) -> Mapping[str, np.ndarray]:

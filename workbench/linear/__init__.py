@@ -3,6 +3,7 @@
 operating_point           equilibrium: at rest, at a constant command, at a constant speed
 equilibria                operating points of many plants at once
 linearisation, sampling   linear models about an operating point, continuous and as a sampled loop sees them
+platform_modes            a platform under gravity in any pose, its modes, what decouples it
 nonlinear, block_diagram  the plant as a nonlinear system; the paper's model of the three-stage valve
 frequency_response        by stepped sine, and of a linear model
 crossings                 where a sampled curve passes a level; corner frequencies

@@ -62,7 +62,7 @@ def equilibrium(
         base[plant.state("x")] = position
     if plant.n in columns:
         base[plant.state("v")] = speed or 0.0
-    solve = _Balance(plant, p, base, columns, balanced)
+    solve = Balance(plant, p, base, columns, balanced)
     best = min((solve.search(start) for start in solve.starts()), key=lambda solution: solution.cost)
     if np.abs(solve.residual(best.x)).max() > _BALANCED:
         best = solve.followed_from_rest()
@@ -94,7 +94,7 @@ def unknowns(plant: "Plant", command: float | None) -> tuple[list[int], list[int
     return [*(i for i in balanced if names[i] != "v"), plant.n], balanced
 
 
-class _Balance:
+class Balance:
     """The square system of an operating point, in scaled unknowns: `columns` of [x, u], from `base` [n + m] on."""
 
     def __init__(
@@ -151,7 +151,7 @@ class _Balance:
         """Scaled unknowns of the point at a command, whose direction valves are open: from there the slopes lead on."""
         given = self.base.copy()
         given[self.plant.n] = command
-        at_command = _Balance(self.plant, self._p, given, self.balanced, self.balanced)
+        at_command = Balance(self.plant, self._p, given, self.balanced, self.balanced)
         x, u = at_command.unpack(at_command.search(np.zeros(len(self.balanced))).x)
         return (np.append(x, u) - self.base)[self.columns] / self.scale
 

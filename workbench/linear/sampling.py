@@ -46,11 +46,11 @@ def sampled_plant(
 
 
 def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices:
-    """A, B, C, D of a system with one input, sampled every `period` [s] with the input held and `delay` [s] late.
+    """A, B, C, D of a system, sampled every `period` [s] with its inputs held and `delay` [s] late.
 
     Where that is m + f periods, the system holds u[k - m - 1] over the first part f of a period and u[k - m] over the
-    rest; the inputs on their way are states that follow the system's (Franklin, Powell, Workman, Digital Control of
-    Dynamic Systems, 3rd ed. 1998, ch. 4).
+    rest; the inputs on their way are states that follow the system's, the latest first (Franklin, Powell, Workman,
+    Digital Control of Dynamic Systems, 3rd ed. 1998, ch. 4).
     """
     a, b, c, d = matrices
     whole, part = periods(delay, period)
@@ -59,15 +59,16 @@ def zero_order_hold(matrices: Matrices, delay: float, period: float) -> Matrices
     if part:
         before, older = hold_matrices(a, b, part * period)
         ahead, taps = ahead @ before, [*taps, ahead @ older]
-    n, way = len(a), len(taps) - 1
-    entering = np.eye(way, 1)
-    arriving = np.zeros((len(c), way + 1))
-    arriving[:, [way]] = d
+    n, m = b.shape
+    way = m * (len(taps) - 1)
+    entering = np.eye(way, m)
+    arriving = np.zeros((len(c), way + m))
+    arriving[:, way:] = d
     return (
-        np.block([[ahead, np.hstack([np.zeros((n, 0)), *taps[1:]])], [np.zeros((way, n)), np.eye(way, k=-1)]]),
+        np.block([[ahead, np.hstack([np.zeros((n, 0)), *taps[1:]])], [np.zeros((way, n)), np.eye(way, k=-m)]]),
         np.vstack((taps[0], entering)),
-        np.hstack((c, arriving[:, 1:])),
-        arriving[:, :1],
+        np.hstack((c, arriving[:, m:])),
+        arriving[:, :m],
     )
 
 

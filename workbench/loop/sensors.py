@@ -43,13 +43,13 @@ def logged_lanes(values: np.ndarray, signal: str, rig: Rig, outputs: tuple[str, 
     names, sensor = [name for name in outputs if name in rig.sensors], rig.sensors[signal]
     shape = 1 + values.shape[1], len(names)  # a loop measures once before its first sample
     normal = [draws(seed, lane).standard_normal(shape)[1:, names.index(signal)] for lane in range(len(values))]
-    return _disturbed(values, np.array(normal), sensor.noise, sensor.resolution)
+    return disturbed_readings(values, np.array(normal), sensor.noise, sensor.resolution)
 
 
-def _disturbed(
+def disturbed_readings(
     readings: np.ndarray, normal: np.ndarray, noise: np.ndarray | float, resolution: np.ndarray | float
 ) -> np.ndarray:
-    """Readings with standard normal numbers as their noise, in steps of the resolution; 0 is no step."""
+    """Readings [..] with standard normal numbers [..] as their noise, in steps of the resolution; 0 is no step."""
     step = np.where(np.asarray(resolution) > 0, resolution, 1.0)
     noisy = readings + noise * normal
     return np.where(np.asarray(resolution) > 0, np.round(noisy / step) * step, noisy)
@@ -82,7 +82,7 @@ class Sensors:
 
     def disturbed(self, readings: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Readings [.., sensors] with standard normal numbers as their noise, in steps of the resolution."""
-        return _disturbed(readings, normal, self.noise, self.resolution)
+        return disturbed_readings(readings, normal, self.noise, self.resolution)
 
     def noise_rows(self, instants: int) -> np.ndarray:
         """The standard normal numbers [instants, sensors] that the next so many readings draw; none without a seed."""

@@ -8,11 +8,13 @@ load        the moving mass and the specimen
 pump/       the parts of a pump drive
 orifice     laws of orifices, laps, stops and flow forces
 effects/    what a model may lack
+platform, platform_body    six force ports under a rigid body with its legs
 linear      the graph of a linear plant of the user's own
 probes      inputs that disturb one equation at a time
 """
 
 from .assembly import Plant, Variable
 from .build import build, build_force_port, build_pilot_bench, build_valve_bench
+from .platform import build_platform
 
-__all__ = ["Plant", "Variable", "build", "build_force_port", "build_pilot_bench", "build_valve_bench"]
+__all__ = ["Plant", "Variable", "build", "build_force_port", "build_pilot_bench", "build_platform", "build_valve_bench"]

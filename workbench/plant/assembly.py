@@ -57,6 +57,11 @@ class Plant:
         return len(self.states)
 
     @property
+    def commands(self) -> int:
+        """How many of the inputs, the first ones, are commands."""
+        return max(1, sum(variable.name.startswith("command") for variable in self.inputs))
+
+    @property
     def scale(self) -> np.ndarray:
         """Magnitudes of the states, shape [n]."""
         return np.array([s.scale for s in self.states])
@@ -195,6 +200,11 @@ class Assembly:
     def output(self, **expressions: ca.SX) -> None:
         """Name outputs, by the names of signals.py."""
         self._outputs.update(expressions)
+
+    @property
+    def outputs(self) -> Mapping[str, ca.SX]:
+        """The outputs named so far."""
+        return self._outputs
 
     def dry_friction(self, *names: str) -> None:
         """Numbers that a linearisation sets to zero."""

@@ -5,12 +5,14 @@ digits            how many digits of a number are shown
 page, chart       one HTML page; its charts
 index             the page that lists finished runs
 still, show       pictures; figures and pages in a notebook or a browser
+scene             lines that move in space, and stand still in print
 palette, thin     one look a curve name; long series and outlines thinned
 """
 
 from .digits import Known, within
 from .figures import Curve, Figure, FrequencyCurve, Mark, Panel, Style, bode
 from .page import Page, Section, Table, page_looks, render, write_page
+from .scene import Line, Scene
 from .thin import outline_points
 
 __all__ = [
@@ -18,9 +20,11 @@ __all__ = [
     "Figure",
     "FrequencyCurve",
     "Known",
+    "Line",
     "Mark",
     "Page",
     "Panel",
+    "Scene",
     "Section",
     "Style",
     "Table",

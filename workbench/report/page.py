@@ -10,6 +10,7 @@ from pathlib import Path
 from .chart import chart, height, is_thinned
 from .figures import Figure
 from .palette import Look, looks
+from .scene import Scene, scene_html
 from .table import Table, table_html
 from .thin import DRAWN_POINTS
 
@@ -20,10 +21,10 @@ _DASHES = {"line": "", "points": "", "dash": ' stroke-dasharray="7 4"', "dot": '
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Figures, tables and paragraphs (plain text) under a heading."""
+    """Figures, tables, scenes and paragraphs (plain text) under a heading."""
 
     title: str
-    items: Sequence[Figure | Table | str]
+    items: Sequence[Figure | Table | Scene | str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,8 @@ def render(page: Page) -> str:
     sections = "".join(_section(section, index, look) for index, section in enumerate(page.body, 1))
     picture = _figure(page.picture, look) if page.picture is not None else ""
     plots = _scripts() if look else f"<script>{_asset('page.js')}</script>\n"
+    if any(isinstance(item, Scene) for section in page.body for item in section.items):
+        plots += f"<script>{_asset('scene.js')}</script>\n"
     head = _definitions(page.head)
     return html_page(
         page.title,
@@ -108,6 +111,8 @@ def _section(section: Section, index: int, look: Mapping[str, Look]) -> str:
             if isinstance(item, str)
             else table_html(item)
             if isinstance(item, Table)
+            else scene_html(item)
+            if isinstance(item, Scene)
             else _figure(item, look)
             for item in section.items
         )

@@ -7,6 +7,7 @@ valve/      the kinds of valve: their numbers, spool loops, slots and stages
 jack, load  the kinds of jack and of load
 summary     a rig in a few lines, and as a table in a notebook
 datasheet, datasheet_keys    a rig from what makers say; what they have to say
+platform/   a platform on six jacks, its file and its kinematics
 linear_rig, linear_form, linear_signals, linear_file, linear_sheet, linear_system    a linear plant of the user's own in
             the place of a rig: what it is, how its model is written, what its outputs are, its file, a measured
             response, and what python-control has

@@ -42,6 +42,10 @@ def load_rig(name: str | Path, beside: Path | None = None) -> Rig:
         return _read(Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name))
     path = (beside / name) if beside else Path(name)
     if path.suffix != ".toml":
+        from .platform import bundled_platforms
+
+        if str(name) in bundled_platforms():
+            raise InputError(f'"{name}" is a platform on six jacks; jackbench run takes an experiment on it')
         hint = nearest(str(name), bundled())
         end = "" if hint.endswith("?") else "."
         raise InputError(f'no bundled rig "{name}"; {hint}{end} A rig file ends in .toml')

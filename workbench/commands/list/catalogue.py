@@ -14,6 +14,7 @@ from ...base.errors import InputError, nearest
 from ...base.files import read_bytes
 from ...base.toml import read_toml
 from ...control.protocol import is_number
+from ...rigs.platform.platform_file import bundled_platforms, platform_path
 from ...rigs.rig_file import bundled
 from ..common.columns import columns
 from ..common.shipped import shipped
@@ -33,7 +34,9 @@ def listing(kind: str, folder: Path = Path("experiments")) -> list[dict[str, Any
     if kind not in KINDS:
         raise InputError(f'list "{kind}": {nearest(kind, KINDS)}')
     if kind == "rigs":
-        return [{"name": name, "title": _title(name)} for name in bundled()]
+        paths = {name: _bundled_file(name) for name in bundled()}
+        paths |= {name: platform_path(name) for name in bundled_platforms()}
+        return [{"name": name, "title": _title(path)} for name, path in paths.items()]
     if kind == "controllers":
         return list(_controllers())
     return _effects() if kind == "effects" else _experiments(folder)
@@ -47,9 +50,13 @@ def listing_text(rows: Sequence[Mapping[str, Any]]) -> str:
     return columns([[str(row[key]) for key in keys] for row in rows])
 
 
-def _title(rig: str) -> str:
+def _bundled_file(rig: str) -> Path:
+    return Path(str(files("workbench") / "rigs" / f"{rig}.toml"))
+
+
+def _title(path: Path) -> str:
     """From the file alone: converting all of a rig's numbers takes longer than the rest of the list."""
-    return read_toml(Path(str(files("workbench") / "rigs" / f"{rig}.toml"))).text("title", "")
+    return read_toml(path).text("title", "")
 
 
 def _controllers() -> Iterator[dict[str, Any]]:

@@ -3,4 +3,5 @@
 paper               the paper's figures
 steps, step_page    step experiments and their report
 corrector           correctors in the spool loop
+platform_config, platform_study, platform_page    six jacks under one platform
 """

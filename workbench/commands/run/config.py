@@ -11,6 +11,7 @@ from ...control.protocol import design_numbers, number
 from ...rigs.rig import Rig
 from ..common.experiment import MOST_POINTS, read_experiment, rig_of
 from ..common.step_experiment import StepConfig, step_config
+from .platform_config import PlatformConfig, platform_config
 
 if TYPE_CHECKING:
     from ...identify.datasheet.corrector import Maker
@@ -49,7 +50,7 @@ class CorrectorConfig:
     source: Mapping[str, Any]
 
 
-Config = PaperConfig | StepConfig | CorrectorConfig
+Config = PaperConfig | StepConfig | CorrectorConfig | PlatformConfig
 
 
 def load_config(path: str | Path, rig: str | None = None) -> Config:
@@ -59,7 +60,9 @@ def load_config(path: str | Path, rig: str | None = None) -> Config:
     if (kind := top.text("experiment")) in ("tune", "bench", "learn", "inverse"):
         raise top.complaint("experiment", f'"{kind}"; jackbench {kind} takes it')
     kinds = {"paper": _paper, "step": step_config, "corrector": _corrector}
-    return kinds[top.word("experiment", kinds)](top, rig_of(top, path, rig))
+    if (kind := top.word("experiment", (*kinds, "platform"))) == "platform":
+        return platform_config(top, path, rig)
+    return kinds[kind](top, rig_of(top, path, rig))
 
 
 def _paper(top: Table, rig: Rig) -> PaperConfig:

@@ -3,9 +3,10 @@
 from collections.abc import Callable
 
 from ..common.outcome import Outcome, Progress, Stage
-from .config import Config, CorrectorConfig, PaperConfig
+from .config import Config, CorrectorConfig, PaperConfig, PlatformConfig
 from .corrector import run_corrector
 from .paper import run_paper
+from .platform_study import run_platform_study
 from .steps import run_steps
 
 __all__ = ["Outcome", "Progress", "Stage", "study_of"]
@@ -17,4 +18,6 @@ def study_of(config: Config) -> Callable[[Stage, Progress], Outcome]:
         return lambda stage, progress: run_paper(config, stage, progress)
     if isinstance(config, CorrectorConfig):
         return lambda stage, progress: run_corrector(config, stage, progress)
+    if isinstance(config, PlatformConfig):
+        return lambda stage, progress: run_platform_study(config, stage, progress)
     return lambda stage, progress: run_steps(config, stage, progress)

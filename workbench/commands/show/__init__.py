@@ -2,5 +2,6 @@
 
 describe    the numbers and what follows from them
 linear_plant    what follows from the numbers of a linear plant
+platform    the same of a platform on six jacks
 rig_file    the rig as a TOML file
 """

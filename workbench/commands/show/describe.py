@@ -29,15 +29,15 @@ def describe(rig: Rig) -> dict[str, Any]:
     speed, stall force, velocity gain; of a linear plant its poles, its gain and its delay.
     """
     specs = {**rig.specs, **LIMITS, **CONTROL}
-    numbers = [_number(number, specs[number.name].meaning) for number in rig.numbers.values()]
-    numbers += [_number(number, f"limit: {LIMITS[number.name].meaning}") for number in rig.limits.values()]
-    numbers += [_number(number, CONTROL[number.name].meaning) for number in rig.control]
+    numbers = [number_row(number, specs[number.name].meaning) for number in rig.numbers.values()]
+    numbers += [number_row(number, f"limit: {LIMITS[number.name].meaning}") for number in rig.limits.values()]
+    numbers += [number_row(number, CONTROL[number.name].meaning) for number in rig.control]
     effects = [
-        {"name": use.name, "formula": use.formula, "numbers": [_number(n, "") for n in use.numbers.values()]}
+        {"name": use.name, "formula": use.formula, "numbers": [number_row(n, "") for n in use.numbers.values()]}
         for use in rig.effects
     ]
     sessions = [
-        {"name": name, "numbers": [_number(number, specs[number.name].meaning) for number in own.values()]}
+        {"name": name, "numbers": [number_row(number, specs[number.name].meaning) for number in own.values()]}
         for name, own in rig.sessions.items()
     ]
     kinds = {"valve": rig.valve, "corrector": rig.corrector, "jack": rig.jack}
@@ -48,6 +48,7 @@ def describe(rig: Rig) -> dict[str, Any]:
 def describe_text(table: Mapping[str, Any]) -> str:
     """What `describe` found, for people."""
     kind = f"{table['valve']} valve, {table['jack']} jack" if table["valve"] in VALVES else "linear plant"
+    kind = table.get("kind", kind)
     lines = [f"{table['name']}: {table['title']}", kind, table["source"], "", "Derived"]
     lines.append(columns([[row["name"], f"{row['value']:.4g} {row['unit']}", row["how"]] for row in table["derived"]]))
     lines += ["", "Numbers"]
@@ -154,7 +155,8 @@ def _mode_linearised(plant: Plant, rest: Equilibrium, p: np.ndarray) -> tuple[fl
     return float(abs(pole) / (2 * np.pi)), float(-pole.real / abs(pole))
 
 
-def _number(number: Number, meaning: str) -> dict[str, Any]:
+def number_row(number: Number, meaning: str) -> dict[str, Any]:
+    """A number in the unit it was written in, with its bounds, meaning and source; JSON-able."""
     ends = (
         None if end is None else _short(float(from_si(end, number.unit, number.si)))
         for end in (number.low, number.high)

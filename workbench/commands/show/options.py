@@ -3,9 +3,13 @@
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from ...base.errors import InputError
 from ...base.files import check_place
+from ...rigs.platform import Platform, bundled_platforms, load_platform
+from ...rigs.platform.platform_file import platform_path
+from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..common.options import prints
 from .rig_file import rig_file
@@ -20,16 +24,30 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _show(options: argparse.Namespace, _words: list[str]) -> None:
-    rig = load_rig(options.rig)
+    rig = load_platform(options.rig) if options.rig in bundled_platforms() else load_rig(options.rig)
     if options.out is not None:
-        _write(options.out, rig_file(options.rig, rig))
+        _write(options.out, _text(options.rig, rig))
     elif options.toml:
-        print(rig_file(options.rig, rig), end="")
+        print(_text(options.rig, rig), end="")
     else:
-        from .describe import describe, describe_text
+        from .describe import describe_text
 
-        table = describe(rig)
+        table = _described(rig)
         print(json.dumps(table, indent=2) if options.json else describe_text(table))
+
+
+def _text(name: str, rig: Rig | Platform) -> str:
+    return platform_path(name).read_text("utf-8") if isinstance(rig, Platform) else rig_file(name, rig)
+
+
+def _described(rig: Rig | Platform) -> dict[str, Any]:
+    if isinstance(rig, Platform):
+        from .platform import describe_platform
+
+        return describe_platform(rig)
+    from .describe import describe
+
+    return describe(rig)
 
 
 def _write(path: Path, text: str) -> None:

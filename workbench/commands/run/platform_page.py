@@ -1,0 +1,221 @@
+"""The report of a platform: the platform as it moves, modes, steps, transfers, where it can go."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...base.gain_phase import gain_db
+from ...control.platform_controller import LEGS
+from ...loop.platform.loop import PlatformRun
+from ...loop.platform.setup import PlatformSetup
+from ...loop.platform.steps import UNITS, AxisStep
+from ...report import Curve, Figure, FrequencyCurve, Line, Page, Panel, Scene, Section, Table, bode
+from ...rigs.platform import AXES
+from ...rigs.platform.kinematics import arms
+from .platform_config import PlatformConfig
+
+if TYPE_CHECKING:
+    from .platform_study import PlatformFindings
+
+_SHOWN = np.array([1e3] * 3 + [180 / np.pi] * 3)  # mm and deg per SI unit
+_FRAME = 0.02  # s
+_WATCHED = 0.4  # s: of a step in the figures
+_LARGE = 5.0  # times: steps and modes are drawn larger than they are, or nothing would be seen
+_BASE, _LEG, _TOP, _GHOST = "#8c959f", "#0072b2", "#d55e00", "#d0d7de"
+
+
+def platform_page(config: PlatformConfig, setup: PlatformSetup, findings: "PlatformFindings") -> tuple[Page, Figure]:
+    """The report and its telling figure."""
+    figures = [_step_figure(step, config, findings.runs) for step in config.steps]
+    page = Page(
+        f"Platform {config.rig.name}",
+        _verdict(config, findings),
+        [
+            Section(
+                "The platform",
+                [_steps_scene(config, setup, findings), _modes_scene(config, findings), _modes(findings)],
+            ),
+            Section("Steps", [_rows_table(findings.rows), _cross_table(findings.rows), *figures]),
+            Section("Transfer", [*_transfers(findings), _sines_table(findings), _coupling_figure(findings)]),
+            Section(
+                "Where it can go", [_reach_table(findings), _outline_figure(findings), _worst_table(config, findings)]
+            ),
+            Section("Numbers", [_numbers(config)]),
+        ],
+    )
+    return page, _coupling_figure(findings)
+
+
+def _verdict(config: PlatformConfig, findings: "PlatformFindings") -> str:
+    hz = [f"{mode.hz:.1f}" for mode in findings.modes]
+    words = [f"Modes at {', '.join(hz[:-1])} and {hz[-1]} Hz."]
+    for name, transfer in findings.transfers.items():
+        settled = [row["settling_s"] for row in findings.rows if row["controller"] == name]
+        steps = "not all steps settle" if None in settled else f"all steps settle within {max(settled):.3g} s"
+        if not transfer.stable:
+            words.append(f"{name}: unstable.")
+            continue
+        coupling = 100 * transfer.coupling("pitch", "surge", 5.0)
+        words.append(f"{name}: {steps}, surge moves pitch by {coupling:.2g} % at 5 Hz.")
+    return " ".join(words)
+
+
+def _modes(findings: "PlatformFindings") -> Table:
+    rows = [[i + 1, mode.hz, mode.zeta, *mode.shape.round(3).tolist()] for i, mode in enumerate(findings.modes)]
+    note = "Linearised at home under gravity; shapes with angles times the radius of the joints, the largest 1."
+    return Table("Modes", ["mode", "Hz", "damping", *AXES], rows, note)
+
+
+def _rows_table(rows: list[dict[str, Any]]) -> Table:
+    keys = ("settling_s", "overshoot_percent", "rise_s", "peak_command", "saturated_s", "cavitation_s", "f3db_hz", "ms")
+    heads = ("settling [s]", "overshoot [%]", "rise [s]", "peak command", "limited [s]", "cavitation [s]", "-3 dB [Hz]")
+    heads += ("Ms", "peak power [kW]", "tripped")
+    lines = [
+        [row["scenario"], row["controller"], *(row[key] for key in keys), 1e-3 * row["peak_power_w"], row["tripped"]]
+        for row in rows
+    ]
+    note = "Settling into 2 % of the step. Ms: largest singular value of the sensitivity at the commands, linear."
+    return Table("Steps", ["scenario", "controller", *heads], lines, note, {"settling [s]": "min"}, "scenario")
+
+
+def _cross_table(rows: list[dict[str, Any]]) -> Table:
+    lines = [[row["scenario"], row["controller"], *(row["cross"].get(axis) for axis in AXES)] for row in rows]
+    note = "Largest deviation meanwhile, in percent of the step, angles times the radius of the joints."
+    return Table("What the other axes do", ["scenario", "controller", *AXES], lines, note)
+
+
+def _step_figure(step: AxisStep, config: PlatformConfig, runs: dict[tuple[str, str], PlatformRun]) -> Figure:
+    unit, own, others, commands = UNITS[step.axis], [], [], []
+    for spec in config.controllers:
+        run = runs[spec.name, step.name]
+        shown = run.t <= _WATCHED
+        t, pose = run.t[shown], run.pose[shown] * _SHOWN
+        own.append(Curve(spec.name, t, pose[:, step.axis]))
+        beside = np.delete(run.pose[shown] * config.rig.geometry.weights, step.axis, axis=1)
+        others.append(Curve(spec.name, t, 1e3 * np.abs(beside).max(axis=1)))
+        commands.append(Curve(spec.name, t, np.abs(run.sent[shown]).max(axis=1)))
+    panels = (
+        Panel(f"{AXES[step.axis]} [{unit}]", own),
+        Panel("other axes [mm]", others),
+        Panel("largest command", commands),
+    )
+    note = "Other axes: the largest deviation of any, angles times the radius of the joints."
+    return Figure(step.name, "t [s]", panels, note=note)
+
+
+def _transfers(findings: "PlatformFindings") -> list[Figure]:
+    figures = []
+    for name, transfer in findings.transfers.items():
+        curves = [FrequencyCurve(axis, transfer.f, transfer.transfer[:, i, i]) for i, axis in enumerate(AXES)]
+        figures.append(bode(f"{name}: each axis to itself", curves, "Linear, at home: pose over the pose asked for."))
+    return figures
+
+
+def _coupling_figure(findings: "PlatformFindings") -> Figure:
+    curves, floor = [], 1e-5
+    for name, transfer in findings.transfers.items():
+        for of, into in (("surge", "pitch"), ("pitch", "surge")):
+            gain = np.abs(transfer.transfer[:, AXES.index(into), AXES.index(of)])
+            curves.append(Curve(f"{name}: {of} into {into}", transfer.f, gain_db(np.maximum(gain, floor))))
+    note = "Amplitude over the one asked for, angles times the radius of the joints; -30 dB is 3 %."
+    return Figure(
+        "What one axis does to another", "frequency [Hz]", (Panel("gain [dB]", curves),), log_x=True, note=note
+    )
+
+
+def _sines_table(findings: "PlatformFindings") -> Table:
+    lines = []
+    for name, sines in findings.sines.items():
+        for sine in sines:
+            pose, acceleration = 100 * np.abs(sine.pose), 100 * np.abs(sine.acceleration)
+            worst = float(np.delete(acceleration, sine.axis).max())
+            own = float(pose[sine.axis]), float(acceleration[sine.axis])
+            beside = float(np.delete(pose, sine.axis).max())
+            lines.append([name, AXES[sine.axis], sine.hz, own[0], beside, own[1], worst, 100 * sine.distortion])
+    heads = ["controller", "axis", "Hz", "pose [%]", "largest other [%]", "acceleration [%]", "largest other [%] "]
+    note = (
+        "First harmonics over what was asked for, on the whole plant; distortion: harmonics 2 to 7 of the acceleration."
+    )
+    return Table("Stepped sines", [*heads, "distortion [%]"], lines, note)
+
+
+def _reach_table(findings: "PlatformFindings") -> Table:
+    rows = [
+        [axis, low * _SHOWN[i], high * _SHOWN[i], UNITS[i]]
+        for i, (axis, (low, high)) in enumerate(findings.reach.items())
+    ]
+    note = "Along one axis from home, within stroke, joint angles and the forces of the jacks at rest."
+    return Table("Reach", ["axis", "back", "forth", "unit"], rows, note)
+
+
+def _outline_figure(findings: "PlatformFindings") -> Figure:
+    curves = []
+    for (first, second), (x, y) in findings.outlines.items():
+        scale = _SHOWN[AXES.index(first)], _SHOWN[AXES.index(second)]
+        words = f"{second} [{UNITS[AXES.index(second)]}] over {first} [{UNITS[AXES.index(first)]}]"
+        curves.append(Curve(words, x * scale[0], y * scale[1]))
+    note = "The border of what is allowed in the plane of two axes through home; angles in degrees."
+    return Figure("Workspace", "first axis [mm or deg]", (Panel("second axis [mm or deg]", curves),), note=note)
+
+
+def _worst_table(config: PlatformConfig, findings: "PlatformFindings") -> Table:
+    rows = [[worst.name, worst.value, worst.unit, *(worst.pose * _SHOWN).round(1).tolist()] for worst in findings.worst]
+    heads = [f"{axis} [{unit}]" for axis, unit in zip(AXES, UNITS, strict=True)]
+    limits = ", ".join(
+        f"{axis} {size * shown:.4g} {unit}"
+        for axis, size, shown, unit in zip(AXES, config.workspace.box, _SHOWN, UNITS, strict=True)
+    )
+    note = f"Of the corners of a box of +-({limits}) and 2000 poses inside; flow at all the speeds asked for together."
+    return Table("Worst poses", ["quantity", "value", "unit", *heads], rows, note)
+
+
+def _numbers(config: PlatformConfig) -> Table:
+    rows = [[number.name, number.shown, number.unit, number.source] for number in config.rig.numbers.values()]
+    rows += [[n.name, n.shown, n.unit, n.source] for n in config.rig.legs[0].numbers.values()]
+    rows.append(["jack", config.rig.legs[0].rig.name, "", config.rig.legs[0].rig.source])
+    return Table("Payload, place, joints and the first leg", ["number", "value", "unit", "source"], rows)
+
+
+def _steps_scene(config: PlatformConfig, setup: PlatformSetup, findings: "PlatformFindings") -> Scene:
+    stride, takes = round(_FRAME / setup.platform.period), {}
+    name = config.controllers[-1].name
+    for step in config.steps:
+        run = findings.runs[name, step.name]
+        poses = run.pose[run.t <= _WATCHED + 1e-9][::stride]
+        takes[step.name] = _drawn(config, poses * _LARGE)
+    note = f"Steps under {name}, {_LARGE:g} times as large as they are and ten times slower."
+    return Scene("Steps", takes, 10 * _FRAME, note, still=8)
+
+
+def _modes_scene(config: PlatformConfig, findings: "PlatformFindings") -> Scene:
+    swing = np.sin(np.linspace(0, 4 * np.pi, 81))
+    takes = {}
+    for i, mode in enumerate(findings.modes):
+        shape = 0.15 * mode.shape / config.rig.geometry.weights
+        takes[f"{i + 1}: {mode.hz:.1f} Hz"] = _drawn(config, swing[:, None] * shape)
+    return Scene("Modes", takes, 0.04, "Shapes, much larger and slower than they are.", still=10)
+
+
+def _drawn(config: PlatformConfig, poses: np.ndarray) -> tuple[Line, ...]:
+    """Base, platform at home, legs and platform in poses [k, 6]."""
+    geometry, frames = config.rig.geometry, len(poses)
+    top = poses[:, None, :3] + np.array([0.0, 0.0, geometry.height]) + arms(geometry, poses)
+    home = geometry.joints + np.array([0.0, 0.0, geometry.height])
+    around = np.argsort(np.arctan2(*geometry.joints.T[1::-1]))
+    ring, below = [*around, around[0]], np.argsort(np.arctan2(*geometry.base.T[1::-1]))
+
+    def still(points: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(points, (frames, *points.shape))
+
+    legs = [Line(np.stack((still(geometry.base[i]), top[:, i]), axis=1), _LEG, 4.0) for i in range(LEGS)]
+    rods = [
+        Line(np.stack((top[:, i] * 0.45 + geometry.base[i] * 0.55, top[:, i]), axis=1), "#56b4e9", 2.0)
+        for i in range(LEGS)
+    ]
+    return (
+        Line(still(geometry.base[[*below, below[0]]]), _BASE, 2.0),
+        Line(still(home[ring]), _GHOST, 1.5),
+        *legs,
+        *rods,
+        Line(top[:, ring], _TOP, 3.0),
+    )

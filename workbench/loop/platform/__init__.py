@@ -1,0 +1,26 @@
+"""Closed loops of a platform on six jacks, and every number that is measured on one.
+
+setup           a platform as built: plant, engine, operating point, what decouples it
+legs            the sensors of its legs, and what comes in at each instant
+loop            a loop, run; compiled and python are its two ways
+transfer        poles, sensitivity, and the linear transfer of the pose, 6 x 6
+steps           steps along one axis, by name
+rows, sines     what is measured in steps and in sines, with what the other axes do
+reach           where it can go: stroke, joint angles, forces, flow, singular poses
+"""
+
+from typing import TYPE_CHECKING
+
+from ...base.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from .loop import PlatformRun, run_platform
+    from .setup import PlatformSetup, platform_setup
+
+__all__ = ["PlatformRun", "PlatformSetup", "platform_setup", "run_platform"]
+
+# An experiment is read without the plant.
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {"loop": ("PlatformRun", "run_platform"), "setup": ("PlatformSetup", "platform_setup")},
+)

@@ -1,0 +1,85 @@
+"""A platform's loop in Python: what laws without a graph run in, and the oracle of the compiled one."""
+
+import numpy as np
+
+from ...control.platform_controller import LEGS, PlatformController
+from ...engine import DelayLine
+from ..guard import Guard
+from ..sampled_loop import SIMULATION_FAILED
+from .legs import Inputs, Instants, LegSensors
+from .setup import PlatformSetup
+
+
+def run_in_python(
+    setup: PlatformSetup, sensors: LegSensors, controller: PlatformController, inputs: Inputs
+) -> Instants:
+    """The loop of a controller along its inputs, from the setup's operating point."""
+    loop = _Loop(setup, sensors, controller, inputs)
+    for k in range(len(inputs.pose)):
+        if not loop.step(k):
+            break
+    x, held, sent, demanded = (np.array(column) for column in (loop.x, loop.held, loop.sent, loop.demanded))
+    return Instants(x, held, sent, demanded, loop.tripped)
+
+
+class _Loop:
+    """Six guards, six delays and the plant; `step` goes on by one period."""
+
+    def __init__(
+        self, setup: PlatformSetup, sensors: LegSensors, controller: PlatformController, inputs: Inputs
+    ) -> None:
+        self._setup, self._sensors, self._controller, self._inputs = setup, sensors, controller, inputs
+        self._guards = [Guard(rig, controller.measures, sensors.noisy) for rig in setup.guarded]
+        self._state, self._u = setup.null.x.copy(), setup.null.u.copy()
+        self._lines = [self._line(float(command)) for command in self._u[:LEGS]]
+        for guard, command in zip(self._guards, self._u[:LEGS], strict=True):
+            guard.reset(float(command))
+        measured = self._by_name(sensors.read(setup.engine.observe(self._state, self._u), inputs.normal[0]))
+        controller.reset(inputs.reference[0], measured, self._u[:LEGS].copy())
+        self.x: list[np.ndarray] = []
+        self.held: list[np.ndarray] = []
+        self.sent: list[np.ndarray] = []
+        self.demanded: list[np.ndarray] = []
+        self.tripped: str | None = None
+
+    def step(self, k: int) -> bool:
+        """One period; False where it cannot be simulated."""
+        self._u[LEGS:] = self._inputs.others[k]
+        outputs = self._setup.engine.observe(self._state, self._u)
+        sent, demanded = self._sample(k, self._sensors.read(outputs, self._inputs.normal[k + 1]))
+        arriving = [line.send(float(command)) for line, command in zip(self._lines, sent, strict=True)]
+        for column, values in ((self.x, self._state), (self.sent, sent), (self.demanded, demanded)):
+            column.append(values)
+        self.held.append(np.array([parts[0][0] for parts in arriving]))
+        for i, (_, share) in enumerate(arriving[0]):
+            self._u[:LEGS] = [parts[i][0] for parts in arriving]
+            after = self._setup.engine.advance(self._state, self._u, share * self._setup.platform.period)
+            if after is None:
+                self.tripped = SIMULATION_FAILED
+                return False
+            self._state = after
+        return True
+
+    def _sample(self, k: int, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Commands sent and demanded; where one guard trips, the valves of the other legs close."""
+        reference, forward = self._inputs.reference[k], self._inputs.forward[k]
+        for guard, row, setpoint in zip(self._guards, readings, reference, strict=True):
+            guard.watch(dict(zip(self._sensors.names, row.tolist(), strict=True)), float(setpoint))
+        stopped = any(guard.tripped for guard in self._guards)
+        demanded = np.zeros(LEGS)
+        if not stopped:
+            demanded = self._controller.compute(reference, self._by_name(readings), forward)
+        sent = np.array([guard.limit(float(u)) for guard, u in zip(self._guards, demanded, strict=True)])
+        if stopped:
+            first = next(i for i, guard in enumerate(self._guards) if guard.tripped)
+            self.tripped = self.tripped or f"leg {first + 1}: {self._guards[first].tripped}"
+        else:
+            self._controller.update(sent)
+        return sent, demanded
+
+    def _line(self, command: float) -> DelayLine:
+        plant = self._setup.engine.plant
+        return DelayLine(plant.lateness(), self._setup.platform.period, command, plant.interpolated)
+
+    def _by_name(self, readings: np.ndarray) -> dict[str, np.ndarray]:
+        return dict(zip(self._sensors.names, readings.T, strict=True))

@@ -1,0 +1,47 @@
+"""A platform ready for its loops: plant, engine, operating point, and what decouples it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...engine import Engine
+from ...linear import Equilibrium
+from ...linear.platform_modes import decoupling, platform_equilibrium
+from ...plant.platform import build_platform
+from ...rigs.platform import Platform
+from ...rigs.rig import Rig
+from ..rig_variations import with_delay
+
+
+@dataclass(frozen=True, eq=False)
+class PlatformSetup:
+    """A platform as built, its operating point at a pose, the same without dry friction, and its decoupled form:
+    directions [6, 6] of leg space with the masses [6] along them, and the mass [6] that each leg alone moves, kg."""
+
+    platform: Platform
+    engine: Engine
+    null: Equilibrium
+    smooth: Equilibrium
+    p_smooth: np.ndarray
+    directions: np.ndarray
+    masses: np.ndarray
+    leg_masses: np.ndarray
+
+    @property
+    def guarded(self) -> tuple[Rig, ...]:
+        """The rigs of the legs as their guards take them: each with the mass that its leg moves."""
+        pairs = zip(self.platform.legs, self.leg_masses, strict=True)
+        return tuple(leg.rig.with_values(M=float(mass)) for leg, mass in pairs)
+
+
+def platform_setup(platform: Platform, delay: float = 0.0, pose: np.ndarray | None = None) -> PlatformSetup:
+    """Build a platform whose commands come `delay` [s] late, and hold it in a pose [6] (home). Raises InputError where
+    the jacks cannot hold it."""
+    legs = tuple(replace(leg, rig=with_delay(leg.rig, delay)) for leg in platform.legs)
+    platform = replace(platform, legs=legs)
+    engine = Engine(build_platform(platform), brief=True)
+    plant, smooth = engine.plant, engine.plant.without_dry_friction()
+    null, calm = platform_equilibrium(plant, pose), platform_equilibrium(plant, pose, smooth)
+    directions, masses = decoupling(plant, calm, smooth)
+    leg_masses = 1 / np.sum(directions**2 / masses, axis=1)
+    return PlatformSetup(platform, engine, null, calm, smooth, directions, masses, leg_masses)

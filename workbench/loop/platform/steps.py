@@ -1,0 +1,44 @@
+"""Steps along one axis of a platform's pose, by name."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...base.errors import InputError, nearest
+from ...base.units import to_si
+from ...rigs.platform import AXES
+
+UNITS = ("mm", "mm", "mm", "deg", "deg", "deg")
+_NAME = re.compile(r"(\w+)-(-?\d+(?:\.\d+)?)(mm|deg)")
+
+
+@dataclass(frozen=True)
+class AxisStep:
+    """A step along one axis of the pose, `size` in m or rad, watched for `duration` [s]."""
+
+    name: str
+    axis: int
+    size: float
+    duration: float = 1.0
+
+    @classmethod
+    def named(cls, name: str) -> "AxisStep":
+        """Of a name such as "heave-10mm" or "pitch-1deg". Raises InputError."""
+        match = _NAME.fullmatch(name)
+        if not match:
+            raise InputError(f'"{name[:80]}": write an axis and a size, such as heave-10mm or pitch-1deg')
+        if match[1] not in AXES:
+            raise InputError(f'no axis "{match[1][:80]}"; {nearest(match[1][:80], AXES)}')
+        axis = AXES.index(match[1])
+        if match[3] != UNITS[axis]:
+            raise InputError(f'"{name}": {match[1]} is in {UNITS[axis]}')
+        if not (size := float(to_si(float(match[2]), match[3], "m" if axis < 3 else "rad"))):
+            raise InputError(f'"{name}": a step of 0; give it a size')
+        return cls(name, axis, size)
+
+    def pose(self, period: float) -> np.ndarray:
+        """The pose asked for [k, 6], from home: the step is asked for from the second sample on."""
+        pose = np.zeros((round(self.duration / period) + 1, len(AXES)))
+        pose[1:, self.axis] = self.size
+        return pose

@@ -1,0 +1,23 @@
+"""A platform on six jacks in the place of a rig: a payload, six legs with a jack rig each, and their geometry.
+
+platform        what it is; the bundled ones are beside this file
+platform_file   its TOML file
+kinematics      pose to legs and back, in numpy alone
+"""
+
+from .kinematics import AXES, Geometry, forward, leg_lengths, leg_speeds, pose_rates
+from .platform import Leg, Platform
+from .platform_file import bundled_platforms, load_platform
+
+__all__ = [
+    "AXES",
+    "Geometry",
+    "Leg",
+    "Platform",
+    "bundled_platforms",
+    "forward",
+    "leg_lengths",
+    "leg_speeds",
+    "load_platform",
+    "pose_rates",
+]

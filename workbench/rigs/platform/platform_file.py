@@ -1,0 +1,92 @@
+"""Files of platforms.
+
+A file has the tables [payload], [place], [joints], [legs] and six times [[leg]]. [legs] has the jack rig of all legs,
+`rig`, their numbers, and under [legs.jack] numbers of that rig that are others here; a [[leg]] has the points `base`
+and `joint`, written `{at = [x, y, z], unit = "m", source = "..."}`, and where it differs from the others its own
+`rig`, numbers and table `jack`.
+"""
+
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+
+from ...base.errors import InputError, nearest
+from ...base.table import Table
+from ...base.toml import read_toml
+from ...base.units import Spec, to_si
+from ..number import Number, read_number
+from ..rig import Rig
+from ..rig_file import load_rig
+from .platform import JOINTS, LEG, LEGS, PAYLOAD, PLACE, Leg, Platform, Point
+
+TABLES = ("payload", "place", "joints", "legs", "leg")
+
+
+def bundled_platforms() -> list[str]:
+    """Names of the platforms that come with jackbench."""
+    folder = files("workbench") / "rigs" / "platform"
+    return sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml"))
+
+
+def platform_path(name: str) -> Path:
+    """The file of a bundled platform."""
+    return Path(str(files("workbench") / "rigs" / "platform" / f"{name}.toml"))
+
+
+def load_platform(name: str | Path, beside: Path | None = None) -> Platform:
+    """A bundled platform by name, or a file by path (relative to `beside`). Raises InputError with file and row."""
+    if str(name) in bundled_platforms():
+        return _read(platform_path(str(name)), str(name))
+    path = (beside / name) if beside else Path(name)
+    if path.suffix != ".toml":
+        hint = nearest(str(name), bundled_platforms())
+        end = "" if hint.endswith("?") else "."
+        raise InputError(f'no bundled platform "{name}"; {hint}{end} A platform file ends in .toml')
+    return _read(path, str(path))
+
+
+def _read(path: Path, shown: str) -> Platform:
+    top = read_toml(path, shown)
+    top.allow("name", "title", "source", *TABLES)
+    numbers = {**_numbers(top, "payload", PAYLOAD), **_numbers(top, "place", PLACE), **_numbers(top, "joints", JOINTS)}
+    shared = top.table("legs").allow("rig", "jack", *LEG)
+    entries = top.tables("leg", "rig", "jack", "base", "joint", *LEG)
+    if len(entries) != LEGS:
+        raise top.error(f"has {len(entries)} tables [[leg]]; a platform has {LEGS}")
+    legs = tuple(_leg(shared, entry, path.parent) for entry in entries)
+    if len({leg.rig.period.value for leg in legs}) > 1:
+        raise top.error("the jacks of the legs have different control periods; give them one")
+    name = top.named(top.text("name", path.stem))
+    return Platform(name, top.text("title", ""), top.text("source", ""), numbers, legs)
+
+
+def _numbers(top: Table, name: str, specs: Mapping[str, Spec]) -> dict[str, Number]:
+    table = top.table(name, *specs)
+    return {key: read_number(table, key, spec) for key, spec in specs.items()}
+
+
+def _leg(shared: Table, own: Table, folder: Path) -> Leg:
+    numbers = {key: read_number(own if key in own else shared, key, spec) for key, spec in LEG.items()}
+    named = own if "rig" in own else shared
+    rig = named.about("rig", lambda: load_rig(named.text("rig"), folder))
+    if not rig.is_jack:
+        raise named.complaint("rig", f"{rig.name} is a linear plant; a leg needs a jack")
+    for table in (shared, own):
+        rig = _with_own(rig, table.optional_table("jack"))
+    (base, base_source), (joint, joint_source) = (_point(own, end) for end in ("base", "joint"))
+    return Leg(rig, base, joint, numbers, (base_source, joint_source))
+
+
+def _with_own(rig: Rig, table: Table) -> Rig:
+    values = {key: read_number(table, key, rig.specs[key]).value for key in table.allow(*rig.specs)}
+    return table.about("", lambda: rig.with_values(**values)) if values else rig
+
+
+def _point(leg: Table, key: str) -> tuple[Point, str]:
+    entry = leg.table(key, "at", "unit", "source")
+    at = entry.numbers("at", "[1.0, 0.0, 0.0]")
+    if len(at) != 3:
+        raise entry.complaint("at", "must be three coordinates, [x, y, z]")
+    unit = entry.text("unit")
+    x, y, z = (entry.about("unit", lambda value=value: float(to_si(value, unit, "m"))) for value in at)
+    return (x, y, z), entry.text("source", "")
