@@ -56,9 +56,11 @@ class ObservationEncoder:
         self._shifted = bool(self._shift.any())
         values = np.zeros((lanes, len(self.channels)))
         self._values, self._scaled = values, np.empty_like(values)
+        self._high, self._low = np.full_like(values, BOUND), np.full_like(values, -BOUND)
         self.reference, self.error, self.command = values.T[:3]
         self._states, self._signals = values[:, 3 : 3 + len(inside)], values[:, 3 + len(inside) :]
-        self._one = (values[0], self._states[0], self._signals[0], self._gain[0], self._shift[0])
+        every = (values, self._states, self._signals, self._gain, self._shift, self._scaled, self._high, self._low)
+        self._one = tuple(each[0] for each in every)
 
     def encode(self, x: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """A new observation; it takes what it shows of the states [N, n] and the measured signals [N, names] (SI)."""
@@ -70,27 +72,24 @@ class ObservationEncoder:
         np.multiply(self._values, self._gain, scaled)
         if self._shifted:
             np.subtract(scaled, self._shift, scaled)
-        np.fmin(scaled, _HIGH, scaled)  # fmin and fmax turn what is not a number into a bound
-        np.fmax(scaled, _LOW, scaled)
+        np.fmin(scaled, self._high, scaled)  # fmin and fmax turn what is not a number into a bound
+        np.fmax(scaled, self._low, scaled)
         return scaled.astype(np.float32)
 
     def encode_one(self, loop: tuple[float, float, float], x: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """`encode` for the first lane alone: its reference, error and command, state [n] and signals [names]."""
-        row, states, signals, gain, shift = self._one
+        row, states, signals, gain, shift, scaled, high, low = self._one
         row[0], row[1], row[2] = loop
         if len(states):
             states[:] = x
         if len(signals):
             measured.take(self._columns, out=signals, mode="clip")
-        scaled = row * gain
+        np.multiply(row, gain, scaled)
         if self._shifted:
-            scaled -= shift
-        np.fmin(scaled, _HIGH, scaled)
-        np.fmax(scaled, _LOW, scaled)
+            np.subtract(scaled, shift, scaled)
+        np.fmin(scaled, high, scaled)
+        np.fmax(scaled, low, scaled)
         return scaled.astype(np.float32)
-
-
-_LOW, _HIGH = np.array(-BOUND), np.array(BOUND)
 
 
 def signal_channel(name: str, rig: Rig) -> ObservedChannel:

@@ -30,12 +30,18 @@ class Physics:
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Outputs [N, outputs]."""
         if len(x) > 1:
-            return self._engine.outputs(x[:, None], u[:, None], p[:, None])[:, 0]
+            return self._engine.outputs(x, u, p)
         return self.observe_one(x[0], u[0], p[0])[None]
 
     def advance_one(self, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float) -> np.ndarray | None:
         """New state [n] of one lane, from x [n], u [m] and p [k]; None if it failed."""
         return self._engine.advance(x, u, duration, p)
+
+    def advance_observe_one(
+        self, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """`advance_one`, and `observe_one` of the state reached under the same inputs; None if it failed."""
+        return self._engine.advance_observe(x, u, duration, p)
 
     def observe_one(self, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Outputs [outputs] of one lane."""

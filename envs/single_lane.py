@@ -43,12 +43,15 @@ class SingleLaneCore(Core):
             now += 1
             change = guard.change_of(demanded, command)
             u[0] = command = command + change
-            x = self._physics.advance_one(x, u, p, self._period)
-            if x is None or not abs(x.item(self._position)) < half_stroke:
+            reached = self._physics.advance_observe_one(x, u, p, self._period)
+            if reached is None:
+                return None
+            x, outputs = reached
+            if not abs(x.item(self._position)) < half_stroke:
                 return None
             if self._moves:
                 u[self._end_inputs[0]], u[self._end_inputs[1]] = self._end[:, now]
-            outputs = self._physics.observe_one(x, u, p)
+                outputs = self._physics.observe_one(x, u, p)
             measured = self._sensors.read(outputs, self._noise, now)
             signals = measured.tolist()
             if not guard.passes(signals, before):

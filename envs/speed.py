@@ -1,7 +1,7 @@
 """How fast the environments step: single, vector, and Gymnasium's own AsyncVectorEnv of two single ones."""
 
 from collections.abc import Callable
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import gymnasium
@@ -15,51 +15,63 @@ _SECONDS = 2.0
 
 
 def measure() -> list[dict[str, Any]]:
-    """Steps per second (lanes counted) of each way to run the position environment.
+    """Steps per second (lanes counted) of each way to run the environments, and the CPU time [us] of one step, which
+    other work on the machine changes less; None of other processes.
 
     Easy: an action is held over 100 steps. Hard: every step has another one, white noise, which makes the engine take
-    ten times as many attempts a period.
+    ten times as many attempts a period. 4096 lanes are worth a second core. Bench: decisions of 5 ms of JackBench.
     """
     rows = []
     for name, held in (("easy", 100), ("hard", 1)):
-        vector, pair = gymnasium.make_vec(_ID, 256), AsyncVectorEnv([_maker()] * 2)
+        pair = AsyncVectorEnv([_maker()] * 2)
         rows += [
-            {"name": f"single, {name}", "steps_per_second": _single(held)},
-            {"name": f"vector 256, {name}", "steps_per_second": _vector(vector, 256, held)},
-            {"name": f"AsyncVectorEnv of 2, {name}", "steps_per_second": _vector(pair, 2, held)},
+            {"name": f"single, {name}", **_single(held)},
+            *({"name": f"vector {lanes}, {name}", **_vector(_lanes(lanes), held)} for lanes in (256, 4096)),
+            {"name": f"AsyncVectorEnv of 2, {name}", **_vector(pair, held), "cpu_us_per_step": None},
         ]
-    return rows
+    bench = gymnasium.make_vec(f"{envs.__name__}:JackBench-v0", 256)
+    return [*rows, {"name": "bench 256, hard", **_vector(bench, 1)}]
 
 
 def _maker() -> Callable[[], gymnasium.Env]:
     return lambda: gymnasium.make(_ID)
 
 
-def _single(held: int) -> float:
+def _lanes(count: int) -> gymnasium.vector.VectorEnv:
+    return gymnasium.make_vec(_ID, count)
+
+
+def _single(held: int) -> dict[str, float]:
     env = gymnasium.make(_ID)
     env.reset(seed=0)
     actions = _actions(1, held)
-    count, began = 0, perf_counter()
-    while perf_counter() - began < _SECONDS:
+
+    def step(count: int) -> None:
         _, _, ended, cut, _ = env.step(actions[count % len(actions)][0])
-        count += 1
         if ended or cut:
             env.reset()
-    took = perf_counter() - began
+
+    speed = _timed(step, 1)
     env.close()
-    return count / took
+    return speed
 
 
-def _vector(env: gymnasium.vector.VectorEnv, lanes: int, held: int) -> float:
+def _vector(env: gymnasium.vector.VectorEnv, held: int) -> dict[str, float]:
     env.reset(seed=0)
-    actions = _actions(lanes, held)
-    count, began = 0, perf_counter()
-    while perf_counter() - began < _SECONDS:
-        env.step(actions[count % len(actions)])
-        count += 1
-    took = perf_counter() - began
+    actions = _actions(env.num_envs, held)
+    speed = _timed(lambda count: env.step(actions[count % len(actions)]), env.num_envs)
     env.close()
-    return count * lanes / took
+    return speed
+
+
+def _timed(step: Callable[[int], object], lanes: int) -> dict[str, float]:
+    """Of steps of so many lanes, each told its number, for some seconds."""
+    count, began, spent = 0, perf_counter(), process_time()
+    while perf_counter() - began < _SECONDS:
+        step(count)
+        count += 1
+    steps, took, spent = count * lanes, perf_counter() - began, process_time() - spent
+    return {"steps_per_second": steps / took, "cpu_us_per_step": 1e6 * spent / steps}
 
 
 def _actions(lanes: int, held: int) -> np.ndarray:

@@ -115,13 +115,16 @@ class Broken:
     def advance_one(self, x, u, p, duration):
         return None if u[0] > 0.5 else self._real.advance_one(x, u, p, duration)
 
+    def advance_observe_one(self, x, u, p, duration):
+        return None if u[0] > 0.5 else self._real.advance_observe_one(x, u, p, duration)
+
     def observe_one(self, x, u, p):
         return self._real.observe_one(x, u, p)
 
 
-def test_failed_simulation_terminates_at_the_last_state(position):
+def test_failed_simulation_terminates_at_the_last_state(position, monkeypatch):
     env = make("position")
-    env.core._physics = Broken(env.core._physics)
+    monkeypatch.setattr(env.core, "_physics", Broken(env.core._physics))
     env.reset(seed=0)
     _, (observation, reward, terminated, _, info) = drive(env, 1.0)
     assert (terminated, info["trip"]) == (True, Trip.SIMULATION.reason)

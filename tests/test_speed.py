@@ -11,7 +11,9 @@ def metrics(rig):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(speed, "BATCHES", (1, 3))
         patch.setattr(speed, "PEERS", {"CasADi CVODES": speed.PEERS["CasADi CVODES"]})
-        patch.setattr(speed, "_environments", lambda: [{"name": "none", "steps_per_second": 1.0}])
+        patch.setattr(
+            speed, "_environments", lambda: [{"name": "none", "steps_per_second": 1.0, "cpu_us_per_step": 1.0}]
+        )
         return speed.run_speed(rig, no_checkpoint, lambda _: None).metrics
 
 

@@ -72,21 +72,49 @@ class CompiledPlant:
     ) -> tuple[np.ndarray, np.ndarray]:
         """States [lanes, n] after holding u [lanes, m] for `duration` [s] or [lanes], tried in one step first, and
         which lanes failed, bool [lanes]: theirs are NaN."""
-        t = np.stack(np.broadcast_arrays(0.0, duration), -1)
-        batch = self._run(x, t, np.expand_dims(u, -2), p, 1, float(np.max(duration)))
-        return batch.x[:, 1], ~batch.ok
+        x, u, p = (np.ascontiguousarray(a, dtype=float) for a in (x, u, self._p if p is None else p))
+        lanes, durations = len(x), np.array(duration, dtype=float)
+        self._check(x, durations[..., None], u[..., None, :], p)
+        after, attempts, failed = np.empty((lanes, self._n)), np.empty(lanes, np.int64), np.full(lanes, -1)
+        job = RunJob(
+            **_addresses(x0=x, duration=durations, u=u, p=p, attempts=attempts, failed=failed),
+            x=after.ctypes.data - x.itemsize * self._n,  # where the start would stand, which is not stored
+            **_counts(lanes, 1, 1, 1),
+            **_lane_strides(t=durations[..., None], u=u[..., None, :], p=p),
+            **self._limits(float(durations.max())),
+        )
+        _share((self._single if lanes == 1 else self._block).run, job, lanes, 1)
+        lost = failed >= 0
+        if np.count_nonzero(lost):
+            after[lost] = np.nan
+        return after, lost
 
     def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:
         """State after holding u [m] for `duration` [s], tried in one step first; None if the steps failed."""
+        return self._bench.reached.copy() if self._advanced(x, u, duration, p) else None
+
+    def advance_observe(
+        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """`advance`, and the outputs [outputs] there under the same input."""
+        if not self._advanced(x, u, duration, p):
+            return None
+        bench = self._bench
+        bench.after_job.next = 0
+        self._single.outputs(bench.after_address)
+        return bench.reached.copy(), bench.y.copy()
+
+    def _advanced(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None) -> bool:
+        """Whether the steps went well; then the buffer has the state after the duration."""
         bench, job = self._bench, self._bench.run_job
         bench.set(x, u, p)
         bench.duration[0] = job.first_step = duration
         job.next = 0
         self._single.run(bench.run_address)
         if bench.failed[0] < 0:
-            return bench.states[1].copy()
+            return True
         bench.failed[0] = -1
-        return None
+        return False
 
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [outputs] at one state and input."""
@@ -198,14 +226,18 @@ class _CallBuffers:
         self._own, self._has_own = p.copy(), True
         self._x, self._u, self._p = np.zeros(n), np.zeros(m), p.copy()
         self.duration, self.states, self.y = np.zeros(1), np.zeros((2, n)), np.zeros(outputs)
+        self.reached = self.states[1]
         self._attempts, self.failed = np.zeros(1, dtype=np.int64), np.full(1, -1)
         run = {"x0": self._x, "duration": self.duration, "u": self._u, "p": self._p, "x": self.states}
         run |= {"attempts": self._attempts, "failed": self.failed}
         limits = {"first_step": stepping.first_step, "tolerance": stepping.tolerance, "cap": stepping.cap}
         self.run_job = RunJob(**_addresses(**run), **_counts(1, 1, 1, 2), **limits)
-        observe = (self._x, self._u, self._p, self.y)
-        self.output_job = OutputJob(*(a.ctypes.data for a in observe), 0, 1, 1, 0, 0, 0, 0)
-        self.run_address, self.output_address = map(ctypes.addressof, (self.run_job, self.output_job))
+        self.output_job, self.after_job = (
+            OutputJob(*(a.ctypes.data for a in (at, self._u, self._p, self.y)), 0, 1, 1, 0, 0, 0, 0)
+            for at in (self._x, self.reached)
+        )
+        jobs = (self.run_job, self.output_job, self.after_job)
+        self.run_address, self.output_address, self.after_address = map(ctypes.addressof, jobs)
 
     def set(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None) -> None:
         """Put down the arguments of the next call."""
@@ -233,6 +265,8 @@ def _lane_strides(**arrays: np.ndarray) -> dict[str, int]:
 def _spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
     """The array as [*lead, its last axis], without a copy of what repeats."""
     array = np.ascontiguousarray(array, dtype=float)
+    if array.shape[:-1] == lead:
+        return array
     return np.broadcast_to(array, (*lead, array.shape[-1]))
 
 

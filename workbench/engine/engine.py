@@ -81,6 +81,14 @@ class Engine:
             raise ValueError(f"{self.plant.name}: a duration of {duration} s; it must be positive")
         return self._runs.advance(x, u, duration, p)
 
+    def advance_observe(
+        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """`advance`, and the outputs [outputs] of the state reached under the same input; raises as that does."""
+        if not duration > 0:
+            raise ValueError(f"{self.plant.name}: a duration of {duration} s; it must be positive")
+        return self._runs.advance_observe(x, u, duration, p)
+
     def advance_batch(
         self, x: np.ndarray, u: np.ndarray, duration: float | np.ndarray, p: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:

@@ -222,7 +222,9 @@ def _page(rig: Rig, engine: Engine, speed: dict[str, Any]) -> Page:
         note="The floor is the time of the kernel's divisions and square roots alone, measured on this core.",
     )
     envs = Table(
-        "Environments", ["environment", "steps per s"], [[r["name"], r["steps_per_second"]] for r in speed["envs"]]
+        "Environments",
+        ["environment", "steps per s", "CPU us a step"],
+        [[r["name"], r["steps_per_second"], r["cpu_us_per_step"]] for r in speed["envs"]],
     )
     sections = [Section("Solvers", [peers]), Section("Batches", [batch]), Section("Environments", [envs])]
     starts = [[name.removesuffix("_cpu_s").replace("_", " "), value] for name, value in speed["start"].items()]
