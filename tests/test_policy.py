@@ -1,9 +1,7 @@
 """Policies: of zeros nothing is added, else they run compiled as in Python; their file is numbers, checked."""
 
-import json
 import math
 import pickle
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,9 +13,7 @@ from test_compiled_loop import agree, both, rig_for
 
 from controllers.policy import Policy, PolicyDesign
 from workbench.base.errors import InputError
-from workbench.cli import main
 from workbench.commands.run.config import load_config
-from workbench.commands.train.config import load_train
 from workbench.commands.train.start import silent_network
 from workbench.control.controller_spec import ControllerSpec
 from workbench.control.network import Network
@@ -226,23 +222,3 @@ def test_a_damaged_file_is_refused(tmp_path, content):
 def test_a_network_for_another_control_period_is_refused():
     with pytest.raises(InputError, match=r"decides every 1 ms, no multiple of the control period, 0\.4 ms"):
         on_p_dp(SILENT).build(4e-4)
-
-
-def test_a_training_leaves_what_run_takes(tmp_path, monkeypatch, capsys):
-    """Six designs: p-dp alone is the start, and the answer where none is better."""
-    monkeypatch.chdir(tmp_path)
-    text = (EXPERIMENTS / "train_p_dp.toml").read_text()
-    text = re.sub(r"trials = \d+", "trials = 6", text).replace("seeds = [1, 2, 3]", "seeds = [1, 2]")
-    before, _, after = text.partition("# plants are drawn")
-    text = before + "[goals]" + after.partition("[goals]")[2]
-    text = text.replace('rigs = ["nominal", "mass-50", "mass+50", "beta-50", "supply-20"]', 'rigs = ["nominal"]')
-    text = text.replace('scenarios = ["position-10mm", "position-load-20kn"]', 'scenarios = ["position-10mm"]')
-    (tmp_path / "mine.toml").write_text(text)
-    assert main(["train", "mine.toml", "--jobs", "1", "--out", "out"]) == 0
-    assert "policy" in capsys.readouterr().out
-    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
-    assert metrics["evaluations"] == 12
-    (trained,) = load_config(tmp_path / "out" / "trained.toml").controllers
-    assert trained.compensators[-1].design.network.numbers.tolist() == metrics["best"]["weights"]
-    assert len(load_train("mine.toml").searched) == 36
-    assert main(["run", "out/trained.toml", "--out", "run"]) == 0

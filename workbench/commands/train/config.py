@@ -46,12 +46,15 @@ def load_train(path: str | Path, rig: str | None = None) -> TrainConfig:
     if (kind := top.text("experiment")) != "train":
         raise top.complaint("experiment", f'{echo(kind)} is not "train"; jackbench {kind} may take it')
     seeds, named, of = _seeds(top), rig or rig_name(top), rig_of(top, path, rig)
-    network = read_start(top, path.parent, of, read_scenarios(top, of)[0].signal)
-    tables = top.table("controllers")
-    places = [place_of_policy(table) for table in tables.values.values() if isinstance(table, Mapping)]
-    further = tuple(searched for place in places for searched in _weights(network, place))
-    whole = {name: with_policy(tables.table(name).values, network) for name in tables}
-    config = tune_config(top.replaced({**top.values, "controllers": whole}), named, of, further)
+    network, odd = read_start(top, path.parent, of, read_scenarios(top, of)[0].signal)
+    controllers, whole, further = top.table("controllers"), {}, []
+    for name in controllers:
+        table = controllers.table(name)
+        if "stiffness" in table:
+            raise table.complaint("stiffness", "a policy is trained on loops of what is measured; take stiffness out")
+        whole[name] = with_policy(table.values, network)
+        further += _weights(network, odd, place_of_policy(table.values))
+    config = tune_config(top.replaced({**top.values, "controllers": whole}), named, of, tuple(further))
     shared = {entry.name: getattr(config, entry.name) for entry in fields(TuneConfig)}
     return TrainConfig(**{**shared, "source": top.values}, seeds=seeds, network=network)
 
@@ -63,10 +66,10 @@ def _seeds(top: Table) -> tuple[int, ...]:
     return tuple(map(int, seeds))
 
 
-def _weights(network: Network, place: tuple[str | int, ...]) -> list[Searched]:
-    """One searched number a weight; and one a bias where the start has any, for without them the network is odd."""
+def _weights(network: Network, odd: bool, place: tuple[str | int, ...]) -> list[Searched]:
+    """One searched number a weight, and one a bias where the network need not stay odd."""
     now, biases = network.numbers, network.are_biases
     reach = np.concatenate([np.full(w.size + b.size, _REACH / np.sqrt(w.shape[1])) for w, b in network.layers])
-    searched = np.arange(len(now)) if now[biases].any() else np.flatnonzero(~biases)
+    searched = np.flatnonzero(~biases) if odd else np.arange(len(now))
     each = zip(searched.tolist(), *(part[searched].tolist() for part in (now - reach, now + reach, now)), strict=True)
     return [Searched((*place, k), "1", low, high, start, False) for k, low, high, start in each]

@@ -39,7 +39,9 @@ def run_searches(
     problem: TuneProblem, seeds: Sequence[int], stage: Stage, progress: Progress, jobs: Jobs
 ) -> tuple[list[Run], Verdict]:
     """A search from each seed, and the verdict of the start, weights as they were given, on all drawn plants."""
-    searched = {seed: search(problem, _named(stage, seed), _said(progress, seed), jobs, seed) for seed in seeds}
+    searched = {
+        seed: search(problem, _stage_of(seed, stage), _progress_of(seed, progress), jobs, seed) for seed in seeds
+    }
     nearest = {seed: nearest_trial(trials) for seed, trials in searched.items()}
     progress(f"the best of each run on all {DRAWN} drawn plants")
     start = searched[seeds[0]][0].values
@@ -64,9 +66,9 @@ def _at_work(problem: TuneProblem) -> Callable[[Callable[[Goals], Any]], Any]:
     return lambda task: task(goals)
 
 
-def _named(stage: Stage, seed: int) -> Stage:
+def _stage_of(seed: int, stage: Stage) -> Stage:
     return lambda name, compute: stage(f"seed-{seed}-{name}", compute)
 
 
-def _said(progress: Progress, seed: int) -> Progress:
+def _progress_of(seed: int, progress: Progress) -> Progress:
     return lambda text: progress(f"seed {seed}, {text}")

@@ -32,14 +32,16 @@ def place_of_policy(controller: Mapping[str, Any]) -> tuple[str | int, ...]:
     return ("compensators", len(controller.get("compensators", [])), "network")
 
 
-def read_start(top: Table, beside: Path, rig: Rig, signal: str) -> Network:
-    """The table `network` of an experiment whose controlled signal is given, or the file that it names.
+def read_start(top: Table, beside: Path, rig: Rig, signal: str) -> tuple[Network, bool]:
+    """The table `network` of an experiment whose controlled signal is given, or the file that it names; and whether it
+    is to stay odd, without biases: what a jack whose sides are alike needs.
 
     Raises InputError.
     """
     if isinstance(top.values.get("network"), str):
-        return read_network(top.path("network", beside, ".npz"))
-    table = top.table("network", "hidden", "limit", "error", "pressure", "slow", "fast")
+        network = read_network(top.path("network", beside, ".npz"))
+        return network, not network.numbers[network.are_biases].any()
+    table = top.table("network", "hidden", "limit", "error", "pressure", "slow", "fast", "odd")
     hidden = table.numbers("hidden", "[6]")
     if len(hidden) > _MOST or any(units % 1 or not 1 <= units <= _WIDEST for units in hidden):
         raise table.complaint("hidden", f"must be units of {_MOST} layers at most, each of 1 to {_WIDEST}")
@@ -48,7 +50,8 @@ def read_start(top: Table, beside: Path, rig: Rig, signal: str) -> Network:
     if {"pa", "pb"} <= rig.sensors.keys():
         scales.append(table.quantity("pressure", Spec("Pa", 1.0, 1e9, "difference of pressures that counts as 1")))
     limit = table.quantity("limit", Spec("1", 1e-6, 1.0, "command that it adds at most"))
-    return silent_network(signal, scales, corners, [int(units) for units in hidden], limit, rig.period.value)
+    layers, odd = [int(units) for units in hidden], table.flag("odd", True)
+    return silent_network(signal, scales, corners, layers, limit, rig.period.value), odd
 
 
 def silent_network(

@@ -23,7 +23,7 @@ from .policies import Run, run_searches
 
 
 def run_train(config: TrainConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
-    """Every run, the best of them judged beside the start: the law with the weights that it was given, or none."""
+    """Every run, and the best of them beside the start: the law with a network that adds nothing, or with the given."""
     runs, start = run_searches(config.problem, config.seeds, stage, progress, jobs)
     best = min(runs, key=lambda run: run.verdict.score)
     progress("the start and the best, on the rigs of the set")
@@ -57,6 +57,11 @@ def _best(config: TrainConfig, best: Run, start: Verdict, rows: Mapping[str, Seq
         "evaluation": best.nearest.number,
         **_judged(best.verdict),
         "cost_of_start": start.cost,
+        "numbers": {
+            number.name: {"value": best.nearest.values[number.name], "unit": number.unit}
+            for number in config.searched
+            if not number.is_weight
+        },
         "weights": config.trained(best.nearest.values).numbers.tolist(),
         "rows": rows["trained"],
         "rows_of_start": rows["start"],

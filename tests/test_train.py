@@ -1,0 +1,107 @@
+"""Training: what an experiment says is searched, and what a run leaves."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.commands.run.config import load_config
+from workbench.commands.train.config import load_train
+from workbench.control.network_file import read_network
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+
+
+def written(folder: Path, *changes: tuple[str, str]) -> Path:
+    """The shipped experiment, changed: a few designs on the nominal rig alone."""
+    text = (EXPERIMENTS / "train_p_dp.toml").read_text()
+    text = re.sub(r"trials = \d+", "trials = 6", text).replace("seeds = [1, 2, 3]", "seeds = [1, 2]")
+    before, _, after = text.partition("# plants are drawn")
+    text = before + "[goals]" + after.partition("[goals]")[2]
+    text = text.replace('rigs = ["nominal", "mass-50", "mass+50", "beta-50", "supply-20"]', 'rigs = ["nominal"]')
+    text = text.replace('scenarios = ["position-10mm", "position-load-20kn"]', 'scenarios = ["position-10mm"]')
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "mine.toml").write_text(text)
+    return folder / "mine.toml"
+
+
+def start(config):
+    return config.problem.design({number.name: number.start for number in config.searched})
+
+
+def test_a_training_leaves_what_run_takes(tmp_path, monkeypatch, capsys):
+    """Six designs: p-dp alone is the start, and the answer where none is better."""
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path)
+    assert main(["train", "mine.toml", "--jobs", "1", "--out", "out"]) == 0
+    assert "policy" in capsys.readouterr().out
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    assert metrics["evaluations"] == 12
+    (trained,) = load_config(tmp_path / "out" / "trained.toml").controllers
+    assert trained.compensators[-1].design.network.numbers.tolist() == metrics["best"]["weights"]
+    assert main(["run", "out/trained.toml", "--out", "run"]) == 0
+
+
+def test_the_start_is_the_law_itself(tmp_path):
+    config = load_train(written(tmp_path))
+    assert len(config.searched) == 36
+    assert all(number.is_weight and number.start == 0 for number in config.searched)
+    assert config.trained({number.name: number.start for number in config.searched}) == config.network
+
+
+def test_biases_are_searched_where_it_need_not_stay_odd(tmp_path):
+    config = load_train(written(tmp_path, ("[network]\n", "[network]\nodd = false\n")))
+    assert len(config.searched) == 36 + 7
+
+
+def test_numbers_of_the_law_are_searched_with_the_weights(tmp_path):
+    ends = '{value = 5.061, low = 2, high = 10, unit = "1/m"}'
+    config = load_train(written(tmp_path, ('{value = 5.061, unit = "1/m"}', ends)))
+    assert [number.name for number in config.searched if not number.is_weight] == ["gain"]
+    table = config.step_table({number.name: number.start for number in config.searched}, "jack-10t")
+    assert table["controllers"]["p-dp"]["gain"] == {"value": 5.061, "unit": "1/m"}
+    assert table["controllers"]["p-dp"]["compensators"][-1]["network"] == "policy.npz"
+
+
+def test_a_policy_by_itself_is_trained_too(tmp_path):
+    path = written(tmp_path)
+    head, _, rest = path.read_text().partition("[controllers.p-dp]")
+    alone = '[controllers.alone]\nuse = "controllers.policy:Policy"\n'
+    path.write_text(head + alone + "[network]" + rest.partition("[network]")[2])
+    assert start(load_train(path)).design.network.layers[0][0].shape == (6, 5)
+
+
+def test_a_training_goes_on_from_a_file(tmp_path):
+    first = load_train(written(tmp_path)).network
+    weights = np.where(first.are_biases, 0.0, 0.1)
+    (tmp_path / "before.npz").write_bytes(first.with_numbers(weights).packed())
+    path = written(tmp_path)
+    head, _, rest = path.read_text().partition("[network]")
+    table = rest.partition("[bode]")[2]
+    path.write_text(head.replace('rig = "jack-10t"\n', 'rig = "jack-10t"\nnetwork = "before.npz"\n') + "[bode]" + table)
+    config = load_train(path)
+    assert start(config).compensators[-1].design.network == read_network(tmp_path / "before.npz")
+    assert len(config.searched) == 36
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('"train"', '"tune"', '"tune" is not "train"; jackbench tune may take it'),
+        ("seeds = [1, 2]", "seeds = [1, 1]", "seeds"),
+        ("hidden = [6]", "hidden = [6.5]", "hidden"),
+        ("hidden = [6]", "hidden = [6]\nunits = 3", "unknown key"),
+        ('limit = {value = 0.1, unit = "1"}', 'limit = {value = 2, unit = "1"}', "outside"),
+        ("gain = {value = 5.061", 'stiffness = "10 kN/mm"\ngain = {value = 5.061', "take stiffness out"),
+    ],
+)
+def test_what_no_training_is_is_refused_in_one_line(tmp_path, old, new, says):
+    with pytest.raises(InputError, match=says) as error:
+        load_train(written(tmp_path, (old, new)))
+    assert "\n" not in str(error.value)
