@@ -3,10 +3,12 @@
     env = gymnasium.make("envs:JackPosition-v0", task="position-sensors")
     many = gymnasium.make_vec("envs:JackForce-v0", num_envs=256, task="force")
 
-registration     the names: JackPosition-v0, JackForce-v0
+registration     the names: JackPosition-v0, JackForce-v0, JackBench-v0
+bench            JackBench-v0, in a folder of its own: what a policy adds to a tuned law, rewarded as a bench judges it
 single, vector   one jack, and many side by side; thin shells over the core, documented as Gymnasium does
 stable_baselines the vector environments as Stable-Baselines3 takes them
 spaces           action and observation space; reset options, of which there are none
+stepped          what a step gives, and what shells ask of a core
 core             the episodes of N lanes: reset, step, reward, end
 single_lane      a core of one lane, in plain numbers while nothing ends
 timeline         all that is random in an episode, drawn at its reset

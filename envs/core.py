@@ -1,7 +1,6 @@
 """The episodes of N jacks side by side: all that the single and the vector environment do."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,22 +12,9 @@ from .lane_guard import LaneGuard, Trip
 from .observation import ObservationEncoder, ObservedChannel
 from .physics import Physics
 from .sensing import LaneSensors
+from .stepped import Stepped
 from .task import Task
 from .timeline import EpisodeSampler
-
-
-class Stepped(NamedTuple):
-    """What a step of N lanes gave; every array is new.
-
-    `error` [N] is the true one in m or N, `command` [N] the realised one.
-    """
-
-    observation: np.ndarray
-    reward: np.ndarray
-    terminated: np.ndarray
-    truncated: np.ndarray
-    error: np.ndarray
-    command: np.ndarray
 
 
 class Core:
@@ -83,6 +69,10 @@ class Core:
         """Why lanes were terminated: members of Trip, int8 [N]."""
         return self._guard.trip
 
+    def reasons(self, lanes: np.ndarray) -> list[str]:
+        """Why the lanes of a mask [N] or numbers were terminated, in words."""
+        return [Trip(code).reason for code in self.trip[lanes]]
+
     def reset(self, random: Sequence[np.random.Generator]) -> Stepped:
         """Begin an episode in every lane; what is random in it, and in those to come, is drawn from `random` [N]."""
         self._random = random
@@ -91,11 +81,11 @@ class Core:
         self._measure()
         return self._stepped(*self._settle(np.zeros(len(self.x))))
 
-    def step(self, demanded: np.ndarray) -> Stepped:
-        """One step with demanded commands [N]. A lane whose episode was over begins its next one instead."""
-        reward = np.zeros(len(demanded))
+    def step(self, actions: np.ndarray) -> Stepped:
+        """One step with demanded commands, actions [N]. A lane whose episode was over begins its next one instead."""
+        reward = np.zeros(len(actions))
         for left in self._countdown:
-            self._advance(self._guard.limit(demanded))
+            self._advance(self._guard.limit(actions))
             if self._some_wait and not left:
                 self._begin(np.flatnonzero(self._waiting))
             self._measure()

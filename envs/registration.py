@@ -2,16 +2,20 @@
 
 import gymnasium
 
-IDS = {"JackPosition-v0": "JackPosition", "JackForce-v0": "JackForce"}
+IDS = {
+    "JackPosition-v0": ("envs.single:JackPosition", "envs.vector:JackPositionVector"),
+    "JackForce-v0": ("envs.single:JackForce", "envs.vector:JackForceVector"),
+    "JackBench-v0": ("envs.bench.environments:JackBench", "envs.bench.environments:JackBenchVector"),
+}
 
 
 def register() -> None:
     """Tell Gymnasium about the environments; a second call changes nothing."""
-    for name, kind in IDS.items():
+    for name, (single, vector) in IDS.items():
         if name not in gymnasium.registry:
             gymnasium.register(
                 name,
-                entry_point=f"envs.single:{kind}",
-                vector_entry_point=f"envs.vector:{kind}Vector",
+                entry_point=single,
+                vector_entry_point=vector,
                 order_enforce=False,  # the environments themselves refuse a step before a reset
             )

@@ -1,28 +1,26 @@
 """One jack as a Gymnasium environment: a shell over a core of one lane."""
 
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic
 
 import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Box
 
-from .core import Stepped
-from .lane_guard import Trip
 from .single_lane import SingleLaneCore
 from .spaces import action_space, observation_space, refuse_options
+from .stepped import CoreT, Stepped
 from .task import load_task
 
 
-class _Jack(gymnasium.Env[np.ndarray, np.ndarray]):
-    """What both loops share; `core` is the episode's inside."""
+class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
+    """What all of them share: a shell over a core of one lane, the episode's inside."""
 
-    loop: ClassVar[str]
+    core: CoreT
 
-    def __init__(self, task: str | Path) -> None:
-        self.core = SingleLaneCore(load_task(task, self.loop))
-        self.action_space = action_space()
-        self.observation_space = observation_space(self.core.channels)
+    def _wrap(self, core: CoreT, observation: Box) -> None:
+        self.core, self.observation_space, self.action_space = core, observation, action_space()
         self._running = False
 
     def reset(
@@ -39,20 +37,35 @@ class _Jack(gymnasium.Env[np.ndarray, np.ndarray]):
         """One step; see Gymnasium. Raises ResetNeeded when no episode is going on."""
         if not self._running:
             raise ResetNeeded("no episode is going on; call reset() first")
-        demanded = float(np.asarray(action).item())
-        fast = self.core.fast_step(demanded)
-        if fast is not None:
-            return fast.observation, fast.reward, False, False, {"error": fast.error, "command": fast.command}
-        stepped = self.core.step(np.array([demanded]))
+        return self._step(float(np.asarray(action).item()))
+
+    def _step(self, action: float) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        stepped = self.core.step(np.array([action]))
         terminated, truncated = bool(stepped.terminated[0]), bool(stepped.truncated[0])
         self._running = not (terminated or truncated)
         return stepped.observation[0], float(stepped.reward[0]), terminated, truncated, self._info(stepped)
 
     def _info(self, stepped: Stepped) -> dict[str, Any]:
-        info: dict[str, Any] = {"error": float(stepped.error[0]), "command": float(stepped.command[0])}
+        info: dict[str, Any] = {name: values[0].item() for name, values in stepped.infos.items()}
         if stepped.terminated[0]:
-            info["trip"] = Trip(self.core.trip[0]).reason
+            (info["trip"],) = self.core.reasons(stepped.terminated)
         return info
+
+
+class _Jack(OneLane[SingleLaneCore]):
+    """What both loops share."""
+
+    loop: ClassVar[str]
+
+    def __init__(self, task: str | Path) -> None:
+        core = SingleLaneCore(load_task(task, self.loop))
+        self._wrap(core, observation_space(core.channels))
+
+    def _step(self, action: float) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        fast = self.core.fast_step(action)
+        if fast is not None:
+            return fast.observation, fast.reward, False, False, {"error": fast.error, "command": fast.command}
+        return super()._step(action)
 
 
 class JackPosition(_Jack):

@@ -2,38 +2,35 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic
 
 import numpy as np
 from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Box
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from workbench.base.errors import InputError
 
-from .core import Core, Stepped
-from .lane_guard import Trip
+from .core import Core
 from .spaces import action_space, observation_space, refuse_options
+from .stepped import CoreT, Stepped
 from .task import load_task
 
 _NEXT_STEP = AutoresetMode.NEXT_STEP
 
 
-class _Jacks(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
-    """What both loops share."""
+class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[CoreT]):
+    """What all of them share: a shell over a core of `num_envs` lanes, with the observations of one."""
 
-    loop: ClassVar[str]
+    core: CoreT
 
-    def __init__(self, num_envs: int, task: str | Path, autoreset_mode: str | AutoresetMode) -> None:
-        if num_envs < 1:
-            raise InputError(f"num_envs = {num_envs}: must be 1 or more")
-        self.autoreset_mode = _autoreset(autoreset_mode)
-        self.core = Core(load_task(task, self.loop), num_envs)
-        self.num_envs = num_envs
+    def _wrap(self, core: CoreT, num_envs: int, observation: Box, autoreset_mode: AutoresetMode) -> None:
+        self.core, self.num_envs, self.autoreset_mode = core, num_envs, autoreset_mode
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.single_action_space = action_space()
-        self.single_observation_space = observation_space(self.core.channels)
+        self.single_observation_space = observation
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._random: list[np.random.Generator] = []
@@ -78,12 +75,12 @@ class _Jacks(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         the others."""
         there = np.ones(self.num_envs, bool) if lanes is None else lanes
         infos = {}
-        for name, values in (("error", stepped.error), ("command", stepped.command)):
-            infos |= _masked(name, np.where(there, values, 0.0), there)  # a copy: the guard goes on from its own
+        for name, values in stepped.infos.items():
+            infos |= _masked(name, np.where(there, values, values.dtype.type(0)), there)  # a copy: cores go on from it
         ended = stepped.terminated
         if np.count_nonzero(ended):
             trip = np.full(self.num_envs, None, dtype=object)
-            trip[ended] = [Trip(code).reason for code in self.core.trip[ended]]
+            trip[ended] = self.core.reasons(ended)
             infos |= _masked("trip", trip, ended)
         return infos
 
@@ -100,13 +97,30 @@ def _masked(name: str, values: Any, lanes: np.ndarray) -> dict[str, Any]:
     return {name: values, f"_{name}": lanes.copy()}
 
 
-def _autoreset(mode: str | AutoresetMode) -> AutoresetMode:
+def autoreset(mode: str | AutoresetMode) -> AutoresetMode:
     """Raises InputError for a mode that is unknown or leaves resets to the caller."""
     modes = [each for each in AutoresetMode if each is not AutoresetMode.DISABLED]
     for each in modes:
         if mode in (each, each.value):
             return each
     raise InputError(f"autoreset_mode = {mode!r}: must be {' or '.join(repr(each.value) for each in modes)}")
+
+
+def checked_lanes(num_envs: int) -> int:
+    """Raises InputError for less than one."""
+    if num_envs < 1:
+        raise InputError(f"num_envs = {num_envs}: must be 1 or more")
+    return num_envs
+
+
+class _Jacks(Lanes[Core]):
+    """What both loops share."""
+
+    loop: ClassVar[str]
+
+    def __init__(self, num_envs: int, task: str | Path, autoreset_mode: str | AutoresetMode) -> None:
+        mode, core = autoreset(autoreset_mode), Core(load_task(task, self.loop), checked_lanes(num_envs))
+        self._wrap(core, num_envs, observation_space(core.channels), mode)
 
 
 class JackPositionVector(_Jacks):

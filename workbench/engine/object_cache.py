@@ -76,7 +76,9 @@ def _compile(ir: str) -> bytes:
 
 @cache
 def _jit() -> llvm.LLJIT:
-    return llvm.create_lljit_compiler(_target(), use_jit_link=platform.machine().lower() in ("arm64", "aarch64"))
+    """With the linker that keeps the sections of an object together: they must be within 2 GB of each other, and the
+    address space of a process with other large libraries may have no such place beside the first one."""
+    return llvm.create_lljit_compiler(_target(), use_jit_link=True)
 
 
 def _link(code: bytes, names: Sequence[str]) -> Any:

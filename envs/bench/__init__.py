@@ -1,0 +1,9 @@
+"""JackBench-v0: what a policy adds to a tuned law, rewarded as a bench judges it.
+
+environments     the single and the vector environment, documented as Gymnasium does
+task             law, plants, scenarios, weights and goals of a train experiment
+core             the closed loops of N lanes, compiled
+past             what a policy is shown: the error, and samples of the past
+score            settling, overshoot and IAE, charged while they grow
+export           an actor of Stable-Baselines3 as policy.npz, with the experiment that runs it
+"""

@@ -1,0 +1,81 @@
+"""A task of the bench: the law, plants, scenarios, weights and goals of a train experiment."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from workbench.base.errors import InputError
+from workbench.commands.common.shipped import experiment
+from workbench.commands.train.config import TrainConfig, load_train
+from workbench.commands.train.start import POLICY
+from workbench.control.graph_law import GraphLaw, as_graph
+from workbench.control.linear_law import static
+from workbench.control.network import Network
+from workbench.control.protocol import sampled_law
+from workbench.loop.envelope import envelope
+from workbench.loop.limits import Limits
+from workbench.loop.plant_lanes import PlantLanes, joined
+from workbench.loop.rig_variations import with_delay
+from workbench.loop.scenarios import Scenario
+
+
+@dataclass(frozen=True)
+class BenchTask:
+    """A policy with the shape of `policy` on top of a `law`, on one of the `plants`, in one of the `scenarios`.
+
+    `weights` and `limits` are those of the search: see LaneScores. `source`: the experiment that it is of.
+    """
+
+    policy: Network
+    law: GraphLaw
+    plants: PlantLanes
+    scenarios: tuple[Scenario, ...]
+    weights: Mapping[str, float]
+    limits: Limits
+    source: TrainConfig
+
+    @property
+    def periods(self) -> int:
+        """Control periods from one decision to the next."""
+        return round(self.policy.decision / self.plants.rig.period.value)
+
+    @property
+    def steps(self) -> int:
+        """Decisions in a whole episode."""
+        return round(self.limits.seconds / self.policy.decision)
+
+
+def load_bench_task(path: str | Path, policy: Network) -> BenchTask:
+    """Of a train experiment, a file or a shipped one by name, for policies of a shape; its plants are drawn here.
+
+    Raises InputError for what no policy of this shape can run on.
+    """
+    config = load_train(experiment(str(path)))
+    rig, start = config.start.rig, config.start
+    scenarios = tuple(each for each in start.scenarios)
+    if any(each.signal != "position" or each.frequency is not None or each.arrives is None for each in scenarios):
+        raise InputError(f"{path}: scenarios: the environment takes steps of position and loads; leave the others out")
+    missing = set(policy.signals) - rig.sensors.keys()
+    if missing:
+        raise InputError(f"{path}: rig {rig.name} has no {sorted(missing)[0]} sensor, which is observed; declare one")
+    periods = policy.decision / rig.period.value
+    if periods < 1 or abs(periods - round(periods)) > 1e-6:
+        raise InputError(f"decision = {policy.decision:g}: must be a multiple of the period, {rig.period.value:g} s")
+    delay = start.conditions.delay(start.controllers[0], rig)
+    whole = envelope(
+        {name: with_delay(each, delay) for name, each in config.rigs.items()},
+        config.positions, config.factors, config.seed,
+    )  # fmt: skip
+    plants = whole.varied if whole.drawn is None else joined(whole.varied, whole.drawn)
+    return BenchTask(policy, _law(config), plants, scenarios, config.weights, config.limits, config)
+
+
+def _law(config: TrainConfig) -> GraphLaw:
+    """Without the network on top."""
+    spec = config.start.controllers[0]
+    if spec.use == POLICY:
+        return as_graph(static([0.0, 0.0], ("position",)))
+    law = sampled_law(replace(spec, compensators=spec.compensators[:-1]).build(config.start.rig.period.value))
+    if law is None:
+        raise InputError(f"{spec.name} is neither data nor a graph, and runs one loop at a time; take another law")
+    return as_graph(law)

@@ -1,0 +1,49 @@
+"""What a step of N lanes gave, whichever core made it, and the protocol of cores."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+
+class Stepped(NamedTuple):
+    """What a step of N lanes gave; every array is new.
+
+    `error` [N] is the true one in m or N, `command` [N] the realised one; `more`: further numbers [N] for infos.
+    """
+
+    observation: np.ndarray
+    reward: np.ndarray
+    terminated: np.ndarray
+    truncated: np.ndarray
+    error: np.ndarray
+    command: np.ndarray
+    more: Mapping[str, np.ndarray] = {}
+
+    @property
+    def infos(self) -> dict[str, np.ndarray]:
+        """By name, [N]."""
+        return {"error": self.error, "command": self.command, **self.more}
+
+
+class LaneCore(Protocol):
+    """The episodes of N lanes, which share nothing: each is a function of its generator and its actions."""
+
+    def reset(self, random: Sequence[np.random.Generator]) -> Stepped:
+        """Begin an episode in every lane; what is random in it, and in those to come, is drawn from `random` [N]."""
+        ...
+
+    def step(self, actions: np.ndarray) -> Stepped:
+        """One step with actions [N]. A lane whose episode was over begins its next one instead."""
+        ...
+
+    def restart(self) -> Stepped:
+        """Begin the next episode of the lanes that the last step ended, at once; the others stay where they are."""
+        ...
+
+    def reasons(self, lanes: np.ndarray) -> list[str]:
+        """Why the lanes of a mask [N] or numbers were terminated, in words."""
+        ...
+
+
+CoreT = TypeVar("CoreT", bound=LaneCore)
