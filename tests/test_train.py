@@ -2,16 +2,21 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.run.config import load_config
 from workbench.commands.train.config import load_train
+from workbench.commands.train.unseen import unseen_rows
+from workbench.commands.tune.goals import tuning_envelope
 from workbench.control.network_file import read_network
+from workbench.loop.hardest import largest_ms
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 
@@ -105,3 +110,22 @@ def test_what_no_training_is_is_refused_in_one_line(tmp_path, old, new, says):
     with pytest.raises(InputError, match=says) as error:
         load_train(written(tmp_path, (old, new)))
     assert "\n" not in str(error.value)
+
+
+def test_start_and_trained_are_judged_on_plants_that_no_run_has_seen(tmp_path, monkeypatch):
+    """Twelve plants by another seed than those of the search; the same row for the same design."""
+    draw = ("[goals]", "[draw]\nM = [0.5, 1.5]\n[goals]")
+    config = load_train(written(tmp_path, draw))
+    monkeypatch.setattr("workbench.loop.envelope.DRAWN", 12)
+    values = {number.name: number.start for number in config.searched}
+    first, second = unseen_rows(config.problem, {"start": values, "trained": values}, no_checkpoint)
+    assert (first["design"], second["design"]) == ("start", "trained")
+    assert {**first, "design": ""} == {**second, "design": ""}
+    assert first["plants"] == 12
+    assert first["unstable"] == first["tripped"] == 0
+    assert 0.05 < first["settling_p50_s"] <= first["settling_p99_s"] <= first["settling_worst_s"] < 0.2
+    seen, unseen = (tuning_envelope(replace(config.problem, seed=seed)).drawn for seed in (1, 2))
+    assert seen is not None
+    assert unseen is not None
+    assert first["ms_worst"] == largest_ms(unseen, start(config).build(1e-3)).max()
+    assert not np.array_equal(unseen.p, seen.p)

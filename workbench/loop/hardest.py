@@ -25,13 +25,14 @@ def hardest(
     """
     if envelope.drawn is None:
         return []
-    kinds = [_largest_ms(envelope.drawn, controller)]
+    kinds = [largest_ms(envelope.drawn, controller)]
     if plays_in_lanes(controller):
         kinds += _in_motion(envelope.drawn, controller, scenarios, limits.seconds)
     return [np.argsort(-kind, kind="stable")[:count].tolist() for kind in kinds]
 
 
-def _largest_ms(lanes: PlantLanes, controller: Controller) -> np.ndarray:
+def largest_ms(lanes: PlantLanes, controller: Controller) -> np.ndarray:
+    """Ms [lanes] of the worse of null and moving, inf where a loop is unstable. Raises InputError as `hardest`."""
     parts = []
     for first in range(0, len(lanes.p), _CHUNK):
         chunk = lanes.some(range(first, min(first + _CHUNK, len(lanes.p))))

@@ -3,5 +3,6 @@
 options, config    what it is asked; a tune experiment with a network
 start              the network that it starts from
 policies           the policies of several runs, judged beside the law that they stand on
+unseen             on plants that no run has seen
 study, page        all runs, and the file that the others take; the report
 """

@@ -1,37 +1,46 @@
 """The report of a training: whether the policy beats what it stands on, its steps, goals, and the runs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from ...base.units import from_si
 from ...loop.envelope import DRAWN
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.row_table import RowTable
 from ..tune.goals import Trial, Verdict
 from ..tune.page import Runs, goals_table, step_figure
 from .config import TrainConfig
 from .policies import Run
 
 Rows = Mapping[str, Sequence[Mapping[str, Any]]]
-_HEADS = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", "ms": "Ms [1]"}
+Unseen = Sequence[Mapping[str, Any]]
+_COMPARED = ("scenario", "rig", "controller", "settling_s", "overshoot_percent", "iae", "ms", "gain_margin_db")
 
 
-def train_page(config: TrainConfig, runs: Sequence[Run], best: Run, start: Verdict, rows: Rows, steps: Runs) -> Page:
-    """The report; `start` is the verdict of the law with the weights that it was given, or none."""
+def train_page(
+    config: TrainConfig, runs: Sequence[Run], best: Run, start: Verdict, rows: Rows, unseen: Unseen, steps: Runs
+) -> Page:
+    """The report; `start` is the verdict of the law with the network that it was given, or one that adds nothing.
+
+    `rows` are those of start and trained on the rigs of the set, `unseen` those of `unseen_rows`.
+    """
     judged = Trial(best.nearest.number, best.nearest.values, best.verdict, DRAWN if config.factors else 0)
     figures = [step_figure(config, scenario, steps, rows["trained"]) for scenario in config.start.scenarios]
+    tables = [*([_unseen(config, unseen)] if unseen else []), _compared(config, rows), goals_table(judged)]
     return Page(
         f"{config.name} trained on {config.rig_name}",
-        _verdict(config, runs, best, start, rows),
+        _verdict(config, runs, best, start, unseen),
         [
             Section("Its steps", figures),
-            Section("On the envelope", [_compared(rows), goals_table(judged)]),
+            Section("On the envelope", tables),
             Section("The runs", [_curves(runs), _runs(runs)]),
         ],
     )
 
 
-def _verdict(config: TrainConfig, runs: Sequence[Run], best: Run, start: Verdict, rows: Rows) -> str:
+def _verdict(config: TrainConfig, runs: Sequence[Run], best: Run, start: Verdict, unseen: Unseen) -> str:
     cost, before = best.verdict.cost, start.cost
     plants = f"{DRAWN} drawn plants" if config.factors else "the rigs of the set"
     if cost is None:
@@ -39,11 +48,31 @@ def _verdict(config: TrainConfig, runs: Sequence[Run], best: Run, start: Verdict
         return f"None of {count} policies meets every hard goal on {plants}; the nearest misses: {best.verdict.missed}."
     if before is None:
         return f"The policy meets every hard goal on {plants}; the start misses: {start.missed}. {_spread(runs)}."
-    costs = f"cost {cost:.4g}, without the policy {before:.4g}, on {plants}"
+    costs = f"cost {cost:.4g} instead of {before:.4g} on {plants}"
     if cost >= before:
         return f"The policy does not beat {config.name} without it: {costs}. {_spread(runs)}."
     share = f"{100 * (1 - cost / before):.1f} %"
-    return f"The policy beats {config.name} without it by {share}: {costs}; {_settled(rows)}. {_spread(runs)}."
+    return " ".join(
+        [f"The policy beats {config.name} without it by {share}: {costs}. {_spread(runs)}.", *_on_unseen(unseen)]
+    )
+
+
+def _on_unseen(unseen: Unseen) -> Iterator[str]:
+    """A sentence: how soon steps settle, and the margins."""
+    for start, trained in _pairs(unseen):
+        keys = ("settling_p99_s", "settling_worst_s", "ms_worst")
+        if None not in [row[key] for row in (start, trained) for key in keys]:
+            late, slowest, ms = (f"{trained[key]:.3g} instead of {start[key]:.3g}" for key in keys)
+            yield (
+                f"On {start['plants']} plants that no run has seen, 99 % settle {start['scenario']} within {late} s, "
+                f"the slowest within {slowest} s, with Ms {ms} at worst."
+            )
+
+
+def _pairs(unseen: Unseen) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
+    """Rows of start and trained, scenario by scenario."""
+    designs = [[row for row in unseen if row["design"] == name] for name in ("start", "trained")]
+    yield from zip(*designs, strict=True)
 
 
 def _spread(runs: Sequence[Run]) -> str:
@@ -52,27 +81,31 @@ def _spread(runs: Sequence[Run]) -> str:
     return f"Costs of the {len(runs)} runs: {min(costs):.4g} to {max(costs):.4g}{lost}"
 
 
-def _settled(rows: Rows) -> str:
-    """Of the first scenario with a step: the nominal rig, and the slowest of the set."""
-    steps = [row["scenario"] for row in rows["start"] if row["settling_s"] is not None]
-    times = {what: [row["settling_s"] for row in own if row["scenario"] in steps[:1]] for what, own in rows.items()}
-    if not steps or any(None in values for values in times.values()):
-        return "a step does not settle on every rig of the set"
-    before, after = times["start"], times["trained"]
-    return (
-        f"{steps[0]} settles in {after[0]:.3g} s instead of {before[0]:.3g} s, on the slowest rig of the set in "
-        f"{max(after):.3g} s instead of {max(before):.3g} s"
-    )
-
-
-def _compared(rows: Rows) -> Table:
-    """Every rig of the set in every scenario, without the policy and with it."""
+def _unseen(config: TrainConfig, unseen: Unseen) -> Table:
+    signal = config.start.signal
+    iae = float(from_si(1.0, signal.unit, signal.si) - from_si(0.0, signal.unit, signal.si))
+    keys = ("unstable", "tripped", "settling_p50_s", "settling_p99_s", "settling_worst_s", "overshoot_worst_percent")
     lines = [
-        [start["rig"], start["scenario"], *(value for key in _HEADS for value in (start[key], trained[key]))]
-        for start, trained in zip(rows["start"], rows["trained"], strict=True)
+        [row["scenario"], row["design"], *(row[key] for key in keys), _times(row["iae_mean"], iae), row["ms_worst"]]
+        for pair in _pairs(unseen)
+        for row in pair
     ]
-    heads = ["rig", "scenario", *(text for head in _HEADS.values() for text in (f"{head}, start", "trained"))]
-    return Table("On every rig of the set, without the policy and with it", heads, lines)
+    heads = ["scenario", "design", "unstable", "tripped", "settling, median [s]", "99 % [s]", "slowest [s]"]
+    heads += ["overshoot, worst [%]", f"IAE, mean [{signal.unit} s]", "Ms, worst [1]"]
+    note = "Drawn as those of the search, by another seed; with noise and computing delay."
+    return Table(f"On {unseen[0]['plants']} plants that no run has seen", heads, lines, note)
+
+
+def _times(value: float | None, factor: float) -> float | None:
+    return None if value is None else value * factor
+
+
+def _compared(config: TrainConfig, rows: Rows) -> Table:
+    """Every rig of the set in every scenario, without the policy and with it."""
+    designs = zip(rows["start"], rows["trained"], strict=True)
+    lines = [{**row, "controller": what} for pair in designs for what, row in zip(rows, pair, strict=True)]
+    maker = RowTable(config.start.rig, config.start.signal, config.start.scenarios)
+    return maker.table("On every rig of the set", lines, _COMPARED)
 
 
 def _curves(runs: Sequence[Run]) -> Figure:

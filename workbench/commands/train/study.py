@@ -20,6 +20,7 @@ from ..tune.study import tuned_rows
 from .config import POLICY_FILE, TrainConfig
 from .page import train_page
 from .policies import Run, run_searches
+from .unseen import unseen_rows
 
 
 def run_train(config: TrainConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
@@ -29,16 +30,19 @@ def run_train(config: TrainConfig, stage: Stage, progress: Progress, jobs: Jobs 
     progress("the start and the best, on the rigs of the set")
     first = runs[0].trials[0]
     rows = {"start": tuned_rows(config.problem, first), "trained": tuned_rows(config.problem, best.nearest)}
+    progress("and on plants that no run has seen")
+    unseen = unseen_rows(config.problem, {"start": first.values, "trained": best.nearest.values}, stage)
     trained = best.verdict.cost is not None
     metrics = {
         "best": _best(config, best, start, rows) if trained else None,
         "start": _judged(start),
         "evaluations": sum(len(run.trials) for run in runs),
         "drawn": DRAWN if config.factors else 0,
+        "unseen": unseen,
         "runs": [_line(run) for run in runs],
     }
     steps = _steps(config, {"start": first, "trained": best.nearest})
-    page = train_page(config, runs, best, start, rows, steps)
+    page = train_page(config, runs, best, start, rows, unseen, steps)
     files = _files(config, best) if trained else {}
     tables = {
         f"step-{what}-{name}": {"t [s]": run.record.t, **run.record.signals}
