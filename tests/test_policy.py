@@ -222,3 +222,11 @@ def test_a_damaged_file_is_refused(tmp_path, content):
 def test_a_network_for_another_control_period_is_refused():
     with pytest.raises(InputError, match=r"decides every 1 ms, no multiple of the control period, 0\.4 ms"):
         on_p_dp(SILENT).build(4e-4)
+
+
+def test_on_a_jack_whose_sides_are_alike_steps_to_either_side_are_mirrored():
+    spec = on_p_dp(odd_network(3, 0.1))
+    ups, downs = (both(rig_for(spec), spec, np.full(300, size))[1] for size in (0.01, -0.01))
+    for up, down in zip(ups, downs, strict=True):
+        np.testing.assert_allclose(up.record.signals["position"], -down.record.signals["position"], atol=1e-8)
+        np.testing.assert_allclose(up.record.signals["command"], -down.record.signals["command"], atol=1e-8)

@@ -154,6 +154,6 @@ def _beside(inner: GraphLaw, added: _Prompt | _Held | _Averaged) -> GraphLaw:
         return np.append(inner.settled(x[:n], at), x[n:])
 
     numbers = np.append(inner.numbers, network.numbers)
-    key = "network", inner.graphs, type(added), getattr(added, "hold", 1), network.structure, tuple(own), tuple(heard)
+    key = "network", inner.graphs, type(added), added.states, network.structure, tuple(own), tuple(heard)
     law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + added.states, LaneStart(lanes), key)
     return replace(law, settled=settled)
