@@ -1,6 +1,7 @@
 """Machine code is kept for the next start: whole, the user's own, and made again where it is neither."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -8,7 +9,11 @@ import numpy as np
 import pytest
 from test_compiled import compile_outputs
 
-from workbench.engine import object_cache
+from workbench import load_rig
+from workbench.engine import graph_cache, object_cache
+from workbench.engine.rosenbrock import adaptive_attempt
+from workbench.plant import Plant, build, build_platform
+from workbench.rigs.platform import load_platform
 
 
 @pytest.fixture
@@ -73,3 +78,25 @@ def test_without_a_folder_to_write_to_nothing_is_kept(tmp_path: Path, monkeypatc
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     monkeypatch.setattr(object_cache, "_LOADED", {})
     assert square() == 9
+
+
+def test_a_large_graph_is_read_where_it_has_been_made(fresh_cache: Path) -> None:
+    plant = build_platform(load_platform("hexapod"))
+    made = graph_cache.attempt_of(plant, adaptive_attempt)
+    (entry,) = fresh_cache.glob("*.graph")
+
+    def never(plant: Plant) -> ca.Function:
+        raise AssertionError("made again")
+
+    never.__name__ = adaptive_attempt.__name__
+    assert graph_cache.attempt_of(plant, never).serialize() == made.serialize()
+    entry.write_bytes(entry.read_bytes()[:-1])
+    assert graph_cache.attempt_of(plant, adaptive_attempt).serialize() == made.serialize()
+    larger = replace(plant, states=(replace(plant.states[0], scale=2.0), *plant.states[1:]))
+    with pytest.raises(AssertionError, match="made again"):
+        graph_cache.attempt_of(larger, never)
+
+
+def test_a_small_graph_leaves_no_file(fresh_cache: Path) -> None:
+    graph_cache.attempt_of(build(load_rig("jack-10t")), adaptive_attempt)
+    assert not fresh_cache.exists()

@@ -7,7 +7,8 @@ toml, table, key_lines    TOML files read strictly: a table that is asked by key
 toml_text       TOML files as people write them: a number with its unit on one line
 lazy            names of a package, loaded when first used
 checkpoint      stages of a long computation, and progress
-trust, private_files     code that comes with data, and whether it may run; where a user keeps things
+trust, private_files, private_cache    code that comes with data, and whether it may run; where a user keeps things, and
+                what a later start need not compute again
 cores, process_pool    processors, and worker processes that share them
 cluster, installation  worker processes of other machines, and what has to be the same there
 gain_phase      gain in decibels and phase in degrees of a complex response

@@ -14,6 +14,7 @@ compiled       machine code: tape and emit turn the graph into vector code of la
                it (written with scalars, on the jobs of a run), vector_math the functions that LLVM lacks; object_cache
                keeps what was compiled
 interpreter    the same by CasADi alone
+graph_cache    large graphs kept for the next start
 floor          least time of an attempt: that of its divisions and roots
 peers          public solvers that the engine is measured against
 """

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..plant import Plant
 from .backend import NotCompiled, compile_plant
+from .graph_cache import attempt_of
 from .interpreter import InterpretedPlant
 from .jobs import Batch, Stepping
 from .rosenbrock import adaptive_attempt
@@ -37,7 +38,7 @@ class Engine:
         self, plant: Plant, tolerance: float = TOLERANCE, back_end: BackEnd = "auto", brief: bool = False
     ) -> None:
         self.plant = plant
-        graphs = (adaptive_attempt(plant), plant.h, plant.p, Stepping(tolerance, _FIRST_STEP, _ATTEMPTS))
+        graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, Stepping(tolerance, _FIRST_STEP, _ATTEMPTS))
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
         self._laws: dict[InstantShape, SampledLaw] = {}
 

@@ -2,10 +2,8 @@
 
 import ctypes
 import hashlib
-import os
 import platform
 import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
@@ -16,10 +14,9 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
-from ..base.private_files import cache_folder, is_private
+from ..base.private_cache import store, stored
 from .vector_math import LIBM
 
-_DIGEST = 32  # bytes of SHA-256 before the object file: LLVM would bring the process down over a damaged one
 _LOADED: dict[str, Any] = {}  # by key: libraries stay for the life of the process
 _ONE_AT_A_TIME = Lock()
 _NUMBERS = count()
@@ -30,7 +27,8 @@ def functions(key: Sequence[str], write: Callable[[], str], names: Sequence[str]
     digest = hashlib.sha256("\0".join([*key, *_machine_key()]).encode()).hexdigest()
     with _ONE_AT_A_TIME:
         if digest not in _LOADED:
-            code = _stored(digest) or _store(digest, _compile(write()))
+            name = f"{digest}.o"
+            code = stored(name) or store(name, _compile(write()))
             _LOADED[digest] = _link(code, names)
     return [_LOADED[digest][name] for name in names]
 
@@ -99,25 +97,3 @@ def _c_library() -> dict[str, int]:
         with suppress(AttributeError):
             addresses[name] = ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
     return addresses
-
-
-def _stored(digest: str) -> bytes | None:
-    """Code from the cache folder; None where there is none, it is damaged, or others could have written it."""
-    with suppress(OSError), (cache_folder() / f"{digest}.o").open("rb") as file:
-        if not (is_private(cache_folder().stat()) and is_private(os.fstat(file.fileno()))):
-            return None
-        content = file.read()
-        if hashlib.sha256(content[_DIGEST:]).digest() == content[:_DIGEST]:
-            return content[_DIGEST:]
-    return None
-
-
-def _store(digest: str, code: bytes) -> bytes:
-    """Keep the code, unless the folder cannot be written to."""
-    with suppress(OSError):
-        cache_folder().mkdir(parents=True, exist_ok=True)
-        cache_folder().chmod(0o700)
-        with tempfile.NamedTemporaryFile(dir=cache_folder(), delete=False) as file:
-            file.write(hashlib.sha256(code).digest() + code)
-        os.replace(file.name, cache_folder() / f"{digest}.o")
-    return code

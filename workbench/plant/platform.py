@@ -35,7 +35,7 @@ class _Jack:
 
 def build_platform(platform: Platform) -> Plant:
     """The whole plant, all SI. Raises InputError for jacks whose commands have different delays."""
-    ports = [build_force_port(leg.rig) for leg in platform.legs]
+    ports = platform.of_rigs(build_force_port)
     b = Assembly(platform.name, _numbers(platform, ports))
     jacks = [_jack(b, f"leg{i + 1}", port) for i, port in enumerate(ports)]
     wrench = ca.vertcat(*(b.input(name, unit, _SIZES[unit]) for name, unit in zip(WRENCH, _units("N"), strict=True)))

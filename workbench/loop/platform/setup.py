@@ -1,6 +1,6 @@
 """A platform ready for its loops: plant, engine, operating point, and what decouples it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -37,8 +37,7 @@ class PlatformSetup:
 def platform_setup(platform: Platform, delay: float = 0.0, pose: np.ndarray | None = None) -> PlatformSetup:
     """Build a platform whose commands come `delay` [s] late, and hold it in a pose [6] (home). Raises InputError where
     the jacks cannot hold it."""
-    legs = tuple(replace(leg, rig=with_delay(leg.rig, delay)) for leg in platform.legs)
-    platform = replace(platform, legs=legs)
+    platform = platform.with_rigs(lambda rig: with_delay(rig, delay))
     engine = Engine(build_platform(platform), brief=True)
     plant, smooth = engine.plant, engine.plant.without_dry_friction()
     null, calm = platform_equilibrium(plant, pose), platform_equilibrium(plant, pose, smooth)

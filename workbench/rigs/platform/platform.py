@@ -1,9 +1,9 @@
 """A platform on six jacks: every number of payload, geometry and legs once, with its unit and source."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -46,6 +46,7 @@ JOINTS = {
     "platform_angle": Spec("rad", 0.0, np.pi, "allowed angle of a platform joint from home"),
 }
 Point = tuple[float, float, float]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,17 @@ class Platform:
         """Control period [s]."""
         return self.legs[0].rig.period.value
 
+    def of_rigs(self, make: Callable[[Rig], T]) -> list[T]:
+        """What `make` makes of the rig of each leg [6], once for those that are one object."""
+        rigs = {id(leg.rig): leg.rig for leg in self.legs}
+        results = {key: make(rig) for key, rig in rigs.items()}
+        return [results[id(leg.rig)] for leg in self.legs]
+
+    def with_rigs(self, change: Callable[[Rig], Rig]) -> "Platform":
+        """A copy with the rig of every leg changed."""
+        pairs = zip(self.legs, self.of_rigs(change), strict=True)
+        return replace(self, legs=tuple(replace(leg, rig=rig) for leg, rig in pairs))
+
     def limits(self, name: str) -> np.ndarray:
         """A limit of the jacks [6], SI."""
         return np.array([leg.rig.limit(name) for leg in self.legs])
@@ -113,7 +125,7 @@ class Platform:
 
     def with_jacks(self, **values: float) -> "Platform":
         """A copy with other SI values of the numbers of every jack."""
-        return replace(self, legs=tuple(replace(leg, rig=leg.rig.with_values(**values)) for leg in self.legs))
+        return self.with_rigs(lambda rig: rig.with_values(**values))
 
     def _with(
         self, numbers: Mapping[str, Number], specs: Mapping[str, Spec], values: Mapping[str, float]

@@ -6,7 +6,8 @@ and `joint`, written `{at = [x, y, z], unit = "m", source = "..."}`, and where i
 `rig`, numbers and table `jack`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
@@ -53,7 +54,9 @@ def _read(path: Path, shown: str) -> Platform:
     entries = top.tables("leg", "rig", "jack", "base", "joint", *LEG)
     if len(entries) != LEGS:
         raise top.error(f"has {len(entries)} tables [[leg]]; a platform has {LEGS}")
-    legs = tuple(_leg(shared, entry, path.parent) for entry in entries)
+    load = cache(lambda name: load_rig(name, path.parent))
+    common = _rig(shared, load)
+    legs = tuple(_leg(shared, entry, common, load) for entry in entries)
     if len({leg.rig.period.value for leg in legs}) > 1:
         raise top.error("the jacks of the legs have different control periods; give them one")
     name = top.named(top.text("name", path.stem))
@@ -65,14 +68,17 @@ def _numbers(top: Table, name: str, specs: Mapping[str, Spec]) -> dict[str, Numb
     return {key: read_number(table, key, spec) for key, spec in specs.items()}
 
 
-def _leg(shared: Table, own: Table, folder: Path) -> Leg:
-    numbers = {key: read_number(own if key in own else shared, key, spec) for key, spec in LEG.items()}
-    named = own if "rig" in own else shared
-    rig = named.about("rig", lambda: load_rig(named.text("rig"), folder))
+def _rig(table: Table, load: Callable[[str], Rig]) -> Rig:
+    """The jack of a table of legs."""
+    rig = table.about("rig", lambda: load(table.text("rig")))
     if not rig.is_jack:
-        raise named.complaint("rig", f"{rig.name} is a linear plant; a leg needs a jack")
-    for table in (shared, own):
-        rig = _with_own(rig, table.optional_table("jack"))
+        raise table.complaint("rig", f"{rig.name} is a linear plant; a leg needs a jack")
+    return _with_own(rig, table.optional_table("jack"))
+
+
+def _leg(shared: Table, own: Table, common: Rig, load: Callable[[str], Rig]) -> Leg:
+    numbers = {key: read_number(own if key in own else shared, key, spec) for key, spec in LEG.items()}
+    rig = _rig(own, load) if "rig" in own else _with_own(common, own.optional_table("jack"))
     (base, base_source), (joint, joint_source) = (_point(own, end) for end in ("base", "joint"))
     return Leg(rig, base, joint, numbers, (base_source, joint_source))
 

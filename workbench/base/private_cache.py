@@ -1,0 +1,32 @@
+"""Computed files that a later start takes instead of computing them: whole, and the user's own."""
+
+import hashlib
+import os
+import tempfile
+from contextlib import suppress
+
+from .private_files import cache_folder, is_private
+
+_DIGEST = 32  # bytes of SHA-256 before the content: what reads it may not survive a damaged one
+
+
+def stored(name: str) -> bytes | None:
+    """A file of the cache folder; None where there is none, it is damaged, or others could have written it."""
+    with suppress(OSError), (cache_folder() / name).open("rb") as file:
+        if not (is_private(cache_folder().stat()) and is_private(os.fstat(file.fileno()))):
+            return None
+        content = file.read()
+        if hashlib.sha256(content[_DIGEST:]).digest() == content[:_DIGEST]:
+            return content[_DIGEST:]
+    return None
+
+
+def store(name: str, content: bytes) -> bytes:
+    """Keep the content, unless the folder cannot be written to; returns it."""
+    with suppress(OSError):
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        cache_folder().chmod(0o700)
+        with tempfile.NamedTemporaryFile(dir=cache_folder(), delete=False) as file:
+            file.write(hashlib.sha256(content).digest() + content)
+        os.replace(file.name, cache_folder() / name)
+    return content
