@@ -18,7 +18,7 @@ from workbench.rigs.platform import AXES, forward, leg_lengths, leg_speeds, load
 from workbench.rigs.platform.kinematics import condition, joint_angles, leg_vectors, rotation
 
 HEXAPOD = load_platform("hexapod")
-MASSLESS = HEXAPOD.with_values(cylinder_mass=0, cylinder_inertia=0, rod_mass=0, rod_inertia=0)
+MASSLESS = HEXAPOD.without_leg_inertia()
 LIMITS = np.array([0.15, 0.15, 0.15, 0.15, 0.15, 0.15])
 TURNED = np.array([0.06, -0.04, 0.05, 0.05, -0.08, 0.06])
 

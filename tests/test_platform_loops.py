@@ -39,7 +39,7 @@ def setup():
 @pytest.fixture(scope="module")
 def known():
     """The known case: legs without inertia, the pose that of the centre of mass, no computing delay."""
-    bare = CONFIG.rig.with_values(cylinder_mass=0, cylinder_inertia=0, rod_mass=0, rod_inertia=0)
+    bare = CONFIG.rig.without_leg_inertia()
     above, height = bare["cz"], bare["height"]
     legs = tuple(replace(leg, joint=(*leg.joint[:2], -above)) for leg in bare.legs)
     return platform_setup(replace(bare.with_values(cz=0.0, height=height + above), legs=legs))

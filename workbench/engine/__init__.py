@@ -5,6 +5,7 @@ trajectory     what a run gives: signals by name, with units
 sampled_law    a sampled linear law inside the compiled run of a plant
 guard_rules    what a guard concludes from readings and lets through, as a graph; guard_motion, what the readings say of
                the motion; guard_shape, its places; guard_steps, the graph sample by sample
+staggered      force ports beside a program that integrates the mechanics
 platform_instants    one law and six guards inside the run of a platform
 delay_line     commands on their way to a plant whose drive is late
 rosenbrock     the implicit step and its adaptive length as a graph; sparse_lu solves its linear systems

@@ -50,7 +50,13 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
 
 
 def build_force_port(rig: Rig) -> Plant:
-    """The jack as part of a multibody program: command, position and velocity in, rod force out; no own mass."""
+    """The jack as part of a multibody program: command, position and velocity in, rod force out; no own mass.
+
+    Beside a program with steps of its own H, stagger them (engine/staggered.py does): the program steps its positions
+    with its speeds held, the port follows with position and speed held over the same step, and its force then changes
+    the speeds. That keeps the damping of a mode w of the masses on the oil and is stable while w H < 2. A force of the
+    step before takes w H/2 of damping from it: about zero at 0.1 ms, the wrong sign at 1 ms.
+    """
     b = _assembly(rig, f"{rig.name} force port")
     command = b.input("command", "1", 1.0)
     x = b.input("position", "m", rig["S"] / 2) - b["xmid"]

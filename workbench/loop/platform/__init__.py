@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 from ...base.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from .loop import PlatformRun, run_platform
+    from .loop import PlatformRun, leg_references, run_platform
     from .setup import PlatformSetup, platform_setup
 
-__all__ = ["PlatformRun", "PlatformSetup", "platform_setup", "run_platform"]
+__all__ = ["PlatformRun", "PlatformSetup", "leg_references", "platform_setup", "run_platform"]
 
 # An experiment is read without the plant.
 __getattr__, __dir__ = lazy_names(
     __name__,
-    {"loop": ("PlatformRun", "run_platform"), "setup": ("PlatformSetup", "platform_setup")},
+    {"loop": ("PlatformRun", "leg_references", "run_platform"), "setup": ("PlatformSetup", "platform_setup")},
 )

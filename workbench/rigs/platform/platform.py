@@ -123,6 +123,10 @@ class Platform:
         changed = tuple(replace(leg, numbers=self._with(leg.numbers, LEG, legs)) for leg in self.legs)
         return replace(self, numbers=numbers, legs=changed)
 
+    def without_leg_inertia(self) -> "Platform":
+        """A copy whose legs have no mass, as tendons in a multibody program."""
+        return self.with_values(**dict.fromkeys(("cylinder_mass", "cylinder_inertia", "rod_mass", "rod_inertia"), 0.0))
+
     def with_jacks(self, **values: float) -> "Platform":
         """A copy with other SI values of the numbers of every jack."""
         return self.with_rigs(lambda rig: rig.with_values(**values))
