@@ -74,6 +74,7 @@ def test_a_list_imports_no_solver(kind):
         ["import", "nothere.csv", "--rig", "jack"],
         ["compare", "a", "b"],
         ["show", "jack"],
+        ["fmu", "jack"],
         ["speed", "--rig", "jack"],
     ],
     ids=" ".join,

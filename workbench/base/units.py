@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from numbers import Real
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -149,6 +149,14 @@ def from_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
     """`value` in the SI unit `si`, converted to `unit`."""
     gain, offset = _scale(unit, si)
     return (np.asarray(value, dtype=float) - offset) / gain
+
+
+def base_units(unit: str) -> tuple[float, dict[str, float]]:
+    """A unit as a factor and powers of pint's base units by name, "kilogram", "meter" ... Raises InputError."""
+    _check_form(unit)
+    registry = _registry()
+    whole: Any = registry.Quantity(1.0, _parse(unit, registry)).to_base_units()
+    return float(whole.magnitude), {str(base): float(power) for base, power in whole.unit_items()}
 
 
 def quantity(value: float | str, si: str) -> float:

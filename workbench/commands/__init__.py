@@ -34,6 +34,7 @@ COMMANDS = {
     "spread": "how the overshoot spreads over gain, speed, mass, oil and specimen",
     "jack-model": "the jack in six numbers, as CRONE and LQG take it",
     "coefficients": "second-order sections and a test vector, for a rig's own digital controller",
+    "fmu": "a rig, with a controller where asked, as an FMU for other simulators",
     "new": "make a starter folder: a rig, experiments, a campaign, a controller",
     "list": "list what there is",
     "show": "show a rig and what follows from its numbers",

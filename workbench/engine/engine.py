@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from .sampled_law import InstantShape, SampledLaw
 
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
-_FIRST_STEP = 2e-5
-_ATTEMPTS = 20_000  # a held interval that needs more has failed
+FIRST_STEP = 2e-5
+ATTEMPTS = 20_000  # a held interval that needs more has failed
 
 BackEnd = Literal["auto", "compiled", "interpreted"]
 
@@ -38,7 +38,7 @@ class Engine:
         self, plant: Plant, tolerance: float = TOLERANCE, back_end: BackEnd = "auto", brief: bool = False
     ) -> None:
         self.plant = plant
-        graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, Stepping(tolerance, _FIRST_STEP, _ATTEMPTS))
+        graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, Stepping(tolerance, FIRST_STEP, ATTEMPTS))
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
         self._laws: dict[InstantShape, SampledLaw] = {}
 

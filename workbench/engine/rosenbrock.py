@@ -20,7 +20,7 @@ _M = (1.0, 6.1697947043828245592553615689730, -0.4277225654321857332623837380651
 _E = (0.5, -2.9079558716805469821718236208017, 0.2235406989781156962736090927619)
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 5.0
-_SMALLEST = 1e-12  # s: a step below this has failed
+SMALLEST = 1e-12  # s: a step below this has failed
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def adaptive_attempt(plant: Plant) -> ca.Function:
 
 def failed(step_length: float) -> bool:
     """Whether an adaptive step has become uselessly short."""
-    return not step_length > _SMALLEST
+    return not step_length > SMALLEST
 
 
 def _symbols(plant: Plant) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:

@@ -1,0 +1,162 @@
+"""What an FMU is made of: the graphs of a plant, its variables with units and start values, and a loop inside it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from ...base.errors import InputError
+from ...base.signals import SIGNALS
+from ...control.controller_spec import ControllerSpec
+from ...control.protocol import sampled_law
+from ...engine import Engine
+from ...engine.rosenbrock import adaptive_attempt
+from ...engine.sampled_law import OUT, LawShape
+from ...linear import equilibrium
+from ...loop.compiled_loop import CompiledLoop
+from ...loop.sensors import Sensors, check_sensors
+from ...plant import Plant, build
+from ...plant.effects import resolve
+from ...rigs.rig import Rig
+
+_PUT_OUT = {
+    "sent": "command that the guard lets through to the drive",
+    "demanded": "command that the controller demands",
+    "held": "command that the drive holds",
+    "trip": "number of the guard's rule that tripped, 0: none",
+}
+
+
+@dataclass(frozen=True)
+class FmuVariable:
+    """A variable with its SI unit; `start` where it is given and not computed, `nominal` of a state."""
+
+    name: str
+    unit: str
+    meaning: str
+    start: float | None = None
+    nominal: float | None = None
+
+
+@dataclass(frozen=True)
+class FmuLoop:
+    """A loop inside: the form of its law, its numbers, its state at the start, and the intervals of a period [s]."""
+
+    shape: LawShape
+    numbers: np.ndarray
+    state: np.ndarray
+    durations: np.ndarray
+    reference: float
+
+
+@dataclass(frozen=True, eq=False)
+class FmuModel:
+    """A rig's plant from an operating point, state x [n] and inputs u [m], and the loop inside, where there is one."""
+
+    rig: Rig
+    plant: Plant
+    x: np.ndarray
+    u: np.ndarray
+    loop: FmuLoop | None
+
+    @property
+    def states(self) -> list[FmuVariable]:
+        """In the plant's order."""
+        return [
+            FmuVariable(state.name, state.unit, "state", start, state.scale)
+            for state, start in zip(self.plant.states, self.x.tolist(), strict=True)
+        ]
+
+    @property
+    def inputs(self) -> list[FmuVariable]:
+        """Those of the plant; the reference instead of the command where a loop is inside."""
+        inputs = [
+            FmuVariable(variable.name, variable.unit, _meaning(variable.name), start)
+            for variable, start in zip(self.plant.inputs, self.u.tolist(), strict=True)
+        ]
+        if self.loop:
+            controlled = self.rig.signal(self.loop.shape.measured[0])
+            inputs[0] = FmuVariable("reference", controlled.si, f"of the {controlled.name}", self.loop.reference)
+        return inputs
+
+    @property
+    def outputs(self) -> list[FmuVariable]:
+        """Those of the plant, then what an instant of the loop puts out."""
+        outputs = [FmuVariable(name, self._unit(name), _meaning(name)) for name in self.plant.outputs]
+        return outputs + ([FmuVariable(name, "1", _PUT_OUT[name]) for name in OUT] if self.loop else [])
+
+    @property
+    def parameters(self) -> list[FmuVariable]:
+        """In the plant's order."""
+        known = {name: (number.si, self.rig.specs[name].meaning) for name, number in self.rig.numbers.items()}
+        for effect, _ in resolve(self.rig.effects, self.rig.effect_files):
+            known |= {effect.key(number.name): (number.si, number.meaning) for number in effect.numbers}
+        values = zip(self.plant.parameters, self.plant.p.tolist(), strict=True)
+        return [FmuVariable(name, *known[name], value) for name, value in values]
+
+    @property
+    def delays(self) -> tuple[str | None, ...]:
+        """Parameters of the command's delay, which is what it is."""
+        return self.plant.delay, self.plant.computing
+
+    def _unit(self, output: str) -> str:
+        return self.rig.signal(output).si if output in SIGNALS else "1"
+
+    @cached_property
+    def graphs(self) -> list[ca.Function]:
+        """What fmu.c calls: rates, outputs, their derivatives along a direction, an attempt of a step, an instant."""
+        plant = self.plant
+        x, u, p = (ca.SX.sym(name, plant.f.numel_in(i)) for i, name in enumerate("xup"))
+        dx, du = ca.SX.sym("dx", plant.n), ca.SX.sym("du", u.numel())
+        rates, outputs = plant.f(x, u, p), plant.h(x, u, p)
+        along = ca.jtimes(ca.vertcat(rates, outputs), ca.vertcat(x, u), ca.vertcat(dx, du))
+        graphs = [
+            _graph("plant_rates", [x, u, p], [rates]),
+            _graph("plant_outputs", [x, u, p], [outputs]),
+            _graph("plant_along", [x, u, p, dx, du], ca.vertsplit(along, [0, plant.n, along.numel()])),
+            _named("plant_attempt", adaptive_attempt(plant)),
+        ]
+        return graphs + ([_named("plant_instant", self.loop.shape.instant(plant))] if self.loop else [])
+
+
+def _graph(name: str, arguments: Sequence[ca.SX], results: Sequence[ca.SX]) -> ca.Function:
+    return ca.Function(name, arguments, [ca.densify(result) for result in ca.cse(list(results))])
+
+
+def _named(name: str, graph: ca.Function) -> ca.Function:
+    arguments = graph.sx_in()
+    return _graph(name, arguments, [ca.SX(graph(*arguments))])
+
+
+def _meaning(signal: str) -> str:
+    return SIGNALS[signal].meaning if signal in SIGNALS else signal.replace("_", " ")
+
+
+def fmu_model(rig: Rig, spec: ControllerSpec | None = None) -> FmuModel:
+    """A rig at rest at mid stroke, with a controller and its guard inside where there is one.
+
+    Raises InputError for a rig or a controller that an FMU cannot hold.
+    """
+    plant = build(rig)
+    if spec is None and plant.lateness():
+        late = f"{1e3 * plant.lateness():g} ms"
+        raise InputError(f"rig {rig.name}: its drive holds the command back by {late}; add --controller FILE:NAME")
+    about = equilibrium(plant)
+    return FmuModel(rig, plant, about.x, about.u, None if spec is None else _loop(rig, plant, spec, about.x, about.u))
+
+
+def _loop(rig: Rig, plant: Plant, spec: ControllerSpec, x: np.ndarray, u: np.ndarray) -> FmuLoop:
+    """A controller on sensors without noise, started at an operating point without a bump."""
+    controller = spec.build(rig.period.value)
+    check_sensors(rig, controller.measures)
+    engine, sensors = Engine(plant, back_end="interpreted"), Sensors(rig, plant.outputs, None)
+    measured = sensors.read(engine.observe(x, u))
+    reference = measured[controller.measures[0]]
+    controller.reset(reference, measured, float(u[0]))
+    law = sampled_law(controller)
+    if law is None:
+        raise InputError(f"{spec.name}: is Python code, no law that is data or a graph; an FMU cannot hold it")
+    loop = CompiledLoop(engine, rig, law, sensors, u, law.picked(reference, measured))
+    return FmuLoop(loop.law.shape, loop.numbers[0], loop.state[0], loop.law.durations, reference)

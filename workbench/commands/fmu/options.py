@@ -1,0 +1,56 @@
+"""`jackbench fmu RIG`: its arguments."""
+
+import argparse
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...base.errors import InputError
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig
+from ..common.new_folder import check_new, write_folder
+from ..common.shipped import experiment
+from .compiler import compiler
+
+if TYPE_CHECKING:
+    from ...control.controller_spec import ControllerSpec
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("rig", help="a bundled rig or a rig file")
+    inside = "put a controller of a step experiment inside, sampled, with its delay and the guard"
+    parser.add_argument("--controller", metavar="FILE:NAME", help=inside)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder to make for it (default: RIG-fmu)")
+    parser.set_defaults(call=_fmu)
+
+
+def _fmu(options: argparse.Namespace, _words: list[str]) -> None:
+    compiler()
+    rig, spec = _loop(options) if options.controller else (load_rig(options.rig), None)
+    folder = options.out or Path(f"{rig.name}-fmu")
+    check_new(folder)
+    from .archive import fmu
+    from .model import fmu_model
+
+    model = fmu_model(rig, spec)
+    name = f"{rig.name}-{spec.name}.fmu" if spec else f"{rig.name}.fmu"
+    write_folder(folder, {name: fmu(model, version("jackbench"))})
+    print(
+        f"{folder / name}: {', '.join(variable.name for variable in model.inputs)} in, {len(model.outputs)} signals out"
+    )
+
+
+def _loop(options: argparse.Namespace) -> tuple[Rig, "ControllerSpec"]:
+    """The rig with the experiment's specimen and the controller's delay, and the controller. Raises InputError."""
+    from ...loop.rig_variations import with_delay
+    from ..common.step_experiment import load_steps
+
+    file, _, name = options.controller.rpartition(":")
+    if not file:
+        raise InputError(f"--controller {options.controller}: name an experiment and its controller, FILE:NAME")
+    config = load_steps(experiment(file), options.rig)
+    specs = {spec.name: spec for spec in config.controllers}
+    if name not in specs:
+        raise InputError(f"{file}: no controller {name}; it has {', '.join(specs)}")
+    return with_delay(config.rig, config.conditions.delay(specs[name], config.rig)), specs[name]
