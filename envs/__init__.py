@@ -18,6 +18,7 @@ sensing          readings of the rig's sensors
 observation      the channels of an observation and their full scales
 drives           commands that arrive late
 physics          advance and observe of N lanes: the only place that knows an engine
+picture          an episode so far, drawn
 task             a task's TOML, read strictly; the bundled ones are in tasks/
 speed            steps per second
 """

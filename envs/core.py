@@ -12,7 +12,7 @@ from .lane_guard import LaneGuard, Trip
 from .observation import ObservationEncoder, ObservedChannel
 from .physics import Physics
 from .sensing import LaneSensors
-from .stepped import Stepped
+from .stepped import Present, Stepped
 from .task import Task
 from .timeline import EpisodeSampler
 
@@ -68,6 +68,13 @@ class Core:
     def trip(self) -> np.ndarray:
         """Why lanes were terminated: members of Trip, int8 [N]."""
         return self._guard.trip
+
+    @property
+    def present(self) -> Present:
+        """How the first lane is now."""
+        outputs = self._physics.observe(self.x, self.u, self.p)[0]
+        reference, position = self._reference[self._now[0]], self.x[0, self._position]
+        return Present(*map(float, (reference, outputs[self._controlled], position, self._guard.command[0])))
 
     def reasons(self, lanes: np.ndarray) -> list[str]:
         """Why the lanes of a mask [N] or numbers were terminated, in words."""

@@ -1,27 +1,39 @@
 """One jack as a Gymnasium environment: a shell over a core of one lane."""
 
 from pathlib import Path
-from typing import Any, ClassVar, Generic
+from typing import TYPE_CHECKING, Any, ClassVar, Generic
 
 import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box
 
+from workbench.base.errors import InputError
+from workbench.rigs.rig import Rig
+
 from .single_lane import SingleLaneCore
 from .spaces import action_space, observation_space, refuse_options
 from .stepped import CoreT, Stepped
 from .task import load_task
 
+if TYPE_CHECKING:
+    from .picture import Film
+
+FilmOf = tuple[Rig, str, float]  # rig, controlled signal, s of a step
+
 
 class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
     """What all of them share: a shell over a core of one lane, the episode's inside."""
 
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 25}  # noqa: RUF012
     core: CoreT
 
-    def _wrap(self, core: CoreT, observation: Box) -> None:
+    def _wrap(self, core: CoreT, observation: Box, render_mode: str | None, film: FilmOf) -> None:
+        """Around a core whose film `film` makes, where `render_mode` asks for one. Raises InputError for another."""
         self.core, self.observation_space, self.action_space = core, observation, action_space()
-        self._running = False
+        self._running, self._film, self.render_mode = False, None, render_mode
+        if render_mode is not None:
+            self._film = _film(render_mode, film)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -31,13 +43,22 @@ class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
         super().reset(seed=seed)
         begun = self.core.reset([self.np_random])
         self._running = True
+        if self._film is not None:
+            self._film.begin(self.core.present)
         return begun.observation[0], self._info(begun)
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """One step; see Gymnasium. Raises ResetNeeded when no episode is going on."""
         if not self._running:
             raise ResetNeeded("no episode is going on; call reset() first")
-        return self._step(float(np.asarray(action).item()))
+        answer = self._step(float(np.asarray(action).item()))
+        if self._film is not None:
+            self._film.add(self.core.present)
+        return answer
+
+    def render(self) -> np.ndarray | None:
+        """The jack and its signals so far [height, width, 3] in uint8; None without render_mode="rgb_array"."""
+        return None if self._film is None else self._film.picture()
 
     def _step(self, action: float) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         stepped = self.core.step(np.array([action]))
@@ -52,14 +73,23 @@ class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
         return info
 
 
+def _film(render_mode: str, film: FilmOf) -> "Film":
+    if render_mode != "rgb_array":
+        raise InputError(f'render_mode = {render_mode!r}: must be "rgb_array", or left out')
+    from .picture import Film  # draws with matplotlib, which only pictures wait for
+
+    return Film(*film)
+
+
 class _Jack(OneLane[SingleLaneCore]):
     """What both loops share."""
 
     loop: ClassVar[str]
 
-    def __init__(self, task: str | Path) -> None:
+    def __init__(self, task: str | Path, render_mode: str | None) -> None:
         core = SingleLaneCore(load_task(task, self.loop))
-        self._wrap(core, observation_space(core.channels))
+        rig, step = core.task.rig, core.task.control_periods * core.task.rig.period.value
+        self._wrap(core, observation_space(core.channels), render_mode, (rig, self.loop, step))
 
     def _step(self, action: float) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         fast = self.core.fast_step(action)
@@ -135,6 +165,9 @@ class JackPosition(_Jack):
     action), at an end stop, or when the simulation fails; `info["trip"]` then says why. Truncated when the task's
     `episode` (1 s) is over.
 
+    ## Picture
+    With `render_mode="rgb_array"`, `render()` draws the jack, and what was asked for, came and was commanded so far.
+
     ## Info
     `error` is the true error [m], `command` the realised command [1]; `trip` is only there after a termination.
 
@@ -144,8 +177,8 @@ class JackPosition(_Jack):
 
     loop = "position"
 
-    def __init__(self, task: str | Path = "position") -> None:
-        super().__init__(task)
+    def __init__(self, task: str | Path = "position", render_mode: str | None = None) -> None:
+        super().__init__(task, render_mode)
 
 
 class JackForce(_Jack):
@@ -217,6 +250,9 @@ class JackForce(_Jack):
     action), at an end stop, or when the simulation fails; `info["trip"]` then says why. Truncated when the task's
     `episode` (1 s) is over.
 
+    ## Picture
+    With `render_mode="rgb_array"`, `render()` draws the jack, and what was asked for, came and was commanded so far.
+
     ## Info
     `error` is the true error [N], `command` the realised command [1]; `trip` is only there after a termination.
 
@@ -226,5 +262,5 @@ class JackForce(_Jack):
 
     loop = "force"
 
-    def __init__(self, task: str | Path = "force") -> None:
-        super().__init__(task)
+    def __init__(self, task: str | Path = "force", render_mode: str | None = None) -> None:
+        super().__init__(task, render_mode)

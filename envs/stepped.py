@@ -26,6 +26,15 @@ class Stepped(NamedTuple):
         return {"error": self.error, "command": self.command, **self.more}
 
 
+class Present(NamedTuple):
+    """How the first lane is now, true: reference and controlled signal [m or N], position [m], command [1]."""
+
+    reference: float
+    controlled: float
+    position: float
+    command: float
+
+
 class LaneCore(Protocol):
     """The episodes of N lanes, which share nothing: each is a function of its generator and its actions."""
 
@@ -39,6 +48,11 @@ class LaneCore(Protocol):
 
     def restart(self) -> Stepped:
         """Begin the next episode of the lanes that the last step ended, at once; the others stay where they are."""
+        ...
+
+    @property
+    def present(self) -> Present:
+        """How the first lane is now."""
         ...
 
     def reasons(self, lanes: np.ndarray) -> list[str]:

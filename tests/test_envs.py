@@ -18,6 +18,7 @@ from envs.references import Range
 from envs.registration import IDS
 from envs.single import JackForce, JackPosition
 from envs.task import bundled, load_task
+from workbench.base.errors import InputError
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import save_rig
@@ -162,3 +163,27 @@ def test_numbers_of_effects_are_drawn_within_their_bounds(rig, written, tmp_path
     core.reset([np.random.default_rng(i) for i in range(30)])
     drawn = core.p[:, core.plant.parameters.index("jack.friction.Fc")]
     assert 500 <= drawn.min() < 900 < 1600 < drawn.max() <= 2000
+
+
+# pictures
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_pictures_show_the_jack_and_grow_with_the_episode(name):
+    env = gymnasium.make(name, render_mode="rgb_array", disable_env_checker=True)
+    env.reset(seed=0)
+    first = env.render()
+    assert isinstance(first, np.ndarray)
+    assert (first.dtype, first.shape[2]) == (np.uint8, 3)
+    for _ in range(20):
+        env.step(np.array([0.01], np.float32))
+    later = env.render()
+    assert isinstance(later, np.ndarray)
+    assert later.shape == first.shape
+    assert (later != first).any()
+
+
+def test_no_picture_without_its_mode(position):
+    assert position.render() is None
+    with pytest.raises(InputError, match="render_mode = 'human'"):
+        JackPosition(render_mode="human")

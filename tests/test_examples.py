@@ -31,5 +31,5 @@ def test_an_example_is_short_and_has_its_line_in_the_readme(script):
     assert f"| `{script.name}` |" in (FOLDER / "README.md").read_text()
 
 
-def test_there_are_thirteen():
-    assert len(SCRIPTS) == 13
+def test_there_are_fourteen():
+    assert len(SCRIPTS) == 14

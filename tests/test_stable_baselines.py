@@ -1,7 +1,9 @@
 """Stable-Baselines3 on the native vector environment: the same as its own way over single ones."""
 
+import runpy
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from test_vector_env import actions_of, short
 from envs.single import JackPosition
 from envs.vector import JackPositionVector
 from workbench.base.errors import InputError
+from workbench.commands.common.step_experiment import load_steps
+from workbench.commands.robustness.config import load_robustness
 
 
 @pytest.fixture
@@ -63,3 +67,14 @@ def test_without_it_one_line_says_what_to_install():
     code = "import sys; sys.modules['stable_baselines3'] = None; import envs.stable_baselines"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert "InputError: Stable-Baselines3 is not installed; pip install 'jackbench[rl]'" in done.stderr
+
+
+@pytest.mark.usefixtures("sb3")
+def test_the_example_trains_and_leaves_what_run_and_robustness_take(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    script = Path(__file__).parents[1] / "examples" / "rl" / "ppo_on_p_dp.py"
+    monkeypatch.setattr(sys, "argv", [str(script), "1"])  # a rollout is the least
+    runpy.run_path(str(script), run_name="__main__")
+    assert "| p-dp + PPO |" in capsys.readouterr().out
+    assert "network 9-16-16-1" in repr(load_steps("out/ppo/trained.toml").controllers[0])
+    assert len(load_robustness("out/ppo/robustness.toml").controllers) == 1

@@ -5,5 +5,6 @@ task             law, plants, scenarios, weights and goals of a train experiment
 core             the closed loops of N lanes, compiled
 past             what a policy is shown: the error, and samples of the past
 score            settling, overshoot and IAE, charged while they grow
+baselines        episodes under other controllers and policies
 export           an actor of Stable-Baselines3 as policy.npz, with the experiment that runs it
 """

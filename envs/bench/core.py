@@ -10,7 +10,7 @@ from workbench.loop.guard_numbers import trip_reason
 from workbench.loop.sampled_loop import SIMULATION_FAILED
 from workbench.loop.sensors import Sensors
 
-from ..stepped import Stepped
+from ..stepped import Present, Stepped
 from .past import LanePasts
 from .score import TRIP, LaneScores
 from .task import BenchTask
@@ -76,6 +76,12 @@ class BenchCore:
         truncated = ~terminated & (self._now >= self._last)
         self._waiting = terminated | truncated
         return self._stepped(rewards, terminated, truncated)
+
+    @property
+    def present(self) -> Present:
+        """How the first lane is now."""
+        position, command = self.position[0], self._state[0, self._compiled.shape.state["command"].start]
+        return Present(*map(float, (position + self._error[0], position, position, command)))
 
     def reasons(self, lanes: np.ndarray) -> list[str]:
         """Why lanes were terminated, in words."""

@@ -54,6 +54,9 @@ class JackBench(OneLane[BenchCore]):
     `info["is_success"]`, at the end: no trip, and a step that settled and went over by no more than the experiment's
     `overshoot_percent` (2.5 %).
 
+    ## Picture
+    With `render_mode="rgb_array"`, `render()` draws the jack, and what was asked for, came and was commanded so far.
+
     ## Info
     `error`: the true one [m]; `command`: the realised one [1]; `settling` [s] and `overshoot` [%] so far.
 
@@ -69,13 +72,15 @@ class JackBench(OneLane[BenchCore]):
         limit: float = 0.1,
         error: float = 0.01,
         pressure: float = 5e6,
+        render_mode: str | None = None,
     ) -> None:
         """`decision` in s, a multiple of the control period, `error` in m, `pressure` in Pa.
 
         Raises InputError for an experiment that is no train experiment of steps of position and loads.
         """
         policy = silent_policy(error, pressure, past, limit, decision)
-        self._wrap(BenchCore(load_bench_task(experiment, policy), 1), _observation(past))
+        core = BenchCore(load_bench_task(experiment, policy), 1)
+        self._wrap(core, _observation(past), render_mode, (core.task.plants.rig, "position", decision))
 
 
 class JackBenchVector(Lanes[BenchCore]):

@@ -48,6 +48,14 @@ def svg_text(figure: Figure) -> str:
     return text.getvalue()
 
 
+def pixels(figure: Figure) -> np.ndarray:
+    """The figure as red, green and blue [height, width, 3], uint8."""
+    with mpl.rc_context(_STYLE):
+        canvas = FigureCanvasAgg(_draw(figure, looks([figure])))
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+
+
 def _save(figure: Figure, target: Path | StringIO, kind: str, look: Mapping[str, Look] | None) -> None:
     with mpl.rc_context(_STYLE):
         canvas = _draw(figure, look or looks([figure]))
