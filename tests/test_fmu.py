@@ -164,23 +164,28 @@ def test_model_exchange_by_cvode_follows_the_engine(plant_fmu):
 
 
 @needs_compiler
-def test_a_loop_inside_is_the_sampled_loop_however_long_the_steps_are(loop_fmu, steps, tmp_path):
-    """The command arrives 0.3 ms late, inside a period."""
+@pytest.mark.parametrize(("size", "tripped"), [(0.01, False), (0.5, True)])
+def test_a_loop_inside_is_the_sampled_loop_however_long_the_steps_are(loop_fmu, steps, tmp_path, size, tripped):
+    """The command arrives 0.3 ms late, inside a period; a step beyond the stroke makes the guard trip."""
     config = load_steps(steps)
     rig = with_delay(config.rig, config.conditions.delay(config.controllers[0], config.rig))
     plant = build(rig)
-    reference = np.where(np.arange(200) < 20, 0.0, 0.01)
+    reference = np.where(np.arange(1000) < 20, 0.0, size)
     loop = SampledLoop(Engine(plant), rig, config.controllers[0].build(PERIOD), equilibrium(plant))
-    run = loop.run(reference).record.signals
+    played = loop.run(reference)
+    run = played.record.signals
+    assert (played.tripped is not None) == tripped
     for periods in (1, 5):
-        slave = Slave(loop_fmu, tmp_path / str(periods))
-        for k in range(0, 200, periods):
+        slave, trip = Slave(loop_fmu, tmp_path / str(periods)), 0.0
+        for k in range(0, len(reference), periods):
             position, pressure = slave.get("position", "pa")
-            assert position == pytest.approx(run["position"][k], abs=1e-6 * 0.01)
+            assert position == pytest.approx(run["position"][k], abs=1e-6 * size)
             assert pressure == pytest.approx(run["pa"][k], abs=1e-6 * np.ptp(run["pa"]))
             slave.set(reference=reference[k])
             slave.fmu.doStep(k * PERIOD, periods * PERIOD)
-            assert slave.get("sent", "trip") == pytest.approx([run["command"][k + periods - 1], 0.0], abs=1e-6)
+            sent, trip = slave.get("sent", "trip")
+            assert sent == pytest.approx(run["command"][k + periods - 1], abs=1e-6)
+        assert (trip > 0) == tripped
 
 
 @needs_compiler
