@@ -23,6 +23,7 @@ from distributed import Client, Scheduler, Worker
 
 from workbench.base.checkpoint import no_checkpoint
 from workbench.base.cluster import Cluster, cluster_at
+from workbench.base.installation import installation
 from workbench.base.process_pool import ProcessPool, process_pool
 
 _EMPTY, _LONG, _ROUNDS = 1000, 1.0, 10  # empty tasks; s of a long one; long ones a worker
@@ -38,6 +39,7 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
     address, fork = f"tcp://127.0.0.1:{port}", multiprocessing.get_context("fork")
     parts = [(_schedules, address), *[(_works, address)] * workers]
     started = [fork.Process(target=_serves, args=part, daemon=True) for part in parts]
+    installation()  # worked out once: 64 machines would each do it by themselves
     for process in started:
         process.start()
     try:
