@@ -26,6 +26,7 @@ HELD = re.compile(r"^<!-- held: (jackbench [^:]+): ([^>]+?) -->$", re.MULTILINE)
 NOT_HELD = {
     "How often is a trace right?": "more than an hour",
     "Sessions": "fits of minutes, and data not shipped",
+    "Training a policy": "three searches of minutes; what the best of them does is held",
     "A search": "each search takes up to 80 s; one of them is held, and the bench holds what all of them left",
     "Speed": "times, different in each run",
     "A real rig: what its free run shows": "what a trace of several effects found: minutes, and data not shipped",

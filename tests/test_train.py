@@ -51,6 +51,11 @@ def test_a_training_leaves_what_run_takes(tmp_path, monkeypatch, capsys):
     (trained,) = load_config(tmp_path / "out" / "trained.toml").controllers
     assert trained.compensators[-1].design.network.numbers.tolist() == metrics["best"]["weights"]
     assert main(["run", "out/trained.toml", "--out", "run"]) == 0
+    head, _, _ = (EXPERIMENTS / "robustness.toml").read_text().partition("[from]")
+    (tmp_path / "robust.toml").write_text(head + '[from]\n"out/trained.toml" = ["p-dp"]\n')
+    assert main(["robustness", "robust.toml", "--plants", "20", "--out", "robust"]) == 0
+    (row,) = json.loads((tmp_path / "robust" / "metrics.json").read_text())["rows"]
+    assert row["unstable"] == row["tripped"] == 0
 
 
 def test_the_start_is_the_law_itself(tmp_path):

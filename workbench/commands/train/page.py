@@ -123,7 +123,7 @@ def _any_cost(run: Run) -> bool:
 
 def _runs(runs: Sequence[Run]) -> Table:
     lines = [
-        [run.seed, len(run.trials), run.nearest.number, run.verdict.cost, run.verdict.missed or ""] for run in runs
+        [run.seed, len(run.trials), run.nearest.number + 1, run.verdict.cost, run.verdict.missed or ""] for run in runs
     ]
     heads = ["seed", "evaluations", "best at", "cost on all drawn plants [1]", "misses"]
     return Table("Runs", heads, lines)

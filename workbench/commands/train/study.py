@@ -86,9 +86,12 @@ def _files(config: TrainConfig, best: Run) -> dict[str, str | bytes]:
     """trained.toml, the weights beside it, and the rig where that is no bundled one."""
     is_bundled = config.rig_name in bundled()
     table = config.step_table(best.nearest.values, config.rig_name if is_bundled else "rig.toml")
-    note = f"# {config.name} as trained: evaluation {best.nearest.number} of {config.trials} from seed {best.seed}.\n"
+    place = f"evaluation {best.nearest.number + 1} of {config.trials} from seed {best.seed}"
     policy = config.trained(best.nearest.values).packed()
-    files: dict[str, str | bytes] = {POLICY_FILE: policy, "trained.toml": note + toml_text(table)}
+    files: dict[str, str | bytes] = {
+        POLICY_FILE: policy,
+        "trained.toml": f"# {config.name} as trained: {place}.\n" + toml_text(table),
+    }
     return files if is_bundled else {**files, "rig.toml": rig_text(config.start.rig)}
 
 
