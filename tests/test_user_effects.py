@@ -11,7 +11,7 @@ from workbench.base.errors import InputError
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.plant import build
-from workbench.plant.effects import LIBRARY, find, known_effects, load_effects, resolve
+from workbench.plant.effects import find, known_effects, load_effects, resolve
 from workbench.rigs.rig_file import load_rig, save_rig
 
 DRAG = '''
@@ -101,7 +101,7 @@ def test_states_and_further_slots_and_own_formulas_of_known_names(written, rig):
     assert Engine(plant, back_end="interpreted").run(equilibrium(plant).x, t, u).ok
     assert find("jack.friction", "mine", [path]).source == "our own"
     assert find("jack.friction", "", [path]).formula == "coulomb"
-    assert len(known_effects([path])) == len(LIBRARY) + 2
+    assert len(known_effects([path])) == len(known_effects()) + 2
 
 
 def test_paths_are_beside_the_rig_and_stay(written, with_files, tmp_path, monkeypatch):

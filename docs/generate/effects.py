@@ -3,7 +3,7 @@
 import inspect
 from itertools import groupby
 
-from workbench.plant.effects import LIBRARY, Effect
+from workbench.plant.effects import LIBRARY, PUMP_LIBRARY, Effect
 
 from .markdown import code, number, page, plain, table
 
@@ -27,7 +27,7 @@ Fc = {value = 0.6, unit = "kN"}
 def pages() -> dict[str, str]:
     """The page of the effects."""
     parts = []
-    for name, formulas in groupby(LIBRARY, key=lambda effect: effect.name):
+    for name, formulas in groupby((*LIBRARY, *PUMP_LIBRARY), key=lambda effect: effect.name):
         parts += [f"## {name}", *(part for effect in formulas for part in _formula(effect))]
     return {"effects.md": page("Effects", _INTRODUCTION, *parts)}
 

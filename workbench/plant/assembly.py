@@ -160,13 +160,15 @@ class Assembly:
         self._delay: str | None = None
         self._interpolated = False
         self._effects = effects
+        self._shifts: dict[str, list[str]] = {}
         self._acting: set[str] = set()
         for effect, values in effects:
             self._add_effect(effect, values)
 
     def __getitem__(self, name: str) -> ca.SX:
-        """The symbol of a number of the rig."""
-        return self._p[name]
+        """The symbol of a number of the rig, with what shifts it."""
+        shifts = [self._p[key] for key in self._shifts.get(name, ())]
+        return sum(shifts, start=self._p[name]) if shifts else self._p[name]
 
     def __contains__(self, name: str) -> bool:
         """Whether the rig has this number."""
@@ -231,6 +233,8 @@ class Assembly:
         for given in effect.inputs:
             key = effect.key(given.name)
             self._effect_inputs[key] = (Variable(key, given.unit, given.scale), ca.SX.sym(key))
+        if effect.shifts:
+            self._shifts.setdefault(effect.shifts, []).append(effect.key(effect.numbers[0].name))
         if effect.delay:
             self._delay, self._interpolated = effect.key(effect.delay), effect.interpolated
 

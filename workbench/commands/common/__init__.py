@@ -13,6 +13,7 @@ designs, rig_out, columns    commands that print of each controller; that leave 
 sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them
 sessions, session_fit    groups of records that differ in a number of the rig; numbers that sessions have to themselves
 numbers             numbers for metrics.json
+wrong_numbers       described numbers that records contradict
 scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 fitted_plant        what a report says of a plant that was fitted to a frequency response
 judged              in words: the delay and the noise that loops were judged with

@@ -17,6 +17,7 @@ from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
 from .numbers import finite
 from .session_fit import numbers_in_sessions, session_fits
+from .wrong_numbers import corrected
 
 UNSEEN = 0.8  # of the declared range: a 95 % interval that is not shorter says that the records do not tell
 Interval = list[float | None]
@@ -162,7 +163,8 @@ def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequen
 def rig_as_fitted(rig: Rig, source: str, fit: Fit, effects: Sequence[Effect], files: Sequence[str] = ()) -> Rig:
     """The rig with the numbers of a fit to `source`, and with effects whose numbers it has too."""
     numbers = {entry.number.name: _as_fitted(entry, source) for entry in fitted(rig, fit)}
-    uses = tuple(_use(effect, fit, f"fitted to {source}") for effect in effects)
+    numbers |= corrected(rig, fit, effects, source)
+    uses = tuple(_use(effect, fit, f"fitted to {source}") for effect in effects if not effect.shifts)
     return replace(
         rig,
         name=f"{rig.name}-{source}",

@@ -1,9 +1,10 @@
 """`jackbench trace CAMPAIGN`: the residual of a campaign, traced to what the model lacks.
 
 answer, metrics           the answer as an object and as plain numbers
+alike                     what explains as much as another value of a described number
 shape                     what an unknown disturbance looks like
 law_curves, learned_page  what was learned: curves and gains with their band, beside the library's formulas
 detectability             what would show if it were there
-words, tables, figures    what the report is made of
+words, pump_words, tables, figures    what the report is made of
 sheets, sheet_page        the same of frequency-response sheets
 """

@@ -14,22 +14,30 @@ from ..common.fit_result import base_intervals, effect_intervals
 from ..common.numbers import finite
 from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json
+from ..common.wrong_numbers import WrongNumber, wrong_numbers
 
 Both = tuple[Sequence[Prediction], Sequence[Prediction]]
 
 
 def trace_json(trace: Trace) -> dict[str, Any]:
     """The answer by the keys of trace.json."""
-    names = [fit.candidate.effect.name for fit in trace.effects]
+    names = [fit.candidate.effect.name for fit in trace.effects if not fit.candidate.effect.shifts]
     return {
-        "verdict": trace.verdict,
+        "verdict": trace.verdict if names or not trace.effects or trace.verdict != "named" else "none",
         "effects": [*names, *trace.tied] if trace.verdict == "tied" else names,
         "equation": trace.equation,
         "ranking": [_ranked(trace, fit, share) for fit, share in ranking(trace)],
         "chi2": dict(zip(("before", "after"), map(finite, trace.chi2), strict=True)),
         "rms": rms_of(trace.problem.floor, *compared(trace)),
         "learned": [_learned(shape) for shape in trace.learned],
+        "numbers": [wrong.json() for wrong in numbers_of(trace)],
     }
+
+
+def numbers_of(trace: Trace) -> list[WrongNumber]:
+    """The described numbers that the records contradict."""
+    effects = [fit.candidate.effect for fit in trace.effects]
+    return wrong_numbers(trace.problem.rig, trace.named.fit, effects)
 
 
 def _learned(shape: LearnedShape) -> dict[str, Any]:

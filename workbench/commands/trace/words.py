@@ -8,7 +8,9 @@ from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...plant.effects import Effect
 from ..common.fit_result import fitted, not_physical
-from .metrics import ranking
+from .alike import explain_alike
+from .metrics import numbers_of, ranking
+from .pump_words import PUMP_EFFECT
 from .shape import UnexplainedDisturbance
 
 CLUE = 0.5  # R2 below which a signal says nothing of what is missing
@@ -71,18 +73,26 @@ EFFECT = {
     "load.compliance": "the mount or the rod gives",
     "sensor.lag": "the pressure sensors are late",
 }
+ALL_EFFECTS = EFFECT | PUMP_EFFECT
 
 
 def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Sequence[str] | None) -> str:
     """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
     text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
+    text += "".join(f" {wrong.text}{_beside(trace, wrong.number.name)}." for wrong in numbers_of(trace))
     text += _learned(trace)
     ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
     text += "".join(_strange(fit.candidate.effect, trace) for fit in trace.effects)
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
     return text
+
+
+def _beside(trace: Trace, number: str) -> str:
+    """What explains the records as well as another value of a number, and what tells them apart."""
+    alike, equation = explain_alike(trace, number)
+    return f"; {listed(alike)} explains as much, to tell them apart record {RECORD[equation]}" if alike else ""
 
 
 def _strange(effect: Effect, trace: Trace) -> str:
@@ -211,7 +221,7 @@ def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
 def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
     names = [fit.candidate.effect.name for fit in trace.passes[0].accepted]
-    words = listed([EFFECT.get(name, f"{name} acts") for name in names], "or")
+    words = listed([ALL_EFFECTS.get(name, f"{name} acts") for name in names], "or")
     return (
         f"Either {words}: these records cannot tell {listed(names)} apart, each explains "
         f"{_percent(trace.effects[0].judgement.explained)} of what the model misses, and the held-out error falls from "
@@ -273,7 +283,7 @@ def _none(trace: Trace, undetectable: Sequence[str]) -> str:
 def _explains(trace: Trace) -> str:
     """Which effects explain how much."""
     effects = [fit.candidate.effect for fit in trace.effects]
-    words = listed([EFFECT.get(effect.name, f"{effect.name} acts") for effect in effects])
+    words = listed([ALL_EFFECTS.get(effect.name, f"{effect.name} acts") for effect in effects])
     before, after, _ = (errors.chi2 for errors in trace.heldout)
     share = (before - after) / (before - 1)
     verb = "explains" if len(effects) == 1 else "explain together"

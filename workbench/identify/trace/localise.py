@@ -93,7 +93,7 @@ def _gain(
 
 def _unit(parts: Sequence[LinearTimeVaryingModel], period: float) -> float:
     """The amplitude of a disturbance that moves the most sensitive signal by one sigma within 10 ms."""
-    rows = max(1, round(_LENGTH / period))
+    rows = max(2, round(_LENGTH / period))  # an input moves the states of the next row
     most = 0.0
     for part in parts:
         x = np.zeros((*part.b.shape[:1], part.b.shape[2], part.b.shape[3]))

@@ -17,6 +17,7 @@ from .shortlist import Shortlist, score_effects, unpacked_shortlist
 from .stored import packed_candidate, packed_refit, unpacked, unpacked_candidate
 
 NAMES = 4  # effects on the shortlist
+NUMBERS = 2  # and described numbers that may be others
 _BESIDE = 2  # beside effects added before: about a fit that lacks little a score says what a refit will
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is a rival of the best
 _RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
@@ -32,12 +33,26 @@ def run_pass(
 ) -> Pass:
     """Shortlist, refit and judge against the misfit of `before`; an effect that explains `share` of it is accepted."""
     names = [effect.name for effect in model_fit.effects]
-    library = [effect for effect in context.library if effect.name not in names]
+    library = [effect for effect in context.library if effect.name not in names and _may_be(effect, model_fit)]
     shortlist = _shortlist(context, number, model_fit, library)
     tried = _Refits(context, number, model_fit, before).of(shortlist.ranked)
     best = decide.named([candidate_fit.judgement for candidate_fit in tried], share)
     accepted = tuple(next(fit for fit in tried if fit.judgement is judgement) for judgement in best)
     return Pass(model_fit, shortlist.ranked, shortlist.compared, shortlist.cosines, shortlist.pairs, tried, accepted)
+
+
+def _shortest(able: Ranked, most: int) -> list[str]:
+    """The first names of effects, and of described numbers that may be others."""
+    effects, numbers = (
+        list(dict.fromkeys(c.effect.name for c, _ in able if bool(c.effect.shifts) is shifts))
+        for shifts in (False, True)
+    )
+    return [*effects[:most], *numbers[:NUMBERS]]
+
+
+def _may_be(effect: Effect, model_fit: FittedModel) -> bool:
+    """Whether a candidate that shifts a number may: only one that went to an end of its range is contradicted."""
+    return not effect.shifts or effect.shifts in model_fit.fit.at_bounds
 
 
 def _shortlist(context: TraceContext, number: int, model_fit: FittedModel, library: Sequence[Effect]) -> Shortlist:
@@ -81,7 +96,7 @@ class _Refits:
         least = min(_FAINT, _RIVAL * ranked[0][1]) if ranked else _FAINT
         able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > least]
         most = _BESIDE if self._model_fit.known and not self._context.several else NAMES
-        names = list(dict.fromkeys(candidate.effect.name for candidate, _ in able))[:most]
+        names = _shortest(able, most)
         planned: list[tuple[Candidate, float]] = []
         for name in names:
             own = [pair for pair in able if pair[0].effect.name == name]

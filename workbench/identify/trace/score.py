@@ -6,6 +6,7 @@ cosines between the g of two effects say what a campaign can tell apart, before 
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +21,7 @@ from ..fit.solver import Fit
 from ..fit.windows import Windows
 
 STRENGTHS = (0.03, 0.3, 2.0)  # of typical: an effect that is not linear in its strength shows at one of them
-_TELLING = 12  # windows: 6 s
+_TELLING, _LONGEST = 12, 30.0  # windows: 6 s; of longer ones as many as last 30 s
 _SMALLEST, _LARGEST = 0.2, 5.0  # how far beyond a tried strength the fit may be started
 
 
@@ -98,8 +99,14 @@ class NuisanceProjection:
         ]
         numbers = self._without_states([whole[..., n:] for whole in slopes])
         self._numbers = np.concatenate([part.reshape(-1, part.shape[-1]) for part in numbers])
-        size = np.linalg.norm(self._numbers, axis=0)
-        self._basis = np.linalg.svd(self._numbers / np.maximum(size, 1e-300), full_matrices=False)[0]
+        self._names = [free.name for free in fit.free]
+        self._basis = _basis(self._numbers)
+
+    def without(self, number: str) -> "NuisanceProjection":
+        """The same where a number stays as it is: what shifts it is no nuisance then."""
+        others = copy(self)
+        others._basis = _basis(self._numbers[:, [name != number for name in self._names]])
+        return others
 
     def __call__(self, change: Sequence[np.ndarray]) -> np.ndarray:
         """What is left of a change [w, rows, signals] of every group, as one vector."""
@@ -111,12 +118,19 @@ class NuisanceProjection:
         return [p - x @ (inverse @ p) for p, x, inverse in zip(parts, self._states, self._inverse, strict=True)]
 
 
+def _basis(numbers: np.ndarray) -> np.ndarray:
+    """An orthonormal basis [samples, k] of what numbers can do [samples, k]."""
+    size = np.linalg.norm(numbers, axis=0)
+    return np.linalg.svd(numbers / np.maximum(size, 1e-300), full_matrices=False)[0]
+
+
 def score(
     rig: Rig, known: Sequence[Effect], effect: Effect, base: Model, windows: Windows, fit: Fit, rest: NuisanceProjection
 ) -> Score:
     """The score of one effect beside those that are `known` already, about a fit of the model `base`."""
     model = model_with(rig, (*known, effect), windows.names, brief=True, sessions=base.sessions)
     plain = base.errors(windows, fit.x0, fit.p)
+    rest = rest.without(effect.shifts) if effect.shifts else rest
     left = rest(plain)
     changes = (
         (tried, effect_change(model, base, windows, fit, effect, tried.numbers(), plain)) for tried in _tried(effect)
@@ -130,7 +144,9 @@ def score(
 
 def worst_windows(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
     """The windows where a fit is most wrong, and the fit in them: no need to try an effect on all."""
-    keep = np.sort(np.argsort(-fit.squares, kind="stable")[:_TELLING])
+    lasts = float(np.median([np.ptp(group.t[0]) for group in windows.groups]))
+    telling = min(_TELLING, max(1, round(_LONGEST / lasts)))
+    keep = np.sort(np.argsort(-fit.squares, kind="stable")[:telling])
     return windows.some(keep.tolist()), replace(fit, x0=fit.x0[keep], squares=fit.squares[keep])
 
 

@@ -14,7 +14,8 @@ def best_of_several(
     """The effect that explains most of the fitted records, if that is enough; of its formulas the best on all.
 
     While others are missing, the right effect may make held-out records worse: what the numbers had made up for it
-    is gone. Its formula is chosen on fitted and held-out records together, within TIED with the fewest numbers.
+    is gone. Its formula is chosen on fitted and held-out records together, within TIED with the fewest numbers. A
+    described number that explains as much is named before any effect.
     """
     enough = decide.BIC * problem.kappa
     real = [refit for refit in refits if refit.model_fit and not is_switched_off(refit.model_fit)]
@@ -24,6 +25,10 @@ def best_of_several(
     best, squares = min(able, key=_train_squares), float(before.fit.squares.sum())
     if squares - _train_squares(best) < decide.ONE_OF_SEVERAL * (squares - before.fit.samples):
         return None
+    alike = decide.TIED * (squares - before.fit.samples)
+    numbers = [r for r in able if r.candidate.effect.shifts and _train_squares(r) <= _train_squares(best) + alike]
+    if numbers:
+        return min(numbers, key=_all_squares)
     own = [refit for refit in able if refit.judgement.name == best.judgement.name]
     tied = decide.TIED * (squares + before.squares - before.fit.samples - before.samples)
     near = [refit for refit in own if _all_squares(refit) <= min(map(_all_squares, own)) + tied]

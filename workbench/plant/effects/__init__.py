@@ -13,14 +13,17 @@ drive, lag, pilot           of the drive and the pilot stage
 lands, supply, leakage, air    of the flows
 friction, load, compliance    of the forces
 sensor                      of the pressure transducers
+numbers                     described numbers that are others, as candidates beside the effects
+pump_drive, pump_load       of pump drives, of what they move and of what measures it
 """
 
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
 from .grammar import FormulaShape, formula_shape, refine
-from .known import LIBRARY, applies, declared_numbers, find, known_effects, load_effects, resolve
+from .known import LIBRARY, PUMP_LIBRARY, applies, declared_numbers, find, known_effects, load_effects, resolve
 from .learned_pieces import learned
 from .natural import natural_samples
+from .numbers import number_effects
 from .options import refine_at, refinements, start_from
 from .shapes import StaticCurve, small_signal, static_curve
 from .slots import SLOTS, Slot, valves_with
@@ -28,6 +31,7 @@ from .slots import SLOTS, Slot, valves_with
 __all__ = [
     "EQUATIONS",
     "LIBRARY",
+    "PUMP_LIBRARY",
     "SLOTS",
     "Effect",
     "EffectInput",
@@ -47,6 +51,7 @@ __all__ = [
     "load_effects",
     "natural_samples",
     "number",
+    "number_effects",
     "refine",
     "refine_at",
     "refinements",

@@ -60,15 +60,17 @@ def effect(
     states: tuple[EffectState, ...] = (),
     family: str = "",
     also: Mapping[str, Law] | None = None,
+    kinds: tuple[str, ...] = (),
 ) -> Callable[[Law], Effect]:
-    """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots.
+    """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots, `kinds`
+    those of valve on whose rigs alone it is sought.
 
     Raises InputError for a name, equation, slot or number that cannot be.
     """
 
     def declare(law: Law) -> Effect:
         laws = {slot: law, **(also or {})}
-        new = Effect(name, formula, equation, source, shows, laws, numbers, states, family=family)
+        new = Effect(name, formula, equation, source, shows, laws, numbers, states, family=family, kinds=kinds)
         check(new)
         return new
 

@@ -70,7 +70,9 @@ class Effect:
 
     `equation` is the one of EQUATIONS that lacks it, `family` the effects that look alike, `shows` the excitation that
     shows it. `delay` names the number by which the plant's command is late: whoever feeds the plant holds it back;
-    where it is `interpolated`, the plant holds the mean over each period of what arrives in it.
+    where it is `interpolated`, the plant holds the mean over each period of what arrives in it. `kinds` are those of
+    valve on whose rigs alone it is sought; without, all that have its slots. `shifts` names a number of the rig to
+    which its first number is added: no effect, but a number that the rig file has wrong.
     """
 
     name: str
@@ -85,6 +87,8 @@ class Effect:
     family: str = ""
     delay: str = ""
     interpolated: bool = False
+    kinds: tuple[str, ...] = ()
+    shifts: str = ""
 
     def key(self, name: str) -> str:
         """The name that a number or state of this effect has inside a plant."""
@@ -108,7 +112,8 @@ class Effect:
     @property
     def valves(self) -> frozenset[str]:
         """The kinds of valve whose plant has all the slots of this effect."""
-        return valves_with(self.laws)
+        able = valves_with(self.laws)
+        return able & set(self.kinds) if self.kinds else able
 
 
 class Scope:

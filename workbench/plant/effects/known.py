@@ -11,7 +11,7 @@ from ...base.files import read_bytes
 from ...base.units import from_si, to_si
 from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
-from . import air, compliance, drive, friction, lands, leakage, load, pilot, sensor, supply
+from . import air, compliance, drive, friction, lands, leakage, load, pilot, pump_drive, pump_load, sensor, supply
 from .curves import check_knots
 from .decorator import check, declared
 from .effect import Effect, EffectNumber
@@ -20,6 +20,9 @@ from .learned_pieces import find_learned
 
 _MODULES = (drive, pilot, friction, lands, supply, air, leakage, load, compliance, sensor)
 LIBRARY: tuple[Effect, ...] = declared(value for module in _MODULES for value in vars(module).values())
+
+PUMP_LIBRARY: tuple[Effect, ...] = declared(value for of in (pump_drive, pump_load) for value in vars(of).values())
+"""What pump drives show besides."""
 
 
 def applies(effect: Effect, rig: Rig) -> bool:
@@ -32,7 +35,7 @@ def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:
 
     Raises InputError as `load_effects`, and for a formula that is there twice.
     """
-    effects = {(effect.name, effect.formula): effect for effect in LIBRARY}
+    effects = {(effect.name, effect.formula): effect for effect in (*LIBRARY, *PUMP_LIBRARY)}
     for path in files:
         for effect in load_effects(path):
             if (effect.name, effect.formula) in effects:

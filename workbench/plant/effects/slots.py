@@ -29,6 +29,7 @@ _VALVE = {
     "pump_flow": Slot("flow [m^3/s] that the pump delivers", ("speed", "drop")),
     "delivery_drop": Slot("pressure drop [Pa] over the delivery's valve beyond its cracking pressure", ("drop",)),
     "accumulator": Slot("flow [m^3/s] out of the accumulator's line", ("drop", "pressure")),
+    "gas_stiffness": Slot("pressure [Pa] of the accumulator's gas per volume [m^3] that it is pressed", ("pressure",)),
     "motor_losses": Slot("torque [N m] lost in motor and pump", ("speed", "drop")),
     "hoses": Slot("compliances [m^3/Pa] of the hoses (of A, of B)", ("pa", "pb")),
     "loader": Slot("force [N] of the loading cylinder against extension", ("full", "position", "velocity")),

@@ -13,5 +13,6 @@ def accumulator(b: Assembly, low: ca.SX) -> ca.SX:
     check = b["Kc"] * ca.fmax(low - gas - b["pk"], 0)
     flow = b.slot("accumulator", line - check, drop=gas - low, pressure=gas)
     volume = b["Vg"] * (b["pg"] / gas) ** (1 / b["kg"])
-    b.rate("Pg", -b["kg"] * gas * flow / volume)
+    stiffness = b.slot("gas_stiffness", b["kg"] * gas / volume, pressure=gas)
+    b.rate("Pg", -stiffness * flow)
     return flow

@@ -36,11 +36,23 @@ _SPEED_LOOP = {
     "Kn": Spec("1/(rad/s)", 0.0, 1e3, "proportional gain of the speed loop: share of full voltage per speed error"),
     "Tn": Spec("s", 1e-4, 1e3, "integral time of the speed loop"),
 }
+_FLOW_SLOTS = ("pump_flow", "delivery_drop", "accumulator", "gas_stiffness", "hoses")
+_SLOTS = (*_FLOW_SLOTS, "direction", "motor_losses", "loader")
 PUMP = ValveKind(
     name="pump",
     numbers=_NUMBERS,
     correctors={"speed": {}, "motor": _MOTOR, "speed-loop": _MOTOR | _SPEED_LOOP},
-    slots=("command", "direction", "pump_flow", "delivery_drop", "accumulator", "motor_losses", "hoses", "loader"),
+    slots=(
+        "command",
+        "direction",
+        "pump_flow",
+        "delivery_drop",
+        "accumulator",
+        "gas_stiffness",
+        "motor_losses",
+        "hoses",
+        "loader",
+    ),
     stages=("main",),
     figures={},
 )
