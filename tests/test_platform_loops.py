@@ -18,6 +18,8 @@ from workbench.commands.run.study import study_of
 from workbench.control.platform_controller import Forward, PlatformController, PlatformSpec, Smoothing
 from workbench.linear.crossings import corner_frequency
 from workbench.loop.platform import platform_setup, run_platform
+from workbench.loop.platform.envelope import judge_variations
+from workbench.loop.platform.record import play, road_pose
 from workbench.loop.platform.rows import step_row
 from workbench.loop.platform.sines import platform_sine
 from workbench.loop.platform.steps import AxisStep
@@ -138,11 +140,36 @@ def test_feed_forward_of_a_smooth_reference_takes_the_lag_out(setup):
 
 
 def test_payload_and_centre_of_mass_may_change_under_modal_control(setup):
-    for change in ({"mass": 5000.0}, {"mass": 3000.0}, {"cx": 0.2, "cy": -0.1}):
-        other = platform_setup(CONFIG.rig.with_values(**change), CONFIG.delay)
-        transfer = platform_transfer(other, MODAL.build(PERIOD, setup.directions), F)
-        assert transfer.stable
-        assert transfer.coupling("pitch", "surge", 5.0) < 0.06
+    variations = {"heavy": {"mass": 5000.0}, "light": {"mass": 3000.0}, "aside": {"cx": 0.2, "cy": -0.1}}
+    judged = judge_variations(setup, [P_DP, MODAL], variations, CONFIG.steps[:1], 0)
+    assert [(j.variation, j.controller) for j in judged[:3]] == [
+        ("heavy", "p-dp"),
+        ("heavy", "modal"),
+        ("light", "p-dp"),
+    ]
+    for legs, modal in zip(judged[::2], judged[1::2], strict=True):
+        assert modal.stable
+        assert modal.tripped is None
+        assert modal.settling_s is not None
+        assert modal.settling_s < 0.15
+        assert modal.coupling_percent is not None
+        assert legs.coupling_percent is not None
+        assert modal.coupling_percent < 0.3 * legs.coupling_percent
+    (hopeless,) = judge_variations(
+        setup, [P_DP], {"bare": {"mass": 300.0, "Ixx": 262.0, "Iyy": 262.0, "Izz": 337.0}}, CONFIG.steps[:1], 0
+    )
+    assert not hopeless.stable
+
+
+def test_a_record_is_learned(setup):
+    target = road_pose(setup, AXES.index("pitch"), "C", 15.0, 2.0, (0.5, 8.0), 0.01)
+    weight = setup.platform.geometry.weights[AXES.index("pitch")]
+    assert np.abs(target).max() * weight == pytest.approx(0.01)
+    assert np.abs(target[[0, -1]]).max() == 0.0
+    played = play(setup, P_DP.build(PERIOD, setup.directions), target, 25.0, 3)
+    assert len(played.errors) == 4
+    assert min(played.errors) < 0.15 * played.errors[0]
+    assert played.best.tripped is None
 
 
 def test_one_leg_beyond_its_stroke_stops_all(setup):
@@ -197,6 +224,10 @@ def test_names_of_steps(name, said):
         ('"heave-100mm"', '"heave-100deg"', "in mm"),
         ("amplitude =", "amplitud =", "unknown key"),
         ("frequencies_hz = [1, 5]", "frequencies_hz = [1, 90]", "between 0.1 and 50"),
+        ('{mass = "5 t", Ixx', '{mas = "5 t", Ixx', "unknown key"),
+        ('road = "C"', 'road = "K"', "record.road"),
+        ("band_hz = [0.5, 12]", "band_hz = [12, 5]", "two frequencies"),
+        ("highest_hz = 30", "highest_hz = 3000", "highest_hz"),
     ],
 )
 def test_experiments_are_read_strictly(tmp_path, old, new, said):
@@ -217,6 +248,8 @@ def test_laws_of_another_signal_are_refused(setup):
 def test_the_command_leaves_modes_rows_and_a_page(tmp_path):
     text = re.sub(r"scenarios = .*", 'scenarios = ["surge-10mm"]', EXPERIMENT.read_text())
     path = tmp_path / "own.toml"
+    text = re.sub(r"\"(mass-25|off centre|higher)\" = .*", "", text)
+    text = text.replace("iterations = 4", "iterations = 1").replace('"4 s"', '"1 s"')
     path.write_text(text.replace("frequencies_hz = [1, 5]", "frequencies_hz = [5]"))
     outcome = study_of(load_config(path))(no_checkpoint, lambda what: None)
     metrics = json.loads(json.dumps(outcome.metrics))
@@ -224,6 +257,8 @@ def test_the_command_leaves_modes_rows_and_a_page(tmp_path):
     assert [row["controller"] for row in metrics["rows"]] == ["p-dp", "modal"]
     assert set(metrics["rows"][0]["cross"]) == set(AXES) - {"surge"}
     assert len(metrics["sines"]) == 12
+    assert [row["variation"] for row in metrics["envelope"]] == ["mass+25"] * 2
+    assert [len(row["rms_m"]) for row in metrics["record"]] == [2, 2]
     from workbench.report import render
 
     page = render(outcome.page)

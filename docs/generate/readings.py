@@ -14,7 +14,15 @@ Path: TypeAlias = tuple[str, ...]
 Arguments = Mapping[str, Any]
 _LARGE = 1e12  # a bound from here on is none
 _NAMED = ("scenario", "variation", "controllers", "sensors", "signals", "sessions", "drifts")  # tables of tables
-_OPEN = ("draw", "from", "bounds", "factors", "values", "jack")  # tables whose keys are names of other things
+_OPEN = (
+    "draw",
+    "from",
+    "bounds",
+    "factors",
+    "values",
+    "jack",
+    "variations",
+)  # tables whose keys are names of other things
 _ELSEWHERE = {"controllers": 2, "plant": 1}  # how deep a table is told here; other pages tell the rest
 
 

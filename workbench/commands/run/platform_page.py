@@ -37,6 +37,7 @@ def platform_page(config: PlatformConfig, setup: PlatformSetup, findings: "Platf
             ),
             Section("Steps", [_rows_table(findings.rows), _cross_table(findings.rows), *figures]),
             Section("Transfer", [*_transfers(findings), _sines_table(findings), _coupling_figure(findings)]),
+            *_other_sections(config, findings),
             Section(
                 "Where it can go", [_reach_table(findings), _outline_figure(findings), _worst_table(config, findings)]
             ),
@@ -44,6 +45,40 @@ def platform_page(config: PlatformConfig, setup: PlatformSetup, findings: "Platf
         ],
     )
     return page, _coupling_figure(findings)
+
+
+def _other_sections(config: PlatformConfig, findings: "PlatformFindings") -> list[Section]:
+    """Other payloads and the record, where the experiment has them."""
+    sections = []
+    if findings.envelope:
+        rows = [
+            [j.variation, j.controller, j.stable, j.ms, j.settling_s, j.tripped, j.coupling_percent]
+            for j in findings.envelope
+        ]
+        heads = ["payload", "controller", "stable", "Ms", "settling [s]", "tripped", "surge into pitch at 5 Hz [%]"]
+        steps = ", ".join(step.name for step in config.steps[:3])
+        note = f"Laws, directions and guards as for the declared payload; settling: the largest of {steps}."
+        sections.append(Section("Other payloads", [Table("Other payloads", heads, rows, note)]))
+    if findings.played and config.record:
+        sections.append(Section("A record", _record_items(config, config.record.axis, findings)))
+    return sections
+
+
+def _record_items(config: PlatformConfig, axis: int, findings: "PlatformFindings") -> list[Figure | Table]:
+    curves, errors, weight = [], [], config.rig.geometry.weights[axis]
+    for name, played in findings.played.items():
+        for what, run in (("first", played.first), ("best", played.best)):
+            error = (played.target[: len(run.pose)] - run.pose)[:, axis] * weight
+            curves.append(Curve(f"{name}, {what}", run.t, 1e3 * error))
+        errors.append([name, *(1e3 * error for error in played.errors)])
+    target = next(iter(findings.played.values())).target[:, axis] * weight
+    asked = Curve("reference", np.arange(len(target)) * config.rig.period, 1e3 * target)
+    panels = (Panel("asked [mm]", [asked]), Panel("error [mm]", curves))
+    most = max(len(row) for row in errors)
+    rows = [row + [None] * (most - len(row)) for row in errors]
+    note = "RMS over all axes, angles times the radius of the joints; the poses asked for are corrected in all of them."
+    table = Table("Error [mm]", ["controller", *(f"played {i + 1}" for i in range(most - 1))], rows, note)
+    return [Figure(f"A road along {AXES[axis]}", "t [s]", panels), table]
 
 
 def _verdict(config: PlatformConfig, findings: "PlatformFindings") -> str:

@@ -1,6 +1,6 @@
 """A platform: modes, steps along its axes with what the others do, 6 x 6 transfers, where it can go."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from time import process_time
 from typing import Any
 
@@ -8,8 +8,10 @@ import numpy as np
 
 from ...control.platform_controller import LEGS, PlatformController, PlatformSpec
 from ...linear.platform_modes import PlatformMode, platform_modes
+from ...loop.platform.envelope import Judged, judge_variations
 from ...loop.platform.loop import PlatformRun, run_platform
 from ...loop.platform.reach import PLANES, WorstPose, outline, reach, worst_poses
+from ...loop.platform.record import Played, play, road_pose
 from ...loop.platform.rows import step_row
 from ...loop.platform.setup import PlatformSetup, platform_setup
 from ...loop.platform.sines import PlatformSine, platform_sine
@@ -25,7 +27,7 @@ JUDGED = 5.0  # Hz: at which couplings are told
 @dataclass(frozen=True)
 class PlatformFindings:
     """What was computed: modes, rows of metrics.json, runs by controller and scenario, transfers and sines by
-    controller, the reach along each axis, outlines by plane, worst poses."""
+    controller, the reach along each axis, outlines by plane, worst poses, other payloads, the record by controller."""
 
     modes: list[PlatformMode]
     rows: list[dict[str, Any]]
@@ -35,6 +37,8 @@ class PlatformFindings:
     reach: dict[str, tuple[float, float]]
     outlines: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]
     worst: list[WorstPose]
+    envelope: list[Judged]
+    played: dict[str, Played]
 
 
 def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -53,6 +57,10 @@ def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress)
             runs[spec.name, step.name] = run
             rows.append(step_row(spec.name, step, setup, run, transfers[spec.name]))
         sines[spec.name] = _sines(config, setup, controller, spec)
+    progress("other payloads, record")
+    seed = config.conditions.noise
+    envelope = judge_variations(setup, config.controllers, config.variations, config.steps[:3], seed)
+    played = _played(config, setup)
     progress("workspace")
     findings = PlatformFindings(
         modes,
@@ -63,10 +71,30 @@ def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress)
         reach(config.rig),
         {plane: outline(config.rig, *plane) for plane in PLANES},
         worst_poses(config.rig, config.workspace.box, config.workspace.twist),
+        envelope,
+        played,
     )
     page, picture = platform_page(config, setup, findings)
     metrics = _metrics(findings) | {"timing": {"study_cpu_s": process_time() - began}}
     return Outcome(metrics, page, picture, _tables(findings))
+
+
+def _played(config: PlatformConfig, setup: PlatformSetup) -> dict[str, Played]:
+    if (record := config.record) is None:
+        return {}
+    numbers = record.axis, record.kind, record.speed, record.seconds, record.band, record.peak
+    target = road_pose(setup, *numbers)
+    return {
+        spec.name: play(
+            setup,
+            spec.build(setup.platform.period, setup.directions),
+            target,
+            record.highest,
+            record.iterations,
+            config.conditions.noise,
+        )
+        for spec in config.controllers
+    }
 
 
 def _sines(
@@ -100,6 +128,8 @@ def _metrics(findings: PlatformFindings) -> dict[str, Any]:
             if of != into and transfer.coupling(into, of, JUDGED) > 1e-4
         ],
         "sines": [{"controller": name, **sine.row()} for name, sines in findings.sines.items() for sine in sines],
+        "envelope": [asdict(judged) for judged in findings.envelope],
+        "record": [{"controller": name, "rms_m": played.errors} for name, played in findings.played.items()],
         "reach": {axis: list(ends) for axis, ends in findings.reach.items()},
         "worst": [
             {"quantity": worst.name, "value": worst.value, "unit": worst.unit, "pose": worst.pose.tolist()}
