@@ -27,6 +27,7 @@ from workbench.commands.learn.config import load_learning
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.sines.config import load_sines
+from workbench.commands.train.config import load_train
 from workbench.commands.tune.config import load_tune
 from workbench.records import load_campaign, read_record
 from workbench.records.columns import ColumnMap
@@ -42,6 +43,7 @@ SLOW = ("measured_plant.toml",)  # fits a plant
 LOADERS: dict[str, Callable[[Path], Any]] = {
     **dict.fromkeys(("step", "paper", "corrector"), load_config),
     "tune": load_tune,
+    "train": load_train,
     "bench": load_bench,
     "learn": load_learning,
     "inverse": load_inverse,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_compiled_loop import agree, both, rig_for
 
@@ -230,3 +230,23 @@ def test_on_a_jack_whose_sides_are_alike_steps_to_either_side_are_mirrored():
     for up, down in zip(ups, downs, strict=True):
         np.testing.assert_allclose(up.record.signals["position"], -down.record.signals["position"], atol=1e-8)
         np.testing.assert_allclose(up.record.signals["command"], -down.record.signals["command"], atol=1e-8)
+
+
+@given(st.integers(0, len(SILENT.packed()) - 1), st.integers(0, 255))
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_file_with_another_byte_is_a_network_or_refused_in_one_line(tmp_path, place, byte):
+    content = bytearray(SILENT.packed())
+    content[place] = byte
+    (tmp_path / "mine.npz").write_bytes(content)
+    message = ""
+    try:
+        read_network(tmp_path / "mine.npz")
+    except InputError as error:
+        message = str(error)
+    assert "\n" not in message
+
+
+def test_a_file_that_unpacks_to_too_much_is_refused(tmp_path):
+    np.savez_compressed(tmp_path / "mine.npz", A=np.zeros(3 * 2**20))
+    with pytest.raises(InputError, match="more than 16 MiB unpacked"):
+        read_network(tmp_path / "mine.npz")

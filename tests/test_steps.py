@@ -16,6 +16,7 @@ from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.run.study import study_of
 from workbench.commands.sines.config import load_sines
+from workbench.commands.train.config import load_train
 from workbench.commands.tune.config import load_tune
 from workbench.rigs.datasheet import load_datasheet
 from workbench.rigs.rig_file import load_rig, save_rig
@@ -177,7 +178,8 @@ def test_a_force_needs_a_specimen(tmp_path):
 
 def test_every_shipped_experiment_loads():
     for path in sorted((Path(__file__).parents[1] / "experiments").glob("*.toml")):
-        loaders = {"new-rig": load_datasheet, "bench": load_bench, "tune": load_tune, "robustness": load_robustness,
+        loaders = {"new-rig": load_datasheet, "bench": load_bench, "tune": load_tune, "train": load_train,
+                   "robustness": load_robustness,
                    "learn": load_learning, "inverse": load_inverse, "sines": load_sines,
                    "faults": load_faults}  # fmt: skip
         loaders.get(tomllib.loads(path.read_text())["experiment"], load_config)(path)

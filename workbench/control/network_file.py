@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import Any, cast
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ..base.files import MEBIBYTE, read_bytes
 from .network import SHAPES, Layer, Network
 
 _TEXT, _SQUASHES = ("signals", "squash"), ("tanh", "clip")
-_LARGEST = 16 * MEBIBYTE  # of a file
+_LARGEST = 16 * MEBIBYTE  # of a file, unpacked too
 
 
 def read_network(path: Path) -> Network:
@@ -35,6 +36,9 @@ def read_network(path: Path) -> Network:
 def _arrays(path: Path) -> Mapping[str, np.ndarray]:
     content = read_bytes(path, kind="network", most=_LARGEST)
     try:
+        with ZipFile(BytesIO(content)) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > _LARGEST:
+                raise ValueError(f"more than {_LARGEST // MEBIBYTE} MiB unpacked")
         with np.load(BytesIO(content), allow_pickle=False) as file:
             return {key: file[key] for key in cast(Any, file).files}
     except Exception as error:  # whatever a damaged archive makes numpy and zipfile raise

@@ -52,6 +52,7 @@ def load_train(path: str | Path, rig: str | None = None) -> TrainConfig:
         table = controllers.table(name)
         if "stiffness" in table:
             raise table.complaint("stiffness", "a policy is trained on loops of what is measured; take stiffness out")
+        table.tables("compensators")  # complains of what is no list of tables
         whole[name] = with_policy(table.values, network)
         further += _weights(network, odd, place_of_policy(table.values))
     config = tune_config(top.replaced({**top.values, "controllers": whole}), named, of, tuple(further))
