@@ -25,6 +25,7 @@ from workbench.control.network_law import with_network
 from workbench.loop.batch import run_lanes
 from workbench.loop.sensors import settling_band
 from workbench.loop.step_metrics import overshoot, settling_time
+from workbench.rigs.rig_file import load_rig, save_rig
 
 TRAIN = (Path(__file__).parents[1] / "experiments" / "train_p_dp.toml").read_text()
 
@@ -176,6 +177,19 @@ def test_what_is_saved_runs_as_any_controller(path, tmp_path):
 def test_other_experiments_are_refused(tmp_path, changes, says):
     with pytest.raises(InputError, match=says):
         JackBench(small(tmp_path, **changes))
+
+
+def test_rigs_may_be_files(tmp_path):
+    heavy = load_rig("jack-10t").with_values(M=1600.0)
+    save_rig(heavy, tmp_path / "heavy.toml")
+    task = load_bench_task(small(tmp_path, rigs='["nominal", "heavy.toml"]'), some_policy())
+    masses = task.plants.p[:, task.plants.engine.plant.parameters.index("M")]
+    assert sorted(masses) == [1000.0] * 2 + [1600.0] * 2
+
+
+def test_stable_baselines_checker_is_content(path):
+    checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="stable-baselines3 is not installed")
+    checker.check_env(JackBench(path))
 
 
 def test_decisions_must_be_whole_periods(path):

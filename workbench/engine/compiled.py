@@ -53,8 +53,9 @@ class CompiledPlant:
 
     @cached_property
     def _block(self) -> _Kernel:
-        width = object_cache.vector_width()
-        return self._single if self._brief else _Kernel(self._attempt, self._h, width, self._commands)
+        if self._brief:
+            return self._single
+        return _Kernel(self._attempt, self._h, object_cache.vector_width(), self._commands)
 
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
@@ -272,6 +273,8 @@ def _spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
 
 def _share(call: Callable[[int], None], job: RunJob | OutputJob, lanes: int, rows: int) -> None:
     """Run a job on as many threads as it is worth; each takes the next lane that nobody has."""
+    if not lanes * rows:
+        return
     address = ctypes.addressof(job)
     threads = min(cores(), lanes, 1 + lanes * rows // _WORTH_A_THREAD)
     others = [Thread(target=call, args=(address,)) for _ in range(threads - 1)]
