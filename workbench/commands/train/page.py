@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.units import from_si
 from ...loop.envelope import DRAWN
-from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report import Curve, Figure, Known, Page, Panel, Section, Table
 from ..common.row_table import RowTable
 from ..tune.goals import Trial, Verdict
 from ..tune.page import Runs, goals_table, step_figure
@@ -84,12 +84,12 @@ def _spread(runs: Sequence[Run]) -> str:
 def _unseen(config: TrainConfig, unseen: Unseen) -> Table:
     signal = config.start.signal
     iae = float(from_si(1.0, signal.unit, signal.si) - from_si(0.0, signal.unit, signal.si))
-    keys = ("unstable", "tripped", "settling_p50_s", "settling_p99_s", "settling_worst_s", "overshoot_worst_percent")
-    lines = [
-        [row["scenario"], row["design"], *(row[key] for key in keys), _times(row["iae_mean"], iae), row["ms_worst"]]
-        for pair in _pairs(unseen)
-        for row in pair
-    ]
+    times = ("settling_p50_s", "settling_p99_s", "settling_worst_s")
+    lines = []
+    for row in (row for pair in _pairs(unseen) for row in pair):
+        settling = [None if row[key] is None else Known(row[key], config.start.rig.period.value) for key in times]
+        counts = [row["scenario"], row["design"], row["unstable"], row["tripped"], *settling]
+        lines.append([*counts, row["overshoot_worst_percent"], _times(row["iae_mean"], iae), row["ms_worst"]])
     heads = ["scenario", "design", "unstable", "tripped", "settling, median [s]", "99 % [s]", "slowest [s]"]
     heads += ["overshoot, worst [%]", f"IAE, mean [{signal.unit} s]", "Ms, worst [1]"]
     note = "Drawn as those of the search, by another seed; with noise and computing delay."

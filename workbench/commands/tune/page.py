@@ -101,7 +101,8 @@ def goals_table(trial: Trial) -> Table:
     ]
     note = "Over the rigs of the set at every position, null and moving, and the bad corner of all declared bounds"
     if trial.drawn:
-        note += f", and {trial.drawn} of {DRAWN} drawn plants: those hardest for the designs that led"
+        note += f", and {trial.drawn} of {DRAWN} drawn plants"
+        note += ": those hardest for the designs that led" if trial.drawn < DRAWN else ""
     note += "; linear goals and noise first, then the nonlinear plant without noise."
     return Table("Hard goals", ["goal", "", "worst", "limit", "where"], rows, note)
 
