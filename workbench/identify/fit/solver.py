@@ -184,19 +184,45 @@ def _finished(
     guess: np.ndarray,
     kappa: np.ndarray,
 ) -> Fit:
-    """The fit with its covariance."""
-    x, p, x0, squares = place.x, place.p, place.x0, place.squares
-    low, high, width = ranges(free)
+    """The fit with its covariance, by the exact slopes."""
+    if not np.isfinite(place.squares).all() or not free:
+        return without_slopes(windows, free, place.x, place.p, place.x0, place.squares)
+    slopes = model.slopes(windows, place.x0, place.p, directions(model, free, place.x))
+    normal = accumulate(model, windows, slopes, model.errors(windows, place.x0, place.p), place.x0, guess)
+    return with_slopes(windows, free, (place.x, place.p, place.x0, place.squares), normal, slopes, kappa)
+
+
+def without_slopes(
+    windows: Windows,
+    free: tuple[FreeParameter, ...],
+    x: np.ndarray,
+    p: np.ndarray,
+    x0: np.ndarray,
+    squares: np.ndarray,
+) -> Fit:
+    """A fit of which nothing is known but where it stands: it cannot be simulated there, or moves no number."""
     k, w = len(free), windows.count
-    if not np.isfinite(squares).all() or k == 0:
-        nothing = np.zeros((w, k, k)), np.zeros((w, k))
-        return Fit(free, x, p, x0, squares, windows.samples, np.full((k, k), np.inf), *nothing, ())
-    slopes = model.slopes(windows, x0, p, directions(model, free, x))
-    normal = accumulate(model, windows, slopes, model.errors(windows, x0, p), x0, guess)
+    nothing = np.zeros((w, k, k)), np.zeros((w, k))
+    return Fit(free, x, p, x0, squares, windows.samples, np.full((k, k), np.inf), *nothing, ())
+
+
+def with_slopes(
+    windows: Windows,
+    free: tuple[FreeParameter, ...],
+    place: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    normal: Normal,
+    slopes: Sequence[np.ndarray],
+    kappa: np.ndarray,
+) -> Fit:
+    """The fit at a place (x, p, x0, squares) with its covariance: `slopes` [w, rows * signals, states + k] a group."""
+    x, p, x0, squares = place
+    low, high, width = ranges(free)
+    k = len(free)
     matrices, gradients, carried, _ = normal.reduced()
-    n, scatter = model.plant.n, np.zeros((k, k))
+    scatter = np.zeros((k, k))
     weights = np.sqrt(kappa * max(1.0, float(squares.sum()) / windows.samples))
     for group, whole in zip(windows.groups, slopes, strict=True):
+        n = whole.shape[-1] - k
         reduced = whole[..., n:] - whole[..., :n] @ carried[group.which]
         stretched = reduced * np.tile(weights, reduced.shape[1] // len(weights))[:, None]
         scatter += np.tensordot(stretched, stretched, axes=([0, 1], [0, 1]))

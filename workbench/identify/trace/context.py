@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
-from ...plant.effects import Effect, applies, number_effects
+from ...plant.effects import Effect, applies, number_effects, with_apart
 from . import rule as decide
 from .locate import FaultLocation, locate_fault
 from .problem import EstimationProblem
@@ -87,7 +87,7 @@ def trace_context(
         search = problem.in_blocks()
     elif problem.large:
         search = problem.only(stage("windows", problem.chosen))
-    able = [effect for effect in library if applies(effect, problem.rig)]
+    able = [effect for effect in with_apart(library) if applies(effect, problem.rig)]
     able += number_effects(problem.rig) if several else ()
     with trace_workers(jobs, search, able, files) as workers:
         yield TraceContext(problem, search, able, stage, report_progress, several, workers)

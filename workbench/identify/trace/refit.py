@@ -7,8 +7,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...plant.effects import Effect
-from ..fit.determined import FreeParameter
-from ..fit.free_parameters import Candidate, extend_parameters
+from ..fit.free_parameters import Candidate
 from ..fit.initial_states import free_runs, predicted_states
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
@@ -17,12 +16,12 @@ from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
 from ..fit.windows import Windows
 from . import rule as decide
+from .follow import Follower
 from .problem import EstimationProblem
-from .score import initial_states_with_effect
 from .short_windows import fit_short_windows_first
 
 _REFIT_ROUNDS = 12
-_WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from: the first that does no harm
+_WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from
 _NEAR = (1.0, 0.5, 0.25)  # of that strength: where one with memory that harms at each is sought in short windows
 _GONE = 1e-4  # of the typical strength
 _ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
@@ -210,14 +209,23 @@ def run(problem: EstimationProblem, model: Model, windows: Windows, p: np.ndarra
 
 
 def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidates: Sequence[Candidate]) -> Fit:
-    more = [number for candidate in candidates for number in candidate.free()]
-    free: Sequence[FreeParameter] = (*model_fit.fit.free, *more)
-    for share in _WEAKER:
-        place, p, guess, harmless = _start(problem, model_fit, model, candidates, share)
-        if harmless or share == _WEAKER[-1]:
-            start = np.append(model_fit.fit.x, place)
-            return fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _REFIT_ROUNDS)
-    raise AssertionError("one of the shares is the last")
+    """The fit from the strength at which least is left once numbers and initial states follow it.
+
+    With an effect with memory by secants; where that leaves a misfit, its tangents go on, if they predict better.
+    """
+    follower = Follower(model_fit.model, problem.train, model_fit.fit, model, candidates)
+    start, _ = follower.best(_WEAKER)
+
+    def by_tangents(x: np.ndarray, p: np.ndarray, x0: np.ndarray) -> Fit:
+        return fit_numbers(model, problem.train, follower.free, x, p, x0, problem.kappas, _REFIT_ROUNDS)
+
+    if not any(candidate.effect.has_memory for candidate in candidates):
+        return by_tangents(start.x, start.p, start.x0)
+    gentle = with_selection(problem, model, follower.fit(start, problem.kappas, _REFIT_ROUNDS), ())
+    if gentle.chi2 < decide.CLOSED:
+        return gentle.fit
+    steep = with_selection(problem, model, by_tangents(gentle.fit.x, gentle.fit.p, gentle.fit.x0), ())
+    return min(gentle, steep, key=lambda fitted: fitted.squares).fit
 
 
 def _from_elsewhere(
@@ -232,27 +240,9 @@ def _from_elsewhere(
 
 def _is_lost(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> bool:
     """Whether an effect with memory harms at every strength near its start: a loop hunts on it."""
-    return candidate.effect.has_memory and not any(
-        _start(problem, model_fit, model, (candidate,), share)[-1] for share in _NEAR
-    )
-
-
-def _start(
-    problem: EstimationProblem, model_fit: FittedModel, model: Model, candidates: Sequence[Candidate], share: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
-    """Distances, parameters and initial states at a share of the strength to start from; whether it does no harm."""
-    more = [number for candidate in candidates for number in candidate.free()]
-    offs = [number.off for candidate in candidates for number in candidate.effect.fitted]
-    place = np.array([_toward(f, off, share) for f, off in zip(more, offs, strict=True)])
-    p = numbers_at(model, more, place, extend_parameters(model_fit.model.plant, model_fit.fit.p, model.plant))
-    guess = initial_states_with_effect(model, model_fit.model, problem.train, model_fit.fit.x0, p)
-    squares = sum(float(np.sum(e**2)) for e in model.errors(problem.train, guess, p))
-    return place, p, guess, bool(squares < model_fit.fit.squares.sum())
-
-
-def _toward(free: FreeParameter, off: float | None, share: float) -> float:
-    """The distance of a number that is `share` of the way from off to its start; a number without off stays."""
-    return 0.0 if off is None else (1 - share) * free.normalised(off)
+    if not candidate.effect.has_memory:
+        return False
+    return not Follower(model_fit.model, problem.train, model_fit.fit, model, (candidate,)).best(_NEAR)[1]
 
 
 def _elsewhere(candidate: Candidate) -> Candidate:

@@ -5,7 +5,7 @@ would fall by <g, e>^2/<g, g> if the effect had the strength that fits best (Rao
 cosines between the g of two effects say what a campaign can tell apart, before any refit.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
@@ -21,6 +21,7 @@ from ..fit.solver import Fit
 from ..fit.windows import Windows
 
 STRENGTHS = (0.03, 0.3, 2.0)  # of typical: an effect that is not linear in its strength shows at one of them
+_STEP, _FURTHER = 0.3, 3  # to the next lower strength where the least is too strong, and how many times
 _TELLING, _LONGEST = 12, 30.0  # windows: 6 s; of longer ones as many as last 30 s
 _SMALLEST, _LARGEST = 0.2, 5.0  # how far beyond a tried strength the fit may be started
 
@@ -132,10 +133,14 @@ def score(
     plain = base.errors(windows, fit.x0, fit.p)
     rest = rest.without(effect.shifts) if effect.shifts else rest
     left = rest(plain)
-    changes = (
-        (tried, effect_change(model, base, windows, fit, effect, tried.numbers(), plain)) for tried in _tried(effect)
-    )
-    trials = tuple(_trial(tried, rest(change), left) for tried, change in changes if change is not None)
+
+    def trial(tried: _ScoredEffect) -> Trial | None:
+        change = effect_change(model, base, windows, fit, effect, tried.numbers(), plain)
+        return None if change is None else _trial(tried, rest(change), left)
+
+    usual = [trial(tried) for tried in _tried(effect)]
+    weaker = _weaker(effect, trial, usual[0], float(left @ left))
+    trials = (*(done for done in usual if done is not None), *weaker)
     best = max(trials, key=lambda trial: trial.gain, default=None)
     if best is None or best.gain == 0:
         return Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left), trials)
@@ -193,6 +198,18 @@ def _tried(effect: Effect) -> list[_ScoredEffect]:
         trials += [_ScoredEffect(effect, STRENGTHS[1], only) for only in names]
     shapes = [(number.name, value) for number in effect.numbers for value in number.tried]
     return trials + [_ScoredEffect(effect, STRENGTHS[0], shape=(shape,)) for shape in shapes]
+
+
+def _weaker(
+    effect: Effect, trial: Callable[[_ScoredEffect], Trial | None], least: Trial | None, left: float
+) -> Iterator[Trial]:
+    """Trials below the `least` strength, as long as the effect changes more than all that is `left` to explain."""
+    for power in range(1, _FURTHER + 1):
+        if least is None or least.square <= left:
+            return
+        least = trial(_ScoredEffect(effect, STRENGTHS[0] * _STEP**power))
+        if least is not None:
+            yield least
 
 
 def packed_trial(trial: Trial) -> dict[str, Any]:

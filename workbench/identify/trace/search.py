@@ -48,8 +48,6 @@ class _Search:
                 return SearchResult(base, (), (), None, tuple(self._passes))
             name = f"localise-{len(self._passes)}" if self._passes else "localise"
             place = context.location(name, base)
-            if not context.is_significant(place):
-                return SearchResult(base, (), (), place, tuple(self._passes))
             effects, tied, better = self._effects(base)
             if better is None:
                 return SearchResult(base, effects, tied, place, tuple(self._passes))

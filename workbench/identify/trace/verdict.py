@@ -27,9 +27,10 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     named = context.fit_all_windows("final", effects[-1].refitted) if effects else alone
     plain = context.heldout("named", named) if effects else before
     refuted: tuple[CandidateFit, ...] = ()
-    if effects and not (context.several or _confirmed(context, before, plain)):
-        effects, tied, refuted, named, plain = (), (), effects, alone, before
     nowhere = place is None or not context.is_significant(place)  # as far as the search could see
+    shown = not nowhere or context.is_misfit(before)  # else the misfit may be a floor that is too low
+    if effects and not (shown and (context.several or _confirmed(context, before, plain))):
+        effects, tied, refuted, named, plain = (), (), effects, alone, before
     if nowhere and context.is_misfit(before) and not context.numbers_explain(alone, before):
         name = f"localise held-out-{len(search.passes)}" if search.passes else "localise held-out"
         place = context.location(name, alone, before)

@@ -12,7 +12,7 @@ from typing import Any
 
 from ...base.checkpoint import Stage
 from ...base.process_pool import ProcessPool, process_pool
-from ...plant.effects import Effect, known_effects, number_effects
+from ...plant.effects import Effect, known_effects, number_effects, with_apart
 from .problem import EstimationProblem
 from .refit import FittedModel
 from .stored import packed, unpacked
@@ -55,7 +55,7 @@ def trace_workers(
 
 
 def _with_effects(problem: EstimationProblem, files: Sequence[str | Path]) -> Callable[[_Task], dict[str, Any]]:
-    library = known_effects(dict.fromkeys((*problem.rig.effect_files, *files)))
+    library = with_apart(known_effects(dict.fromkeys((*problem.rig.effect_files, *files))))
     return partial(_work_on, problem, (*library, *number_effects(problem.rig)))
 
 

@@ -24,7 +24,7 @@ from .known import LIBRARY, PUMP_LIBRARY, applies, declared_numbers, find, known
 from .learned_pieces import learned
 from .natural import natural_samples
 from .numbers import number_effects
-from .options import refine_at, refinements, start_from
+from .options import refine_at, refinements, start_from, with_apart
 from .shapes import StaticCurve, small_signal, static_curve
 from .slots import SLOTS, Slot, valves_with
 
@@ -61,4 +61,5 @@ __all__ = [
     "state",
     "static_curve",
     "valves_with",
+    "with_apart",
 ]

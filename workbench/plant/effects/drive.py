@@ -30,7 +30,17 @@ _DELAY = number(
     meaning="time by which the command is late",
     tried=(5e-4, 1e-3, 1.5e-3, 2.5e-3, 3.5e-3, 5e-3, 7e-3, 1e-2),
 )
-_SHARE = number("share", 0.08, "1", shown="%", low=0.02, high=1.0, off=1.0, meaning="limit over the declared one")
+_SHARE = number(
+    "share",
+    0.08,
+    "1",
+    shown="%",
+    low=0.02,
+    high=1.0,
+    off=1.0,
+    meaning="limit over the declared one",
+    tried=(0.03, 0.06, 0.12, 0.25),
+)
 _C0, _C1 = state("c0", "1", 1.0), state("c1", "1", 1.0)
 
 shift = Effect(
@@ -130,7 +140,7 @@ def hard(current: ca.SX, s: Scope) -> ca.SX:
     source="Tietze, Schenk, Electronic Circuits, 2nd ed. 2008, ch. 15: push-pull stage, one transistor a half wave",
     shows=_LARGE,
     numbers=(
-        replace(_SHARE, meaning="higher limit over the declared one", tried=(0.03, 0.06, 0.12, 0.25)),
+        replace(_SHARE, meaning="higher limit over the declared one"),
         number(
             "less", 0.4, "1", low=-0.95, high=0.95, off=0.0, meaning="what the upper limit, below 0 the lower, lacks"
         ),

@@ -1,6 +1,7 @@
 """Which refinements an effect can take, the cheapest first, with their places where recordings say what was seen."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import casadi as ca
@@ -42,6 +43,12 @@ def refinements(
     return tuple(sorted(offered, key=lambda refined: len(refined.fitted)))
 
 
+def with_apart(effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """Effects, and behind each that acts in several slots the same with strengths of its own in each: two lines of two
+    transducers have no reason to be alike."""
+    return tuple(each for effect in effects for each in (effect, *_apart(effect)))
+
+
 def start_from(refined: Effect, numbers: Mapping[str, float]) -> dict[str, float]:
     """Numbers from which to fit a refined effect: those of the plain one [SI], and the refinement off.
 
@@ -49,6 +56,12 @@ def start_from(refined: Effect, numbers: Mapping[str, float]) -> dict[str, float
     """
     plain = {n.name: n.typical if n.off is None else n.off for n in refined.numbers}
     return plain | dict(numbers)
+
+
+def _apart(effect: Effect) -> Iterator[Effect]:
+    with suppress(InputError):
+        if _acts(refined := refine(effect, "apart")):
+            yield refined
 
 
 def _phrases(effect: Effect, samples: Mapping[str, ArrayLike], knots: int) -> Iterator[str]:
