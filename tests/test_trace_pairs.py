@@ -11,13 +11,14 @@ from scipy.optimize import nnls
 
 from workbench.base.process_pool import one_blas_thread
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.identify.fit.free_parameters import Candidate
 from workbench.identify.trace.context import TraceContext, trace_context
-from workbench.identify.trace.findings import Pass
-from workbench.identify.trace.joint import refit_pairs
+from workbench.identify.trace.findings import CandidateFit, Pass
+from workbench.identify.trace.joint import refit_pairs, without_false_first
 from workbench.identify.trace.pairs import joint_amplitudes, joint_gains
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
-from workbench.identify.trace.refit import fit_rig
-from workbench.identify.trace.refits import run_pass
+from workbench.identify.trace.refit import FittedModel, fit_rig, refit
+from workbench.identify.trace.refits import judge, run_pass
 from workbench.identify.trace.rule import best_pair, worth_adding
 from workbench.identify.trace.search import search_effects
 from workbench.identify.trace.verdict import judge_search
@@ -132,6 +133,26 @@ def test_two_effects_are_refitted_together():
 
 def test_an_effect_that_the_other_does_without_is_none_of_a_pair():
     assert together(lacking(("Fc", 60.0), ("tau", 0.004))) == ()
+
+
+@pytest.mark.parametrize(
+    ("missing", "names"),
+    [((("Fc", 60.0),), ["jack.friction"]), ((("Fc", 40.0), ("k", 1000.0)), ["spring", "friction"])],
+)
+def test_a_first_effect_that_the_second_does_without_is_dropped(missing: tuple, names: list[str]):
+    with one_blas_thread(), searching(lacking(*missing)) as context:
+        base = fit_rig(context.problem)
+        spring = added(context, base, base, Candidate(EFFECTS[1], {"k": 1000.0, "x0": 0.0}))
+        friction = added(context, base, spring.refitted, Candidate(EFFECTS[0], {"Fc": 50.0}))
+        left = without_false_first(context, base, spring, friction)
+    assert [fit.judgement.name.split(".")[-1] for fit in left] == [name.split(".")[-1] for name in names]
+    assert left[-1].judgement.explained > 0.95
+
+
+def added(context: TraceContext, base: FittedModel, before: FittedModel, candidate: Candidate) -> CandidateFit:
+    """An effect refitted beside those of a fit."""
+    after = refit(context.problem, before, candidate)
+    return CandidateFit(candidate, 0.5, judge(context, candidate.effect, before, base, after), after)
 
 
 def test_a_faint_second_effect_is_named_where_held_out_records_ask_for_it():

@@ -1,6 +1,7 @@
 """Two effects refitted at once, where neither is named alone: the pairs of a shortlist, and whether both are needed."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,6 +36,18 @@ def refit_pairs(context: TraceContext, search: Pass) -> tuple[Pass, ...]:
     return _as_passes(context, search.before, candidates, share, (singles[0], both))
 
 
+def without_false_first(
+    context: TraceContext, before: FittedModel, first: CandidateFit, second: CandidateFit
+) -> tuple[CandidateFit, ...]:
+    """Two effects of which the second was added beside the first; the second alone, where it does without."""
+    candidate = replace(second.candidate, start=_fitted_numbers(second))
+    alone = _alone(context, before, candidate)
+    if _is_needed(context, before, alone, second.refitted):
+        return first, second
+    judgement = judge(context, candidate.effect, before, before, alone)
+    return (CandidateFit(candidate, second.score, judgement, alone),) if decide.named([judgement]) else ()
+
+
 def _refitted(context: TraceContext, base: FittedModel, candidates: tuple[Candidate, ...]) -> FittedModel | None:
     """The fit with all of the candidates; None where it fails."""
     titles = [candidate.effect.title for candidate in candidates]
@@ -46,6 +59,13 @@ def _refitted(context: TraceContext, base: FittedModel, candidates: tuple[Candid
     explained = decide.explained(base.squares, fit.squares, fit.samples)
     context.report_progress(f"{' and '.join(titles)} explain {100 * explained:.1f} %")
     return fit
+
+
+def _fitted_numbers(fit: CandidateFit) -> dict[str, float]:
+    """The numbers of the effect as fitted, SI by name."""
+    effect, model_fit = fit.candidate.effect, fit.refitted
+    values = dict(zip(model_fit.model.parameters, model_fit.fit.p.tolist(), strict=True))
+    return {number.name: values[effect.key(number.name)] for number in effect.numbers}
 
 
 def _alone(context: TraceContext, base: FittedModel, candidate: Candidate) -> FittedModel:

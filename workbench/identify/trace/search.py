@@ -7,7 +7,7 @@ import numpy as np
 from . import rule as decide
 from .context import TraceContext
 from .findings import CandidateFit, Pass, partial_effect
-from .joint import refit_pairs
+from .joint import refit_pairs, without_false_first
 from .locate import FaultLocation
 from .refit import FittedModel, fit_rig, refit_from_declared, refit_without_last_effect
 from .refits import run_pass
@@ -119,7 +119,7 @@ class _Search:
         first = partial_effect(this_pass)
         second = self._pass(first.refitted, base, decide.PAIR) if first else None
         if first and second and second.accepted:
-            return first, second.accepted[0]
+            return without_false_first(self._context, this_pass.before, first, second.accepted[0])
         together = refit_pairs(self._context, this_pass)
         self._passes += together
         return tuple(fit for each in together for fit in each.accepted)
