@@ -18,7 +18,7 @@ from ..fit.free_parameters import Candidate, extend_parameters
 from ..fit.initial_states import fit_states
 from ..fit.model import Model
 from ..fit.normal_equations import FIRST_DAMPING, Normal, accumulate, directions, number_step, numbers_at, ranges
-from ..fit.solver import Fit, with_slopes
+from ..fit.solver import Fit, with_slopes, without_slopes
 from ..fit.windows import Windows
 from .score import initial_states_with_effect
 
@@ -94,11 +94,13 @@ class Follower:
         start = self._descended(start, rounds)
         x0, _ = fit_states(self._model, self._windows, start.x0, start.p)
         start = self._descended(self._at(start.x, start.base_x0, start.further + x0 - start.x0), rounds)
-        slopes = self._with_secants(start)
         squares = np.empty(self._windows.count)
         for group, errors in zip(self._windows.groups, start.errors, strict=True):
             squares[group.which] = np.sum(errors**2, axis=(1, 2))
         place = start.x, start.p, start.x0, squares
+        if not np.isfinite(start.squares):
+            return without_slopes(self._windows, self.free, *place)
+        slopes = self._with_secants(start)
         return with_slopes(self._windows, self.free, place, self._normal(start, slopes), slopes, kappa)
 
     def _descended(self, start: Start, rounds: int) -> Start:
