@@ -16,9 +16,11 @@ from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from functools import partial
 from socket import socket
+from tempfile import TemporaryDirectory
 from time import perf_counter, process_time, sleep
 from typing import Any
 
+import dask
 from distributed import Client, Scheduler, Worker
 
 from workbench.base.checkpoint import no_checkpoint
@@ -26,8 +28,14 @@ from workbench.base.cluster import Cluster, cluster_at
 from workbench.base.installation import installation
 from workbench.base.process_pool import ProcessPool, process_pool
 
-_EMPTY, _LONG, _ROUNDS = 1000, 1.0, 10  # empty tasks; s of a long one; long ones a worker
+_EMPTY, _LONG, _ROUNDS = 1000, 1.0, 20  # empty tasks; s of a long one; long ones a worker
 _STARTS = 60.0  # s within which all workers join
+_QUIET = {  # what workers do besides takes 3 % of a core each, which 64 of them share here
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.system-monitor.interval": "1 minute",
+    "distributed.admin.tick.interval": "1 minute",
+    "distributed.admin.tick.limit": "5 minutes",
+}
 
 
 @contextmanager
@@ -35,21 +43,22 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
     """A scheduler and worker processes of one thread; forked, so that 64 of them start within seconds."""
     with socket() as free:
         free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    address, fork = f"tcp://127.0.0.1:{port}", multiprocessing.get_context("fork")
-    parts = [(_schedules, address), *[(_works, address)] * workers]
-    started = [fork.Process(target=_serves, args=part, daemon=True) for part in parts]
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    fork = multiprocessing.get_context("fork")
     installation()  # worked out once: 64 machines would each do it by themselves
-    for process in started:
-        process.start()
-    try:
-        with Client(address, timeout=_STARTS, set_as_default=False) as client:
-            client.wait_for_workers(workers, _STARTS)
-        yield cluster_at(address)
-    finally:
-        for process in reversed(started):
-            process.kill()
-            process.join()
+    with TemporaryDirectory() as place, dask.config.set(_QUIET):
+        parts = [_schedules, *(partial(_works, f"{place}/{number}") for number in range(workers))]
+        started = [fork.Process(target=_serves, args=(part, address), daemon=True) for part in parts]
+        for process in started:
+            process.start()
+        try:
+            with Client(address, timeout=_STARTS, set_as_default=False) as client:
+                client.wait_for_workers(workers, _STARTS)
+            yield cluster_at(address)
+        finally:
+            for process in reversed(started):
+                process.kill()
+                process.join()
 
 
 def _serves(part: Callable[[str], Coroutine[Any, Any, None]], address: str) -> None:
@@ -62,8 +71,8 @@ async def _schedules(address: str) -> None:
         await scheduler.finished()
 
 
-async def _works(address: str) -> None:
-    async with Worker(address, nthreads=1) as worker:
+async def _works(place: str, address: str) -> None:
+    async with Worker(address, nthreads=1, dashboard=False, local_directory=place) as worker:
         await worker.finished()
 
 

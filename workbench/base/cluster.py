@@ -14,9 +14,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
+from itertools import count
 from threading import Lock
 from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import urlsplit
+from uuid import uuid4
 
 from threadpoolctl import threadpool_limits
 
@@ -90,6 +92,10 @@ def cluster_workers(cluster: Cluster, make: Callable[[], Callable[[A], B]]) -> I
     Each worker process calls `make` once. What is under way when the context ends is cancelled. Raises ClusterError.
     """
     with _client(cluster) as client:
+        group, numbers = (
+            f"jackbench-{uuid4().hex}",
+            count(),
+        )  # of one group: what no worker takes yet, the scheduler keeps
         work = client.submit(_itself, _Work(pickle.dumps(make), installation(), granted()), pure=False)
         lock, waiting = Lock(), set[Future[bytes]]()
         running: Any = client.loop  # one of asyncio
@@ -98,7 +104,7 @@ def cluster_workers(cluster: Cluster, make: Callable[[], Callable[[A], B]]) -> I
             with lock:
                 if client.status in ("closing", "closed"):
                     raise CancelledError
-                task = client.submit(_call, work, pickle.dumps(item), pure=False)
+                task = client.submit(_call, work, pickle.dumps(item), key=(group, next(numbers)))
                 future = asyncio.run_coroutine_threadsafe(_awaited(task), running.asyncio_loop)
                 waiting.add(future)
             try:
