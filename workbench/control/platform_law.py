@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import accumulate, pairwise
 
 import casadi as ca
@@ -29,6 +30,7 @@ class PlatformLaw:
     start: Start
 
 
+@lru_cache(maxsize=32)  # a loop asks at every run
 def platform_law(controller: PlatformController) -> PlatformLaw | None:
     """A platform controller's law; None where one of its laws is neither data nor a graph."""
     laws = [sampled_law(law) for law in controller.laws]

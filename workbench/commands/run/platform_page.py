@@ -20,13 +20,16 @@ if TYPE_CHECKING:
 _SHOWN = np.array([1e3] * 3 + [180 / np.pi] * 3)  # mm and deg per SI unit
 _FRAME = 0.02  # s
 _WATCHED = 0.4  # s: of a step in the figures
-_LARGE = 5.0  # times: steps and modes are drawn larger than they are, or nothing would be seen
+_DRAWN = 0.3  # m at the joints: as large as steps are drawn, or nothing would be seen
+_SLOWER = 10  # times
 _BASE, _LEG, _TOP, _GHOST = "#8c959f", "#0072b2", "#d55e00", "#d0d7de"
 
 
 def platform_page(config: PlatformConfig, setup: PlatformSetup, findings: "PlatformFindings") -> tuple[Page, Figure]:
     """The report and its telling figure."""
     figures = [_step_figure(step, config, findings.runs) for step in config.steps]
+    scenarios = [step.name for step in config.steps]
+    rows = sorted(findings.rows, key=lambda row: scenarios.index(row["scenario"]))
     page = Page(
         f"Platform {config.rig.name}",
         _verdict(config, findings),
@@ -35,7 +38,7 @@ def platform_page(config: PlatformConfig, setup: PlatformSetup, findings: "Platf
                 "The platform",
                 [_steps_scene(config, setup, findings), _modes_scene(config, findings), _modes(findings)],
             ),
-            Section("Steps", [_rows_table(findings.rows), _cross_table(findings.rows), *figures]),
+            Section("Steps", [_rows_table(rows), _cross_table(rows), *figures]),
             Section("Transfer", [*_transfers(findings), _sines_table(findings), _coupling_figure(findings)]),
             *_other_sections(config, findings),
             Section(
@@ -217,16 +220,17 @@ def _steps_scene(config: PlatformConfig, setup: PlatformSetup, findings: "Platfo
     for step in config.steps:
         run = findings.runs[name, step.name]
         poses = run.pose[run.t <= _WATCHED + 1e-9][::stride]
-        takes[step.name] = _drawn(config, poses * _LARGE)
-    note = f"Steps under {name}, {_LARGE:g} times as large as they are and ten times slower."
-    return Scene("Steps", takes, 10 * _FRAME, note, still=8)
+        larger = _DRAWN / (abs(step.size) * config.rig.geometry.weights[step.axis])
+        takes[step.name] = _drawn(config, poses * larger)
+    note = f"Steps under {name}, drawn as {_DRAWN:g} m at the joints each, and {_SLOWER} times slower."
+    return Scene("Steps", takes, _SLOWER * _FRAME, note, still=8)
 
 
 def _modes_scene(config: PlatformConfig, findings: "PlatformFindings") -> Scene:
     swing = np.sin(np.linspace(0, 4 * np.pi, 81))
     takes = {}
     for i, mode in enumerate(findings.modes):
-        shape = 0.15 * mode.shape / config.rig.geometry.weights
+        shape = _DRAWN / 2 * mode.shape / config.rig.geometry.weights
         takes[f"{i + 1}: {mode.hz:.1f} Hz"] = _drawn(config, swing[:, None] * shape)
     return Scene("Modes", takes, 0.04, "Shapes, much larger and slower than they are.", still=10)
 
