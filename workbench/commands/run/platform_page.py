@@ -7,6 +7,7 @@ import numpy as np
 from ...base.gain_phase import gain_db
 from ...control.platform_controller import LEGS
 from ...loop.platform.loop import PlatformRun
+from ...loop.platform.reach import check_poses, largest_flow, static_forces
 from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import UNITS, AxisStep
 from ...report import Curve, Figure, FrequencyCurve, Line, Page, Panel, Scene, Section, Table, bode
@@ -42,7 +43,13 @@ def platform_page(config: PlatformConfig, setup: PlatformSetup, findings: "Platf
             Section("Transfer", [*_transfers(findings), _sines_table(findings), _coupling_figure(findings)]),
             *_other_sections(config, findings),
             Section(
-                "Where it can go", [_reach_table(findings), _outline_figure(findings), _worst_table(config, findings)]
+                "Where it can go",
+                [
+                    _reach_table(findings),
+                    *_outline_figures(findings),
+                    _map_figure(config, findings),
+                    _worst_table(config, findings),
+                ],
             ),
             Section("Numbers", [_numbers(config)]),
         ],
@@ -186,14 +193,40 @@ def _reach_table(findings: "PlatformFindings") -> Table:
     return Table("Reach", ["axis", "back", "forth", "unit"], rows, note)
 
 
-def _outline_figure(findings: "PlatformFindings") -> Figure:
-    curves = []
-    for (first, second), (x, y) in findings.outlines.items():
-        scale = _SHOWN[AXES.index(first)], _SHOWN[AXES.index(second)]
-        words = f"{second} [{UNITS[AXES.index(second)]}] over {first} [{UNITS[AXES.index(first)]}]"
-        curves.append(Curve(words, x * scale[0], y * scale[1]))
-    note = "The border of what is allowed in the plane of two axes through home; angles in degrees."
-    return Figure("Workspace", "first axis [mm or deg]", (Panel("second axis [mm or deg]", curves),), note=note)
+def _outline_figures(findings: "PlatformFindings") -> list[Figure]:
+    """One for each unit: millimetres and degrees have no axes in common."""
+    figures = []
+    for unit in dict.fromkeys(UNITS):
+        curves = [
+            Curve(f"{second} over {first}", x * _SHOWN[AXES.index(first)], y * _SHOWN[AXES.index(second)])
+            for (first, second), (x, y) in findings.outlines.items()
+            if UNITS[AXES.index(first)] == unit
+        ]
+        note = "The border of what is allowed in the plane of two axes through home."
+        panel = Panel(f"second axis [{unit}]", curves)
+        figures.append(Figure(f"Workspace, {unit}", f"first axis [{unit}]", (panel,), note=note))
+    return figures
+
+
+def _map_figure(config: PlatformConfig, findings: "PlatformFindings") -> Figure:
+    """Stroke, force, flow and condition along each axis alone, from one end of its reach to the other."""
+    share = np.linspace(-1.0, 1.0, 61)
+    panels: dict[str, list[Curve]] = {name: [] for name in ("stroke [%]", "force [kN]", "flow [l/min]", "condition")}
+    for i, (axis, (low, high)) in enumerate(findings.reach.items()):
+        pose = np.zeros((len(share), LEGS))
+        pose[:, i] = np.where(share < 0, -share * low, share * high)
+        check = check_poses(config.rig, pose)
+        values = (
+            100 * check.stroke.max(axis=-1),
+            1e-3 * np.abs(static_forces(config.rig, pose)).max(axis=-1),
+            6e4 * largest_flow(config.rig, pose, config.workspace.twist),
+            check.condition,
+        )
+        for name, value in zip(panels, values, strict=True):
+            panels[name].append(Curve(axis, 100 * share, value))
+    note = "Of the leg that has most of it, at rest; flow at all the speeds of the experiment together, signs at worst."
+    drawn = [Panel(name, curves) for name, curves in panels.items()]
+    return Figure("Along each axis", "share of the reach [%]", drawn, note=note)
 
 
 def _worst_table(config: PlatformConfig, findings: "PlatformFindings") -> Table:

@@ -77,10 +77,10 @@ def _of_legs(platform: Platform, name: str) -> np.ndarray:
     return np.array([leg.numbers[name].value for leg in platform.legs])
 
 
-def flows(platform: Platform, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-    """Flows [.., 6] into the jacks, m^3/s, of a twist [6] in poses [.., 6]."""
-    areas = np.array([max(leg.rig.areas) for leg in platform.legs])
-    return np.abs(leg_speeds(platform.geometry, pose) @ twist) * areas
+def largest_flow(platform: Platform, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    """Largest flow [..] of a leg, m^3/s, at the speeds of a twist [6], each of the worse sign, in poses [.., 6]."""
+    speeds = np.sum(np.abs(leg_speeds(platform.geometry, pose) * twist), axis=-1)
+    return np.max(speeds * np.array([max(leg.rig.areas) for leg in platform.legs]), axis=-1)
 
 
 def reach(platform: Platform) -> dict[str, tuple[float, float]]:
@@ -140,13 +140,12 @@ def worst_poses(
     inside = np.random.default_rng(seed).uniform(-1, 1, (draws, LEGS))
     pose = np.concatenate((np.zeros((1, LEGS)), signs, inside)) * box
     check = check_poses(platform, pose)
-    flow = np.max([flows(platform, pose, sign * twist) for sign in signs[: len(signs) // 2]], axis=0)
     quantities = (
         ("stroke used", 100 * check.stroke.max(axis=-1), "%"),
         ("base joint angle used", 100 * check.base_angle.max(axis=-1), "%"),
         ("platform joint angle used", 100 * check.platform_angle.max(axis=-1), "%"),
         ("static leg force", 1e-3 * np.abs(static_forces(platform, pose)).max(axis=-1), "kN"),
-        ("flow of a leg", 6e4 * flow.max(axis=-1), "l/min"),
+        ("flow of a leg", 6e4 * largest_flow(platform, pose, twist), "l/min"),
         ("condition of the Jacobian", check.condition, "1"),
     )
     return [
