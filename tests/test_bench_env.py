@@ -11,6 +11,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from test_vector_env import same_infos
 
+from envs.bench.baselines import controller_episodes, policy_episodes
 from envs.bench.core import BenchCore
 from envs.bench.environments import JackBench, JackBenchVector
 from envs.bench.export import save_policy, trained_policy
@@ -177,6 +178,20 @@ def test_what_is_saved_runs_as_any_controller(path, tmp_path):
 def test_other_experiments_are_refused(tmp_path, changes, says):
     with pytest.raises(InputError, match=says):
         JackBench(small(tmp_path, **changes))
+
+
+def test_a_law_without_a_policy_is_paid_alike_inside_and_in_place_of_it(tmp_path):
+    """Without noise; the environment draws its plants and scenarios."""
+    env = JackBenchVector(40, small(tmp_path, ideal=True), autoreset_mode="SameStep")
+    task = env.core.task
+    config = task.source.start.controllers[0]
+    law = replace(config, compensators=config.compensators[:-1])
+    inside, outside = policy_episodes(env, lambda shown: np.zeros((40, 1))), controller_episodes(task, law, 2)
+    assert not np.concatenate((inside.tripped, outside.tripped)).any()
+    for numbers in ("returns", "settling", "overshoot"):
+        mine, theirs = (np.unique(np.round(getattr(each, numbers), 5)) for each in (inside, outside))
+        np.testing.assert_allclose(mine, theirs, rtol=1e-4)
+    assert np.isnan(inside.settling).any()
 
 
 def test_rigs_may_be_files(tmp_path):

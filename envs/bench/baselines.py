@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.control.controller_spec import ControllerSpec
+from workbench.loop.batch import Lanes
 from workbench.loop.lane_loop import play_lanes
+from workbench.loop.scenarios import Scenario
 
 from .environments import JackBenchVector
 from .score import TRIP, LaneScores
@@ -44,20 +46,24 @@ def controller_episodes(task: BenchTask, spec: ControllerSpec, count: int, seed:
             plants.engine, rig, spec.build(period), plants.null, plants.p, way[:, None] * scenario.reference(t),
             ("position",), task.source.start.conditions.noise, scenario.inputs(t),
         )  # fmt: skip
-        for part, run in runs:
-            y, lanes, scores = (
-                run.signals["position"],
-                np.arange(len(run.sent)),
-                LaneScores(rig, task.weights, len(run.sent)),
-            )
-            for lane, towards in enumerate(way[part]):
-                scores.reset(lane, scenario, y[lane, 0], towards)
-            changes = np.diff(run.sent[:, :-1], axis=1, prepend=plants.null.u[part, :1])
-            tripped = (run.trip > 0) | run.failed
-            rewards = np.nan_to_num(scores.rewards(lanes, np.tile(t[1:], (len(y), 1)), y[:, 1:], changes))
-            step = np.nan if scenario.size == 0 else 1.0
-            episodes.append((rewards - TRIP * tripped, step * scores.settling, step * scores.overshoot, tripped))
+        episodes += [_scored(task, scenario, run, way[part], plants.null.u[part, 0]) for part, run in runs]
     return Episodes(*map(np.concatenate, zip(*episodes, strict=True)))
+
+
+def _scored(
+    task: BenchTask, scenario: Scenario, run: Lanes, way: np.ndarray, command: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Returns, settling, overshoot and trips [lanes] of runs from commands [lanes], towards `way` [lanes]."""
+    position, lanes = run.signals["position"], np.arange(len(way))
+    t = np.arange(1, position.shape[1]) * task.plants.rig.period.value
+    scores = LaneScores(task.plants.rig, task.weights, len(way))
+    for lane in range(len(way)):
+        scores.reset(lane, scenario, position[lane, 0], way[lane])
+    changes = np.diff(run.sent[:, :-1], axis=1, prepend=command[:, None])
+    rewards = np.nan_to_num(scores.rewards(lanes, np.tile(t, (len(way), 1)), position[:, 1:], changes))
+    tripped = (run.trip > 0) | run.failed
+    step = 1.0 if scenario.size else np.nan
+    return rewards - TRIP * tripped, step * scores.settling, step * scores.overshoot, tripped
 
 
 def policy_episodes(env: JackBenchVector, act: Callable[[np.ndarray], np.ndarray], seed: int = 0) -> Episodes:
