@@ -57,11 +57,14 @@ gram = [mass] = g
 radian = [] = rad
 degree = 3.1415926535897932384626433832795028841971693993751 / 180 * radian = deg
 percent = 0.01 = %
+turn = 6.283185307179586476925286766559005768394338798750 * radian = _ = revolution
 minute = 60 * second = min
+revolutions_per_minute = turn / minute = rpm
 liter = decimeter ** 3 = l = L
 hertz = 1 / second = Hz
 newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
+volt = newton * meter / second / ampere = V
 bar = 1e5 * pascal
 """  # what rigs and experiments are written in, as pint defines it: its whole file takes longer to read than numpy
 
