@@ -30,6 +30,7 @@ NOT_HELD = {
     "A search": "each search takes up to 80 s; one of them is held, and the bench holds what all of them left",
     "Speed": "times, different in each run",
     "A real rig: what its free run shows": "what a trace of several effects found: minutes, and data not shipped",
+    "A pump-controlled rig": "data not shipped; the loop's rows are held",
 }
 PRINTS = ("spread", "jack-model", "coefficients", "list", "show")  # which leave no folder
 WORD = r"-?\d+(?:\.\d+)?|never|trips|unstable"

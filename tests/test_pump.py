@@ -153,7 +153,7 @@ def test_the_speed_loop_brings_the_shaft_to_its_command(rig):
 
 @pytest.mark.parametrize("corrector", ["speed", "motor", "speed-loop"])
 def test_operating_points_and_their_linear_models(rig, corrector):
-    """At rest the valves are set to retract; an accumulator that fills while the jack moves is held."""
+    """At rest a valve is just open, or shut where the speed is measured; a store that fills on the way is held."""
     plant = build(rig.with_corrector(corrector))
     balanced = [i for i, state in enumerate(plant.states) if state.name not in ("x", "Pg")]
     for speed in (0.0, rig.passing_speed, -rig.passing_speed):
@@ -162,7 +162,9 @@ def test_operating_points_and_their_linear_models(rig, corrector):
         assert rates[balanced] == pytest.approx(0, abs=1e-3)
         assert point.speed == speed
         poles = np.real(linearise(plant, point, outputs=("position",)).poles())
-        assert np.sort(poles)[-2] < -1e-6  # all decay but the position
+        assert np.all(poles < 1e-9)
+        if corrector != "speed" or speed:
+            assert np.sort(poles)[-2] < -1e-6  # all decay but the position
 
 
 def test_a_pump_has_no_pilot(rig):

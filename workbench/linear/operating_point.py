@@ -41,8 +41,7 @@ def equilibrium(
 
     A jack is held at `position` from mid stroke: give its `speed` [m/s] (0 when neither is given) and the command is
     found, or a `command` and the speed is found. A valve bench takes `command`, its only input. Other inputs by name.
-    At rest the direction valves of a pump are set to retract, where no input says otherwise: the low side's pressure
-    pushes the rod out.
+    A pump drive rests on the command that just opens a direction valve against the low side's pressure.
     Raises InputError when there is no such point, naming what is left over.
     """
     p = plant.p if p is None else p
@@ -54,8 +53,6 @@ def equilibrium(
             raise InputError(f'{plant.name}: no input "{name}"; {nearest(name, known)}')
     columns, balanced = unknowns(plant, command)
     base = np.append(plant.start, [inputs.get(i.name, 0.0) for i in plant.inputs])
-    if "direction" in known and not (command or speed or "direction" in inputs):
-        base[plant.n + plant.input("direction")] = -1.0  # shut, the direction valves would hold a jack at any command
     base[plant.n] = command or 0.0
     jack = len(balanced) < plant.n
     if jack:
@@ -142,10 +139,9 @@ class Balance:
         if self.plant.n not in self.columns:
             return [start]
         command = np.arange(len(start)) == self.columns.index(self.plant.n)
-        near = [start + command * level for level in (0.0, 0.02, -0.02)]
-        if any(state.held for state in self.plant.states):
-            return [*near, *(self._with_open_valves(level) for level in (_OPEN, -_OPEN))]
-        return near
+        if any(state.held for state in self.plant.states):  # shut, its direction valves hold a jack at any pressures
+            return [self._with_open_valves(level) for level in (_OPEN, -_OPEN)]
+        return [start + command * level for level in (0.0, 0.02, -0.02)]
 
     def _with_open_valves(self, command: float) -> np.ndarray:
         """Scaled unknowns of the point at a command, whose direction valves are open: from there the slopes lead on."""

@@ -120,8 +120,6 @@ class Model:
     @cached_property
     def _at_rest(self) -> np.ndarray:
         """Where a record begins, as far as nothing is measured: slow to find, and hardly another with other numbers."""
-        if "direction" in self._inputs:
-            return equilibrium(self.plant, direction=0.0).x
         return equilibrium(self.plant).x
 
     def _held(self, command: np.ndarray, further: Mapping[str, np.ndarray]) -> np.ndarray:
