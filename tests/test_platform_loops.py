@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from workbench import InputError
@@ -14,12 +16,14 @@ from workbench.base.gain_phase import gain_db
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.run.config import load_config
 from workbench.commands.run.platform_config import PlatformConfig
+from workbench.commands.run.platform_record import PlatformRecord
 from workbench.commands.run.study import study_of
 from workbench.control.platform_controller import Forward, PlatformController, PlatformSpec, Smoothing
 from workbench.linear.crossings import corner_frequency
 from workbench.loop.platform import platform_setup, run_platform
 from workbench.loop.platform.envelope import judge_variations
-from workbench.loop.platform.record import play, road_pose
+from workbench.loop.platform.poses import recorded_pose, road_pose
+from workbench.loop.platform.record import check_motion, play
 from workbench.loop.platform.rows import step_row
 from workbench.loop.platform.sines import platform_sine
 from workbench.loop.platform.steps import AxisStep
@@ -162,7 +166,7 @@ def test_payload_and_centre_of_mass_may_change_under_modal_control(setup):
 
 
 def test_a_record_is_learned(setup):
-    target = road_pose(setup, AXES.index("pitch"), "C", 15.0, 2.0, (0.5, 8.0), 0.01)
+    target = road_pose(setup.platform, AXES.index("pitch"), "C", 15.0, 2.0, (0.5, 8.0), 0.01)
     weight = setup.platform.geometry.weights[AXES.index("pitch")]
     assert np.abs(target).max() * weight == pytest.approx(0.01)
     assert np.abs(target[[0, -1]]).max() == 0.0
@@ -170,6 +174,85 @@ def test_a_record_is_learned(setup):
     assert len(played.errors) == 4
     assert min(played.errors) < 0.15 * played.errors[0]
     assert played.best.tripped is None
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_recorded_motion_is_played(setup, tmp_path, suffix):
+    """Slower samples than the control's, millimetres and degrees, from a first row that is not home."""
+    t = np.arange(0, 1.0001, 0.01)
+    heave, pitch = 5 + 10 * np.sin(np.pi * t) ** 2, np.sin(np.pi * t) ** 2
+    columns = {"t [s]": t, "heave [mm]": heave, "pitch [deg]": pitch}
+    file = tmp_path / f"quake{suffix}"
+    if suffix == ".csv":
+        np.savetxt(file, np.column_stack(list(columns.values())), "%.9g", ",", header=",".join(columns), comments="")
+    else:
+        pq.write_table(pa.table(columns), file)
+    record = record_of(tmp_path, f'file = "{file.name}"')
+    assert record.title == file.name
+    at = np.arange(1001) * PERIOD
+    assert record.pose[500:1501, 2] == pytest.approx(0.01 * np.sin(np.pi * at) ** 2, abs=1e-6)
+    assert record.pose[500:1501, 4] == pytest.approx(np.radians(np.sin(np.pi * at) ** 2), abs=1e-5)
+    assert np.abs(record.pose[[0, -1]]).max() == 0.0
+    check_motion(setup, record.pose)
+    played = play(setup, P_DP.build(PERIOD, setup.directions), record.pose, record.highest, record.iterations)
+    assert played.best.tripped is None
+    assert min(played.errors) < 0.2 * played.errors[0]
+
+
+def test_a_record_that_ends_elsewhere_leads_back(setup):
+    t = np.linspace(0, 1, 11)
+    pose = recorded_pose(setup.platform, t, np.outer(0.02 * t**2 * (3 - 2 * t), np.eye(6)[0]))
+    assert pose[1500, 0] == pytest.approx(0.02)
+    assert pose[-500:] == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(np.diff(pose[:, 0])).max() < 1e-4
+    check_motion(setup, pose)
+
+
+@pytest.mark.parametrize(
+    ("axis", "size", "hz", "limit"),
+    [(2, 0.6, 0.5, "stroke"), (5, 0.1, 12.0, "speed"), (0, 0.01, 12.0, "force")],
+)
+def test_a_record_beyond_the_platform_is_refused(setup, axis, size, hz, limit):
+    t = np.arange(0, 2.0, PERIOD)
+    pose = np.outer(size * np.sin(np.pi * t / 2) ** 2 * np.sin(2 * np.pi * hz * t), np.eye(6)[axis])
+    with pytest.raises(InputError, match=rf"^record: leg \d, {limit} at .* s: \d+.* % of its limit; play"):
+        check_motion(setup, recorded_pose(setup.platform, t, pose))
+    check_motion(setup, recorded_pose(setup.platform, t, 0.1 * pose))
+
+
+def test_a_leg_that_is_pushed_has_less_speed(setup):
+    """Speed and force that a leg has each, but not both at once."""
+    acceleration = 60.0 * np.repeat([0.0, 1.0, -1.0, 0.0], 75)
+    pose = np.zeros((300, 6))
+    pose[:, 2] = np.cumsum(np.cumsum(acceleration)) * PERIOD**2 - 0.17
+    with pytest.raises(InputError, match="flow"):
+        check_motion(setup, pose)
+
+
+def record_of(folder, entry):
+    text = EXPERIMENT.read_text()
+    road = text[text.index("[record]") : text.index("iterations")]
+    path = folder / "own.toml"
+    path.write_text(text.replace(road, f"[record]\n{entry}\n"))
+    return cast(PlatformRecord, cast(PlatformConfig, load_config(path)).record)
+
+
+@pytest.mark.parametrize(
+    ("text", "entry", "said"),
+    [
+        ("t [s],heav [mm]\n0,0\n1,1\n", "", "heave"),
+        ("t [s],heave [deg]\n0,0\n1,1\n", "", "heave"),
+        ("t [s],heave\n0,0\n1,1\n", "", "no unit"),
+        ("t [s]\n0\n1\n", "", "no column of an axis"),
+        ("t [s],yaw [deg]\n1,0\n1,1\n", "", "must rise"),
+        ("t [s],yaw [deg]\n0,0\n99,1\n", "", "99 s are above 60 s"),
+        ("t [s],yaw [deg]\n0,0\n1,1\n", 'axis = "yaw"', "not together with file"),
+    ],
+)
+def test_files_of_records_are_read_strictly(tmp_path, text, entry, said):
+    (tmp_path / "own.csv").write_text(text)
+    with pytest.raises(InputError, match=said):
+        record_of(tmp_path, f'file = "own.csv"\n{entry}')
 
 
 def test_one_leg_beyond_its_stroke_stops_all(setup):

@@ -62,7 +62,7 @@ def pages() -> dict[str, str]:
         ("sines", load_sines, ("sines.toml",)),
         ("run: the paper's figures", load_config, ("paper.toml",)),
         ("run: correctors of a spool loop", load_config, ("corrector.toml",)),
-        ("run: a platform on six jacks", load_config, ("platform.toml",)),
+        ("run: a platform on six jacks", load_config, ("platform.toml", "platform_record.toml")),
     )
     linear = _part(
         ("A transfer function", load_rig, ("linear.toml",)),

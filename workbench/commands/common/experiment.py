@@ -41,8 +41,8 @@ class Specimen:
 
 
 def read_experiment(path: Path) -> Table:
-    """The document of an experiment file; a path in a controller's `use` or `network`, in a scenario's `file` or of a
-    rig among `rigs`, counts from its folder, and is made absolute.
+    """The document of an experiment file; a path in a controller's `use` or `network`, in a `file` or of a rig
+    among `rigs`, counts from its folder, and is made absolute.
 
     Raises InputError with file and line.
     """
@@ -78,11 +78,12 @@ def _absolute_rigs(item: Any, folder: Path) -> Any:
 
 
 def data_files(source: Mapping[str, Any]) -> dict[str, str]:
-    """Digests of the files that scenarios, the set of rigs and policies of an experiment name, by path."""
+    """Digests of the files that scenarios, a record, the set of rigs and policies of an experiment name, by path."""
     rigs = source.get("rigs", [])
     lists = rigs.values() if isinstance(rigs, Mapping) else [rigs]
     paths = [name for names in lists for name in names if name.endswith(".toml")]
-    paths += [table["file"] for table in source.get("scenario", {}).values() if "file" in table]
+    courses = [*source.get("scenario", {}).values(), source.get("record", {})]
+    paths += [table["file"] for table in courses if "file" in table]
     paths += [source["network"]] if isinstance(source.get("network"), str) else []
     for controller in source.get("controllers", {}).values():
         paths += [part["network"] for part in (controller, *controller.get("compensators", [])) if "network" in part]

@@ -13,10 +13,10 @@ from ...control.controller_spec import ControllerSpec, controller_spec, read_num
 from ...control.platform_controller import LEGS, Forward, PlatformSpec, Smoothing
 from ...loop.conditions import Conditions
 from ...loop.platform.steps import AxisStep
-from ...records.road import CLASSES
 from ...rigs.platform import AXES, Platform, load_platform
 from ...rigs.platform.platform import PAYLOAD
 from ..common.experiment import MOST_POINTS, read_conditions
+from .platform_record import PlatformRecord, read_record
 
 KEYS = (
     "experiment",
@@ -44,21 +44,6 @@ class Sines:
 
 
 @dataclass(frozen=True)
-class RoadRecord:
-    """A road of a class at a `speed` [m/s] for so many `seconds`, along an axis, between two frequencies [Hz], scaled
-    to a `peak` [m] at the joints; played once and corrected `iterations` times, up to the `highest` frequency [Hz]."""
-
-    axis: int
-    kind: str
-    speed: float
-    seconds: float
-    band: tuple[float, float]
-    peak: float
-    iterations: int
-    highest: float
-
-
-@dataclass(frozen=True)
 class Workspace:
     """Poses within +-`box` [6] of home, and a `twist` [6] at which flows are asked for."""
 
@@ -77,7 +62,7 @@ class PlatformConfig:
     sines: Sines
     workspace: Workspace
     variations: Mapping[str, Mapping[str, float]]
-    record: RoadRecord | None
+    record: PlatformRecord | None
     conditions: Conditions
     source: Mapping[str, Any]
 
@@ -107,7 +92,7 @@ def platform_config(top: Table, path: Path, rig: str | None) -> PlatformConfig:
         _sines(top.table("sines", "frequencies_hz", "amplitude"), platform),
         _workspace(top.table("workspace", "box", "speeds")),
         _variations(top.optional_table("variations")),
-        _record(top.table("record"), platform) if "record" in top else None,
+        read_record(top.table("record"), platform) if "record" in top else None,
         read_conditions(top),
         top.values,
     )
@@ -124,26 +109,6 @@ def _variations(table: Table) -> dict[str, dict[str, float]]:
     """Payloads by name: numbers that are others than the platform's."""
     parts = {name: table.table(name, *PAYLOAD) for name in table}
     return {name: {key: part.quantity(key, PAYLOAD[key]) for key in part} for name, part in parts.items()}
-
-
-def _record(table: Table, platform: Platform) -> RoadRecord:
-    table.allow("axis", "road", "speed", "duration", "band_hz", "peak", "iterations", "highest_hz")
-    band = table.numbers("band_hz", "[0.5, 10]")
-    highest, nyquist = table.positive("highest_hz"), 0.5 / platform.period
-    if len(band) != 2 or not 0.1 <= band[0] < band[1] <= nyquist:
-        raise table.complaint("band_hz", f"must be two frequencies from 0.1 to {nyquist:g} Hz, such as [0.5, 10]")
-    if not highest <= nyquist:
-        raise table.complaint("highest_hz", f"must not be above {nyquist:g} Hz")
-    return RoadRecord(
-        AXES.index(table.word("axis", AXES)),
-        table.word("road", CLASSES),
-        table.quantity("speed", Spec("m/s", 0.1, 100.0, "speed at which the road is driven")),
-        table.quantity("duration", Spec("s", 1.0, 60.0, "of the road")),
-        (band[0], band[1]),
-        table.quantity("peak", Spec("m", 1e-6, 1.0, "largest deviation at the joints")),
-        table.count("iterations", 1, 100),
-        highest,
-    )
 
 
 def _workspace(table: Table) -> Workspace:

@@ -14,6 +14,7 @@ from ...report import Curve, Figure, FrequencyCurve, Line, Page, Panel, Scene, S
 from ...rigs.platform import AXES
 from ...rigs.platform.kinematics import arms
 from .platform_config import PlatformConfig
+from .platform_record import PlatformRecord
 
 if TYPE_CHECKING:
     from .platform_study import PlatformFindings
@@ -70,25 +71,27 @@ def _other_sections(config: PlatformConfig, findings: "PlatformFindings") -> lis
         note = f"Laws, directions and guards as for the declared payload; settling: the largest of {steps}."
         sections.append(Section("Other payloads", [Table("Other payloads", heads, rows, note)]))
     if findings.played and config.record:
-        sections.append(Section("A record", _record_items(config, config.record.axis, findings)))
+        sections.append(Section("A record", _record_items(config, config.record, findings)))
     return sections
 
 
-def _record_items(config: PlatformConfig, axis: int, findings: "PlatformFindings") -> list[Figure | Table]:
-    curves, errors, weight = [], [], config.rig.geometry.weights[axis]
+def _record_items(config: PlatformConfig, record: PlatformRecord, findings: "PlatformFindings") -> list[Figure | Table]:
+    weights = config.rig.geometry.weights
+    axis = int(np.argmax(np.abs(record.pose * weights).max(axis=0)))
+    curves, errors, weight = [], [], weights[axis]
     for name, played in findings.played.items():
         for what, run in (("first", played.first), ("best", played.best)):
             error = (played.target[: len(run.pose)] - run.pose)[:, axis] * weight
             curves.append(Curve(f"{name}, {what}", run.t, 1e3 * error))
         errors.append([name, *(1e3 * error for error in played.errors)])
-    target = next(iter(findings.played.values())).target[:, axis] * weight
+    target = record.pose[:, axis] * weight
     asked = Curve("reference", np.arange(len(target)) * config.rig.period, 1e3 * target)
-    panels = (Panel("asked [mm]", [asked]), Panel("error [mm]", curves))
+    panels = (Panel(f"{AXES[axis]} asked [mm]", [asked]), Panel(f"{AXES[axis]}, error [mm]", curves))
     most = max(len(row) for row in errors)
     rows = [row + [None] * (most - len(row)) for row in errors]
     note = "RMS over all axes, angles times the radius of the joints; the poses asked for are corrected in all of them."
     table = Table("Error [mm]", ["controller", *(f"played {i + 1}" for i in range(most - 1))], rows, note)
-    return [Figure(f"A road along {AXES[axis]}", "t [s]", panels), table]
+    return [Figure(record.title, "t [s]", panels), table]
 
 
 def _verdict(config: PlatformConfig, findings: "PlatformFindings") -> str:

@@ -11,7 +11,7 @@ from ...linear.platform_modes import PlatformMode, platform_modes
 from ...loop.platform.envelope import Judged, judge_variations
 from ...loop.platform.loop import PlatformRun, run_platform
 from ...loop.platform.reach import PLANES, WorstPose, outline, reach, worst_poses
-from ...loop.platform.record import Played, play, road_pose
+from ...loop.platform.record import Played, check_motion, play
 from ...loop.platform.rows import step_row
 from ...loop.platform.setup import PlatformSetup, platform_setup
 from ...loop.platform.sines import PlatformSine, platform_sine
@@ -45,6 +45,8 @@ def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress)
     """Every controller in every step on the configured platform."""
     progress("build, equilibrium, modes")
     setup = platform_setup(config.rig, config.delay)
+    if config.record:
+        check_motion(setup, config.record.pose)
     plant, began = setup.engine.plant, process_time()
     modes = platform_modes(setup.platform, plant, setup.smooth, setup.p_smooth)
     rows, runs, transfers, sines = [], {}, {}, {}
@@ -82,13 +84,11 @@ def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress)
 def _played(config: PlatformConfig, setup: PlatformSetup) -> dict[str, Played]:
     if (record := config.record) is None:
         return {}
-    numbers = record.axis, record.kind, record.speed, record.seconds, record.band, record.peak
-    target = road_pose(setup, *numbers)
     return {
         spec.name: play(
             setup,
             spec.build(setup.platform.period, setup.directions),
-            target,
+            record.pose,
             record.highest,
             record.iterations,
             config.conditions.noise,

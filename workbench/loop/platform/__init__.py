@@ -7,7 +7,8 @@ transfer        poles, sensitivity, and the linear transfer of the pose, 6 x 6
 steps           steps along one axis, by name
 rows, sines     what is measured in steps and in sines, with what the other axes do
 envelope        the same where the payload is another
-record          a recorded motion, played and learned
+poses           roads and recorded courses as poses at the control period
+record          a recorded motion, checked, played and learned
 reach           where it can go: stroke, joint angles, forces, flow, singular poses
 """
 

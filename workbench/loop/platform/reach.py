@@ -44,12 +44,12 @@ def check_poses(platform: Platform, pose: np.ndarray) -> PoseCheck:
         travel / platform.limits("stroke"),
         base / platform["base_angle"],
         joint / platform["platform_angle"],
-        np.abs(static_forces(platform, pose)) / _most_force(platform),
+        np.abs(static_forces(platform, pose)) / most_force(platform),
         condition(geometry, pose),
     )
 
 
-def _most_force(platform: Platform) -> np.ndarray:
+def most_force(platform: Platform) -> np.ndarray:
     """What a jack may or can push [6], N, the less of the two."""
     stall = [min(stall_force(leg.rig, sign) for sign in (1.0, -1.0)) for leg in platform.legs]
     return np.minimum(stall, platform.limits("force"))

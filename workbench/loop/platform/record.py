@@ -1,18 +1,19 @@
-"""A recorded motion along one axis of a platform, played again and again: the poses asked for are corrected by what the
+"""A recorded motion of a platform, checked, and played again and again: the poses asked for are corrected by what the
 inverse of the linear loop makes of the error, in all six axes."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...control.platform_controller import PlatformController
-from ...records.road import road
+from ...rigs.platform import leg_lengths
+from ..capability import capability
 from .loop import PlatformRun, run_platform
+from .poses import REST
+from .reach import MOST_CONDITION, check_poses, most_force, static_forces
 from .setup import PlatformSetup
 from .transfer import platform_transfer
-
-_REST = 0.5  # s: before and after the record
-_FADE = 0.25  # s: over which it comes and goes
 
 
 @dataclass(frozen=True)
@@ -26,22 +27,31 @@ class Played:
     errors: list[float]
 
 
-def road_pose(
-    setup: PlatformSetup, axis: int, kind: str, speed: float, seconds: float, band: tuple[float, float], peak: float
-) -> np.ndarray:
-    """Poses [k, 6]: along one axis a road of a class at a speed [m/s], scaled to a `peak` [m] at the joints, at rest
-    before and after. Raises InputError as `road` does."""
-    period = setup.platform.period
-    t, heights = road(kind, speed, seconds, band, 0)
-    at = np.arange(round(seconds / period)) * period
-    shape = np.interp(at, t, heights)
-    fade = np.clip(np.minimum(at, seconds - at) / _FADE, 0.0, 1.0)
-    shape = (shape - shape.mean()) * fade**2 * (3 - 2 * fade)
-    rest = np.zeros(round(_REST / period))
-    whole = np.concatenate((rest, shape * peak / np.abs(shape).max(), rest))
-    pose = np.zeros((len(whole), 6))
-    pose[:, axis] = whole / setup.platform.geometry.weights[axis]
-    return pose
+def check_motion(setup: PlatformSetup, pose: np.ndarray) -> None:
+    """Raises InputError where poses [k, 6] lead a leg beyond its stroke, joint angles, speed, force or flow, or near a
+    singular pose. Forces: gravity, and the masses at home; the speed at full command falls with the root of the
+    pressure that a driving force leaves, (v/v0)^2 + F/F0 = 1 (Merritt, Hydraulic Control Systems, 1967, ch. 5)."""
+    platform, check = setup.platform, check_poses(setup.platform, pose)
+    speed = np.gradient(leg_lengths(platform.geometry, pose), platform.period, axis=0)
+    mass = np.linalg.inv((setup.directions / setup.masses) @ setup.directions.T)
+    force = static_forces(platform, pose) + np.gradient(speed, platform.period, axis=0) @ mass
+    share = force / most_force(platform)
+    full = np.array([jack.v0 for jack in platform.of_rigs(capability)])
+    uses = {
+        "stroke": check.stroke,
+        "angle of the base joint": check.base_angle,
+        "angle of the platform joint": check.platform_angle,
+        "speed": np.abs(speed) / platform.limits("speed"),
+        "force": np.abs(share),
+        "flow": (speed / full) ** 2 + np.maximum(share * np.sign(speed), 0.0),
+        "condition of the Jacobian": check.condition[:, None] / MOST_CONDITION,
+    }
+    for name, use in uses.items():
+        if use.max() > 1:
+            row, leg = np.unravel_index(np.argmax(use), use.shape)
+            where = f"{name} at {row * platform.period - REST:.3f} s"
+            of = f"leg {leg + 1}, {where}" if use.shape[1] > 1 else where
+            raise InputError(f"record: {of}: {100 * use.max():.4g} % of its limit; play it smaller or slower")
 
 
 def play(
