@@ -66,8 +66,8 @@ def test_friction_is_found_with_its_number():
 
 def test_the_answer_is_what_the_contract_says():
     answer = json.loads(named().files["trace.json"])
-    assert list(answer) == ["verdict", "effects", "equation", "ranking", "chi2", "rms", "learned"]
-    assert answer["learned"] == []
+    assert list(answer) == ["verdict", "effects", "equation", "ranking", "chi2", "rms", "learned", "numbers"]
+    assert answer["learned"] == answer["numbers"] == []
     assert list(answer["chi2"]) == ["before", "after"]
     for one in answer["ranking"]:
         assert list(one) == ["effect", "formula", "explained", "parameters"]
