@@ -232,3 +232,15 @@ def test_the_published_numbers_run_through_whole_cycles(rig):
     rms = {row["signal"]: row["rms"] for row in rows}
     assert 1 < rms["position"] < 10  # mm
     assert 2 < rms["pb"] < 10  # bar
+
+
+@pytest.mark.skipif(not MEASURED.exists(), reason="the recordings are not shipped")
+def test_the_measured_folder_is_known_by_its_records_whatever_its_name(tmp_path: Path):
+    renamed, fewer = tmp_path / "our-rig", tmp_path / "pump_rig"
+    for folder in (renamed, fewer):
+        folder.mkdir()
+        for path in sorted(MEASURED.glob("*.csv.gz"))[: None if folder is renamed else 3]:
+            (folder / path.name).symlink_to(path)
+    assert load_campaign(renamed).rig == "pump-rig"
+    with pytest.raises(InputError, match=r"campaign\.toml"):
+        load_campaign(fewer)
