@@ -9,6 +9,7 @@ _LINKS = {
     "experiments/README.md": "reference/experiments.md",
     "examples/README.md": "reference/tutorials.md",
     "experiments/": "../experiments/",
+    "docs/": "",
 }  # where links lead from the pages that include a part
 
 

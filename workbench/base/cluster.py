@@ -92,10 +92,8 @@ def cluster_workers(cluster: Cluster, make: Callable[[], Callable[[A], B]]) -> I
     Each worker process calls `make` once. What is under way when the context ends is cancelled. Raises ClusterError.
     """
     with _client(cluster) as client:
-        group, numbers = (
-            f"jackbench-{uuid4().hex}",
-            count(),
-        )  # of one group: what no worker takes yet, the scheduler keeps
+        # tasks of one group: what no worker takes yet, the scheduler keeps
+        group, numbers = f"jackbench-{uuid4().hex}", count()
         work = client.submit(_itself, _Work(pickle.dumps(make), installation(), granted()), pure=False)
         lock, waiting = Lock(), set[Future[bytes]]()
         running: Any = client.loop  # one of asyncio
