@@ -19,13 +19,14 @@ from .task import load_task
 if TYPE_CHECKING:
     from .picture import Film
 
+_RENDERED: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 25}
 FilmOf = tuple[Rig, str, float]  # rig, controlled signal, s of a step
 
 
 class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
     """What all of them share: a shell over a core of one lane, the episode's inside."""
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 25}  # noqa: RUF012
+    metadata = _RENDERED
     core: CoreT
 
     def _wrap(self, core: CoreT, observation: Box, render_mode: str | None, film: FilmOf) -> None:

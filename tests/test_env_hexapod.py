@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-import envs  # noqa: F401
 from envs.hexapod import LEGS
 from workbench import InputError
 from workbench.rigs.platform import leg_speeds, load_platform
@@ -13,7 +12,7 @@ from workbench.rigs.platform import leg_speeds, load_platform
 
 @pytest.fixture(scope="module")
 def env():
-    return gymnasium.make("Hexapod-v0").unwrapped
+    return gymnasium.make("envs:Hexapod-v0").unwrapped
 
 
 @pytest.mark.filterwarnings("ignore:.*spec.*:UserWarning")

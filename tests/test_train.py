@@ -104,6 +104,7 @@ def test_a_training_goes_on_from_a_file(tmp_path):
     ("old", "new", "says"),
     [
         ('"train"', '"tune"', '"tune" is not "train"; jackbench tune may take it'),
+        ('"train"', '"paper"', '"paper" is not "train"; jackbench run may take it'),
         ("seeds = [1, 2]", "seeds = [1, 1]", "seeds"),
         ("hidden = [6]", "hidden = [6.5]", "hidden"),
         ("hidden = [6]", "hidden = [6]\nunits = 3", "unknown key"),

@@ -10,6 +10,7 @@ import numpy as np
 from ...base.errors import echo
 from ...base.table import Table
 from ...control.network import Network
+from .. import COMMANDS
 from ..common.experiment import read_experiment, rig_name, rig_of
 from ..common.scenario_tables import read_scenarios
 from ..tune.config import TuneConfig, tune_config
@@ -44,7 +45,8 @@ def load_train(path: str | Path, rig: str | None = None) -> TrainConfig:
     path = Path(path)
     top = read_experiment(path)
     if (kind := top.text("experiment")) != "train":
-        raise top.complaint("experiment", f'{echo(kind)} is not "train"; jackbench {kind} may take it')
+        command = kind if kind in COMMANDS else "run"
+        raise top.complaint("experiment", f'{echo(kind)} is not "train"; jackbench {command} may take it')
     seeds, named, of = _seeds(top), rig or rig_name(top), rig_of(top, path, rig)
     network, odd = read_start(top, path.parent, of, read_scenarios(top, of)[0].signal)
     controllers, whole, further = top.table("controllers"), {}, []
