@@ -46,7 +46,7 @@ def load_rig(name: str | Path, beside: Path | None = None) -> Rig:
 
         if str(name) in bundled_platforms():
             raise InputError(f'"{name}" is a platform on six jacks; jackbench run takes an experiment on it')
-        hint = nearest(str(name), bundled())
+        hint = nearest(str(name), [*bundled(), *bundled_platforms()])
         end = "" if hint.endswith("?") else "."
         raise InputError(f'no bundled rig "{name}"; {hint}{end} A rig file ends in .toml')
     return _read(path, str(path))
