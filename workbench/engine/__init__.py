@@ -2,7 +2,7 @@
 
 engine         simulation of one trajectory or of batches; which back end runs is its affair
 trajectory     what a run gives: signals by name, with units
-sampled_law    a sampled linear law inside the compiled run of a plant
+sampled_law    a sampled linear law inside the compiled run of a plant; instant, what every instant does
 guard_rules    what a guard concludes from readings and lets through, as a graph; guard_motion, what the readings say of
                the motion; guard_shape, its places; guard_steps, the graph sample by sample
 staggered      force ports beside a program that integrates the mechanics

@@ -4,7 +4,6 @@ As sampled_law.py has it for a single jack: the sensors of all legs are read, th
 limits its own or trips, the drives hold what has arrived. A trip of one guard closes the valves of the others.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
@@ -12,11 +11,11 @@ import casadi as ca
 from ..plant import Plant
 from .guard_rules import let_through, packed_state, parts, watched
 from .guard_shape import GuardShape, length, places
+from .instant import Parts, held, reading
 from .sampled_law import LawGraphs
 
 LEGS = 6
 OUT = ("sent", "demanded", "held", "trip")  # what every instant puts out of each leg, before the recorded outputs
-_Parts = Mapping[str, ca.SX]
 
 
 @dataclass(frozen=True)
@@ -71,14 +70,14 @@ class PlatformShape:
         outputs = plant.h(x, ca.vertcat(s["held"], r["others"]), p)
         signals = dict(zip(plant.outputs, ca.vertsplit(outputs), strict=True))
         law = _law(self, s, r, q, _readings(self, signals, r, q))
-        held, last, line = _arriving(self, s["line"], law["sent"], q)
+        now, last, line = _arriving(self, s["line"], law["sent"], q)
         after = ca.vertcat(last, line, law["sent"], law["guard"], law["state"])
-        put_out = [law["sent"], law["demanded"], held, law["trip"], *(signals[name] for name in self.recorded)]
+        put_out = [law["sent"], law["demanded"], now, law["trip"], *(signals[name] for name in self.recorded)]
         arguments = [x, u, p, state, row, numbers]
-        return ca.Function("instant", arguments, [ca.cse(ca.vertcat(held, r["others"], after, *put_out))])
+        return ca.Function("instant", arguments, [ca.cse(ca.vertcat(now, r["others"], after, *put_out))])
 
 
-def _readings(shape: PlatformShape, signals: _Parts, r: _Parts, q: _Parts) -> list[_Parts]:
+def _readings(shape: PlatformShape, signals: Parts, r: Parts, q: Parts) -> list[Parts]:
     """What the sensors of each leg say that law or guard reads: with their noise, in steps of their resolution."""
     read, sensors = shape.guard.read, shape.sensors
     legs = []
@@ -88,17 +87,12 @@ def _readings(shape: PlatformShape, signals: _Parts, r: _Parts, q: _Parts) -> li
             for i, name in enumerate(read):
                 noise = r["noise"][leg * len(sensors) + sensors.index(name)]
                 at = leg * len(read) + i
-                values[name] = _coarse(values[name] + q["noise"][at] * noise, q["resolution"][at])
+                values[name] = reading(values[name], q["noise"][at] * noise, q["resolution"][at])
         legs.append(values)
     return legs
 
 
-def _coarse(value: ca.SX, quantum: ca.SX) -> ca.SX:
-    steps = ca.floor(value / ca.if_else(quantum > 0, quantum, 1) + 0.5) * quantum
-    return ca.if_else(quantum > 0, steps, value)
-
-
-def _law(shape: PlatformShape, s: _Parts, r: _Parts, q: _Parts, readings: list[_Parts]) -> dict[str, ca.SX]:
+def _law(shape: PlatformShape, s: Parts, r: Parts, q: Parts, readings: list[Parts]) -> dict[str, ca.SX]:
     """The commands that the guards let through, what was demanded, the trips, and the law's state after."""
     measured = [reading[name] for reading in readings for name in shape.measured]
     signals = ca.vertcat(r["reference"], r["forward"], *measured)
@@ -116,24 +110,20 @@ def _law(shape: PlatformShape, s: _Parts, r: _Parts, q: _Parts, readings: list[_
     return {"sent": sent, "demanded": asked, "trip": trips, "guard": ca.vertcat(*states), "state": state}
 
 
-def _watched(shape: PlatformShape, leg: int, s: _Parts, r: _Parts, q: _Parts, reading: _Parts) -> dict[str, ca.SX]:
+def _watched(shape: PlatformShape, leg: int, s: Parts, r: Parts, q: Parts, reading: Parts) -> dict[str, ca.SX]:
     size = length(shape.guard.state)
     state = parts(s["guard"][leg * size : (leg + 1) * size], shape.guard.state)
     values, numbers = ca.vertcat(*reading.values()), _numbers(shape, leg, q)
     return dict(watched(shape.guard, state, values, s["command"][leg], r["reference"][leg], numbers))
 
 
-def _numbers(shape: PlatformShape, leg: int, q: _Parts) -> _Parts:
+def _numbers(shape: PlatformShape, leg: int, q: Parts) -> Parts:
     """Those of a leg's guard."""
     size = length(shape.guard.numbers)
     return parts(q["guard"][leg * size : (leg + 1) * size], shape.guard.numbers)
 
 
-def _arriving(shape: PlatformShape, line: ca.SX, sent: ca.SX, q: _Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
+def _arriving(shape: PlatformShape, line: ca.SX, sent: ca.SX, q: Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
     """What the drives hold from now on, what at the period's end, and the commands on their way (as DelayLine)."""
     line = ca.vertcat(line, sent)
-    before, now, line = line[:LEGS], line[LEGS : 2 * LEGS], line[LEGS:]
-    if shape.interpolated:
-        mean = q["part"] * before + (1 - q["part"]) * now
-        return mean, mean, line
-    return (before if shape.split else now), now, line
+    return *held(shape, line[:LEGS], line[LEGS : 2 * LEGS], q["part"]), line[LEGS:]

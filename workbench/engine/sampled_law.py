@@ -20,11 +20,11 @@ from .codegen import gathered_inputs
 from .emit import emit
 from .guard_rules import let_through, packed_state, parts, watched
 from .guard_shape import GuardShape, length, places
+from .instant import Parts, held, reading
 from .jobs import Frame
 from .lanes import Code
 from .tape import divide_less, read
 
-_Parts = Mapping[str, ca.SX]
 OUT = ("sent", "demanded", "held", "trip")  # what every instant puts out, before the recorded outputs
 
 
@@ -155,33 +155,27 @@ def instant(plant: Plant, shape: LawShape) -> ca.Function:
     s, r, q = (parts(vector, of) for vector, of in zip((state, row, numbers), vectors, strict=True))
     outputs = plant.h(x, ca.vertcat(s["held"], r["others"]), p)
     signals = {name: outputs[plant.output(name)] for name in shape.read}
-    readings = {name: _reading(shape, i, name, signals[name], r, q) for i, name in enumerate(shape.read)}
-    law = _law(shape, s, r, q, readings)
-    held, last, line = _arriving(shape, s["line"], law["sent"], q)
+    law = _law(shape, s, r, q, _readings(shape, signals, r, q))
+    now, last, line = _arriving(shape, s["line"], law["sent"], q)
     after = ca.vertcat(last, line, law["sent"], law["guard"], law["state"])
-    put_out = [law["sent"], law["demanded"], held, law["trip"]]
+    put_out = [law["sent"], law["demanded"], now, law["trip"]]
     put_out += [outputs[plant.output(name)] for name in shape.recorded]
     arguments = [x, u, p, state, row, numbers]
-    return ca.Function("instant", arguments, [ca.cse(ca.vertcat(held, r["others"], after, *put_out))])
+    return ca.Function("instant", arguments, [ca.cse(ca.vertcat(now, r["others"], after, *put_out))])
 
 
-def _reading(shape: LawShape, i: int, name: str, value: ca.SX, r: _Parts, q: _Parts) -> ca.SX:
-    """What a sensor says of an output: with its noise, in steps of its resolution where it has one."""
+def _readings(shape: LawShape, signals: Parts, r: Parts, q: Parts) -> Parts:
+    """What the sensors say that law or guard reads."""
     if not shape.noisy:
-        return value
-    value = value + q["noise"][i] * r["noise"][shape.sensors.index(name)]
-    quantum = q["resolution"][i]
-    coarse = ca.floor(value / ca.if_else(quantum > 0, quantum, 1) + 0.5) * quantum
-    return ca.if_else(quantum > 0, coarse, value)
+        return signals
+    noise = {name: r["noise"][shape.sensors.index(name)] for name in shape.read}
+    return {
+        name: reading(signals[name], q["noise"][i] * noise[name], q["resolution"][i])
+        for i, name in enumerate(shape.read)
+    }
 
 
-def _law(
-    shape: LawShape,
-    s: Mapping[str, ca.SX],
-    r: Mapping[str, ca.SX],
-    q: Mapping[str, ca.SX],
-    readings: Mapping[str, ca.SX],
-) -> dict[str, ca.SX]:
+def _law(shape: LawShape, s: Parts, r: Parts, q: Parts, readings: Parts) -> dict[str, ca.SX]:
     """The command that the guard lets through, what was demanded, the trip, and the law's state after."""
     signals = ca.vertcat(r["reference"], *(readings[name] for name in shape.measured))
     guard = parts(s["guard"], shape.guard.state)
@@ -198,14 +192,14 @@ def _law(
     }
 
 
-def _asked(shape: LawShape, x: ca.SX, signals: ca.SX, q: _Parts) -> ca.SX:
+def _asked(shape: LawShape, x: ca.SX, signals: ca.SX, q: Parts) -> ca.SX:
     """The command that the law computes from its state and (r, y)."""
     if shape.graphs:
         return ca.SX(shape.graphs.output(x, signals, q["offset"], q["q"]))
     return ca.dot(q["c"], x) + ca.dot(q["d"], signals) + q["offset"]
 
 
-def _advanced(shape: LawShape, x: ca.SX, signals: ca.SX, sent: ca.SX, q: _Parts) -> ca.SX:
+def _advanced(shape: LawShape, x: ca.SX, signals: ca.SX, sent: ca.SX, q: Parts) -> ca.SX:
     """The law's state one period on."""
     if shape.graphs:
         return ca.SX(shape.graphs.advance(x, signals, sent, q["offset"], q["q"]))
@@ -214,18 +208,14 @@ def _advanced(shape: LawShape, x: ca.SX, signals: ca.SX, sent: ca.SX, q: _Parts)
     return a @ x + b @ signals + q["e"] * (sent - q["offset"])
 
 
-def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, q: _Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
+def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, q: Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
     """What the drive holds from now on, what at the period's end, and the commands on their way (as DelayLine)."""
-    line, part = ca.vertcat(line, sent), q["part"]
+    line = ca.vertcat(line, sent)
     before, now = line[0], line[1]
     if shape.own_delays:  # the oldest command comes first
         taps = q["taps"][::-1]
         before, now = ca.dot(taps, line[:-1]), ca.dot(taps, line[1:])
-    line = line[1:]
-    if shape.interpolated:
-        mean = part * before + (1 - part) * now
-        return mean, mean, line
-    return (before if shape.split else now), now, line
+    return *held(shape, before, now, q["part"]), line[1:]
 
 
 @dataclass(frozen=True)

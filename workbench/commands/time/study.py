@@ -89,8 +89,8 @@ def _page(
         best={"median [us]": "min", "99 % [us]": "min"},
     )
     verdict = (
-        f"{slowest} takes longest: 99 % of its samples within {timing[slowest]['solve_p99_us']:.3g} us, {100 * share:.2g} % of "
-        f"the control period of {period * 1e3:g} ms."
+        f"{slowest} takes longest: 99 % of its samples within {timing[slowest]['solve_p99_us']:.3g} us, "
+        f"{100 * share:.2g} % of the control period of {period * 1e3:g} ms."
     )
     return Page(f"Computing times on {config.rig.name}", verdict, [Section("Times", [table, _figure(spent, period)])])
 

@@ -189,16 +189,11 @@ def rapp(current: ca.SX, s: Scope) -> ca.SX:
     return current / (1 + s.p("c") * ratio**twice) ** (1 / twice)
 
 
-def _lead(demand: ca.SX, s: Scope) -> ca.SX:
-    rate = (s["error"] - s.x("c1")) / s.p("tf")
+def _lead(demand: ca.SX, s: Scope, signal: str, sign: int = 1) -> ca.SX:
+    """The demand and the filtered rate of a signal."""
+    rate = (s[signal] - s.x("c1")) / s.p("tf")
     s.rate("c1", rate)
-    return demand + s["gain"] * s.p("Td") * rate
-
-
-def _lead_on_spool(demand: ca.SX, s: Scope) -> ca.SX:
-    rate = (s["spool"] - s.x("c1")) / s.p("tf")
-    s.rate("c1", rate)
-    return demand - s["gain"] * s.p("Td") * rate
+    return demand + sign * s["gain"] * s.p("Td") * rate
 
 
 def _integral(demand: ca.SX, s: Scope) -> ca.SX:
@@ -235,7 +230,7 @@ def pi(demand: ca.SX, s: Scope) -> ca.SX:
 )
 def lead(demand: ca.SX, s: Scope) -> ca.SX:
     """u = demand + Kp Td (e - c1)/tf, tf c1' = e - c1."""
-    return _lead(demand, s)
+    return _lead(demand, s, "error")
 
 
 @effect(
@@ -250,7 +245,7 @@ def lead(demand: ca.SX, s: Scope) -> ca.SX:
 )
 def pi_lead(demand: ca.SX, s: Scope) -> ca.SX:
     """u = demand + Kp Td (e - c1)/tf + c0, tf c1' = e - c1, c0' = ki (Kp e + sat(u) - u)."""
-    return _integral(_lead(demand, s), s)
+    return _integral(_lead(demand, s, "error"), s)
 
 
 @effect(
@@ -265,7 +260,7 @@ def pi_lead(demand: ca.SX, s: Scope) -> ca.SX:
 )
 def lead_on_spool(demand: ca.SX, s: Scope) -> ca.SX:
     """u = demand - Kp Td (z - c1)/tf, tf c1' = z - c1, z the measured spool over its travel."""
-    return _lead_on_spool(demand, s)
+    return _lead(demand, s, "spool", -1)
 
 
 @effect(
@@ -280,7 +275,7 @@ def lead_on_spool(demand: ca.SX, s: Scope) -> ca.SX:
 )
 def pi_lead_on_spool(demand: ca.SX, s: Scope) -> ca.SX:
     """u = demand - Kp Td (z - c1)/tf + c0, tf c1' = z - c1, c0' = ki (Kp e + sat(u) - u)."""
-    return _integral(_lead_on_spool(demand, s), s)
+    return _integral(_lead(demand, s, "spool", -1), s)
 
 
 @effect(
