@@ -1,5 +1,6 @@
 """Two effects at once: the joint score against least squares, the rule, and a small cylinder that lacks two."""
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache, partial
@@ -22,7 +23,7 @@ from workbench.identify.trace.refits import judge, run_pass
 from workbench.identify.trace.rule import best_pair, worth_adding
 from workbench.identify.trace.search import search_effects
 from workbench.identify.trace.verdict import judge_search
-from workbench.plant.effects import find
+from workbench.plant.effects import Effect, find
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
@@ -111,8 +112,8 @@ def lacking(*uses: tuple[str, float]) -> EstimationProblem:
     return estimation_problem(campaign(truth), rig)
 
 
-def searching(problem: EstimationProblem) -> AbstractContextManager[TraceContext]:
-    return trace_context(problem, EFFECTS, no_checkpoint, lambda _: None, False)
+def searching(problem: EstimationProblem, library: Sequence[Effect] = EFFECTS) -> AbstractContextManager[TraceContext]:
+    return trace_context(problem, library, no_checkpoint, lambda _: None, False)
 
 
 def together(problem: EstimationProblem) -> tuple[Pass, ...]:
@@ -162,3 +163,17 @@ def test_a_faint_second_effect_is_named_where_held_out_records_ask_for_it():
     assert (answer.verdict, names) == ("named", ["jack.friction", "sensor.lag"])
     before, both = answer.passes[1].before.squares, answer.effects[1].refitted.squares
     assert not worth_adding(before - both, answer.base.squares, answer.base.samples)
+
+
+@pytest.mark.parametrize(
+    ("families", "names"),
+    [(("lags", "lags"), ["jack.friction", "sensor.lag"]), (("lags", "lines"), ["jack.friction"])],
+)
+def test_a_second_effect_may_tie_within_its_family_alone(families: tuple[str, str], names: list[str]):
+    """An effect beside its own copy under another name: nothing tells the two apart."""
+    friction, _, lag = EFFECTS
+    copies = (replace(lag, family=families[0]), replace(lag, name="sensor.late", family=families[1]))
+    with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.004)), (friction, *copies)) as context:
+        effects = search_effects(context).effects
+    assert [fit.judgement.name for fit in effects] == names
+    assert [fit.tied for fit in effects] == [(), ("sensor.late",)][: len(names)]

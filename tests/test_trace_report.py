@@ -11,7 +11,7 @@ from workbench.commands.common.error_page import error_figure, error_table
 from workbench.commands.trace import words as words
 from workbench.commands.trace.detectability import undetectable
 from workbench.commands.trace.figures import telling
-from workbench.commands.trace.metrics import compared, trace_json
+from workbench.commands.trace.metrics import compared, more_json, trace_json
 from workbench.commands.trace.page import _shape, _where, trace_page
 from workbench.commands.trace.shape import UnexplainedDisturbance, shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
@@ -70,9 +70,9 @@ def test_what_could_not_be_seen_is_said():
 def tied() -> Trace:
     """Friction as it was found, and load.bias as if it had explained as much."""
     (each,) = found().passes
-    bias = replace(each.accepted[0].candidate, effect=find("load.bias", "weight"))
-    both = (each.accepted[0], replace(each.accepted[0], candidate=bias))
-    return altered(verdict="tied", tied=("load.bias",), passes=(replace(each, accepted=both),))
+    friction = replace(each.accepted[0], tied=("load.bias",))
+    bias = replace(friction, candidate=replace(friction.candidate, effect=find("load.bias", "weight")))
+    return altered(verdict="tied", effects=(friction,), passes=(replace(each, accepted=(friction, bias)),))
 
 
 def test_effects_that_tie_are_told_with_what_splits_them():
@@ -81,6 +81,27 @@ def test_effects_that_tie_are_told_with_what_splits_them():
     assert "slow triangles" in said
     assert "standing still at null" in said
     assert [name for name, _ in words.next_records(tied())] == ["jack.friction", "load.bias"]
+
+
+def test_a_second_effect_that_ties_is_said_to_tie():
+    (friction,) = tied().effects
+    spring = replace(friction, candidate=replace(friction.candidate, effect=find("load.spring", "linear")), tied=())
+    trace = replace(tied(), verdict="named", effects=(spring, friction))
+    said = words.verdict(trace, None, None)
+    assert "In the place of jack.friction, load.bias explains as much: these records cannot tell them apart." in said
+    assert "next" not in said.split("apart.")[1].split("record")[0]
+    assert [name for name, _ in words.next_records(trace)] == ["load.spring", "jack.friction", "load.bias"]
+    answer = trace_json(trace)
+    assert (answer["verdict"], answer["effects"]) == ("named", ["load.spring", "jack.friction"])
+    assert more_json(trace)["tied"] == {"jack.friction": ["load.bias"]}
+
+
+def test_an_effect_that_was_added_ties_with_none():
+    (friction,) = tied().effects
+    bias = replace(friction, candidate=replace(friction.candidate, effect=find("load.bias", "weight")), tied=())
+    trace = altered(verdict="named", effects=(friction, bias))
+    assert trace.tied == ()
+    assert "tell them apart" not in words.verdict(trace, None, None)
 
 
 def test_an_unfinished_effect_says_that_more_is_missing_and_where():

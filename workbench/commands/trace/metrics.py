@@ -50,6 +50,7 @@ def _learned(shape: LearnedShape) -> dict[str, Any]:
 def more_json(trace: Trace) -> dict[str, Any]:
     """What metrics.json has beside the answer."""
     in_sessions = [each.json() for each in session_fits(trace.problem, trace.final.fit)]
+    tied = {fit.candidate.effect.name: list(fit.tied) for fit in trace.effects if fit.tied}
     failed = {f"{fit.candidate.effect.title}": why for search in trace.passes for fit, why in failures(search.tried)}
     return {
         "base": base_intervals(trace.problem.rig, trace.final.fit),
@@ -57,6 +58,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
         "cuts": dict(trace.parity_residuals),
         "sessions": sessions_json(sessions(trace.problem, trace.final.fit)),
         **({"session_numbers": in_sessions} if in_sessions else {}),
+        **({"tied": tied} if tied else {}),
         "at_an_end": list(trace.final.fit.at_bounds),
         "failed": failed,
         "scores": [

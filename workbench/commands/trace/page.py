@@ -109,9 +109,9 @@ def _is_unclear(trace: Trace, shape: UnexplainedDisturbance | None) -> bool:
 
 def _next(trace: Trace) -> list[Section]:
     said = [f"{about}: {record}." for about, record in next_records(trace)]
-    if trace.verdict == "tied":
+    if trace.tied:
         said.insert(0, "Recordings in which only one of them acts tell them apart:")
-    if trace.verdict in ("tied", "unknown"):
+    if trace.tied or trace.verdict == "unknown":
         said.append(PLAN)
     return [Section("What to record next", said)] if said else []
 

@@ -220,7 +220,7 @@ def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
 
 def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
-    names = [fit.candidate.effect.name for fit in trace.passes[0].accepted]
+    names = [trace.effects[0].candidate.effect.name, *trace.tied]
     words = listed([ALL_EFFECTS.get(name, f"{name} acts") for name in names], "or")
     return (
         f"Either {words}: these records cannot tell {listed(names)} apart, each explains "
@@ -289,12 +289,23 @@ def _explains(trace: Trace) -> str:
     verb = "explains" if len(effects) == 1 else "explain together"
     return (
         f"{words[0].upper()}{words[1:]}: {listed([title(effect) for effect in effects])} {verb} "
-        f"{_percent(share)} of what the model misses."
+        f"{_percent(share)} of what the model misses.{''.join(_as_good(trace, fit) for fit in trace.effects)}"
     )
 
 
+def _as_good(trace: Trace, fit: CandidateFit) -> str:
+    """Which names would do in the place of an effect that was added."""
+    names = [name for name in fit.tied if name in trace.tied]
+    if not names:
+        return ""
+    explain = "explains" if len(names) == 1 else "explain"
+    added = fit.candidate.effect.name
+    return f" In the place of {added}, {listed(names)} {explain} as much: these records cannot tell them apart."
+
+
 def _other(trace: Trace, fit: CandidateFit) -> bool:
-    return fit.candidate.effect.name not in [each.candidate.effect.name for each in trace.effects]
+    added = [each.candidate.effect.name for each in trace.effects]
+    return fit.candidate.effect.name not in (*added, *trace.tied)
 
 
 def _advice(trace: Trace, begin: str) -> str:

@@ -19,7 +19,7 @@ FIRST = 3  # of the ranking
 FLOOR = 1.15  # held-out RMS over the noise floor
 FINE = ("right", "tied", "incomplete", "both", "one, incomplete")  # results that are as good as can be asked
 NAMING = ("named", "tied", "incomplete")
-FAMILY = {effect.name: effect.family or effect.name for effect in LIBRARY}
+FAMILY = {effect.name: effect.kin for effect in LIBRARY}
 _CELL = re.compile(r"(?P<name>\S+) \[(?P<unit>[^\]]+)\]")
 
 Row = dict[str, Any]

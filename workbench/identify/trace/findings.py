@@ -15,13 +15,17 @@ from .rule import PARTIAL, SIGNIFICANT, Judgement, misfit
 
 @dataclass(frozen=True, eq=False)
 class CandidateFit:
-    """A refitted effect and what the rule says of it; `failed` says why there is no fit."""
+    """A refitted effect and what the rule says of it; `failed` says why there is no fit.
+
+    `tied` are names that explain as much in the same pass, best first.
+    """
 
     candidate: Candidate
     score: float
     judgement: Judgement
     model_fit: FittedModel | None
     failed: str = ""
+    tied: tuple[str, ...] = ()
 
     @property
     def refitted(self) -> FittedModel:
@@ -65,7 +69,7 @@ class LearnedShape:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """What a trace found. `effects` were added, in order; `tied` are names that explain as much as the first.
+    """What a trace found. `effects` were added, in order.
 
     `named` is the fit with them, `final` that with what was `learned` of their shape, or of an unknown, on top.
     `heldout` are the errors of `base`, `named` and `final` on the held-out records. `refuted` are effects that
@@ -81,13 +85,18 @@ class Trace:
     heldout: tuple[HeldoutErrors, HeldoutErrors, HeldoutErrors]
     verdict: str
     effects: tuple[CandidateFit, ...]
-    tied: tuple[str, ...]
     equation: str | None
     evidence: tuple[tuple[str, float], ...]
     parity_residuals: Mapping[str, float]
     passes: tuple[Pass, ...]
     refuted: tuple[CandidateFit, ...] = ()
     learned: tuple[LearnedShape, ...] = ()
+
+    @property
+    def tied(self) -> tuple[str, ...]:
+        """Names that were not added and explain as much as an effect that was."""
+        added = [fit.candidate.effect.name for fit in self.effects]
+        return tuple(dict.fromkeys(name for fit in self.effects for name in fit.tied if name not in added))
 
     @property
     def chi2(self) -> tuple[float, float]:

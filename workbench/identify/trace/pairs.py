@@ -67,11 +67,7 @@ def best_pairs(trials: Sequence[Trial], most: int) -> list[CandidatePair]:
         gain = float(max(gains[i, j], gains[j, i]))
         if len(pairs) == most or gain <= alone:
             break
-        if _family(first) != _family(second):
+        if first.effect.kin != second.effect.kin:
             both = first.candidate(beside[i, j]), second.candidate(beside[j, i])
             pairs.setdefault(frozenset((first.effect.name, second.effect.name)), CandidatePair(both, gain))
     return list(pairs.values())
-
-
-def _family(trial: Trial) -> str:
-    return trial.effect.family or trial.effect.name

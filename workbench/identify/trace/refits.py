@@ -1,6 +1,7 @@
 """One pass of a search: effects are scored about a fit, the best are refitted beside it, and the rule judges them."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -37,8 +38,15 @@ def run_pass(
     shortlist = _shortlist(context, number, model_fit, library)
     tried = _Refits(context, number, model_fit, before).of(shortlist.ranked)
     best = decide.named([candidate_fit.judgement for candidate_fit in tried], share)
+    tried = tuple(_with_ties(candidate_fit, best) for candidate_fit in tried)
     accepted = tuple(next(fit for fit in tried if fit.judgement is judgement) for judgement in best)
     return Pass(model_fit, shortlist.ranked, shortlist.compared, shortlist.cosines, shortlist.pairs, tried, accepted)
+
+
+def _with_ties(candidate_fit: CandidateFit, best: Sequence[decide.Judgement]) -> CandidateFit:
+    """A refit, with the names of the other best ones where it is one of them."""
+    others = tuple(judgement.name for judgement in best if judgement is not candidate_fit.judgement)
+    return replace(candidate_fit, tied=others) if len(others) < len(best) else candidate_fit
 
 
 def _shortest(able: Ranked, most: int) -> list[str]:

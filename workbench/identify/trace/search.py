@@ -18,12 +18,11 @@ _PASSES = 6  # effects at most
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """What train and select records say: the rig alone as fitted, effects in the order in which they were added, names
-    that tie with the first, the equation that lacks something (None at the floor), and all passes."""
+    """What train and select records say: the rig alone as fitted, effects in the order in which they were added, the
+    equation that lacks something (None at the floor), and all passes."""
 
     base: FittedModel
     effects: tuple[CandidateFit, ...]
-    tied: tuple[str, ...]
     place: FaultLocation | None
     passes: tuple[Pass, ...]
 
@@ -45,31 +44,29 @@ class _Search:
         while True:
             context.report_progress(f"rig alone: chi2 {base.chi2:.4g} on what it did not see")
             if not context.is_misfit(base):
-                return SearchResult(base, (), (), None, tuple(self._passes))
+                return SearchResult(base, (), None, tuple(self._passes))
             name = f"localise-{len(self._passes)}" if self._passes else "localise"
             place = context.location(name, base)
-            effects, tied, better = self._effects(base)
+            effects, better = self._effects(base)
             if better is None:
-                return SearchResult(base, effects, tied, place, tuple(self._passes))
+                return SearchResult(base, effects, place, tuple(self._passes))
             base = better
 
-    def _effects(self, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[str, ...], FittedModel | None]:
-        """Effects one after the other, until nothing is missing or nothing passes; the names that tie with the first.
+    def _effects(self, base: FittedModel) -> tuple[tuple[CandidateFit, ...], FittedModel | None]:
+        """Effects one after the other, until nothing is missing or nothing passes.
 
         Where the first pass shows that the rig alone can do better than `base`, nothing but that fit, which is last.
         """
         context = self._context
         effects: tuple[CandidateFit, ...] = ()
-        tied: tuple[str, ...] = ()
         model_fit = base
         while len(effects) < _PASSES and context.is_misfit(model_fit):
             this_pass = self._pass(model_fit, model_fit)
             if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
                 if not effects:
-                    return (), (), better
+                    return (), better
                 model_fit, effects = better, (*effects[:-1], replace(effects[-1], model_fit=better))
             elif this_pass.accepted and self._adds(base, effects, this_pass):
-                tied = tied or tuple(other.candidate.effect.name for other in this_pass.accepted[1:])
                 effects = (*effects, this_pass.accepted[0])
             elif context.several and (part := best_of_several(context.problem, model_fit, this_pass.tried)):
                 effects = (*effects, self._refit_from_declared(part))
@@ -78,7 +75,7 @@ class _Search:
             else:
                 break
             model_fit = effects[-1].model_fit or model_fit
-        return effects, tied, None
+        return effects, None
 
     def _pass(self, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:
         self._passes.append(run_pass(self._context, len(self._passes) + 1, model_fit, before, share))
@@ -107,12 +104,12 @@ class _Search:
 
     def _adds(self, base: FittedModel, effects: tuple[CandidateFit, ...], this_pass: Pass) -> bool:
         """Whether the effect that a pass accepted goes to those before: it has to matter, but for a second one, which
-        may be faint; a later one only if no other name explains as much."""
+        may be faint; a later one only if no name of another family explains as much."""
         if self._context.several:
             return True
         fall = this_pass.before.squares - this_pass.accepted[0].refitted.squares
         matters = decide.worth_adding(fall, base.squares, base.samples) or len(effects) == 1
-        return matters and (not effects or len(this_pass.accepted) == 1)
+        return matters and (not effects or len({fit.candidate.effect.kin for fit in this_pass.accepted}) == 1)
 
     def _pair(self, this_pass: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
         """Two effects that explain together what neither does alone: the best partial one, and one beside it."""

@@ -15,7 +15,7 @@ from .shapes import ROUNDS, best_reshaping
 
 def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     """The answer of a trace. Raises InputError where the rig cannot follow the held-out records."""
-    tied, place = search.tied, search.place
+    place = search.place
     alone = context.fit_all_windows("base, all windows", search.base)
     before = context.heldout("before", alone)
     if not np.isfinite(before.chi2):
@@ -30,11 +30,11 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     nowhere = place is None or not context.is_significant(place)  # as far as the search could see
     shown = not nowhere or context.is_misfit(before)  # else the misfit may be a floor that is too low
     if effects and not (shown and (context.several or _confirmed(context, before, plain))):
-        effects, tied, refuted, named, plain = (), (), effects, alone, before
+        effects, refuted, named, plain = (), effects, alone, before
     if nowhere and context.is_misfit(before) and not context.numbers_explain(alone, before):
         name = f"localise held-out-{len(search.passes)}" if search.passes else "localise held-out"
         place = context.location(name, alone, before)
-    verdict = _verdict(context, plain, effects, tied, place)
+    verdict = _verdict(context, plain, effects, place)
     final, after, learned = named, plain, ()
     if verdict in ("unknown", "incomplete"):
         start = effects[-1].refitted if effects else _nearest(search)
@@ -48,7 +48,6 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
         heldout=(before, plain, after),
         verdict=verdict,
         effects=effects,
-        tied=tied,
         equation=None if verdict == "none" else equation,
         evidence=place.evidence if place else (),
         parity_residuals=place.parity_residuals if place else {},
@@ -62,14 +61,13 @@ def _verdict(
     context: TraceContext,
     after: HeldoutErrors,
     effects: tuple[CandidateFit, ...],
-    tied: tuple[str, ...],
     place: FaultLocation | None,
 ) -> str:
     if not effects:
         return "unknown" if place is not None and context.is_significant(place) else "none"
     if context.is_misfit(after):
         return "incomplete"
-    return "tied" if tied and len(effects) == 1 else "named"
+    return "tied" if len(effects) == 1 and effects[0].tied else "named"
 
 
 def _without_faint(context: TraceContext, search: SearchResult, before: HeldoutErrors) -> tuple[CandidateFit, ...]:

@@ -95,6 +95,11 @@ class Effect:
         return f"{self.name}.{name}"
 
     @property
+    def kin(self) -> str:
+        """The name of its family; its own where it has none."""
+        return self.family or self.name
+
+    @property
     def fitted(self) -> tuple[EffectNumber, ...]:
         """The numbers that a fit may move."""
         return tuple(number for number in self.numbers if not number.given)
