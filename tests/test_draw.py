@@ -5,22 +5,31 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.commands.trace_study.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, UNNAMED_CAUSES, cause
+from workbench.commands.trace_study.campaigns.cause import (
+    LIBRARY_CAUSES,
+    OTHER_FORMULA_CAUSES,
+    UNNAMED_CAUSES,
+    cause,
+    causes_on,
+)
 from workbench.commands.trace_study.campaigns.draw import CampaignPlan, draw
 from workbench.commands.trace_study.campaigns.noise import BLEMISHES, noise
-from workbench.commands.trace_study.campaigns.play import play, start
+from workbench.commands.trace_study.campaigns.play import PositionLoop, play, start
 from workbench.commands.trace_study.campaigns.strength import scaled, settle
 from workbench.engine import Engine
 from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.fit.predict import predict_windows
 from workbench.plant import build
+from workbench.plant.effects import applies
 from workbench.records import load_campaign
 from workbench.records.excitation import Excitation
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
 
-PERIOD = 1e-3
+PERIOD, STEP = 1e-3, 1 / 32767
 COULOMB = (("jack.friction", "coulomb"),)
+ON_VALVES = causes_on(load_rig("jack-10t"), (*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES))
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +93,7 @@ def test_a_drawn_effect_is_as_visible_as_was_asked(rubbing, rig):
     folder, truth = rubbing
     assert truth["expected"][0] == pytest.approx(6.0, rel=0.2)
     without = squares(rig, folder, truth, {})
-    within = squares(rig, folder, truth, truth["numbers"], [cause(*COULOMB[0]).effect])
+    within = squares(rig, folder, truth, truth["numbers"], [cause(*COULOMB[0], load_rig("jack-10t")).effect])
     assert np.mean(list(without.values())) > 4.0
     assert np.mean(list(within.values())) < 1.1
 
@@ -125,7 +134,8 @@ def late_edge(rig, formula, periods, rows):
     """An edge at row 5 on a rig whose drive is late by so many periods."""
     delay = Number("delay", periods * PERIOD, "s", "s", "", None, None)
     engine = Engine(build(replace(rig, effects=(EffectUse("drive.delay", formula, {"delay": delay}),))))
-    return engine, play(engine, engine.plant.p, start(engine, engine.plant.p, {}), edge(rows), 0.0, np.zeros(rows))
+    begin, loop = start(engine, engine.plant.p, {}), PositionLoop(0.0, STEP)
+    return engine, play(engine, engine.plant.p, begin, edge(rows), loop, np.zeros(rows), {})
 
 
 @pytest.mark.parametrize(
@@ -136,21 +146,21 @@ def late_edge(rig, formula, periods, rows):
 def test_the_plant_meets_the_command_late(rig, periods, formula, seen):
     """The written command steps at row 5; the current of each row answers what the plant has got by then."""
     engine, motion = late_edge(rig, formula, periods, 12)
-    step = motion.command[5] - motion.command[4]
-    assert motion.command[5] == pytest.approx(0.01, abs=2e-5)
+    step = motion.inputs["command"][5] - motion.inputs["command"][4]
+    assert motion.inputs["command"][5] == pytest.approx(0.01, abs=2e-5)
     gain = engine.plant.p[engine.plant.parameters.index("Kp")] * engine.plant.p[engine.plant.parameters.index("imax")]
     for row, share in enumerate(seen, 5):
         spool = motion.outputs["spool"][row] / engine.plant.p[engine.plant.parameters.index("z3max")]
-        met = motion.outputs["current"][row] / gain + spool - motion.command[4]
+        met = motion.outputs["current"][row] / gain + spool - motion.inputs["command"][4]
         assert met == pytest.approx(share * step, abs=1e-9)
 
 
 def test_a_command_that_is_switched_inside_a_period_acts_from_there(rig, rest):
     engine, late = late_edge(rig, "shift", 0.25, 8)
     u = rest.u.copy()
-    u[0] = late.command[4]
+    u[0] = late.inputs["command"][4]
     x = engine.advance(late_state(late, engine, 5), u, 0.25 * PERIOD)
-    u[0] = late.command[5]
+    u[0] = late.inputs["command"][5]
     assert engine.advance(x, u, 0.75 * PERIOD) == pytest.approx(late_state(late, engine, 6), rel=1e-12)
 
 
@@ -158,9 +168,18 @@ def late_state(motion, engine, row):
     return np.array([motion.states[state.name][row] for state in engine.plant.states])
 
 
+def home(one, rig, plant):
+    """The rig that has room for a cause, and its plant."""
+    if applies(one.effect, rig):
+        return rig, plant
+    pump = load_rig("pump-rig", corrector="speed")
+    return pump, build(pump)
+
+
 @pytest.mark.parametrize("one", [*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES], ids=lambda one: " ".join(one.key))
 def test_a_foreign_effect_vanishes_where_it_is_off(one, rig, plant):
     """Whatever the base plant does, with the effect's own states where they begin."""
+    rig, plant = home(one, rig, plant)
     model = build(rig, also=[one.effect])
     off = {number.name: number.typical if number.off is None else number.off for number in one.effect.numbers}
     assert any(number.off is not None for number in one.effect.numbers)
@@ -178,7 +197,7 @@ def test_a_foreign_effect_vanishes_where_it_is_off(one, rig, plant):
         assert model.observe(x, u, p)[0] == pytest.approx(plant.observe(x[own], u[: len(plant.inputs)])[0], rel=1e-9)
 
 
-@pytest.mark.parametrize("one", [*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES], ids=lambda one: " ".join(one.key))
+@pytest.mark.parametrize("one", ON_VALVES, ids=lambda one: " ".join(one.key))
 def test_a_foreign_effect_simulates(one, rig, plant):
     """At its typical strength, from rest, through a hard step; and something comes of it."""
     engine = Engine(build(rig, also=[one.effect]), 1e-4, "interpreted")
@@ -186,7 +205,7 @@ def test_a_foreign_effect_simulates(one, rig, plant):
     rows = 40
     hard = Excitation("hard", PERIOD, np.zeros(rows), np.where(np.arange(rows) % 20 < 10, 0.3, -0.2))
     motions = [
-        play(e, e.plant.p, start(e, e.plant.p, initial_states), hard, 0.3, np.zeros(rows))
+        play(e, e.plant.p, start(e, e.plant.p, initial_states), hard, PositionLoop(0.3, STEP), np.zeros(rows), {})
         for e, initial_states in ((engine, one.initial_states), (base, {}))
     ]
     moved = [
@@ -197,8 +216,10 @@ def test_a_foreign_effect_simulates(one, rig, plant):
     assert max(moved) > 1e-4
 
 
-def test_every_named_effect_has_formulas_of_its_own_and_foreign_ones():
-    assert {one.effect.name for one in OTHER_FORMULA_CAUSES} == {one.effect.name for one in LIBRARY_CAUSES}
+def test_every_named_effect_has_formulas_of_its_own_and_foreign_ones(rig):
+    own, others = (causes_on(rig, pool) for pool in (LIBRARY_CAUSES, OTHER_FORMULA_CAUSES))
+    assert {one.effect.name for one in own} == {one.effect.name for one in others}
+    assert {one.effect.name for one in OTHER_FORMULA_CAUSES} <= {one.effect.name for one in LIBRARY_CAUSES}
     assert not {one.key for one in OTHER_FORMULA_CAUSES} & {one.key for one in LIBRARY_CAUSES}
     assert not {one.effect.name for one in UNNAMED_CAUSES} & {one.effect.name for one in LIBRARY_CAUSES}
     assert all(
@@ -208,7 +229,7 @@ def test_every_named_effect_has_formulas_of_its_own_and_foreign_ones():
 
 @pytest.mark.parametrize("goal", [2.0, 6.0, 20.0])
 def test_strength_is_found_where_misfit_goes_with_its_square(goal):
-    one = cause(*COULOMB[0])
+    one = cause(*COULOMB[0], load_rig("jack-10t"))
     typical = one.effect.numbers[0].typical
     found = settle(lambda numbers: 1 + 40 * (numbers["Fc"] / typical) ** 2, one, {}, goal)
     assert found.chi2 == pytest.approx(goal, rel=0.15)
@@ -216,7 +237,7 @@ def test_strength_is_found_where_misfit_goes_with_its_square(goal):
 
 
 def test_a_strength_that_can_not_be_reached_is_the_nearest_that_can():
-    one = cause(*COULOMB[0])
+    one = cause(*COULOMB[0], load_rig("jack-10t"))
     highest = one.effect.numbers[0].high
     found = settle(lambda numbers: 1 + numbers["Fc"] / highest, one, {}, 50.0)
     assert found.numbers["Fc"] == highest

@@ -12,8 +12,9 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json, open_run
 from workbench.commands.trace_study.campaigns.draw import CampaignPlan
 from workbench.commands.trace_study.given import given
+from workbench.commands.trace_study.plan import default_plan
 from workbench.commands.trace_study.score import confusion, failed, judged, scores
-from workbench.commands.trace_study.study import default_plan, run_trace_study
+from workbench.commands.trace_study.study import run_trace_study
 from workbench.plant.effects import LIBRARY
 from workbench.report import render
 

@@ -48,7 +48,7 @@ def fit(campaign: Campaign | str | Path, rig: Rig | str | None = None, starts: i
 def _loaded(campaign: Campaign | str | Path, rig: Rig | str | None) -> tuple[Campaign, Rig]:
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign)
-    return campaign, rig if isinstance(rig, Rig) else load_rig(rig or campaign.rig)
+    return campaign, rig if isinstance(rig, Rig) else load_rig(rig or campaign.rig, corrector=campaign.corrector)
 
 
 def _quiet(_: str) -> None:

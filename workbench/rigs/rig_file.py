@@ -36,8 +36,11 @@ def bundled() -> list[str]:
     return sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml"))
 
 
-def load_rig(name: str | Path, beside: Path | None = None) -> Rig:
-    """A bundled rig by name, or a rig file by path (relative to `beside`). Raises InputError with file and row."""
+def load_rig(name: str | Path, beside: Path | None = None, corrector: str = "") -> Rig:
+    """A bundled rig by name, or a rig file by path (relative to `beside`), driven by another `corrector` of its valve
+    where one is given. Raises InputError with file and row."""
+    if corrector:
+        return load_rig(name, beside).with_corrector(corrector)
     if str(name) in bundled():
         return _read(Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name))
     path = (beside / name) if beside else Path(name)

@@ -61,7 +61,8 @@ def load(
     records = tuple(every[name] for name in only) or campaign.heldout
     source = campaign.path.resolve().name
     sheets = tuple(sheet for sheet in campaign.sheets if (sheet.input, sheet.output) == pair)
-    return FrequencyTask(load_rig(rig or campaign.rig), source, pair, records, sheets, campaign, period)
+    driven = load_rig(rig or campaign.rig, corrector=campaign.corrector)
+    return FrequencyTask(driven, source, pair, records, sheets, campaign, period)
 
 
 def identity(task: FrequencyTask) -> dict[str, Any]:

@@ -36,8 +36,7 @@ def load(options: argparse.Namespace) -> tuple[Campaign, Rig]:
     campaign = load_campaign(options.campaign)
     if options.heldout:
         campaign = judged_by(campaign, options.heldout)
-    rig = load_rig(options.rig or campaign.rig)
-    return campaign, rig.with_corrector(campaign.corrector) if campaign.corrector else rig
+    return campaign, load_rig(options.rig or campaign.rig, corrector=campaign.corrector)
 
 
 def fingerprint(campaign: Campaign) -> dict[str, Any]:

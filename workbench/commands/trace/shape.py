@@ -192,7 +192,8 @@ def _signals(
     for column, name in enumerate(names):
         signal = SIGNALS[name]
         signals[signal.label] = from_si(values[..., column], signal.unit, signal.si)
-    signals["spool speed [mm/s]"] = np.gradient(signals["spool [mm]"], period, axis=1)
+    if "spool" in names:
+        signals["spool speed [mm/s]"] = np.gradient(signals["spool [mm]"], period, axis=1)
     return signals
 
 

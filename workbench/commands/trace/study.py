@@ -10,7 +10,7 @@ from ...base.errors import InputError, nearest
 from ...base.process_pool import one_blas_thread
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.tracer import trace
-from ...plant.effects import Effect, known_effects
+from ...plant.effects import Effect, acts, known_effects
 from ...records import Campaign, load_campaign
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig, rig_text
@@ -28,14 +28,14 @@ from .shape import missing_shape
 
 
 def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
-    """The library with a rig's and a user's own effects, less those that the rig declares and those in `without`."""
+    """Effects of the library, of the rig and of files that act on it, less those it declares and those in `without`."""
     known = known_effects(dict.fromkeys((*rig.effect_files, *map(str, files))))
     names = {effect.name for effect in known}
     for name in without:
         if name not in names:
             raise InputError(f'--without {name}: no effect "{name}"; {nearest(name, names)}')
     gone = {*without, *(use.name for use in rig.effects)}
-    return tuple(effect for effect in known if effect.name not in gone)
+    return tuple(effect for effect in known if effect.name not in gone and acts(effect, rig))
 
 
 def trace_campaign(
@@ -59,7 +59,7 @@ def trace_campaign(
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign)
     if not isinstance(rig, Rig):
-        rig = load_rig(rig or campaign.rig)
+        rig = load_rig(rig or campaign.rig, corrector=campaign.corrector)
     files = [str(Path(file).resolve()) for file in effects]
     library = effects_for(rig, files, without)
     return _answer(campaign, rig, library, stage, progress, files, without, several, jobs)
@@ -119,14 +119,13 @@ def _answer(
     return TraceAnswer(result, rig_found, outcome, identity(campaign, rig, files, without, several))
 
 
-def traced(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
+def traced(folder: Path, removed: tuple[str, ...] = (), several: bool = False) -> dict[str, Any]:
     """The answer about a campaign folder without effects called `removed`: trace.json, and the fitted base numbers."""
     campaign = load_campaign(folder)
-    rig = load_rig(campaign.rig)
+    rig = load_rig(campaign.rig, corrector=campaign.corrector)
     with one_blas_thread():
-        result = trace(
-            estimation_problem(campaign, rig), effects_for(rig, without=removed), no_checkpoint, lambda _: None
-        )
+        library = effects_for(rig, without=removed)
+        result = trace(estimation_problem(campaign, rig), library, no_checkpoint, lambda _: None, several)
         whole = trace_json(result) | more_json(result)
     return json.loads(metrics_json(whole))
 

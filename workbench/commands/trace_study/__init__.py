@@ -1,6 +1,7 @@
 """`jackbench trace-study`: traces campaigns whose truth is known, and scores the answers.
 
 given          campaigns with their truth beside them
+plan           what is drawn
 campaigns      campaigns that are drawn
 off_library    physics that the library of effects lacks
 score          rates with intervals

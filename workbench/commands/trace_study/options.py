@@ -8,12 +8,16 @@ from ...base.errors import InputError
 from ..common.options import computes, finish, jobs, works
 from .given import given
 
+_RIGS = ("jack-10t", "pump-rig")
+
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("--campaigns", type=Path, metavar="DIR", help="folders with a truth.json beside them")
+    parser.add_argument("--rig", default=_RIGS[0], help=f"draw on {' or '.join(_RIGS)} (default: {_RIGS[0]})")
     parser.add_argument("--number", type=int, default=100, metavar="N", help="campaigns to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
+    parser.add_argument("--several", action="store_true", help="trace as trace --several does")
     works(parser)
     parser.add_argument("--keep", type=Path, metavar="DIR", help="leave the drawn campaigns there")
     computes(parser, _trace_study, rig=False)
@@ -24,15 +28,20 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
         value = getattr(options, name)
         if value < least:
             raise InputError(f"--{name} {value}: must be {least} or more")
+    if options.rig not in _RIGS:
+        raise InputError(f"--rig {options.rig}: campaigns are drawn on {' or '.join(_RIGS)}")
     folder = options.campaigns and options.campaigns.resolve()  # workers have working folders of their own
     campaigns = given(folder) if folder else []
     from ..trace.study import traced
-    from .study import default_plan, identity, run_trace_study
+    from .plan import default_plan
+    from .study import identity, run_trace_study
 
-    plan = campaigns or default_plan(options.number, options.seed)
+    plan = campaigns or default_plan(options.number, options.seed, options.rig)
     keep = options.keep and options.keep.resolve()
     if keep:
         keep.mkdir(parents=True, exist_ok=True)
     name = f"trace-study-{folder.name}" if folder else "trace-study"
-    study = partial(run_trace_study, plan, traced, jobs=jobs(options), keep=keep)
-    finish(options, words, name, {"command": "trace-study", "items": identity(plan)}, study)
+    tracer = partial(traced, several=True) if options.several else traced
+    study = partial(run_trace_study, plan, tracer, jobs=jobs(options), keep=keep)
+    command = {"command": "trace-study", "items": identity(plan), "several": options.several}
+    finish(options, words, name, command, study)

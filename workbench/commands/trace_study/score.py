@@ -9,9 +9,9 @@ import numpy as np
 from scipy.stats import binom, binomtest
 
 from ...base.units import to_si
-from ...plant.effects import LIBRARY
+from ...plant.effects import known_effects
 from ...rigs.rig_file import load_rig
-from .campaigns.draw import RIG
+from .campaigns.draw import JACK
 
 VISIBLE = 1.2  # chi2 of the base fit; a misfit below is faint
 SHOWN = 1.05  # chi2 that a refit leaves of the train records: below, nothing fitted to them can know the effect
@@ -19,7 +19,8 @@ FIRST = 3  # of the ranking
 FLOOR = 1.15  # held-out RMS over the noise floor
 FINE = ("right", "tied", "incomplete", "both", "one, incomplete")  # results that are as good as can be asked
 NAMING = ("named", "tied", "incomplete")
-FAMILY = {effect.name: effect.kin for effect in LIBRARY}
+GROUPS = ("single", "clean", "off", "pair", "faint", "number")
+FAMILY = {effect.name: effect.kin for effect in known_effects()}
 _CELL = re.compile(r"(?P<name>\S+) \[(?P<unit>[^\]]+)\]")
 
 Row = dict[str, Any]
@@ -57,15 +58,18 @@ def judged(truth: Truth, answer: Answer) -> Row:
     """One row of the study: what was drawn, what was said, and whether that is right.
 
     group: what the campaign counts for: "error", "few sensors", "poor excitation" (of the train records is enough),
-    "clean", or, of "single", "off" and "pair", the word itself or "faint" where the base fit leaves less than VISIBLE.
+    "clean", or, of "single", "number", "off" and "pair", the word itself or "faint" where the base fit leaves less than
+    VISIBLE. A described number that is named as wrong stands among the names as `number.NAME`.
     """
     names = list(answer["effects"]) if answer["verdict"] in NAMING else []
+    names += [f"number.{_cell(wrong['name'])}" for wrong in answer.get("numbers", ())]
+    verdict = "named" if names and answer["verdict"] == "none" else answer["verdict"]
     ranked = [entry["effect"] for entry in answer["ranking"]]
     chi2 = answer["chi2"]
     row = {
         **_drawn(truth),
         "group": _group(truth, chi2["before"]),
-        "verdict": answer["verdict"],
+        "verdict": verdict,
         "named": names,
         "said_equation": answer["equation"],
         "ranked": ranked[:FIRST],
@@ -85,9 +89,7 @@ def failed(truth: Truth, error: str) -> Row:
 
 def scores(rows: Sequence[Row]) -> list[TraceScore]:
     """Every rate that a trace is judged by. A group without campaigns gives a score without a value."""
-    single, clean, off, pair, faint = (
-        [row for row in rows if row["group"] == group] for group in ("single", "clean", "off", "pair", "faint")
-    )
+    single, clean, off, pair, faint, number = ([row for row in rows if row["group"] == group] for group in GROUPS)
     right = [row for row in single if row["result"] in ("right", "tied", "incomplete")]
     shares = [(r["chi2_after"] - 1) / (r["chi2_before"] - 1) for r in right if r["chi2_after"] is not None]
     covers = {
@@ -111,15 +113,18 @@ def scores(rows: Sequence[Row]) -> list[TraceScore]:
         _rate("faint_right", faint, lambda r: r["result"] == "right", None),
         _rate("faint_wrong", faint, lambda r: r["result"] == "wrong", None),
         _rate("hard_to_see_wrong", rest, lambda r: r["result"] == "wrong", None),
+        _rate("number_named", number, lambda r: r["truth"][0] in r["named"], None),
+        _rate("number_and_nothing_else", number, lambda r: r["result"] in FINE, None),
+        _rate("number_blamed", [*single, *clean, *off], _blames_number, None),
         _rate("errors", rows, lambda r: r["group"] == "error", 0.0, most=True),
     ]
 
 
 def confusion(rows: Sequence[Row]) -> dict[str, Any]:
     """Counts [truths][answers] of the campaigns that are scored: the first name that is said, else the verdict."""
-    scored = [row for row in rows if row["group"] in ("single", "off", "pair", "clean", "faint", "error")]
+    scored = [row for row in rows if row["group"] in (*GROUPS, "error")]
     pairs = [(_true_label(row), _said_label(row)) for row in scored]
-    order = [*dict.fromkeys(effect.name for effect in LIBRARY)]
+    order = [*FAMILY]
     truths = sorted({truth for truth, _ in pairs}, key=lambda label: _place(label, order))
     said = sorted({said for _, said in pairs}, key=lambda label: _place(label, order))
     return {"truths": truths, "answers": said, "counts": [[pairs.count((a, b)) for b in said] for a in truths]}
@@ -182,6 +187,9 @@ def _covered(truth: Truth, answer: Answer) -> dict[str, list[bool]]:
     """Whether each interval holds the truth: of the effect's numbers where the traced formula is the drawn one (or
     nothing was drawn), and of the rig's own numbers beside them."""
     own: list[bool] = []
+    if truth["kind"] == "number":
+        cells = {wrong["name"]: (wrong["found"], wrong["low"], wrong["high"]) for wrong in answer.get("numbers", ())}
+        return {"effect": _inside(truth.get("true", {}), cells, _rig_units(truth)), "base": []}
     if truth["kind"] == "clean":
         same = answer["verdict"] == "none"
     else:
@@ -191,17 +199,17 @@ def _covered(truth: Truth, answer: Answer) -> dict[str, list[bool]]:
         if entry and same:
             numbers = {k.removeprefix(f"{key[0]}."): v for k, v in truth.get("numbers", {}).items()}
             own = _inside(numbers, entry["parameters"], _units(*key))
-    rig = _inside(truth.get("true", {}), answer.get("base", {}), _rig_units()) if same else []
+    rig = _inside(truth.get("true", {}), answer.get("base", {}), _rig_units(truth)) if same else []
     return {"effect": own, "base": rig}
 
 
 def _units(name: str, formula: str) -> dict[str, str]:
-    effects = [effect for effect in LIBRARY if (effect.name, effect.formula) == (name, formula)]
+    effects = [effect for effect in known_effects() if (effect.name, effect.formula) == (name, formula)]
     return {number.name: number.si for effect in effects for number in effect.numbers}
 
 
-def _rig_units() -> dict[str, str]:
-    return {name: number.si for name, number in load_rig(RIG).numbers.items()}
+def _rig_units(truth: Truth) -> dict[str, str]:
+    return {name: number.si for name, number in load_rig(truth.get("rig", JACK)).numbers.items()}
 
 
 def _inside(true: Mapping[str, float], intervals: Mapping[str, Sequence[float]], si: Mapping[str, str]) -> list[bool]:
@@ -236,6 +244,16 @@ def _median(id: str, values: Sequence[float], target: float) -> TraceScore:
     return TraceScore(id, float(np.median(ordered)), low, high, target, "at most", n)
 
 
+def _blames_number(row: Row) -> bool:
+    return any(name.startswith("number.") for name in row["named"])
+
+
+def _cell(text: str) -> str:
+    """The name in a cell such as "AB [cm^2]"."""
+    parts = _CELL.fullmatch(text)
+    return parts["name"] if parts else text
+
+
 def _family(name: str) -> str:
     return FAMILY.get(name, name)
 
@@ -243,7 +261,7 @@ def _family(name: str) -> str:
 def _true_label(row: Row) -> str:
     if row["kind"] in ("clean", "pair"):
         return row["kind"]
-    return row["truth"][0] if row["kind"] == "single" else f"off-library: {row['equations'][0]}"
+    return row["truth"][0] if row["kind"] in ("single", "number") else f"off-library: {row['equations'][0]}"
 
 
 def _said_label(row: Row) -> str:

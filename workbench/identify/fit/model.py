@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...engine import Engine
 from ...engine.engine import back_end_of
 from ...engine.jobs import Stepping
@@ -120,7 +121,10 @@ class Model:
     @cached_property
     def _at_rest(self) -> np.ndarray:
         """Where a record begins, as far as nothing is measured: slow to find, and hardly another with other numbers."""
-        return equilibrium(self.plant).x
+        try:
+            return equilibrium(self.plant).x
+        except InputError:  # shut valves and a leak: it rests nowhere
+            return self.plant.start
 
     def _held(self, command: np.ndarray, further: Mapping[str, np.ndarray]) -> np.ndarray:
         """All inputs [..., m] of a command and of further ones, of one shape; what the plant has not is left out."""

@@ -32,7 +32,7 @@ def best_of_several(
     own = [refit for refit in able if refit.judgement.name == best.judgement.name]
     tied = decide.TIED * (squares + before.squares - before.fit.samples - before.samples)
     near = [refit for refit in own if _all_squares(refit) <= min(map(_all_squares, own)) + tied]
-    return min(near, key=lambda refit: (refit.judgement.numbers, _all_squares(refit)))
+    return min(near or own, key=lambda refit: (refit.judgement.numbers, _all_squares(refit)))
 
 
 def _train_squares(refit: CandidateFit) -> float:

@@ -20,7 +20,7 @@ pump_drive, pump_load       of pump drives, of what they move and of what measur
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
 from .grammar import FormulaShape, formula_shape, refine
-from .known import LIBRARY, PUMP_LIBRARY, applies, declared_numbers, find, known_effects, load_effects, resolve
+from .known import LIBRARY, PUMP_LIBRARY, acts, applies, declared_numbers, find, known_effects, load_effects, resolve
 from .learned_pieces import learned
 from .natural import natural_samples
 from .numbers import number_effects
@@ -41,6 +41,7 @@ __all__ = [
     "Scope",
     "Slot",
     "StaticCurve",
+    "acts",
     "applies",
     "declared_numbers",
     "effect",

@@ -30,6 +30,12 @@ def applies(effect: Effect, rig: Rig) -> bool:
     return rig.valve in effect.valves
 
 
+def acts(effect: Effect, rig: Rig) -> bool:
+    """Whether it applies and the corrector of this rig has what it acts on: losses need a motor."""
+    needed = rig.valve_kind.slot_numbers
+    return applies(effect, rig) and all(needed[slot] in rig.numbers for slot in effect.laws if slot in needed)
+
+
 def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:
     """Every effect of the library and of a rig's `effect_files`.
 

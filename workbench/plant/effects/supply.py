@@ -22,6 +22,8 @@ def _sagged(supply: ca.SX, s: Scope) -> ca.SX:
     return supply - s.x("drop")
 
 
+_KINDS = ("three-stage", "second-order")  # a pump drive has no supply that its valve draws from
+
 _sag = partial(
     effect,
     "supply.sag",
@@ -30,6 +32,7 @@ _sag = partial(
     also={"supply": _sagged},
     shows="large fast moves one after the other, with supply recorded",
     states=(state("drop", "Pa", 1e6),),
+    kinds=_KINDS,
 )
 
 

@@ -36,8 +36,6 @@ _SPEED_LOOP = {
     "Kn": Spec("1/(rad/s)", 0.0, 1e3, "proportional gain of the speed loop: share of full voltage per speed error"),
     "Tn": Spec("s", 1e-4, 1e3, "integral time of the speed loop"),
 }
-_FLOW_SLOTS = ("pump_flow", "delivery_drop", "accumulator", "gas_stiffness", "hoses")
-_SLOTS = (*_FLOW_SLOTS, "direction", "motor_losses", "loader")
 PUMP = ValveKind(
     name="pump",
     numbers=_NUMBERS,
@@ -55,4 +53,5 @@ PUMP = ValveKind(
     ),
     stages=("main",),
     figures={},
+    slot_numbers={"motor_losses": "Rm"},
 )

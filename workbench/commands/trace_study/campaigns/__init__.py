@@ -2,5 +2,6 @@
 
 draw        a whole campaign
 cause, strength, misfit    what it lacks, and how strongly
-excitation, play, noise    what is played, on which rig, and what sensors make of it
+programme, excitation, cycles    what is played on which rig
+play, noise    the rig as it is played, and what sensors make of it
 """

@@ -28,20 +28,27 @@ class Misfit:
     """A refit of the base model to motions, by one step with the slopes along given motions, at parameters p.
 
     In windows of 0.5 s whose initial states are free; the rig's uncertain numbers are fitted to all motions but the
-    last, inside their declared ranges, and the last one judges.
+    last `judging` ones, inside their declared ranges, and these judge.
     """
 
     def __init__(
-        self, base: Engine, p: np.ndarray, rig: Rig, sigma: Mapping[str, float], motions: Sequence[PlayedMotion]
+        self,
+        base: Engine,
+        p: np.ndarray,
+        rig: Rig,
+        sigma: Mapping[str, float],
+        motions: Sequence[PlayedMotion],
+        period: float,
+        judging: int = 1,
     ) -> None:
-        self._base, self._p, self._period = base, p, rig.period.value
+        self._base, self._p, self._period = base, p, period
         self._sigma = sigma
         self._columns = [base.plant.output(name) for name in sigma]
         self._rows = round(WINDOW / self._period)
         self._shifts, self._ends = _ranges(rig, base.plant, p)
-        starts, commands, _ = self._windows(motions)
-        self._judging = len(motions[-1].command) // self._rows
-        slopes = np.array([self._slopes(x, u) for x, u in zip(starts, commands, strict=True)])
+        starts, inputs, _ = self._windows(motions)
+        self._judging = sum(len(motion.inputs["command"]) // self._rows for motion in motions[-judging:])
+        slopes = np.array([self._slopes(x, u) for x, u in zip(starts, inputs, strict=True)])
         states, own = np.split(slopes, [base.plant.n], axis=2)
         lower = np.linalg.cholesky(_t(states) @ states + np.eye(base.plant.n))  # with a prior of one scale
         self._states = _t(np.linalg.solve(lower, _t(states)))
@@ -52,8 +59,8 @@ class Misfit:
 
     def refit(self, motions: Sequence[PlayedMotion]) -> Refit:
         """What a refit leaves of motions of the plant with an effect; infinite, p as it was, where the base fails."""
-        starts, commands, measured = self._windows(motions)
-        left = self._without_states((measured - self._predicted(starts, commands, self._p))[..., None])
+        starts, inputs, measured = self._windows(motions)
+        left = self._without_states((measured - self._predicted(starts, inputs, self._p))[..., None])
         if not np.all(np.isfinite(left)):
             return Refit(np.inf, np.inf, self._p)
         aim = self._aim @ left[: -self._judging].ravel()
@@ -67,33 +74,35 @@ class Misfit:
         return errors - self._states @ (_t(self._states) @ errors)
 
     def _windows(self, motions: Sequence[PlayedMotion]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of each window the base model's state at its start [w, n], the commands [w, rows], and what is seen over
+        """Of each window the base model's state at its start [w, n], the inputs [w, rows, m], and what is seen over
         sigma [w, samples]."""
-        starts, commands, measured = [], [], []
+        starts, inputs, measured = [], [], []
+        plant = self._base.plant
         for motion in motions:
-            states = np.column_stack([motion.states[state.name] for state in self._base.plant.states])
+            states = np.column_stack([motion.states[state.name] for state in plant.states])
             outputs = np.column_stack([motion.outputs[name] / size for name, size in self._sigma.items()])
             whole = len(states) // self._rows * self._rows
             starts.append(states[: whole : self._rows])
-            commands.append(motion.command[:whole].reshape(-1, self._rows))
+            u = np.zeros((whole, len(plant.inputs)))
+            for name, values in motion.inputs.items():
+                u[:, plant.input(name)] = values[:whole]
+            inputs.append(u.reshape(-1, self._rows, len(plant.inputs)))
             measured.append(outputs[:whole].reshape(len(starts[-1]), -1))
-        return np.concatenate(starts), np.concatenate(commands), np.concatenate(measured)
+        return np.concatenate(starts), np.concatenate(inputs), np.concatenate(measured)
 
-    def _predicted(self, starts: np.ndarray, commands: np.ndarray, p: np.ndarray) -> np.ndarray:
+    def _predicted(self, starts: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Outputs over sigma [w, samples]."""
-        u = np.zeros((*commands.shape, len(self._base.plant.inputs)))
-        u[..., self._base.plant.input("command")] = commands
         run = self._base.run_batch(starts, np.arange(self._rows + 1) * self._period, u, p)
         y = self._base.outputs(run.x[:, :-1], u, p if p.ndim == 1 else p[:, None])
         return (y[..., self._columns] / np.array(list(self._sigma.values()))).reshape(len(starts), -1)
 
-    def _slopes(self, start: np.ndarray, command: np.ndarray) -> np.ndarray:
+    def _slopes(self, start: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Slopes [samples, n + numbers] of one window to its scaled initial state and to half a declared range."""
         n, lanes = len(start), 1 + len(start) + len(self._shifts)
         states, p = np.tile(start, (lanes, 1)), np.tile(self._p, (lanes, 1))
         states[1 : 1 + n] += NUDGE * np.diag(self._base.plant.scale)
         p[1 + n :] += NUDGE * self._shifts
-        y = self._predicted(states, np.tile(command, (lanes, 1)), p)
+        y = self._predicted(states, np.tile(u, (lanes, 1, 1)), p)
         return (y[1:] - y[0]).T / NUDGE
 
 

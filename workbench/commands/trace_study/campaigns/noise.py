@@ -23,10 +23,22 @@ MISSING, DROPPED = 0.002, 2  # of the cells; rows a record
 OTHER_UNITS = {"pa": "psi", "pb": "psi", "spool": "um", "position": "m", "current": "A", "supply": "MPa"}
 
 
-def sigmas(rig: Rig, kind: Noise, seed: np.random.Generator) -> dict[str, float]:
-    """Standard deviation [SI] of every sensor's noise."""
+def sigmas(rig: Rig, kind: Noise, seed: np.random.Generator, readings: int = 1) -> dict[str, float]:
+    """Standard deviation [SI] of the noise of every sensor, of which a row is the mean of `readings`.
+
+    In such a mean a counter's noise is its rounding.
+    """
     size = 3.0 if kind == "tripled" else 1.0
-    return {name: size * sensor.noise * float(seed.uniform(*SCALE)) for name, sensor in rig.sensors.items()}
+    drawn = {name: size * sensor.noise * float(seed.uniform(*SCALE)) for name, sensor in rig.sensors.items()}
+    if readings == 1:
+        return drawn
+    mean = float(np.sqrt(readings))
+    return {name: rig.sensors[name].noise if counts(rig, name) else sigma / mean for name, sigma in drawn.items()}
+
+
+def counts(rig: Rig, name: str) -> bool:
+    """Whether a sensor counts steps that are larger than its noise."""
+    return rig.sensors[name].resolution > rig.sensors[name].noise
 
 
 def noise(rows: int, period: float, kind: Noise, seed: np.random.Generator) -> np.ndarray:

@@ -10,25 +10,42 @@ from ....engine import DelayLine, Engine
 from ....linear import equilibrium
 from ....records.excitation import Excitation
 
-QUANTUM = 1 / 32767  # of full command: a drive of 16 bits
+
+@dataclass(frozen=True)
+class PositionLoop:
+    """Gain [1/m], command per error; commands are multiples of `quantum`, and below `least` the drive is off."""
+
+    gain: float
+    quantum: float
+    least: float = 0.0
+
+    def command(self, error: float, added: float) -> float:
+        """Command, -1 to 1, at a position error [m]."""
+        demanded = min(1.0, max(-1.0, self.gain * error + added))
+        return 0.0 if abs(demanded) < self.least else round(demanded / self.quantum) * self.quantum
 
 
 @dataclass(frozen=True)
 class PlayedMotion:
-    """What a rig did, sample by sample: true states and outputs by name, [n] SI, and the written command [n]."""
+    """What a rig did, sample by sample: true states and outputs by name, and inputs as recorded, each [n] SI."""
 
     states: dict[str, np.ndarray]
     outputs: dict[str, np.ndarray]
-    command: np.ndarray
+    inputs: dict[str, np.ndarray]
 
 
-def start(engine: Engine, p: np.ndarray, initial_states: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """State and inputs at rest at mid stroke; `initial_states` are states that begin elsewhere."""
-    rest = equilibrium(engine.plant, p=p)
-    x = rest.x.copy()
+def start(
+    engine: Engine, p: np.ndarray, initial_states: Mapping[str, float], balanced: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """State and inputs at rest at mid stroke, or as the plant starts; `initial_states` begin elsewhere."""
+    plant = engine.plant
+    x, u = plant.start.copy(), np.zeros(len(plant.inputs))
+    if balanced:
+        rest = equilibrium(plant, p=p)
+        x, u = rest.x.copy(), rest.u
     for name, value in initial_states.items():
-        x[engine.plant.state(name)] = value
-    return x, rest.u
+        x[plant.state(name)] = value
+    return x, u
 
 
 def play(
@@ -36,10 +53,11 @@ def play(
     p: np.ndarray,
     begin: tuple[np.ndarray, np.ndarray],
     played: Excitation,
-    gain: float,
+    loop: PositionLoop,
     noise: np.ndarray,
+    settings: Mapping[str, float],
 ) -> PlayedMotion:
-    """Follow the reference by `gain` [1/m] times the error of a position read with `noise` [n] m.
+    """Follow the reference by a loop that reads the position with `noise` [n] m; `settings` are further inputs, held.
 
     The loop runs here and not in SampledLoop because a late plant meets another command than the one that was written,
     which is the one that is recorded. Raises InputError where the plant cannot be simulated.
@@ -47,13 +65,17 @@ def play(
     plant, period, steps = engine.plant, played.period, len(played.reference)
     place, middle = plant.state("x"), p[plant.parameters.index("xmid")]
     x, inputs = begin[0], begin[1].copy()
+    turn = next((i for i, variable in enumerate(plant.inputs) if variable.name == "direction"), None)
+    for name, value in settings.items():
+        inputs[plant.input(name)] = value
     line = DelayLine(plant.lateness(p), period, inputs[0], plant.interpolated)
     states, met, written = np.empty((steps, plant.n)), np.empty(steps), np.empty(steps)
     for k in range(steps):
         states[k] = x
         error = played.reference[k] - (x[place] + middle + noise[k])
-        demanded = min(1.0, max(-1.0, gain * error + played.command[k]))
-        written[k] = round(demanded / QUANTUM) * QUANTUM
+        written[k] = loop.command(error, played.command[k])
+        if turn is not None:
+            inputs[turn] = np.sign(written[k])
         arriving = line.send(written[k])
         met[k] = arriving[0][0]
         for inputs[0], share in arriving:
@@ -61,11 +83,14 @@ def play(
             if after is None:
                 raise InputError(f"{played.name}: {plant.name} cannot be simulated beyond {k * period:.3f} s")
             x = after
-    u = np.tile(begin[1], (steps, 1))
+    u = np.tile(inputs, (steps, 1))
     u[:, 0] = met
+    recorded = {"command": written} | {name: np.full(steps, value) for name, value in settings.items()}
+    if turn is not None:
+        recorded["direction"] = u[:, turn] = np.sign(written)
     outputs = engine.outputs(states, u, p)
     return PlayedMotion(
         {state.name: states[:, i] for i, state in enumerate(plant.states)},
         {name: outputs[:, i] for i, name in enumerate(plant.outputs)},
-        written,
+        recorded,
     )

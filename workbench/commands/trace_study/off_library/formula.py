@@ -5,7 +5,7 @@ from typing import Any
 
 import casadi as ca
 
-from ....plant.effects import LIBRARY, Effect, EffectNumber, EffectState, Scope
+from ....plant.effects import Effect, EffectNumber, EffectState, Scope, known_effects
 
 Law = Callable[[Any, Scope], Any]
 
@@ -30,8 +30,22 @@ def off_library(
     delay: str = "",
 ) -> Effect:
     """Another formula of an effect that the library has: same name, equation and family."""
-    kin = next(effect for effect in LIBRARY if effect.name == name)
-    return Effect(name, title, kin.equation, source, kin.shows, laws, numbers, states, family=kin.family, delay=delay)
+    kin = next(effect for effect in known_effects() if effect.name == name)
+    own = {"family": kin.family, "delay": delay, "kinds": kin.kinds}
+    return Effect(name, title, kin.equation, source, kin.shows, laws, numbers, states, **own)
+
+
+def unnamed(
+    name: str,
+    equation: str,
+    laws: Mapping[str, Law],
+    numbers: tuple[EffectNumber, ...],
+    states: tuple[EffectState, ...] = (),
+    kinds: tuple[str, ...] = (),
+) -> Effect:
+    """A cause that the library has no name for."""
+    source = "none: nobody published it as a servo-valve's"
+    return Effect(name, "", equation, source, "", laws, numbers, states, kinds=kinds)
 
 
 def oscillator(s: Scope, states: tuple[str, str], hertz: ca.SX) -> ca.SX:

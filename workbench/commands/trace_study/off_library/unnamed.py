@@ -2,8 +2,8 @@
 
 import casadi as ca
 
-from ....plant.effects import Effect, EffectNumber, EffectState, Scope
-from .formula import Law, oscillator, shape, size
+from ....plant.effects import EffectNumber, EffectState, Scope
+from .formula import oscillator, shape, size, unnamed
 
 _Pair = tuple[ca.SX, ca.SX]
 
@@ -94,41 +94,32 @@ def _transducer(pressure: ca.SX, s: Scope) -> ca.SX:
     return pressure + s.p("a") * away * away / 1e7
 
 
-def _cause(
-    name: str,
-    equation: str,
-    laws: dict[str, Law],
-    numbers: tuple[EffectNumber, ...],
-    states: tuple[EffectState, ...] = (),
-) -> Effect:
-    return Effect(name, "", equation, "none: nobody published it as a servo-valve's", "", laws, numbers, states)
-
-
 _TURN = (EffectState("sine", "1", 1.0), EffectState("cosine", "1", 1.0))
 _SIDE = (EffectState("slow", "1", 1.0), EffectState("band", "1", 1.0))
 
 EFFECTS = (
-    _cause(
+    unnamed(
         "cross-port relief valve",
         "flow",
         {"leakage": _relief},
         (size("k", "m^3/s/Pa", 1e-10, 1e-7, "flow over pressure above it"), shape("p1", "Pa", 4e6, "where it opens")),
     ),
-    _cause(
+    unnamed(
         "piston seal that opens",
         "flow",
         {"leakage": _lifted_seal},
         (size("C", "m^3/s/Pa", 1e-11, 1e-8, "leak at p1"), shape("p1", "Pa", 5e6, "pressure")),
     ),
-    _cause(
+    unnamed(
         "pump ripple",
         "flow",
         {"supply": _ripple},
         (size("A", "Pa", 2e5, 5e6, "amplitude"), shape("f", "Hz", 38.0, "frequency")),
         _TURN,
+        ("three-stage", "second-order"),
     ),
-    _cause("air drag", "force", {"load": _drag}, (size("c", "N s^2/m^2", 500.0, 1e5, "drag"),)),
-    _cause(
+    unnamed("air drag", "force", {"load": _drag}, (size("c", "N s^2/m^2", 500.0, 1e5, "drag"),)),
+    unnamed(
         "bump in the track",
         "force",
         {"load": _bump},
@@ -138,45 +129,45 @@ EFFECTS = (
             shape("w", "m", 0.015, "half its width"),
         ),
     ),
-    _cause(
+    unnamed(
         "cogged rack",
         "force",
         {"load": _cogs},
         (size("F", "N", 500.0, 5e4, "amplitude"), shape("pitch", "m", 0.02, "pitch")),
     ),
-    _cause(
+    unnamed(
         "motor out of balance",
         "force",
         {"load": _imbalance},
         (size("F", "N", 300.0, 5e4, "amplitude"), shape("f", "Hz", 17.0, "frequency")),
         _TURN,
     ),
-    _cause(
+    unnamed(
         "iron of the torque motor saturates",
         "pilot",
         {"motor_current": _magnetic},
         (size("w", "1", 4.0, 50.0, "rated current over the one that saturates"),),
     ),
-    _cause("null shift", "pilot", {"motor_current": _null_shift}, (size("i0", "A", 2e-4, 5e-3, "current"),)),
-    _cause(
+    unnamed("null shift", "pilot", {"motor_current": _null_shift}, (size("i0", "A", 2e-4, 5e-3, "current"),)),
+    unnamed(
         "dashpot of the main spool",
         "main",
         {"main_friction": _dashpot},
         (size("c", "N s/m", 500.0, 1e6, "damping at z1"), shape("z1", "m", 3e-4, "travel")),
     ),
-    _cause(
+    unnamed(
         "detent of the main spool",
         "main",
         {"main_friction": _detent},
         (size("F", "N", 50.0, 5e3, "force"), shape("z1", "m", 5e-5, "travel")),
     ),
-    _cause("gain that gives way", "drive", {"corrector": _drooping_gain}, (size("w", "1", 2.0, 100.0, "how soon"),)),
-    _cause(
+    unnamed("gain that gives way", "drive", {"corrector": _drooping_gain}, (size("w", "1", 2.0, 100.0, "how soon"),)),
+    unnamed(
         "notch in the drive",
         "drive",
         {"corrector": _notch},
         (size("d", "1", 0.4, 0.95, "depth"), shape("f", "Hz", 90.0, "frequency")),
         _SIDE,
     ),
-    _cause("transducer that bends", "sensor", {"sensor_pa": _transducer}, (size("a", "1", 0.05, 0.5, "bend"),)),
+    unnamed("transducer that bends", "sensor", {"sensor_pa": _transducer}, (size("a", "1", 0.05, 0.5, "bend"),)),
 )
