@@ -94,6 +94,21 @@ def test_windows_in_which_something_moves_are_taken():
     assert moved <= set(train.spans)
 
 
+def test_windows_that_a_search_leaves_out_select():
+    """Where enough are left; none is fitted and compared by at once."""
+    rig = load_rig("festo-tp511")
+    steps, triangle, _ = commands(2.0)
+    records = [made(rig, f"record {k}", (steps, triangle)[k % 2], k) for k in range(MOST)]
+    problem = estimation_problem(replace(rubbing_campaign(), train=tuple(records)), rig)
+    assert problem.select is None
+    search = problem.only(problem.chosen())
+    assert search.select is not None
+    assert search.train.count == search.select.count == MOST
+    assert not set(search.train.spans) & set(search.select.spans)
+    few = replace(problem, train=problem.train.some(range(2 * MOST - 1)))
+    assert few.only(few.chosen()).select is None
+
+
 @pytest.mark.skipif(not REAL.is_dir(), reason="the real recordings are not beside the project")
 def test_a_search_on_the_real_rig_sees_every_voltage_in_both_directions():
     """64 windows at an even stride held no extending one at 3 and 5 V."""

@@ -111,6 +111,20 @@ def test_a_campaign_folder_is_traced_in_one_call(tmp_path):
     assert [use.name for use in answer.rig.effects] == ["jack.friction"]
 
 
+def test_a_later_fit_may_move_the_numbers_of_a_found_effect(tmp_path):
+    """Within the effect's ranges, from where this one knows them."""
+    (tmp_path / "found.toml").write_text(named().files["rig.toml"])
+    rig = load_rig(tmp_path / "found.toml")
+    (use,), (effect,) = rig.effects, found().final.effects
+    for number in effect.fitted:
+        own = use.numbers[number.name]
+        assert (own.low, own.high) == pytest.approx((number.low, number.high))
+        assert own.interval is not None
+        assert own.interval[0] < own.value < own.interval[1]
+    free = {parameter.name for parameter in estimation_problem(rubbing_campaign(), rig).free}
+    assert {effect.key(number.name) for number in effect.fitted} <= free
+
+
 def test_residual_of_the_rig_as_found_is_the_chi2_after(tmp_path):
     (tmp_path / "found.toml").write_text(named().files["rig.toml"])
     rig = load_rig(tmp_path / "found.toml")

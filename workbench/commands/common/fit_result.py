@@ -200,7 +200,16 @@ def _refitted(use: EffectUse, numbers: Mapping[str, Number]) -> EffectUse:
 
 
 def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
-    return effect_use(effect, effect_numbers(effect, fit), source)
+    """The effect with its fitted numbers, which a later fit may move within the effect's ranges."""
+    use, index = effect_use(effect, effect_numbers(effect, fit), source), [free.name for free in fit.free].index
+    ranges = {n.name: (n.low, n.high, fit.interval(index(effect.key(n.name)))) for n in effect.fitted}
+    numbers = {name: _ranged(number, *ranges[name]) for name, number in use.numbers.items() if name in ranges}
+    return replace(use, numbers={**use.numbers, **numbers})
+
+
+def _ranged(number: Number, low: float, high: float, interval: tuple[float, float]) -> Number:
+    ends = min(interval[0], number.value), max(interval[1], number.value)
+    return replace(number, low=low, high=high, interval=ends)
 
 
 def _numbers(specs: Sequence[EffectNumber], values: Sequence[float], source: str) -> Iterable[tuple[str, Number]]:

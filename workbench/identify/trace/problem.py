@@ -1,8 +1,8 @@
 """What a fit or a trace of one campaign works on: windows to fit, to select by and to judge by.
 
 Three roles. Train windows are fitted. Where two models are compared, the records under `select` decide, or, where a
-campaign has none, blocks of the train windows in turn, each predicted by the others. Held-out windows are looked at
-once, when all is decided: every error that is quoted is theirs.
+campaign has none, train windows that a search leaves out, or blocks of the train windows in turn, each predicted by the
+others. Held-out windows are looked at once, when all is decided: every error that is quoted is theirs.
 
 Where a campaign is scored by free runs, every record is one window; a select or held-out record is run through from
 the state that fits its first rows. A search cuts the train records into blocks, which are rotated and easier to fit.
@@ -71,10 +71,21 @@ class EstimationProblem:
         return max(self.train.count, self.select.count if self.select else 0) > MOST
 
     def chosen(self) -> dict[str, list[int]]:
-        """The windows that tell most of the rig's numbers, where there are more than a search needs, by role."""
-        roles = {"train": self.train} | ({"select": self.select} if self.select else {})
+        """The windows that tell most of the rig's numbers, where there are more than a search needs, by role.
+
+        Without select records those train windows select that are not fitted, if there are enough of them: a fit
+        leans on the windows that tell most, so that blocks of these in turn would say more of the block left out than
+        of the model.
+        """
         model = self.model()
-        return {role: informative(model, windows, self.free, MOST) for role, windows in roles.items()}
+        train = informative(model, self.train, self.free, MOST)
+        if self.select:
+            return {"train": train, "select": informative(model, self.select, self.free, MOST)}
+        rest = sorted(set(range(self.train.count)) - set(train))
+        if len(rest) < MOST:
+            return {"train": train}
+        select = informative(model, self.train.some(rest), self.free, MOST)
+        return {"train": train, "select": [rest[w] for w in select]}
 
     def in_blocks(self) -> "EstimationProblem":
         """With each train record cut into blocks."""
@@ -82,7 +93,7 @@ class EstimationProblem:
 
     def only(self, chosen: dict[str, list[int]]) -> "EstimationProblem":
         """With these windows only."""
-        select = None if self.select is None else self.select.some(chosen["select"])
+        select = (self.select or self.train).some(chosen["select"]) if "select" in chosen else None
         return replace(self, train=self.train.some(chosen["train"]), select=select)
 
     @cached_property

@@ -20,6 +20,7 @@ from .reshape import Change, changed_output, passing_parts, put_on
 
 MOST_POLES = 3
 _LENGTHS = (1e-3, 1e-2, 1e-1)  # s: where the poles of a linear element start
+_SLOWEST = 0.2  # s: in windows of half a second the free initial state of a slower pole sets it at will
 _BAND = (4.0, 8.0, 15.0, 30.0, 120.0, 250.0)  # Hz
 
 _Filter = Callable[[str, ca.SX, Scope], ca.SX]
@@ -35,7 +36,7 @@ def pole(effect: Effect) -> Effect:
 
     One state for each part that passes. Raises InputError for a slot that takes no state.
     """
-    tau = _tau("pole_tau", 2e-3, high=0.2, meaning="time constant of a further pole", tried=(5e-4, 2e-2))
+    tau = _tau("pole_tau", 2e-3, high=_SLOWEST, meaning="time constant of a further pole", tried=(5e-4, 2e-2))
     return _filtered(effect, "pole", "pole", lambda name, d, s: first_order(d, s, name, "pole_"), (tau,), [""])
 
 
@@ -87,7 +88,7 @@ def _real_pole(j: int) -> tuple[EffectNumber, EffectNumber]:
             "s",
             shown="ms",
             low=2e-4,
-            high=2.0,
+            high=_SLOWEST,
             meaning=f"time constant of pole {j}",
             tried=others,
             refines=True,
@@ -103,7 +104,7 @@ def linear_pair(effect: Effect) -> Effect:
     numbers = (
         _gain("pair_gain1", low=-2.0, meaning="gain at rest that the pair adds"),
         _gain("pair_gain2", low=-10.0, meaning="gain on its rate"),
-        number("pair_f", 60.0, "Hz", low=1.0, high=500.0, meaning="its frequency", tried=_BAND, refines=True),
+        number("pair_f", 60.0, "Hz", low=2.0, high=500.0, meaning="its frequency", tried=_BAND, refines=True),
         _zeta("pair_zeta"),
     )
 
