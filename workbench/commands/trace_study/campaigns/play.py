@@ -13,11 +13,15 @@ from ....records.excitation import Excitation
 
 @dataclass(frozen=True)
 class PositionLoop:
-    """Gain [1/m], command per error; commands are multiples of `quantum`, and below `least` the drive is off."""
+    """Gain [1/m], command per error; commands are multiples of `quantum`, and below `least` the drive is off.
+
+    `pause`: rows for which it stays off before it turns round.
+    """
 
     gain: float
     quantum: float
     least: float = 0.0
+    pause: int = 0
 
     def command(self, error: float, added: float) -> float:
         """Command, -1 to 1, at a position error [m]."""
@@ -68,12 +72,17 @@ def play(
     turn = next((i for i, variable in enumerate(plant.inputs) if variable.name == "direction"), None)
     for name, value in settings.items():
         inputs[plant.input(name)] = value
+    side, driven = 0.0, 0
     line = DelayLine(plant.lateness(p), period, inputs[0], plant.interpolated)
     states, met, written = np.empty((steps, plant.n)), np.empty(steps), np.empty(steps)
     for k in range(steps):
         states[k] = x
         error = played.reference[k] - (x[place] + middle + noise[k])
         written[k] = loop.command(error, played.command[k])
+        if written[k] * side < 0 and k - driven < loop.pause:
+            written[k] = 0.0
+        elif written[k]:
+            side, driven = np.sign(written[k]), k
         if turn is not None:
             inputs[turn] = np.sign(written[k])
         arriving = line.send(written[k])

@@ -14,7 +14,8 @@ from .excitation import excitations, loop_gain
 from .play import PositionLoop
 
 _QUANTUM = 1 / 32767  # of full command: a drive of 16 bits
-_TURN, _LEAST = 1 / 1500, 0.02  # of full speed: 1 rpm; where firmware stops the motor and shuts the valves
+_TURN, _LEAST = 1 / 1500, 0.05  # of full speed: 1 rpm; where firmware stops the motor and shuts the valves
+_PAUSE = 15  # rows: under load a jack drops when its valves turn round, and a loop would turn back
 _CROSSOVER = (2.0, 6.0)  # rad/s, of the position loop of a pump
 _READINGS = 20  # a row of a slow rig is the mean of 20 ms
 _ROLES = {"static": ["static.csv.gz"], "train": ["steps.csv.gz", "triangle.csv.gz"], "heldout": ["multisine.csv.gz"]}
@@ -56,7 +57,7 @@ def _valve_programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: bo
 def _pump_programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: bool) -> Programme:
     """Cycles at loads by a position loop, as such rigs are recorded; the speed is both command and record."""
     fastest = rig["D"] * rig["nmax"] / rig["AA"]
-    loop = PositionLoop(float(seed.uniform(*_CROSSOVER)) / fastest, _TURN, _LEAST)
+    loop = PositionLoop(float(seed.uniform(*_CROSSOVER)) / fastest, _TURN, _LEAST, _PAUSE)
     settings = load_settings(seed)
     return Programme(
         loop,
