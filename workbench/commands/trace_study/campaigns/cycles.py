@@ -24,9 +24,9 @@ def cycles(seed: np.random.Generator) -> tuple[Excitation, ...]:
 
 
 def load_settings(seed: np.random.Generator) -> dict[str, float]:
-    """Set pressure [Pa] of each cycle: light and heavy in any order to fit, middle to select, any to judge."""
+    """Set pressure [Pa] of each cycle: light and heavy in any order to fit, middle to select, heavy to judge."""
     train = [(LIGHT, HEAVY)[place] for place in seed.permutation(2)]
-    bands = (*train, MIDDLE, LIGHT + MIDDLE + HEAVY)
+    bands = (*train, MIDDLE, HEAVY)
     return {_name(number): float(seed.choice(band)) for number, band in enumerate(bands, 1)}
 
 

@@ -198,7 +198,7 @@ def _strength(plan: CampaignPlan, scene: Scene, cause: Cause, shape: Mapping[str
     strength = Strength({}, 1.0, np.inf)
     for _ in range(PASSES):
         strength = settle(
-            lambda numbers, misfit=misfit: misfit.refit(scene.motions({cause: numbers}, moving)).heldout,
+            lambda numbers, misfit=misfit: _heldout(scene, misfit, scene.motions({cause: numbers}, moving)),
             cause,
             shape,
             plan.misfit,
@@ -211,6 +211,13 @@ def _strength(plan: CampaignPlan, scene: Scene, cause: Cause, shape: Mapping[str
         if abs(off(strength.chi2, plan.misfit)) < NEAR:
             break
     return strength
+
+
+def _heldout(scene: Scene, misfit: Misfit, motions: Sequence[PlayedMotion]) -> float:
+    """Chi2 that a refit leaves of held-out motions; infinite where the rig cannot go there."""
+    if scene.programme.within and not all(_fits(scene.rig, motion) for motion in motions):
+        return np.inf
+    return misfit.refit(motions).heldout
 
 
 def _noises(plan: CampaignPlan, scene: Scene, number: int) -> dict[str, np.ndarray]:

@@ -27,7 +27,8 @@ class Programme:
 
     settings: constant inputs [SI] of each record. campaign: further keys of campaign.toml. readings: of which a row is
     the mean. start: states that begin elsewhere than at mid stroke; `balanced`: the others begin at an operating point,
-    which a drive whose valves are shut has not.
+    which a drive whose valves are shut has not. within: an effect that takes a pressure below 0, or the jack beyond its
+    stroke, is too strong.
     """
 
     loop: PositionLoop
@@ -39,6 +40,7 @@ class Programme:
     readings: int = 1
     start: Mapping[str, float] = field(default_factory=dict)
     balanced: bool = True
+    within: bool = False
 
 
 def programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: bool) -> Programme:
@@ -67,6 +69,7 @@ def _pump_programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: boo
         readings=_READINGS,
         start={"x": -rig["xmid"]},
         balanced=False,
+        within=True,
     )
 
 
