@@ -17,7 +17,7 @@ class P:
     class Design:
         """Design numbers."""
 
-        gain: float = number("1/m", 1e-3, 100.0, "command per position error")
+        gain: float = number("1/m", 1e-3, 1e3, "command per position error")
 
     def __init__(self, design: Design, period: float) -> None:
         self._gain, self._period = design.gain, period

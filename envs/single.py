@@ -146,6 +146,18 @@ class JackPosition(_Jack):
     | 9 | acceleration | 90 m/s2 | of the jack |
     | 10 | force | 90 kN | load cell |
 
+    In "pump", on the rig pump-rig, which has fewer; 20 control periods a step, 4 s an episode, from +-10 mm, errors per
+    5 mm:
+
+    | # | channel | full scale | what |
+    |---|---|---|---|
+    | 0 | reference | 37.5 mm | what is asked for now |
+    | 1 | error | 5 mm | reference less measured position |
+    | 2 | command | 1 | share of full speed that the drive holds, after the guard |
+    | 3 | pa | 150 bar | pressure of chamber A |
+    | 4 | pb | 150 bar | pressure of chamber B |
+    | 5 | position | 37.5 mm | jack position from mid stroke |
+
     ## Action
     Box(-1, 1, (1,), float32): the demanded spool command [1]. The guard limits it to +-1 and to the rig's rate
     (200 1/s), and the drive holds it over each control period. It acts late on a rig that declares drive.delay; what is

@@ -8,7 +8,13 @@ import tomli_w
 
 from envs.single import JackForce, JackPosition
 
-TASKS = {"position": "position", "position-sensors": "position", "force": "force", "force-moving-end": "force"}
+TASKS = {
+    "position": "position",
+    "position-sensors": "position",
+    "pump": "position",
+    "force": "force",
+    "force-moving-end": "force",
+}
 """The loop of each."""
 
 

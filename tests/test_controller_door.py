@@ -75,8 +75,8 @@ def test_a_controller_with_units_is_the_one_of_a_config():
 @pytest.mark.parametrize(
     ("numbers", "message"),
     [
-        ({"gain": -5}, "gain: -5 1/m is outside 0.001 to 100 1/m"),
-        ({"gain": "5e3 1/mm"}, "gain: 5e+06 1/m is outside 0.001 to 100 1/m"),
+        ({"gain": -5}, "gain: -5 1/m is outside 0.001 to 1000 1/m"),
+        ({"gain": "5e3 1/mm"}, "gain: 5e+06 1/m is outside 0.001 to 1000 1/m"),
         ({"gain": "5"}, 'gain: "5": write a number and its unit, such as "1 1/m"'),
         ({"gain": "five 1/m"}, 'gain: "five 1/m": write a number and its unit'),
         ({"gain": "3 mm"}, 'gain: unit "mm" cannot be converted to "1/m"'),
@@ -103,7 +103,7 @@ def test_a_number_that_is_not_known_or_missing_is_named():
 
 
 def test_a_law_lists_its_numbers():
-    assert repr(P).endswith("  gain  0.001 to 100 1/m: command per position error")
+    assert repr(P).endswith("  gain  0.001 to 1000 1/m: command per position error")
     assert "horizon          0.005 to 1 s, default 0.08 s: how far a plan looks ahead" in repr(Mpc)
     assert P.__doc__.startswith("u = K e")
     assert str(inspect.signature(P)).startswith("(*, gain)")

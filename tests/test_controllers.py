@@ -270,8 +270,8 @@ GOOD = {"use": "controllers.p:P", "gain": {"value": 0.24, "unit": "1/m"}}
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"gain": {"value": 1e4, "unit": "1/m"}}, "gain: 10000 1/m is outside 0.001 to 100 1/m"),
-        ({"gain": {"value": -0.2, "unit": "1/m"}}, "gain: -0.2 1/m is outside 0.001 to 100 1/m"),
+        ({"gain": {"value": 1e4, "unit": "1/m"}}, "gain: 10000 1/m is outside 0.001 to 1000 1/m"),
+        ({"gain": {"value": -0.2, "unit": "1/m"}}, "gain: -0.2 1/m is outside 0.001 to 1000 1/m"),
         ({"gain": {"value": 1.0, "unit": "1/um"}}, "gain: 1e+06 1/m is outside"),
         ({"gain": {"value": 0.24, "unit": "1/s"}}, 'gain.unit: unit "1/s" cannot be converted to "1/m"'),
         ({"gain": {"value": 0.24, "unit": "quux"}}, 'gain.unit: unknown unit "quux"'),

@@ -153,7 +153,7 @@ def test_pandas_is_asked_for_where_it_is_missing(step, monkeypatch):
 @pytest.mark.parametrize(
     ("ask", "complaint"),
     [
-        (lambda loop: P(gain=-5), "gain: -5 1/m is outside 0.001 to 100 1/m"),
+        (lambda loop: P(gain=-5), "gain: -5 1/m is outside 0.001 to 1000 1/m"),
         (lambda loop: P(gian=5), 'no number "gian"; did you mean "gain"'),
         (lambda loop: loop.step("10 bar"), 'unit "bar"'),
         (lambda loop: loop.step("ten mm"), "write a number and its unit"),
@@ -167,7 +167,7 @@ def test_pandas_is_asked_for_where_it_is_missing(step, monkeypatch):
         (lambda loop: wb.ClosedLoop("jack-10", P(gain=1)), 'did you mean "jack-10t"'),
         (lambda loop: wb.ClosedLoop(loop.rig, P(gain=1).on_load_cell(1e7)), "give it a specimen"),
         (lambda loop: wb.tune(loop, over={"gian": (1, 10)}), 'did you mean "gain"'),
-        (lambda loop: wb.tune(loop, over={"gain": (1, 1000)}), "outside 0.001 to 100 1/m"),
+        (lambda loop: wb.tune(loop, over={"gain": (1, 10000)}), "outside 0.001 to 1000 1/m"),
         (lambda loop: wb.tune(loop, over={"gain": 3}), "write the least and the greatest"),
         (lambda loop: wb.tune(loop, over={}), "nothing is searched"),
         (lambda loop: wb.tune(loop, over={"gain": (50, 60)}, designs=1), "the nearest misses: stable on every"),

@@ -40,6 +40,10 @@ def test_gymnasium_checker_is_content(name):
     assert not complaints
 
 
+JACK = (1.0, Range(-0.05, 0.05), "jack-10t", 1)
+PUMP = (5e-3, 4.0, Range(-0.01, 0.01), "pump-rig", 20)
+
+
 @pytest.mark.parametrize("task", TASKS)
 def test_stable_baselines_checker_is_content(task):
     checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="stable-baselines3 is not installed")
@@ -81,10 +85,10 @@ def test_docstring_tables_are_the_channels(kind, tasks):
 def test_docstring_weights_rates_and_times_are_those_of_the_bundled_tasks(kind):
     for name in (name for name, loop in TASKS.items() if loop == kind.loop):
         task = load_task(name, kind.loop)
-        per = 1e-2 if kind.loop == "position" else 1e4
+        per, *rest = PUMP if name == "pump" else (1e-2 if kind.loop == "position" else 1e4, *JACK)
         assert (task.reward.tracking * per, task.reward.effort) == pytest.approx((0.01, 0.001))
         assert (task.reward.change * 100**2, task.reward.trip) == pytest.approx((0.001, 100))
-        assert (task.episode, task.start, task.rig.name) == (1.0, Range(-0.05, 0.05), "jack-10t")
+        assert [task.episode, task.start, task.rig.name, task.control_periods] == rest
         assert (task.rig.limit("command_rate"), task.rig.period.value) == (200, 1e-3)
 
 

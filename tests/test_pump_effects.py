@@ -9,8 +9,10 @@ from effect_laws import evaluated
 
 from workbench.base.errors import InputError
 from workbench.base.units import to_si
+from workbench.commands.trace.study import effects_for
 from workbench.engine import Engine
 from workbench.engine.emit import first_unsupported
+from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.plant.effects import EQUATIONS, LIBRARY, PUMP_LIBRARY, applies, find, known_effects, number_effects
 from workbench.rigs.rig import EffectUse
@@ -189,6 +191,38 @@ def test_the_formulas_of_valves_and_motor():
     )
     assert rippled == pytest.approx(1 + 0.1 * np.sin(3.5))
     assert rates["angle"] == 3.0
+
+
+def test_a_direction_valve_of_second_order_has_its_damping():
+    p, x = {"tau": 0.01, "zeta": 0.8}, {"d": 0.3, "d_rate": 0.2}
+    (passed,), rates = value("selector.delay", "second order", "direction", 1.0, p, x)
+    assert passed == pytest.approx(0.3, abs=1e-3)  # read out over 10 us
+    # tau^2 d'' = 1 - d - 2 zeta tau d', with d' = d_rate / tau
+    assert rates["d"] == pytest.approx(0.2 / 0.01, rel=1e-3)
+    assert rates["d_rate"] == pytest.approx((1 - 0.3 - 2 * 0.8 * 0.2) / 0.01, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("formula", "number", "torque"),
+    [("dry", ("T", 0.2), lambda w: 0.2), ("viscous", ("c", 2e-3), lambda w: 2e-3 * w)],
+)
+def test_losses_slow_a_motor_as_its_torques_balance(cycle, formula, number, torque):
+    """Steady at 60 % voltage: km i = D dp + T0 + Tp dp + what is lost besides."""
+    plant = build(cycle.rig, also=(find("motor.losses", formula),))
+    p = plant.parameter_values(**{f"motor.losses.{number[0]}": number[1]})
+    point = equilibrium(plant, command=0.6, p=p)
+    x = dict(zip([state.name for state in plant.states], point.x, strict=True))
+    drop, rig = x["Pd"] - x["P0"], cycle.rig
+    lost = rig["T0"] + rig["Tp"] * drop + torque(x["w"])
+    assert rig["km"] * x["im"] == pytest.approx(rig["D"] * drop + lost, rel=1e-5)
+    plain = equilibrium(cycle.base, command=0.6)
+    assert x["w"] < plain.x[cycle.base.state("w")] - 1.0
+
+
+def test_losses_are_sought_where_a_motor_is_driven(cycle):
+    names = [{effect.name for effect in effects_for(rig)} for rig in (cycle.rig, cycle.rig.with_corrector("speed"))]
+    assert names[0] - names[1] == {"motor.losses"}
+    assert "supply.sag" not in names[0]
 
 
 @pytest.mark.parametrize("formula", ["slip", "gap and slip", "slip and leak"])

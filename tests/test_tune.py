@@ -197,7 +197,7 @@ def test_where_no_design_meets_the_goals_the_verdict_says_which_and_there_is_no_
         ("seed = 3", "seed = 0.5", "seed = 0.5: must be a whole number, 0 or more"),
         ("settling = 10", "setling = 10", 'weights.setling: unknown key; did you mean "settling"?'),
         ("settling = 10", "settling = -1", "settling = -1: must be a positive number, in 1/s"),
-        ("low = 0.5, high = 20", "low = 0.5, high = 500", "gain: 500 1/m is outside 0.001 to 100 1/m"),
+        ("low = 0.5, high = 20", "low = 0.5, high = 5000", "gain: 5000 1/m is outside 0.001 to 1000 1/m"),
         ("low = 0.5, high = 20", "low = 20, high = 0.5", "gain: low must be below high, and above 0 for log"),
         ("value = 2,", "value = 30,", "gain: value 30 must be from low to high"),
         (

@@ -13,7 +13,6 @@ from ..linear import equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
 
-SPEED = 0.1  # m/s: the nominal operating point, outside the lap
 GAINS = (0.5, 0.71, 1.0, 1.41, 2.0)
 FACTORS: Mapping[str, Sequence[float]] = {"M": (0.5, 0.75, 1.0, 1.25, 1.5), "beta": (0.5, 0.75, 1.0)}
 STIFFNESS = (0.0, 1e5, 1e6, 1e7)  # N/m
@@ -33,7 +32,7 @@ def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, floa
         raise InputError(f"{spec.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
     parts = [cast("Compensator | MapsCommand", part.build(period)) for part in spec.compensators]
 
-    nominal = SPEED if rig.is_jack else 0.0
+    nominal = rig.passing_speed if rig.is_jack else 0.0
 
     def over(name: str = "", value: float = 0.0, speed: float = nominal, gains: Sequence[float] = (1.0,)) -> list[Any]:
         p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth
@@ -46,7 +45,7 @@ def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, floa
                 ends = (number.low, number.value, number.high)
                 spread[f"plant {number.name}"] = {f"{end:g}": over(number.name, end)[0] for end in ends}
         return spread
-    spread["speed"] = {f"{speed:g} m/s": over(speed=speed)[0] for speed in (0.0, SPEED)}
+    spread["speed"] = {f"{speed:g} m/s": over(speed=speed)[0] for speed in (0.0, nominal)}
     for name, factors in FACTORS.items():
         spread[name] = {f"x{factor:g}": over(name, factor * rig[name])[0] for factor in factors}
     spread["ks"] = {f"{stiffness:g} N/m": over("ks", stiffness)[0] for stiffness in STIFFNESS}
