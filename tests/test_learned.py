@@ -66,9 +66,9 @@ def test_it_runs_compiled_and_its_slopes_exist(rig, piece):
 
 
 SHOWN = (
-    "learned.friction spline 7 in velocity; spline 5 in position",
+    "learned.friction spline 9 in velocity; spline 5 in position",
     "learned.drive corrector; linear 2",
-    "learned.opening lands; spline 7 in opening",
+    "learned.opening lands; spline 9 in opening",
     "learned.sensor pressures; spline 5 in pressure; pole",
 )
 by_shown = pytest.mark.parametrize("piece", [p for p in PIECES if p.title in SHOWN], ids=lambda piece: piece.title)

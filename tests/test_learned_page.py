@@ -29,7 +29,8 @@ def fit_of(effect: Effect, values: dict[str, float], deviation: float) -> Fit:
     )
     k = len(free)
     nothing = np.zeros((1, k, k)), np.zeros((1, k))
-    return Fit(free, np.zeros(k), np.zeros(k), np.zeros((1, 1)), np.ones(1), 1, deviation**2 * np.eye(k), *nothing, ())
+    one = np.ones(1)
+    return Fit(free, np.zeros(k), np.zeros(k), one[None], one, 1, deviation**2 * np.eye(k), *nothing, one, ())
 
 
 @cache

@@ -1,6 +1,6 @@
 """The bench on which a plant is put together: named states, rates, outputs, parameters and slots for effects."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -35,7 +35,8 @@ class Plant:
     `parameters`. `dry_friction` are the Coulomb-friction numbers that a linearisation sets to zero. `delay` is the
     parameter by which the command is late, where an effect declares one: whoever feeds the plant holds it back, by
     engine.DelayLine; where it is `interpolated`, the plant holds the mean of the commands that arrive in a period (a
-    linear view takes that as a shift, too). `computing` is a parameter that adds to the delay.
+    linear view takes that as a shift, too). `computing` is a parameter that adds to the delay. `bends` are sums of
+    parameters, each over its typical value, that are 0 where a static curve of several of them is straight.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Plant:
     delay: str | None = None
     interpolated: bool = False
     computing: str | None = None
+    bends: tuple[Mapping[str, float], ...] = ()
 
     @property
     def n(self) -> int:
@@ -271,7 +273,14 @@ class Assembly:
             dry_friction=tuple(self._dry),
             delay=self._delay if "command" in inputs else None,
             interpolated=self._interpolated,
+            bends=tuple(bend for effect, _ in self._effects for bend in _bends(effect)),
         )
+
+
+def _bends(effect: Effect) -> Iterator[Mapping[str, float]]:
+    typical = {number.name: number.typical for number in effect.numbers}
+    for bend in effect.bends:
+        yield {effect.key(name): weight / typical[name] for name, weight in bend.items()}
 
 
 def _passed(effect: Effect, slot: str, value: Any, scope: Scope) -> Any:

@@ -7,8 +7,8 @@ from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_whole, predict_windows, predictions
 from ...identify.fit.session_numbers import session_plants
-from ...identify.trace.problem import EstimationProblem, estimation_problem
-from ...identify.trace.refit import FittedModel, fit_rig, heldout_errors, refit_all_windows
+from ...identify.trace.problem import estimation_problem
+from ...identify.trace.refit import fit_rig, heldout_errors
 from ...identify.trace.stored import packed, unpacked
 from ...records import Campaign
 from ...rigs.rig import Rig
@@ -58,7 +58,7 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         raise InputError(f"--starts {starts}: must be 1 or more")
     with one_blas_thread():
         problem = estimation_problem(campaign, rig)
-        model_fit = unpacked(stage("fit", lambda: packed(_fit(problem, starts, progress))), problem, ())
+        model_fit = unpacked(stage("fit", lambda: packed(fit_rig(problem, starts, progress))), problem, ())
         progress("errors of the rig file and of the fit")
         predict = predict_whole if problem.free_run else predict_windows
         plants = session_plants(campaign, rig)
@@ -83,10 +83,3 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
     return FitAnswer(
         as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}, Subject(rig))
     )
-
-
-def _fit(problem: EstimationProblem, starts: int, progress: Progress) -> FittedModel:
-    """The rig fitted; free runs first in blocks, from which whole records are in reach."""
-    if not problem.free_run:
-        return fit_rig(problem, starts, progress)
-    return refit_all_windows(problem, fit_rig(problem.in_blocks(), starts, progress))

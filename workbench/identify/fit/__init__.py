@@ -3,6 +3,7 @@
 windows, model      records in short windows; a plant as a model of them, with exact slopes
 free_parameters, determined    what a fit may move, and what figures determine of it
 normal_equations, initial_states, solver    the least squares problem and its solution
+prior               ranges of numbers, and how far curves bend
 rotation, informative, intervals    what windows say of a fit without them; which tell most; how far numbers are known
 predict, repeats    what a model predicts of a record, in windows or free
 sessions, session_numbers    groups of records that differ; numbers that are others in declared sessions

@@ -10,6 +10,7 @@ _STATE_ROUNDS = 12
 _STATE_ENOUGH = 0.02  # a window whose cost falls less is done
 _MOST_DAMPING = 1e6
 REFRESHED, _REFRESH_ROUNDS = 2, 4  # how often guesses are made anew, and rounds of their states
+_MISFITS = 3  # times that what a free run misses is asked for
 FIRST_ROWS = 50  # which tell the state that a free run starts from
 _CAUGHT = 0.9  # of its squared errors: below which a window is gone on from the new guess
 
@@ -59,7 +60,10 @@ def predicted_states(model: Model, windows: Windows, p: np.ndarray) -> tuple[np.
 
 def free_runs(model: Model, windows: Windows, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Initial states [w, n] that fit the first rows of each window alone, and the squared errors [w] of all of it."""
-    x0, _ = predicted_states(model, windows.beginnings(FIRST_ROWS), p)
+    first = windows.beginnings(FIRST_ROWS)
+    x0 = model.starts(first, p)
+    for _ in range(_MISFITS):
+        x0, _ = predicted_states(model, first.missed(costs(model, first, x0, p, x0)[1]), p)
     _, squares = costs(model, windows, x0, p, x0)
     return x0, squares
 

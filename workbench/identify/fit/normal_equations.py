@@ -6,9 +6,11 @@ at its guess within a tenth of its scale (fast states, which no sample sees, wou
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from .determined import FreeParameter
 from .model import Model
@@ -16,6 +18,7 @@ from .windows import Windows
 
 STATE_PULL = 0.1  # of a state's scale
 FIRST_DAMPING = 1e-3
+_ROUNDING = 1e-12
 _STEEPEST = 1e8  # sigma per scale: a window with such slopes is unstable, and moves nothing
 
 
@@ -42,6 +45,24 @@ class Normal:
         offset = np.einsum("wij,wj->wi", inverse, self.xe)
         gradient = self.pe - np.einsum("wxi,wx->wi", self.xp, offset)
         return matrix, gradient, carried, offset
+
+
+@dataclass(frozen=True, eq=False)
+class Tangents:
+    """Windows to first order: errors [w, rows, signals] and slopes [w, rows * signals, states + k] of each group, and
+    the normal equations that they give."""
+
+    slopes: Sequence[np.ndarray]
+    errors: Sequence[np.ndarray]
+    normal: Normal
+    which: Sequence[np.ndarray]
+
+    @cached_property
+    def reduced(self) -> list[np.ndarray]:
+        """Slopes to the numbers alone [w, rows * signals, k] of each group, the initial states following."""
+        carried = self.normal.reduced()[2]
+        n = carried.shape[1]
+        return [s[..., n:] - s[..., :n] @ carried[own] for s, own in zip(self.slopes, self.which, strict=True)]
 
 
 def numbers_at(model: Model, free: Sequence[FreeParameter], x: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -72,7 +93,8 @@ def costs(
     squares = np.empty(windows.count)
     for group, errors in zip(windows.groups, model.errors(windows, x0, p), strict=True):
         squares[group.which] = np.sum(errors**2, axis=(1, 2))
-    return squares + np.sum(((x0 - guess) / (STATE_PULL * model.plant.scale)) ** 2, axis=1), squares
+    held = np.sum(((x0 - guess) / (STATE_PULL * model.plant.scale)) ** 2, axis=1)
+    return squares + windows.misfit * held, squares
 
 
 def normal_equations(
@@ -89,6 +111,19 @@ def normal_equations(
     return accumulate(model, windows, model.slopes(windows, x0, p, along), model.errors(windows, x0, p), x0, guess)
 
 
+def tangents_at(
+    model: Model,
+    windows: Windows,
+    slopes: Sequence[np.ndarray],
+    errors: Sequence[np.ndarray],
+    x0: np.ndarray,
+    guess: np.ndarray,
+) -> Tangents:
+    """Windows to first order: arguments as of `accumulate`."""
+    normal = accumulate(model, windows, slopes, errors, x0, guess)
+    return Tangents(slopes, errors, normal, [group.which for group in windows.groups])
+
+
 def accumulate(
     model: Model,
     windows: Windows,
@@ -103,9 +138,9 @@ def accumulate(
         whole[np.abs(whole).max(axis=(1, 2)) > _STEEPEST] = 0.0
         matrix[group.which] = np.swapaxes(whole, 1, 2) @ whole
         gradient[group.which] = np.einsum("wmi,wm->wi", whole, error.reshape(len(error), -1))
-    pull = (x0 - guess) / (STATE_PULL**2 * model.plant.scale)
+    pull = windows.misfit * (x0 - guess) / (STATE_PULL**2 * model.plant.scale)
     return Normal(
-        matrix[:, :n, :n] + np.eye(n) / STATE_PULL**2,
+        matrix[:, :n, :n] + windows.misfit * np.eye(n) / STATE_PULL**2,
         matrix[:, :n, n:],
         gradient[:, :n] + pull,
         matrix[:, n:, n:],
@@ -117,17 +152,32 @@ def number_step(
     normal: Normal,
     x: np.ndarray,
     pull: np.ndarray,
-    width: np.ndarray,
+    prior: np.ndarray,
     ends: tuple[np.ndarray, np.ndarray],
     damping: float,
+    exactly: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Changes of the initial states [w, n] (scaled) and of the numbers [k]; numbers at an end of a range stay there."""
+    """Changes of the initial states [w, n] (scaled) and of the numbers [k], inside their ranges: see `best_step`.
+
+    `prior` [k, k] and `pull` [k] are the matrix and gradient of what holds the numbers.
+    """
     xx = normal.xx + damping * np.einsum("wii,ij->wij", normal.xx, np.eye(normal.xx.shape[1]))
-    matrix, gradient, carried, offset = Normal(xx, normal.xp, normal.xe, normal.pp, normal.pe).reduced()
-    matrix, gradient = matrix.sum(axis=0) + np.diag(width**-2), gradient.sum(axis=0) + pull
+    matrix, gradient, carried, offset = replace(normal, xx=xx).reduced()
+    matrix, gradient = matrix.sum(axis=0) + prior, gradient.sum(axis=0) + pull
     matrix += damping * np.diag(np.diag(matrix))
-    step = bounded_step(matrix, gradient, x, ends)
+    step = best_step(matrix, gradient, x, ends, exactly)
     return -offset - carried @ step, step
+
+
+def best_step(
+    matrix: np.ndarray,
+    gradient: np.ndarray,
+    x: np.ndarray,
+    ends: tuple[np.ndarray, np.ndarray],
+    exactly: bool,
+) -> np.ndarray:
+    """The step [k] of numbers at x in their ranges; `exactly`: numbers that come to an end may leave it again."""
+    return (least_step if exactly else bounded_step)(matrix, gradient, x, ends)
 
 
 def bounded_step(
@@ -145,3 +195,14 @@ def bounded_step(
         step[beyond] = np.clip(x + step, low, high)[beyond] - x[beyond]
         free &= ~beyond
     return step
+
+
+def least_step(
+    matrix: np.ndarray, gradient: np.ndarray, x: np.ndarray, ends: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """The same of all steps in the ranges, at some cost: where many numbers go together, as the slopes of a curve and
+    its gain, those that come to an end first hold the others back."""
+    size = np.diag(matrix) ** -0.5
+    root = np.linalg.cholesky(matrix * np.outer(size, size) + _ROUNDING * np.eye(len(x)))
+    low, high = (np.minimum(ends[0] - x, 0.0) / size - _ROUNDING, np.maximum(ends[1] - x, 0.0) / size + _ROUNDING)
+    return size * lsq_linear(root.T, np.linalg.solve(root, -gradient * size), (low, high), method="bvls").x

@@ -7,22 +7,26 @@ following. Without the windows of a block b the numbers move by the Gauss-Newton
 
 within their ranges, and the block's windows then cost what the quadratic says: exact for errors that are linear in the
 numbers (Allen's PRESS by blocks; Stone, J. Royal Statistical Society B 36(2), 1974).
+
+A free run is no window for each of its parts: with initial states of their own parts say nothing of what drifts, and
+prefer rich models that are wrong. There a block is a part of the rows of every run, and V, g and A are theirs, in the
+one run through all rows whose initial state follows the numbers as it does in the fit.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from .normal_equations import bounded_step, ranges
-from .solver import Fit
-from .windows import Windows
+from .normal_equations import Tangents, best_step
+from .prior import STIFFNESSES, Prior
+from .windows import BLOCKS, Windows, row_blocks
 
-BLOCKS = 4
+_NEAR = 1.01  # times the least squared errors: where a stiffer curve does as well
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Squared errors over sigma [windows] of records, or parts of them, that a fit did not see, of `samples` in all."""
+    """Squared errors over sigma [parts] of records, or parts of them, that a fit did not see, of `samples` in all."""
 
     squares: np.ndarray
     samples: int
@@ -42,17 +46,45 @@ def blocks(windows: Windows) -> np.ndarray:
     return block
 
 
-def rotated(fit: Fit, block: np.ndarray) -> Selection:
-    """The squared errors of each window with the numbers that the windows of other blocks give; `block` is [w]."""
-    squares = fit.squares.copy()
-    if not fit.ok or not fit.free:
-        return Selection(squares, fit.samples)
-    low, high, width = ranges(fit.free)
-    prior = np.diag(width**-2)
-    for number in np.unique(block):
-        own = block == number
-        matrix = fit.matrices[~own].sum(axis=0) + prior
-        gradient = fit.gradients[~own].sum(axis=0) + prior @ fit.x
-        step = bounded_step(matrix, gradient, fit.x, (low, high))
-        squares[own] += 2 * fit.gradients[own] @ step + np.einsum("i,wij,j->w", step, fit.matrices[own], step)
-    return Selection(np.maximum(squares, 0.0), fit.samples)
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What parts of recordings say of a fit: squared errors V [parts], matrices A [parts, k, k] and gradients g
+    [parts, k], and the `block` [parts] that each is left out with; `free_run`: whether they are parts of free runs."""
+
+    squares: np.ndarray
+    matrices: np.ndarray
+    gradients: np.ndarray
+    block: np.ndarray
+    free_run: bool = False
+
+    def unseen(self, prior: Prior, x: np.ndarray) -> np.ndarray:
+        """The squared errors [parts] with the numbers that the other blocks give, from distances x [k]."""
+        after = self.squares.copy()
+        for number in np.unique(self.block):
+            own = self.block == number
+            matrix = self.matrices[~own].sum(axis=0) + prior.matrix
+            gradient = self.gradients[~own].sum(axis=0) + prior.gradient(x)
+            step = best_step(matrix, gradient, x, prior.ends, self.free_run or prior.bends)
+            after[own] += 2 * self.gradients[own] @ step + np.einsum("i,wij,j->w", step, self.matrices[own], step)
+        return np.maximum(after, 0.0)
+
+    def best_stiffness(self, prior: Prior, x: np.ndarray) -> float:
+        """The stiffest that curves may be to predict parts from the other ones about best, as far as a fit at distances
+        x is linear."""
+        unseen = [float(self.unseen(prior.at(stiffness), x).sum()) for stiffness in STIFFNESSES]
+        return max(each for each, squares in zip(STIFFNESSES, unseen, strict=True) if squares <= _NEAR * min(unseen))
+
+
+def parts_of(windows: Windows, squares: np.ndarray, tangents: Tangents) -> Parts:
+    """The windows, of squared errors [w], or for free runs blocks of their rows."""
+    if not windows.free_run:
+        matrices, gradients, *_ = tangents.normal.reduced()
+        return Parts(squares, matrices, gradients, blocks(windows))
+    parts = []
+    for slopes, whole in zip(tangents.reduced, tangents.errors, strict=True):
+        block = np.repeat(row_blocks(whole.shape[1]), whole.shape[2])
+        for slope, error in zip(slopes, whole.reshape(len(whole), -1), strict=True):
+            own = ((slope[block == number], error[block == number]) for number in range(BLOCKS))
+            parts += [(e @ e, j.T @ j, j.T @ e) for j, e in own]
+    own_squares, matrices, gradients = (np.array(column) for column in zip(*parts, strict=True))
+    return Parts(own_squares, matrices, gradients, np.tile(np.arange(BLOCKS), windows.count), free_run=True)

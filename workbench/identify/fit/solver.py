@@ -12,14 +12,16 @@ from .model import Model
 from .normal_equations import (
     FIRST_DAMPING,
     Normal,
-    accumulate,
+    Tangents,
     costs,
     directions,
     normal_equations,
     number_step,
     numbers_at,
-    ranges,
+    tangents_at,
 )
+from .prior import STIFFEST, Prior, prior_of
+from .rotation import Parts, parts_of
 from .windows import Windows
 
 ROUNDS = 20
@@ -38,7 +40,8 @@ class Fit:
 
     `covariance` [k, k] is of the distances, with coloured noise and misfit counted. `matrices` [w, k, k] and
     `gradients` [w, k] say how the squared errors of each window go with the distances, initial states following, as
-    V + 2 g'd + d'A d. `at_bounds` are names at an end of their range.
+    V + 2 g'd + d'A d. `unseen` are the squared errors [parts] of windows, or parts of free runs, with the numbers that
+    the other ones give (see rotation.py). `at_bounds` are names at an end of their range.
     """
 
     free: tuple[FreeParameter, ...]
@@ -50,6 +53,7 @@ class Fit:
     covariance: np.ndarray
     matrices: np.ndarray
     gradients: np.ndarray
+    unseen: np.ndarray
     at_bounds: tuple[str, ...]
 
     @property
@@ -84,19 +88,31 @@ def fit_numbers(
     Every number is held loosely at distance 0. A window may be caught where its first guess led it: once the numbers
     are known, guesses are made anew, and those that lead further are gone on from. A start that cannot be simulated
     comes back as it is, with infinite squares.
+
+    Static curves begin stiff; they bend as far as it helps to predict the windows, or parts, that are left out.
     """
-    free = tuple(free)
-    descent = _Descent(model, windows, free, p)
-    place = descent.run(np.clip(start, *descent.ends), guess, guess, rounds)
-    for _ in range(REFRESHED):
-        if not np.isfinite(place.squares).all():
-            break
-        x0, anew, better = escape_bad_starts(model, windows, place.p, place.x0, place.squares)
-        if not better.any():
-            break
-        guess = np.where(better[:, None], anew, guess)
-        place = descent.run(place.x, x0, guess, rounds)
-    return _finished(model, windows, free, place, guess, kappa)
+    values = dict(zip(model.parameters, p.tolist(), strict=True))
+    descent = _Descent(model, windows, tuple(free), p, prior_of(free, model.plant.bends, values).at(STIFFEST))
+    place, guess = descent.settle(np.clip(start, *descent.prior.ends), guess, guess, rounds)
+    if descent.prior.bends:
+        descent, place, guess = _softened(descent, place, guess, rounds)
+    return descent.finished(place, guess, kappa)
+
+
+def _softened(
+    descent: "_Descent", place: "_Place", guess: np.ndarray, rounds: int
+) -> tuple["_Descent", "_Place", np.ndarray]:
+    """Descents with curves of ever other stiffness: the one by which parts that are left out are predicted best."""
+    best, least, tried = (descent, place, guess), np.inf, []
+    while np.isfinite(place.squares).all() and descent.prior.stiffness not in tried:
+        tried.append(descent.prior.stiffness)
+        parts = descent.parts(place, guess)
+        unseen = float(parts.unseen(descent.prior, place.x).sum())
+        if unseen < least:
+            best, least = (descent, place, guess), unseen
+        descent = descent.at(parts.best_stiffness(descent.prior, place.x))
+        place, guess = descent.settle(place.x, place.x0, guess, rounds)
+    return best
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,10 +129,29 @@ class _Place:
 class _Descent:
     """Damped Gauss-Newton steps in numbers and initial states together (Levenberg, Marquardt)."""
 
-    def __init__(self, model: Model, windows: Windows, free: tuple[FreeParameter, ...], p: np.ndarray) -> None:
+    def __init__(
+        self, model: Model, windows: Windows, free: tuple[FreeParameter, ...], p: np.ndarray, prior: Prior
+    ) -> None:
         self._model, self._windows, self._free, self._p = model, windows, free, p
-        low, high, self._width = ranges(free)
-        self.ends = (low, high)
+        self.prior = prior
+
+    def settle(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
+        """Where a descent from x and x0 ends, with guesses of initial states made anew where others lead further."""
+        if self._windows.free_run:
+            self._windows = self._windows.missed(self._at(x, x0, guess).squares)
+        place = self.run(x, x0, guess, rounds)
+        if self._windows.free_run:
+            self._windows = self._windows.missed(place.squares)
+            place = self.run(place.x, place.x0, guess, rounds)
+        for _ in range(REFRESHED):
+            if not np.isfinite(place.squares).all():
+                break
+            x0, anew, better = escape_bad_starts(self._model, self._windows, place.p, place.x0, place.squares)
+            if not better.any():
+                break
+            guess = np.where(better[:, None], anew, guess)
+            place = self.run(place.x, x0, guess, rounds)
+        return place, guess
 
     def run(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray, rounds: int) -> _Place:
         """Descend from x and x0 until the cost hardly falls: first past the windows that are far off, then with all."""
@@ -147,8 +182,9 @@ class _Descent:
 
     def _ahead(self, normal: Normal, place: _Place, damping: float, guess: np.ndarray) -> _Place:
         """The place after a step; a window that its step of the initial state only harms keeps the old state."""
-        dx0, dx = number_step(normal, place.x, place.x / self._width**2, self._width, self.ends, damping)
-        x = np.clip(place.x + dx, *self.ends)
+        prior, exactly = self.prior, self._windows.free_run or self.prior.bends
+        dx0, dx = number_step(normal, place.x, prior.gradient(place.x), prior.matrix, prior.ends, damping, exactly)
+        x = np.clip(place.x + dx, *prior.ends)
         moved = self._at(x, place.x0 + dx0 * self._model.plant.scale, guess)
         if np.all(moved.costs < place.costs):
             return moved
@@ -168,28 +204,34 @@ class _Descent:
         return _Place(x, p, x0, squares, cost)
 
     def _total(self, place: _Place, weights: np.ndarray) -> float:
-        return float(weights @ place.costs + np.sum((place.x / self._width) ** 2))
+        return float(weights @ place.costs + self.prior.cost(place.x))
+
+    def at(self, stiffness: float) -> "_Descent":
+        """The same with curves of another stiffness."""
+        return _Descent(self._model, self._windows, self._free, self._p, self.prior.at(stiffness))
+
+    def parts(self, place: _Place, guess: np.ndarray) -> Parts:
+        """What the parts of the windows say at a place."""
+        return parts_of(self._windows, place.squares, self.tangents(place, guess))
+
+    def tangents(self, place: _Place, guess: np.ndarray) -> Tangents:
+        """The windows to first order at a place, by the exact slopes."""
+        model, windows = self._model, self._windows
+        slopes = model.slopes(windows, place.x0, place.p, directions(model, self._free, place.x))
+        errors = model.errors(windows, place.x0, place.p)
+        return tangents_at(model, windows, slopes, errors, place.x0, guess)
+
+    def finished(self, place: _Place, guess: np.ndarray, kappa: np.ndarray) -> Fit:
+        """The fit with its covariance."""
+        at = place.x, place.p, place.x0, place.squares
+        if not np.isfinite(place.squares).all() or not self._free:
+            return without_slopes(self._windows, self._free, *at)
+        return with_slopes(self._windows, self._free, at, self.tangents(place, guess), kappa, self.prior)
 
 
 def _trust(cost: np.ndarray) -> np.ndarray:
     """Weights [w] of windows: near one, less where a window costs many times what the others do."""
     return 1 / (1 + cost / (_FAR_OFF * np.median(cost)))
-
-
-def _finished(
-    model: Model,
-    windows: Windows,
-    free: tuple[FreeParameter, ...],
-    place: _Place,
-    guess: np.ndarray,
-    kappa: np.ndarray,
-) -> Fit:
-    """The fit with its covariance, by the exact slopes."""
-    if not np.isfinite(place.squares).all() or not free:
-        return without_slopes(windows, free, place.x, place.p, place.x0, place.squares)
-    slopes = model.slopes(windows, place.x0, place.p, directions(model, free, place.x))
-    normal = accumulate(model, windows, slopes, model.errors(windows, place.x0, place.p), place.x0, guess)
-    return with_slopes(windows, free, (place.x, place.p, place.x0, place.squares), normal, slopes, kappa)
 
 
 def without_slopes(
@@ -203,33 +245,29 @@ def without_slopes(
     """A fit of which nothing is known but where it stands: it cannot be simulated there, or moves no number."""
     k, w = len(free), windows.count
     nothing = np.zeros((w, k, k)), np.zeros((w, k))
-    return Fit(free, x, p, x0, squares, windows.samples, np.full((k, k), np.inf), *nothing, ())
+    return Fit(free, x, p, x0, squares, windows.samples, np.full((k, k), np.inf), *nothing, squares, ())
 
 
 def with_slopes(
     windows: Windows,
     free: tuple[FreeParameter, ...],
     place: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
-    normal: Normal,
-    slopes: Sequence[np.ndarray],
+    tangents: Tangents,
     kappa: np.ndarray,
+    prior: Prior,
 ) -> Fit:
-    """The fit at a place (x, p, x0, squares) with its covariance: `slopes` [w, rows * signals, states + k] a group."""
+    """The fit at a place (x, p, x0, squares) with its covariance."""
     x, p, x0, squares = place
-    low, high, width = ranges(free)
     k = len(free)
-    matrices, gradients, carried, _ = normal.reduced()
+    matrices, gradients, *_ = tangents.normal.reduced()
     scatter = np.zeros((k, k))
     weights = np.sqrt(kappa * max(1.0, float(squares.sum()) / windows.samples))
-    for group, whole in zip(windows.groups, slopes, strict=True):
-        n = whole.shape[-1] - k
-        reduced = whole[..., n:] - whole[..., :n] @ carried[group.which]
+    for reduced in tangents.reduced:
         stretched = reduced * np.tile(weights, reduced.shape[1] // len(weights))[:, None]
         scatter += np.tensordot(stretched, stretched, axes=([0, 1], [0, 1]))
     scatters = [scatter, *(clustered(gradients, windows, by_record) for by_record in (False, True))]
-    covariance = widest(np.linalg.inv(matrices.sum(axis=0) + np.diag(width**-2)), scatters, np.diag(width**-2))
-    edge = 1e-6 * width
-    at_bounds = tuple(
-        f.name for f, v, a, b in zip(free, x, low, high, strict=True) if v <= a + edge.min() or v >= b - edge.min()
-    )
-    return Fit(free, x, p, x0, squares, windows.samples, covariance, matrices, gradients, at_bounds)
+    covariance = widest(np.linalg.inv(matrices.sum(axis=0) + prior.matrix), scatters, prior.matrix)
+    edge = 1e-6 * float(prior.width.min())
+    at_bounds = tuple(f.name for f, v, a, b in zip(free, x, *prior.ends, strict=True) if v <= a + edge or v >= b - edge)
+    unseen = parts_of(windows, squares, tangents).unseen(prior, x)
+    return Fit(free, x, p, x0, squares, windows.samples, covariance, matrices, gradients, unseen, at_bounds)

@@ -5,8 +5,9 @@ are therefore those of windows of 0.5 s (the last one of a record takes the rema
 fits it best. A window ends where samples were dropped.
 """
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby, pairwise
 
@@ -19,6 +20,8 @@ from ...records import Record
 from ..data.noise_floor import NoiseFloor
 
 WINDOW = 0.5  # s
+BLOCKS = 4  # into which a record falls where parts of it are left out in turn
+_MOST_MISFIT = 1e8
 _GAP = 1.5  # periods between rows: a sample was dropped, and with it the command that the drive held
 _FEWEST = 50  # rows between two gaps, to be a window
 _BEFORE = 0.02  # s: the longest delay that is searched
@@ -48,12 +51,19 @@ class DelayedCommand:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Windows of records, in order: `names` are the signals compared, `spans` (record, first row, end row) of each."""
+    """Windows of records, in order: `names` are the signals compared, `spans` (record, first row, end row) of each.
+
+    `free_run`: each is a run through a record, of which parts are left out in turn, where else whole windows are.
+    `misfit` is the chi2 that a free run leaves: for initial states its errors count as noise, else a state that hardly
+    shows, as where a jack stands that no position was recorded of, would go anywhere for a little less of them.
+    """
 
     records: tuple[Record, ...]
     names: tuple[str, ...]
     spans: tuple[tuple[int, int, int], ...]
     groups: tuple[Group, ...]
+    free_run: bool = False
+    misfit: float = 1.0
 
     @property
     def count(self) -> int:
@@ -93,26 +103,41 @@ class Windows:
 
     def some(self, keep: Sequence[int]) -> "Windows":
         """The windows of these numbers."""
-        spans = tuple(self.spans[w] for w in keep)
-        return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
+        return self._of(tuple(self.spans[w] for w in keep))
 
     def and_those_of(self, other: "Windows") -> "Windows":
         """These windows, then those of others in which the same signals are compared."""
         records, names = (*self.records, *other.records), self.names
         spans = (*self.spans, *((index + len(self.records), first, end) for index, first, end in other.spans))
         weights = {name: max(self._weights[name], other._weights[name]) for name in names}
-        return Windows(records, names, spans, _groups(records, names, spans, weights))
+        return Windows(records, names, spans, _groups(records, names, spans, weights), self.free_run)
 
     def beginnings(self, rows: int) -> "Windows":
         """The first rows of each."""
         spans = tuple((index, first, min(first + rows, end)) for index, first, end in self.spans)
-        return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
+        return self._of(spans)
+
+    def without_rows(self, block: int) -> "Windows":
+        """The same free runs in which one block of the rows is not compared."""
+        compared = [row_blocks(group.weight.shape[1])[:, None] != block for group in self.groups]
+        groups = zip(self.groups, compared, strict=True)
+        return replace(self, groups=tuple(replace(group, weight=group.weight * rows) for group, rows in groups))
+
+    def missed(self, squares: np.ndarray) -> "Windows":
+        """The same free runs with the misfit that squared errors [w] leave; windows as they are."""
+        if not self.free_run:
+            return self
+        return replace(self, misfit=float(np.clip(np.median(squares) * self.count / self.samples, 1.0, _MOST_MISFIT)))
 
     def cut(self, parts: int) -> "Windows":
         """Each in parts of equal length."""
         edges = [(i, np.linspace(a, b, parts + 1).round().astype(int).tolist()) for i, a, b in self.spans]
         spans = tuple((i, a, b) for i, places in edges for a, b in pairwise(places))
-        return Windows(self.records, self.names, spans, _groups(self.records, self.names, spans, self._weights))
+        return replace(self._of(spans), free_run=False)
+
+    def _of(self, spans: tuple[tuple[int, int, int], ...]) -> "Windows":
+        """Other windows of these records."""
+        return replace(self, spans=spans, groups=_groups(self.records, self.names, spans, self._weights))
 
     @cached_property
     def _weights(self) -> dict[str, float]:
@@ -138,7 +163,8 @@ def cut_windows(
     late: float = _BEFORE,
     length: float = WINDOW,
 ) -> Windows:
-    """Windows of `length` [s] of all records; what is left over at the end, or before a gap, belongs to the one before.
+    """Windows of `length` [s] of all records, or of infinite length one free run through each; what is left over at the
+    end, or before a gap, belongs to the one before.
 
     What they carry is compared; names are also those of the records `beside`, which the same model has to predict. The
     first `late` [s] of a record and after a gap are left out: a late command may be one that was not recorded.
@@ -152,7 +178,13 @@ def cut_windows(
             f"record {listed}: nowhere {_FEWEST} rows without a gap; log faster, or without losing samples"
         )
     weights = {name: 1 / floor.sigma[name] for name in names}
-    return Windows(tuple(records), names, spans, _groups(tuple(records), names, spans, weights))
+    groups = _groups(tuple(records), names, spans, weights)
+    return Windows(tuple(records), names, spans, groups, free_run=math.isinf(length))
+
+
+def row_blocks(rows: int) -> np.ndarray:
+    """The block [rows] that each row of a free run is in."""
+    return BLOCKS * np.arange(rows) // rows
 
 
 def delayed(record: Record, delay: float, interpolated: bool = False) -> DelayedCommand:

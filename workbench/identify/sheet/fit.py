@@ -12,7 +12,8 @@ import numpy as np
 from ...records.sheet_points import SheetPoints
 from ..fit.determined import FreeParameter
 from ..fit.normal_equations import bounded_step, ranges
-from ..fit.rotation import Selection, rotated
+from ..fit.prior import prior_of
+from ..fit.rotation import Parts, Selection
 from ..fit.solver import Fit
 from .model import SheetModel, errors, offsets
 from .problem import SheetProblem
@@ -93,7 +94,7 @@ def fitted_sheets(problem: SheetProblem, errors: Errors, start: np.ndarray) -> S
             slopes, fresh, damping = errors.slopes(x, here), True, _FIRST_DAMPING
     slopes = slopes if fresh else errors.slopes(x, here)
     fit = _finished(problem, errors, x, here, slopes)
-    return SheetFit(errors.model, fit, rotated(fit, problem.blocks))
+    return SheetFit(errors.model, fit, Selection(fit.unseen, fit.samples))
 
 
 def _updated(slopes: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:
@@ -138,7 +139,8 @@ def _finished(problem: SheetProblem, errors: Errors, x: np.ndarray, here: np.nda
     )  # fmt: skip
     p = errors.parameters(x[None])[0]
     none = np.zeros((len(squares), 0))  # initial states: a settled sine has none
-    return Fit(errors.free, x, p, none, squares, problem.samples, covariance, matrices, gradients, at_bounds)
+    unseen = Parts(squares, matrices, gradients, problem.blocks).unseen(prior_of(errors.free), x)
+    return Fit(errors.free, x, p, none, squares, problem.samples, covariance, matrices, gradients, unseen, at_bounds)
 
 
 def heldout_squares(problem: SheetProblem, fit: SheetFit) -> tuple[np.ndarray, list[np.ndarray]]:

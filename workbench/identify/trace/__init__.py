@@ -10,6 +10,7 @@ score, shortlist    which effects could explain it, without a refit
 information         what records would tell, before they are made
 problem             which records are fitted, which select, which judge
 refit, rule         a fit with one effect more, and the rule that names one
+left_out            fits made again without parts of free runs
 follow              where a refit starts, numbers following a finite effect; a fit by secants, where a loop may hunt
 short_windows       the fit of such an effect that harms wherever it starts
 pairs, joint        two effects at once: by the score test, and refitted together

@@ -83,9 +83,7 @@ def trace_context(
 ) -> Iterator[TraceContext]:
     """The context of a trace, with the windows that a search needs and `jobs` processes."""
     search = problem
-    if problem.free_run:
-        search = problem.in_blocks()
-    elif problem.large:
+    if problem.large:
         search = problem.only(stage("windows", problem.chosen))
     able = [effect for effect in with_apart(library) if applies(effect, problem.rig)]
     able += number_effects(problem.rig) if several else ()

@@ -17,7 +17,8 @@ from ..fit.determined import FreeParameter
 from ..fit.free_parameters import Candidate, extend_parameters
 from ..fit.initial_states import fit_states
 from ..fit.model import Model
-from ..fit.normal_equations import FIRST_DAMPING, Normal, accumulate, directions, number_step, numbers_at, ranges
+from ..fit.normal_equations import FIRST_DAMPING, accumulate, directions, number_step, numbers_at, ranges, tangents_at
+from ..fit.prior import prior_of
 from ..fit.solver import Fit, with_slopes, without_slopes
 from ..fit.windows import Windows
 from .score import initial_states_with_effect
@@ -101,7 +102,9 @@ class Follower:
         if not np.isfinite(start.squares):
             return without_slopes(self._windows, self.free, *place)
         slopes = self._with_secants(start)
-        return with_slopes(self._windows, self.free, place, self._normal(start, slopes), slopes, kappa)
+        about = slopes, start.errors, start.base_x0, self._fit.x0
+        tangents = tangents_at(self._base, self._windows, *about)
+        return with_slopes(self._windows, self.free, place, tangents, kappa, prior_of(self.free))
 
     def _descended(self, start: Start, rounds: int) -> Start:
         for _ in range(rounds):
@@ -112,18 +115,15 @@ class Follower:
 
     def _ahead(self, start: Start, slopes: Sequence[np.ndarray], count: int) -> tuple[Start, float]:
         """The place after a step of the first `count` numbers, and the relative fall; or where it was, and none."""
-        low, high, width = (part[:count] for part in ranges(self.free))
-        x, normal = start.x[:count], self._normal(start, slopes)
+        x, prior = start.x[:count], prior_of(self.free[:count])
+        normal = accumulate(self._base, self._windows, slopes, start.errors, start.base_x0, self._fit.x0)
         for damping in _DAMPINGS if np.isfinite(start.squares) else ():
-            dx0, dx = number_step(normal, x, x / width**2, width, (low, high), damping)
-            moved = np.append(np.clip(x + dx, low, high), start.x[count:])
+            dx0, dx = number_step(normal, x, prior.gradient(x), prior.matrix, prior.ends, damping)
+            moved = np.append(np.clip(x + dx, *prior.ends), start.x[count:])
             ahead = self._at(moved, start.base_x0 + dx0 * self._base.plant.scale, start.further)
             if ahead.squares < start.squares:
                 return ahead, 1 - ahead.squares / start.squares
         return start, 0.0
-
-    def _normal(self, start: Start, slopes: Sequence[np.ndarray]) -> Normal:
-        return accumulate(self._base, self._windows, slopes, start.errors, start.base_x0, self._fit.x0)
 
     def _with_secants(self, start: Start) -> list[np.ndarray]:
         """The slopes of the fit with those of the effects' numbers behind them."""

@@ -5,7 +5,7 @@ campaign has none, train windows that a search leaves out, or blocks of the trai
 others. Held-out windows are looked at once, when all is decided: every error that is quoted is theirs.
 
 Where a campaign is scored by free runs, every record is one window; a select or held-out record is run through from
-the state that fits its first rows. A search cuts the train records into blocks, which are rotated and easier to fit.
+the state that fits its first rows. A fit begins in blocks of the train records, which are easier to fit.
 """
 
 import math
@@ -27,9 +27,8 @@ from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
 from ..fit.mistaken import check_columns
 from ..fit.model import Model
-from ..fit.rotation import BLOCKS
 from ..fit.session_numbers import SessionNumber, session_numbers
-from ..fit.windows import WINDOW, Windows, cut_windows
+from ..fit.windows import BLOCKS, WINDOW, Windows, cut_windows
 from .samples import variable_samples
 
 _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
@@ -88,7 +87,7 @@ class EstimationProblem:
         return {"train": train, "select": [rest[w] for w in select]}
 
     def in_blocks(self) -> "EstimationProblem":
-        """With each train record cut into blocks."""
+        """With each train record cut into blocks that have initial states of their own."""
         return replace(self, train=self.train.cut(BLOCKS))
 
     def only(self, chosen: dict[str, list[int]]) -> "EstimationProblem":

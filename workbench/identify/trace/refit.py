@@ -11,7 +11,7 @@ from ..fit.free_parameters import Candidate
 from ..fit.initial_states import free_runs, predicted_states
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
-from ..fit.rotation import Selection, blocks, rotated
+from ..fit.rotation import Selection
 from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
 from ..fit.windows import Windows
@@ -78,7 +78,16 @@ class HeldoutErrors:
 def fit_rig(
     problem: EstimationProblem, starts: int = 1, report_progress: Callable[[str], None] = lambda _: None
 ) -> FittedModel:
-    """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best."""
+    """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best.
+
+    Free runs are fitted in blocks first, from which whole records are in reach.
+    """
+    if not problem.free_run:
+        return _fit_from(problem, starts, report_progress)
+    return refit_all_windows(problem, _fit_from(problem.in_blocks(), starts, report_progress))
+
+
+def _fit_from(problem: EstimationProblem, starts: int, report_progress: Callable[[str], None]) -> FittedModel:
     free, model = problem.free, problem.model()
     random = np.random.default_rng(0)
     best, lost = None, ["any signal"]
@@ -177,7 +186,7 @@ def refit_all_windows(problem: EstimationProblem, model_fit: FittedModel) -> Fit
 def with_selection(problem: EstimationProblem, model: Model, fit: Fit, known: tuple[Candidate, ...]) -> FittedModel:
     """A fit with its errors on what it did not see: the select windows, or blocks of the train windows in turn."""
     if problem.select is None:
-        return FittedModel(known, model, fit, rotated(fit, blocks(problem.train)))
+        return FittedModel(known, model, fit, Selection(fit.unseen, fit.samples))
     samples = problem.select.samples
     if not fit.ok:
         return FittedModel(known, model, fit, Selection(np.full(problem.select.count, np.inf), samples))

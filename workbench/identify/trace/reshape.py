@@ -24,7 +24,7 @@ from .problem import EstimationProblem
 from .refit import FittedModel, with_selection
 from .score import NuisanceProjection, initial_states_with_effect, worst_windows
 
-TIERS = (2, 4, 9)  # further numbers: the next are asked only where nothing with fewer passes
+TIERS = (2, 4, 11)  # further numbers: the next are asked only where nothing with fewer does
 REFITS = 3  # reshapings refitted in a tier
 ROUNDS = 3
 WORTH = 0.1  # of the misfit: a reshaping that takes away less is left out

@@ -1,32 +1,62 @@
 """The search for a rig's own shape, tier by tier, with stages that a resumed trace reads back."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 from ...base.checkpoint import no_checkpoint
 from ...plant.effects import Effect
+from . import rule as decide
 from .context import TraceContext
+from .left_out import left_out_squares
 from .locate import locate_fault
 from .problem import EstimationProblem
 from .refit import FittedModel
-from .reshape import REFITS, Reshaping, best, offered, refit_reshaped, scored
+from .reshape import REFITS, WORTH, Reshaping, best, offered, refit_reshaped, scored
 from .stored import packed_candidate, packed_refit, unpacked, unpacked_candidate
 
 ROUNDS = 3  # reshapings that may follow one another
+ENOUGH = 0.5  # of the misfit: a reshaping with more numbers is asked for where none takes this away
 _TOGETHER = 8  # reshapings that a worker scores at a time: each time it computes what the numbers could do as well
 
 
 def best_reshaping(context: TraceContext, number: int, before: FittedModel) -> tuple[Effect, FittedModel] | None:
-    """The effect as reshaped, or learned, and the fit with it: the first tier in which one passes; else None."""
-    problem = context.problem
+    """The effect as reshaped, or learned, and the fit with it: the best of the tiers up to the first in which one takes
+    ENOUGH of the misfit; None where none passes."""
+    problem, taken, candidates = context.problem, None, 0
+    refits: list[tuple[Reshaping, FittedModel]] = []
+    borne_out = _borne_out(context, number)
     equation = context.stage(f"shapes-{number}", lambda: locate_fault(problem, before).equation)
     for tier, reshapings in enumerate(offered(problem, before, equation)):
         scores = _scores(context, f"{number}-{tier}", before, reshapings)
-        refits = _refits(context, number, before, [each for each, _ in scores[:REFITS]])
-        if taken := best(problem, before, refits, max(len(scores), 1)):
-            reshaping, fitted = taken
-            return reshaping.candidate.effect, fitted
-    return None
+        refits += _refits(context, number, before, [each for each, _ in scores[:REFITS]])
+        candidates += len(scores)
+        while (taken := best(problem, before, refits, max(candidates, 1))) and not borne_out(before, *taken):
+            refits.remove(taken)
+        if taken and decide.explained(before.squares, taken[1].squares, before.samples) >= ENOUGH:
+            break
+    return (taken[0].candidate.effect, taken[1]) if taken else None
+
+
+def _borne_out(context: TraceContext, number: int) -> Callable[[FittedModel, Reshaping, FittedModel], bool]:
+    """Whether a reshaping explains what it is WORTH where fits are made again without parts of free runs."""
+
+    @cache
+    def left_out(name: str, fit: FittedModel) -> float:
+        squares = context.stage(
+            f"left-out-{number}-{name}", lambda: {"sum": float(left_out_squares(context.problem, fit).sum())}
+        )
+        return float(squares["sum"])
+
+    def borne_out(before: FittedModel, reshaping: Reshaping, after: FittedModel) -> bool:
+        if context.problem.select or not context.problem.train.free_run:
+            return True
+        title = reshaping.candidate.effect.title
+        share = decide.explained(left_out("before", before), left_out(title, after), context.problem.train.samples)
+        context.report_progress(f"shape {number}: {title} explains {100 * share:.1f} % of parts left out")
+        return share >= WORTH
+
+    return borne_out
 
 
 def _scores(

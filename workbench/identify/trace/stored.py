@@ -16,7 +16,7 @@ from ..fit.solver import Fit
 from .problem import EstimationProblem
 from .refit import FittedModel
 
-_ARRAYS = ("x", "p", "x0", "squares", "covariance", "matrices", "gradients")
+_ARRAYS = ("x", "p", "x0", "squares", "covariance", "matrices", "gradients", "unseen")
 
 
 def packed(model_fit: FittedModel) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """What held-out records, looked at when a search has ended, make of it: the verdict, and the rig's own shape."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...base.errors import InputError
@@ -37,8 +39,8 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     verdict = _verdict(context, plain, effects, place)
     final, after, learned = named, plain, ()
     if verdict in ("unknown", "incomplete"):
-        start = effects[-1].refitted if effects else _nearest(search)
-        final, after, learned = _shaped(context, start, named, plain)
+        starts = (effects[-1].refitted,) if effects else _nearest(search)
+        final, after, learned = _shaped(context, starts, named, plain)
     equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
     return Trace(
         problem=context.whole,
@@ -97,22 +99,30 @@ def _confirmed(context: TraceContext, before: HeldoutErrors, after: HeldoutError
     return decide.confirmed(*squares, after.samples, context.problem.kappa)
 
 
-def _nearest(search: SearchResult) -> FittedModel:
-    """What an unknown's shape is sought from: the effect that passes and explains most of it, or the rig alone."""
+def _nearest(search: SearchResult) -> tuple[FittedModel, ...]:
+    """What an unknown's shape is sought from: the effect that passes and explains most of it, and the rig alone."""
     part = partial_effect(search.passes[0]) if search.passes else None
-    return part.refitted if part else search.base
+    return (part.refitted, search.base) if part else (search.base,)
 
 
-def _shaped(
-    context: TraceContext, start: FittedModel, named: FittedModel, plain: HeldoutErrors
-) -> tuple[FittedModel, HeldoutErrors, tuple[LearnedShape, ...]]:
-    """The fit with what can be learned of the rig's shape, if the held-out records bear it out; else as named."""
+def _reshaped(context: TraceContext, first: int, start: FittedModel) -> list[tuple[Effect, FittedModel]]:
+    """What one fit is reshaped to, step by step, numbered from `first`."""
     reshaped: list[tuple[Effect, FittedModel]] = []
-    for number in range(1, ROUNDS + 1):
+    for number in range(first, first + ROUNDS):
         if not context.is_misfit(start) or (shape := best_reshaping(context, number, start)) is None:
             break
         reshaped.append(shape)
         start = shape[1]
+    return reshaped
+
+
+def _shaped(
+    context: TraceContext, starts: Sequence[FittedModel], named: FittedModel, plain: HeldoutErrors
+) -> tuple[FittedModel, HeldoutErrors, tuple[LearnedShape, ...]]:
+    """The fit with what can be learned of the rig's shape, from the start that leads to the least error on what a fit
+    does not see, if the held-out records bear it out; else as named."""
+    ways = [_reshaped(context, 1 + place * ROUNDS, start) for place, start in enumerate(starts)]
+    reshaped = min((way for way in ways if way), key=lambda way: way[-1][1].squares, default=[])
     if not reshaped:
         return named, plain, ()
     fits = [context.fit_all_windows(f"shape {number}, all windows", fit) for number, (_, fit) in enumerate(reshaped, 1)]

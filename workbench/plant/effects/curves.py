@@ -148,6 +148,17 @@ def weighted(basis: Sequence[ca.SX], s: Scope, prefix: str) -> ca.SX:
     return sum((s.p(f"{prefix}{i}") * part for i, part in enumerate(basis, 1)), ca.SX(0))
 
 
+def bends(coefficients: Sequence[str | None], order: int) -> tuple[dict[str, float], ...]:
+    """The second differences of a curve, as weights of its coefficients by name; one that is None is 0.
+
+    `order` is 2 for heights of the curve, 1 for slopes or steps. From knot to knot, not per unit of the variable: knots
+    are close where a curve is expected to bend.
+    """
+    rows = np.diff(np.eye(len(coefficients)), order, axis=0)
+    named = ({n: float(w) for n, w in zip(coefficients, row, strict=True) if n and w} for row in rows)
+    return tuple(row for row in named if row)
+
+
 def check_knots(effect: Effect, values: Mapping[str, float]) -> None:
     """Raises InputError where the knots of a curve do not rise."""
     last: dict[str, float] = {}

@@ -72,7 +72,8 @@ class Effect:
     shows it. `delay` names the number by which the plant's command is late: whoever feeds the plant holds it back;
     where it is `interpolated`, the plant holds the mean over each period of what arrives in it. `kinds` are those of
     valve on whose rigs alone it is sought; without, all that have its slots. `shifts` names a number of the rig to
-    which its first number is added: no effect, but a number that the rig file has wrong.
+    which its first number is added: no effect, but a number that the rig file has wrong. `bends` are weighted sums of
+    its numbers that are 0 where a static curve of many numbers is straight: what tells little of them leaves it so.
     """
 
     name: str
@@ -89,6 +90,7 @@ class Effect:
     interpolated: bool = False
     kinds: tuple[str, ...] = ()
     shifts: str = ""
+    bends: tuple[Mapping[str, float], ...] = ()
 
     def key(self, name: str) -> str:
         """The name that a number or state of this effect has inside a plant."""

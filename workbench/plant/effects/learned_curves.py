@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi as ca
 
-from .curves import checked_places, knot_numbers, knots, levels, weighted
+from .curves import bends, checked_places, knot_numbers, knots, levels, weighted
 from .decorator import number
 from .effect import Effect, EffectNumber, Scope
 from .natural import NaturalVariable, variable
@@ -58,7 +58,8 @@ class LearnedCurve:
             return self.law(value, s, lambda prefix: weighted(basis, s, f"{of.key}_{prefix}"))
 
         numbers = (*self._coefficients(of, count), *knot_numbers(of, places))
-        return replace(bare, laws={self.slot: law}, numbers=numbers)
+        bent = [row for prefix in self.sets for row in bends(self._names(prefix, of, count), order=2)]
+        return replace(bare, laws={self.slot: law}, numbers=numbers, bends=tuple(bent))
 
     def bare(self, formula: str) -> Effect:
         """An effect in its slot that changes nothing."""
@@ -67,10 +68,13 @@ class LearnedCurve:
     def _coefficients(self, of: NaturalVariable, count: int) -> list[EffectNumber]:
         one = partial(number, typical=self.typical, si=self.si, shown=self.shown, low=self.low, high=self.high)
         return [
-            one(f"{of.key}_{prefix}{i}", off=0.0, dry=self.dry, meaning=f"{self.meaning} {i} over {of.word}")
+            one(name, off=0.0, dry=self.dry, meaning=f"{self.meaning} {i} over {of.word}")
             for prefix in self.sets
-            for i in range(1, count)
+            for i, name in enumerate(self._names(prefix, of, count), 1)
         ]
+
+    def _names(self, prefix: str, of: NaturalVariable, count: int) -> list[str]:
+        return [f"{of.key}_{prefix}{i}" for i in range(1, count)]
 
 
 def _rubbing(creep: float) -> Callable[[ca.SX, Scope, _Sum], ca.SX]:

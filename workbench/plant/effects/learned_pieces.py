@@ -20,7 +20,7 @@ from .natural import variable, variables
 from .options import refine_at
 from .reshape import SEPARATOR
 
-MORE = 2  # knots
+MORE = 4  # knots: as close on both sides of zero as over the magnitude
 _FAST = "steps and fast multisine on the command, with current, spool and both pressures recorded"
 _STEADY = "steady moves in both directions at several openings, with spool, position and both pressures recorded"
 
@@ -106,14 +106,14 @@ _OFFERED: Mapping[str, tuple[str, ...]] = {
         "pressures; spline N in pressure; pole",
     ),
 }
-"""The formulas that `learned` offers; N knots, M two more: over both signs, and where a curve may have more turns."""
+"""The formulas that `learned` offers; N knots, M four more: over both signs, and where a curve may have more turns."""
 
 
 def learned(equation: str, samples: Mapping[str, ArrayLike] | None = None, knots: int = KNOTS) -> tuple[Effect, ...]:
     """The learned pieces for what a model lacks in an equation, those with the fewest fitted numbers first.
 
     `samples` are values [SI] that natural variables had in recordings, by word: knots are placed on them, and a
-    variable that hardly moved is left out. `knots` is the number of a curve's; it has two more over both signs, and
+    variable that hardly moved is left out. `knots` is the number of a curve's; it has four more over both signs, and
     as a second try where a curve may have more turns. `applies` says which a rig has room for. Raises InputError for an
     unknown equation.
     """

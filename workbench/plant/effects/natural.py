@@ -96,7 +96,7 @@ _position = partial(NaturalVariable, "position", "m", "mm", read=_given("positio
 _drop = partial(NaturalVariable, "drop", "Pa", "bar", 1e7, 1e9, 2e5)
 _current = NaturalVariable("current", "A", "mA", 0.02, 20.0, 5e-4, _passing, passes=True, crowding=2)
 _pressure = partial(NaturalVariable, "pressure", "Pa", "bar", 2e7, 1e9, None)
-_opening = partial(NaturalVariable, "opening", "m", "mm", 2e-3, 0.1, 1e-5, crowding=3)
+_opening = partial(NaturalVariable, "opening", "m", "mm", 2e-3, 0.1, 1e-5, crowding=2)
 
 _PISTON = (_velocity(1.0, 50.0, 5e-3), _position(0.1, 50.0, 2e-3))
 _FORCE = Passage((Part("N", 1e4),), _PISTON)
@@ -182,6 +182,8 @@ def natural_samples(rig: Rig, signals: Mapping[str, np.ndarray]) -> dict[str, np
     if {"pa", "pb"} <= signals.keys():
         samples["drop"] = signals["pa"] - signals["pb"]
         samples["pressure"] = np.concatenate((signals["pa"], signals["pb"]))
+    elif "load_pressure" in signals:
+        samples["drop"] = signals["load_pressure"]
     if {"command", "spool"} <= signals.keys():
         samples["error"] = signals["command"] - signals["spool"] / rig["z3max"]
     return samples

@@ -1,6 +1,6 @@
 """How a refinement is put on an effect: more numbers and states, and a law around each of its laws."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,6 +24,7 @@ def put_on(
     around: Around,
     numbers: Sequence[EffectNumber],
     states: Sequence[EffectState] = (),
+    bends: Sequence[Mapping[str, float]] = (),
 ) -> Effect:
     """The effect with `around` each of its laws; its formula says so after a semicolon."""
     return replace(
@@ -32,6 +33,7 @@ def put_on(
         laws={slot: around(slot, law) for slot, law in effect.laws.items()},
         numbers=(*effect.numbers, *numbers),
         states=(*effect.states, *states),
+        bends=(*effect.bends, *bends),
     )
 
 
