@@ -34,6 +34,7 @@ from workbench.identify.fit.free_parameters import Candidate
 from workbench.identify.fit.initial_states import predicted_states
 from workbench.identify.fit.normal_equations import numbers_at
 from workbench.identify.fit.rotation import Selection
+from workbench.identify.fit.solver import fit_numbers
 from workbench.identify.trace.context import trace_context
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig, heldout_errors, numbers_explain, refit, with_selection
@@ -180,6 +181,25 @@ def test_a_formula_with_memory_that_starts_far_off_is_fitted_from_short_windows(
         alone, lugre = fit_rig(problem), find("jack.friction", "lugre")
         far = Candidate(lugre, {number.name: number.high for number in lugre.numbers})
         refitted = refit(problem, alone, far)
+    assert explained(alone.squares, refitted.squares, alone.samples) > 0.9
+
+
+def test_a_refit_that_harms_is_made_again_from_where_no_number_follows(monkeypatch):
+    starts: list[np.ndarray] = []
+
+    def caught(model, windows, free, start, *others):
+        fit = fit_numbers(model, windows, free, start, *others)
+        starts.append(start)
+        return replace(fit, unseen=1e4 * fit.unseen) if len(starts) == 1 else fit
+
+    with one_blas_thread():
+        problem = estimation_problem(rubbing_campaign(), RIG)
+        alone, coulomb = fit_rig(problem), find("jack.friction", "coulomb")
+        monkeypatch.setattr("workbench.identify.trace.refit.fit_numbers", caught)
+        refitted = refit(problem, alone, Candidate(coulomb, {"Fc": 50.0}))
+    followed, stayed = (start[: len(alone.fit.x)] for start in starts)
+    assert not np.allclose(followed, alone.fit.x)
+    assert np.allclose(stayed, alone.fit.x)
     assert explained(alone.squares, refitted.squares, alone.samples) > 0.9
 
 

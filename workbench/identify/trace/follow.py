@@ -64,12 +64,12 @@ class Follower:
         """The numbers of the fit and those of the effects."""
         return (*self._fit.free, *self._own)
 
-    def start(self, share: float = 1.0) -> Start:
-        """The start at a `share` of the candidates' strengths."""
+    def start(self, share: float = 1.0, steps: int = _STEPS) -> Start:
+        """The start at a `share` of the candidates' strengths, followed by that many steps at most."""
         own = [_toward(f, off, share) for f, off in zip(self._own, self._offs, strict=True)]
         nothing = np.zeros((self._windows.count, self._model.plant.n))
         start = self._at(np.append(self._fit.x, own), self._fit.x0, nothing)
-        for _ in range(_STEPS):
+        for _ in range(steps):
             start, fall = self._ahead(start, self._slopes, len(self._fit.free))
             if fall < _ENOUGH:
                 break

@@ -16,7 +16,7 @@ from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
 from ..fit.windows import Windows
 from . import rule as decide
-from .follow import Follower
+from .follow import Follower, Start
 from .problem import EstimationProblem
 from .short_windows import fit_short_windows_first
 
@@ -221,20 +221,24 @@ def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, ca
     """The fit from the strength at which least is left once numbers and initial states follow it.
 
     With an effect with memory by secants; where that leaves a misfit, its tangents go on, if they predict better.
+    Without, a fit that harms what it did not see was caught on the way: it is made again from where nothing follows.
     """
     follower = Follower(model_fit.model, problem.train, model_fit.fit, model, candidates)
     start, _ = follower.best(_WEAKER)
 
-    def by_tangents(x: np.ndarray, p: np.ndarray, x0: np.ndarray) -> Fit:
-        return fit_numbers(model, problem.train, follower.free, x, p, x0, problem.kappas, _REFIT_ROUNDS)
+    def by_tangents(at: Start | Fit) -> FittedModel:
+        fit = fit_numbers(model, problem.train, follower.free, at.x, at.p, at.x0, problem.kappas, _REFIT_ROUNDS)
+        return with_selection(problem, model, fit, ())
 
-    if not any(candidate.effect.has_memory for candidate in candidates):
-        return by_tangents(start.x, start.p, start.x0)
-    gentle = with_selection(problem, model, follower.fit(start, problem.kappas, _REFIT_ROUNDS), ())
-    if gentle.chi2 < decide.CLOSED:
-        return gentle.fit
-    steep = with_selection(problem, model, by_tangents(gentle.fit.x, gentle.fit.p, gentle.fit.x0), ())
-    return min(gentle, steep, key=lambda fitted: fitted.squares).fit
+    if any(candidate.effect.has_memory for candidate in candidates):
+        fitted = with_selection(problem, model, follower.fit(start, problem.kappas, _REFIT_ROUNDS), ())
+        enough, other = decide.CLOSED * fitted.samples, fitted.fit
+    else:
+        fitted = by_tangents(start)
+        enough, other = model_fit.squares, follower.start(steps=0)
+    if fitted.squares < enough:
+        return fitted.fit
+    return min(fitted, by_tangents(other), key=lambda fitted: fitted.squares).fit
 
 
 def _from_elsewhere(

@@ -1,5 +1,6 @@
 """The search of a trace: fit, gate, localise, then pass after pass until nothing is missing or nothing passes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,17 +110,22 @@ class _Search:
             return True
         fall = this_pass.before.squares - this_pass.accepted[0].refitted.squares
         matters = decide.worth_adding(fall, base.squares, base.samples) or len(effects) == 1
-        return matters and (not effects or len({fit.candidate.effect.kin for fit in this_pass.accepted}) == 1)
+        return matters and (not effects or _is_one_family(this_pass.accepted))
 
     def _pair(self, this_pass: Pass, base: FittedModel) -> tuple[CandidateFit, ...]:
         """Two effects that explain together what neither does alone: the best partial one, and one beside it."""
         first = partial_effect(this_pass)
         second = self._pass(first.refitted, base, decide.PAIR) if first else None
-        if first and second and second.accepted:
+        if first and second and _is_one_family(second.accepted):
             return without_false_first(self._context, this_pass.before, first, second.accepted[0])
         together = refit_pairs(self._context, this_pass)
         self._passes += together
         return tuple(fit for each in together for fit in each.accepted)
+
+
+def _is_one_family(accepted: Sequence[CandidateFit]) -> bool:
+    """Whether there is an effect that explains enough, and none of another family explains as much."""
+    return len({fit.candidate.effect.kin for fit in accepted}) == 1
 
 
 def _matters_for_fit(model_fit: FittedModel, refitted: FittedModel) -> bool:
