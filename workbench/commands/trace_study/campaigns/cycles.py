@@ -11,7 +11,7 @@ from ....records.excitation import Excitation
 PERIOD = 20e-3  # s from row to row
 AMPLITUDES = (12.5e-3, 25e-3, 37.5e-3, 50e-3)  # m
 RAMP = 12.5e-3  # m/s
-REST, HOLDS, END = 2.4, (4.0, 3.0, 2.0), 3.0  # s
+REST, HOLDS, SECONDS = 2.4, (4.0, 3.0, 2.0), 27.0  # s, the longest that a cycle takes, all in all
 LIGHT, MIDDLE, HEAVY = (0.0,), (20e5, 30e5), (40e5, 50e5)  # Pa
 ROLES = {"train": (1, 2), "select": (3,), "heldout": (4,)}
 STATIC = 2.0  # s, of each train record
@@ -44,12 +44,12 @@ def cycle_roles(settings: Mapping[str, float]) -> dict[str, list[dict[str, Any]]
 
 
 def _cycle(name: str, amplitude: float) -> Excitation:
-    """Rest, then ramps between holds; its command adds nothing to the loop."""
-    goals = (0.0, amplitude, amplitude, 0.0, 0.0, amplitude / 2, amplitude / 2, 0.0, 0.0)
+    """Rest, ramps between holds, rest; its command adds nothing to the loop."""
+    goals = (0.0, amplitude, amplitude, 0.0, 0.0, amplitude / 2, amplitude / 2, 0.0)
     way = np.abs(np.diff(goals)) / RAMP
-    lasts = np.where(way > 0, way, (0, HOLDS[0], 0, HOLDS[1], 0, HOLDS[2], 0, END))
+    lasts = np.where(way > 0, way, (0, HOLDS[0], 0, HOLDS[1], 0, HOLDS[2], 0))
     at = REST + np.concatenate(([0.0], np.cumsum(lasts)))
-    rows = round(at[-1] / PERIOD)
+    rows = round(SECONDS / PERIOD)
     reference = np.interp(PERIOD * np.arange(rows), at, goals)
     return Excitation(name, PERIOD, reference, np.zeros(rows))
 

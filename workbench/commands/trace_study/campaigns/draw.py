@@ -7,32 +7,29 @@ The folder holds what a bench would leave, and nothing that gives the answer awa
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 import numpy as np
 
-from ....base.errors import InputError
 from ....base.signals import MEASURED
 from ....base.toml_text import toml_text
-from ....engine import Engine
-from ....plant import build
-from ....records.excitation import Excitation
+from ....identify.trace.problem import estimation_problem
+from ....records import load_campaign
+from ....records.campaign import FREE_RUN
 from ....rigs.rig import Rig
-from ....rigs.rig_file import load_rig
 from .cause import Cause, cause
 from .misfit import Misfit
 from .noise import Noise, counts, noise, quantised, sigmas, write
-from .play import PlayedMotion, play, start
-from .programme import Programme, programme
+from .play import PlayedMotion
+from .programme import programme
+from .scene import Scene, drawn_rig, fits, within_limits
 from .strength import Strength, off, settle, shaped
 
 JACK = "jack-10t"
 FEW = ("current", "pa", "pb", "position")  # where sensors are missing
-TOLERANCE = 1e-6  # of the simulation: far below what a fit resolves
 PASSES, NEAR = 3, 0.3  # of the search for a strength; of log(chi2 - 1)
-SMALLER, TRIES = 0.8, 8  # where a drawn excitation is too much for the rig
 
 Kind = Literal["single", "pair", "off", "clean", "number"]
 
@@ -67,54 +64,6 @@ class CampaignPlan:
         return f"{self.kind}-{self.seed}"
 
 
-@dataclass(frozen=True)
-class Scene:
-    """All that a plan decides but its effects: the rig, its true numbers, its sensors' noise, what is played."""
-
-    rig: Rig
-    true: Mapping[str, float]
-    sigma: Mapping[str, float]
-    programme: Programme
-
-    @property
-    def played(self) -> tuple[Excitation, ...]:
-        """Every record's excitation."""
-        return self.programme.played
-
-    @property
-    def moving(self) -> tuple[Excitation, ...]:
-        """Those that move the rig."""
-        return self.played[self.programme.resting :]
-
-    @property
-    def base(self) -> Engine:
-        """The rig as described."""
-        return _engine(self.rig.name, self.rig.corrector, ())
-
-    def misfit(self, p: np.ndarray, motions: Sequence[PlayedMotion]) -> Misfit:
-        """What refits of the rig leave, with slopes along `motions` of plants with parameters p."""
-        period, judging = self.played[0].period, self.programme.judging
-        return Misfit(self.base, p, self.rig, self.sigma, motions, period, judging)
-
-    def motions(
-        self, mix: Mapping[Cause, Mapping[str, float]], played: Sequence[Excitation], heard: Sequence[np.ndarray] = ()
-    ) -> list[PlayedMotion]:
-        """Excitations played on the rig with these effects' numbers; `heard` [n] m is the noise of position, if any."""
-        engine = _engine(self.rig.name, self.rig.corrector, tuple(cause.key for cause in mix))
-        given = {cause.effect.key(name): value for cause, numbers in mix.items() for name, value in numbers.items()}
-        p = engine.plant.parameter_values(None, **self.true, **given)
-        states = dict(self.programme.start)
-        for missing in mix:
-            states |= missing.initial_states
-        begin = start(engine, p, states, self.programme.balanced)
-        loop, settings = self.programme.loop, self.programme.settings
-        noises = heard or [np.zeros(len(excitation.reference)) for excitation in played]
-        return [
-            play(engine, p, begin, excitation, loop, noise, settings.get(excitation.name, {}))
-            for excitation, noise in zip(played, noises, strict=True)
-        ]
-
-
 def draw(plan: CampaignPlan, folder: Path) -> dict[str, Any]:
     """Write the campaign's folder and return what it is short of. Raises InputError."""
     scene = _scene(plan)
@@ -123,6 +72,18 @@ def draw(plan: CampaignPlan, folder: Path) -> dict[str, Any]:
     loud = [_noises(plan, scene, number) for number in range(len(scene.played))]
     mix = {cause: strength.numbers for cause, strength in zip(causes, strengths, strict=True)}
     motions = scene.motions(mix, scene.played, [noises["position"] for noises in loud])
+    _record(plan, scene, motions, loud, folder)
+    return _truth(plan, scene, causes, strengths)
+
+
+def _record(
+    plan: CampaignPlan,
+    scene: Scene,
+    motions: Sequence[PlayedMotion],
+    loud: Sequence[Mapping[str, np.ndarray]],
+    folder: Path,
+) -> None:
+    """Leave a campaign's folder: what the sensors say of motions with noise."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "campaign.toml").write_text(toml_text({"rig": plan.rig, **scene.programme.campaign}), encoding="utf-8")
     torn = int(_random(plan, "torn").integers(len(scene.played)))  # the record that loses rows, if any does
@@ -134,17 +95,16 @@ def draw(plan: CampaignPlan, folder: Path) -> dict[str, Any]:
             signals[name] = quantised(motion.outputs[name] + noises[name], scene.rig, name, plan.noise)
         blemish = [what for what in plan.blemish if what != "drop" or number == torn]
         write(folder / f"{excitation.name}.csv.gz", signals, blemish, _random(plan, "blemish", number))
-    return _truth(plan, scene, causes, strengths)
 
 
 def planned_equations(plan: CampaignPlan) -> list[str]:
     """Equations in which a trace may rightly say that what the campaign lacks sits."""
-    rig = _rig(plan.rig, plan.corrector)
+    rig = drawn_rig(plan.rig, plan.corrector)
     return list(dict.fromkeys(equation for key in plan.effects for equation in cause(*key, rig).equations))
 
 
 def _scene(plan: CampaignPlan) -> Scene:
-    rig = _rig(plan.rig, plan.corrector)
+    rig = drawn_rig(plan.rig, plan.corrector)
     drawn = _random(plan, "rig")
     true = {
         name: float(drawn.uniform(number.low, number.high))
@@ -157,26 +117,19 @@ def _scene(plan: CampaignPlan) -> Scene:
     logged = [name for name in MEASURED if name in sigma and name != "force" and (name != "supply" or plan.supply)]
     names = [name for name in logged if name in FEW or not plan.few]
     scene = Scene(rig, true | _beside(plan, rig), {name: sigma[name] for name in names}, run)
-    return _within_limits(scene)
+    scene = within_limits(scene)
+    free_runs = run.campaign.get("score") == FREE_RUN
+    return replace(scene, judged=_free_run_floor(plan, scene)) if free_runs and plan.effects else scene
 
 
-def _within_limits(scene: Scene) -> Scene:
-    """The scene with excitations so small that the rig stays within its stroke and no chamber falls below 0 bar."""
-    for _ in range(TRIES):
-        fits = [_fits(scene.rig, motion) for motion in scene.motions({}, scene.played)]
-        if all(fits):
-            return scene
-        smaller = [
-            excitation if fit else excitation.scaled(SMALLER)
-            for excitation, fit in zip(scene.played, fits, strict=True)
-        ]
-        scene = replace(scene, programme=replace(scene.programme, played=tuple(smaller)))
-    raise InputError(f"{scene.rig.name}: drawn excitations are too large at any size; check its limits")
-
-
-def _fits(rig: Rig, motion: PlayedMotion) -> bool:
-    travelled = np.abs(motion.outputs["position"] - rig["xmid"]).max()
-    return travelled < rig.limit("stroke") and motion.outputs["lowest_pressure"].min() > 0
+def _free_run_floor(plan: CampaignPlan, scene: Scene) -> dict[str, float]:
+    """What errors [SI] of free runs are held against, by records of the rig with its true numbers."""
+    loud = [_noises(plan, scene, number) for number in range(len(scene.played))]
+    motions = scene.motions({}, scene.played, [noises["position"] for noises in loud])
+    with TemporaryDirectory() as scratch:
+        _record(plan, scene, motions, loud, Path(scratch))
+        floor = estimation_problem(load_campaign(scratch), scene.rig.with_values(**scene.true)).floor
+    return {name: floor.sigma[name] for name in scene.sigma}
 
 
 def _strengths(plan: CampaignPlan, scene: Scene, causes: Sequence[Cause]) -> list[Strength]:
@@ -215,7 +168,7 @@ def _strength(plan: CampaignPlan, scene: Scene, cause: Cause, shape: Mapping[str
 
 def _heldout(scene: Scene, misfit: Misfit, motions: Sequence[PlayedMotion]) -> float:
     """Chi2 that a refit leaves of held-out motions; infinite where the rig cannot go there."""
-    if scene.programme.within and not all(_fits(scene.rig, motion) for motion in motions):
+    if scene.programme.within and not all(fits(scene.rig, motion) for motion in motions):
         return np.inf
     return misfit.refit(motions).heldout
 
@@ -277,15 +230,3 @@ def _beside(plan: CampaignPlan, rig: Rig) -> dict[str, float]:
             if (f"number.{number.name}", side) in plan.effects and end is not None:
                 ends[number.name] = end
     return ends
-
-
-@lru_cache(maxsize=4)
-def _rig(name: str, corrector: str) -> Rig:
-    rig = load_rig(name)
-    return rig.with_corrector(corrector) if corrector else rig
-
-
-@lru_cache(maxsize=4)
-def _engine(rig: str, corrector: str, causes: tuple[tuple[str, str], ...]) -> Engine:
-    described = _rig(rig, corrector)
-    return Engine(build(described, also=[cause(*key, described).effect for key in causes]), TOLERANCE)

@@ -27,8 +27,8 @@ class Refit:
 class Misfit:
     """A refit of the base model to motions, by one step with the slopes along given motions, at parameters p.
 
-    In windows of 0.5 s whose initial states are free; the rig's uncertain numbers are fitted to all motions but the
-    last `judging` ones, inside their declared ranges, and these judge.
+    In windows of 0.5 s whose initial states are free, or in `free_runs` of motions of one length; the rig's uncertain
+    numbers are fitted to all motions but the last `judging` ones, inside their declared ranges, and these judge.
     """
 
     def __init__(
@@ -40,16 +40,19 @@ class Misfit:
         motions: Sequence[PlayedMotion],
         period: float,
         judging: int = 1,
+        free_runs: bool = False,
     ) -> None:
         self._base, self._p, self._period = base, p, period
         self._sigma = sigma
         self._columns = [base.plant.output(name) for name in sigma]
-        self._rows = round(WINDOW / self._period)
+        self._rows = len(motions[0].inputs["command"]) if free_runs else round(WINDOW / self._period)
         self._shifts, self._ends = _ranges(rig, base.plant, p)
         starts, inputs, _ = self._windows(motions)
         self._judging = sum(len(motion.inputs["command"]) // self._rows for motion in motions[-judging:])
         slopes = np.array([self._slopes(x, u) for x, u in zip(starts, inputs, strict=True)])
         states, own = np.split(slopes, [base.plant.n], axis=2)
+        if free_runs:  # begun at rest, as their numbers say
+            states = np.zeros_like(states)
         lower = np.linalg.cholesky(_t(states) @ states + np.eye(base.plant.n))  # with a prior of one scale
         self._states = _t(np.linalg.solve(lower, _t(states)))
         self._left = self._without_states(own)

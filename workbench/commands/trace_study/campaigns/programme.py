@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ....base.errors import InputError
+from ....records.campaign import FREE_RUN
 from ....records.excitation import Excitation
 from ....rigs.rig import Rig
 from .cycles import cycle_roles, cycles, load_settings
@@ -26,9 +27,9 @@ class Programme:
     """What is played: the first `resting` records do not move, the last `judging` ones are held out.
 
     settings: constant inputs [SI] of each record. campaign: further keys of campaign.toml. readings: of which a row is
-    the mean. start: states that begin elsewhere than at mid stroke; `balanced`: the others begin at an operating point,
-    which a drive whose valves are shut has not. within: an effect that takes a pressure below 0, or the jack beyond its
-    stroke, is too strong.
+    the mean. start: states that begin elsewhere than at mid stroke, `at_return` those at the return pressure;
+    `balanced`: the others begin at an operating point, which a drive whose valves are shut has not. within: an effect
+    that takes a pressure below 0, or the jack beyond its stroke, is too strong.
     """
 
     loop: PositionLoop
@@ -39,6 +40,7 @@ class Programme:
     settings: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     readings: int = 1
     start: Mapping[str, float] = field(default_factory=dict)
+    at_return: tuple[str, ...] = ()
     balanced: bool = True
     within: bool = False
 
@@ -64,10 +66,11 @@ def _pump_programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: boo
     return Programme(
         loop,
         cycles(seed),
-        {"corrector": rig.corrector, "records": cycle_roles(settings)},
+        {"corrector": rig.corrector, "score": FREE_RUN, "records": cycle_roles(settings)},
         settings={name: {"load_setting": pressure} for name, pressure in settings.items()},
         readings=_READINGS,
         start={"x": -rig["xmid"]},
+        at_return=("P1", "P2", "Pd", "P0", "Pg"),
         balanced=False,
         within=True,
     )
