@@ -223,7 +223,8 @@ def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch)
         x = good.fit.x + 0.4
         p = numbers_at(good.model, good.fit.free, x, good.fit.p)
         x0, squares = predicted_states(good.model, problem.train, p)
-        return with_selection(problem, good.model, replace(good.fit, x=x, p=p, x0=x0, squares=squares), ())
+        left = replace(good.fit, x=x, p=p, x0=x0, squares=squares, unseen=squares)
+        return with_selection(problem, good.model, left, ())
 
     monkeypatch.setattr("workbench.identify.trace.search.fit_rig", stuck)
     with one_blas_thread():
