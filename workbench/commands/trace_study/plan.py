@@ -20,7 +20,9 @@ MISFIT = (2.0, 15.0)  # held-out chi2 that a refit of the base model leaves, log
 SHARP, TIMING_SHARP = (0.25, 1.0), (0.1, 0.25)  # late currents show far too well where the command is rough
 NOISES: tuple[Noise, ...] = ("white", "white", "white", "tripled", "coloured")
 FEW, POOR, SUPPLY, BLEMISHED = 0.08, 0.05, 0.5, 0.25  # of the campaigns
-UNSEEN = ("number.Pr", "number.kg", "number.pg", "number.Vg", "number.Kd")  # which such cycles do not tell
+UNSEEN = tuple(
+    f"number.{name}" for name in ("Pr", "kg", "pg", "Vg", "Kd", "Rl", "V0A", "V0B")
+)  # which such cycles do not tell
 SPEED, MOTOR = "speed", "motor"  # what drives a pump: its measured speed, or a voltage where the motor is in question
 
 
