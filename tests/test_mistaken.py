@@ -33,7 +33,7 @@ def changed(campaign, change):
 
 
 def test_columns_that_are_what_they_are_called_pass(sample, rig):
-    check_columns(sample, rig, scored_floor(sample))
+    check_columns(sample, rig, scored_floor(sample, rig))
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_columns_that_are_what_they_are_called_pass(sample, rig):
 def test_a_column_that_is_mistaken_is_named(sample, rig, change, words):
     wrong = changed(sample, change)
     with pytest.raises(InputError, match=words):
-        check_columns(wrong, rig, scored_floor(wrong))
+        check_columns(wrong, rig, scored_floor(wrong, rig))
 
 
 def test_a_static_record_that_moves_is_refused(sample):

@@ -137,15 +137,25 @@ def test_the_first_rows_alone_tell_where_a_free_run_starts(free):
     assert np.nanstd(second.error("load_pressure") - first.error("load_pressure")) > 1e5
 
 
-def test_a_free_run_is_held_against_the_same_share_of_every_signals_spread():
-    campaign = made_campaign(load_rig("festo-tp511"))
-    noise, scored = noise_floor(campaign), scored_floor(replace(campaign, score="free-run"))
-    assert scored_floor(campaign) == noise
+def test_a_free_run_is_held_against_what_is_half_way_to_the_same_share_of_every_signals_spread():
+    rig = replace(load_rig("festo-tp511"), sensors={})
+    campaign = made_campaign(rig)
+    noise, scored = noise_floor(campaign), scored_floor(replace(campaign, score="free-run"), rig)
+    assert scored_floor(campaign, rig) == noise
     spread = {n: np.std(np.concatenate([record.signals[n] for record in campaign.train])) for n in noise.sigma}
-    shares = [scored.sigma[n] / spread[n] for n in noise.sigma]
+    shares = [scored.sigma[n] ** 2 / noise.sigma[n] / spread[n] for n in noise.sigma]
     assert shares == pytest.approx([shares[0]] * len(shares))
     assert all(scored.sigma[n] >= noise.sigma[n] for n in noise.sigma)
     assert sum(scored.sigma[n] == pytest.approx(noise.sigma[n]) for n in noise.sigma) == 1
+
+
+def test_a_free_run_is_held_against_no_less_than_what_a_sensor_rounds_by():
+    """A mean over many samples shows steps that the sensor has not."""
+    rig = load_rig("festo-tp511")
+    coarse = replace(rig, sensors={**rig.sensors, "position": replace(rig.sensors["position"], resolution=1e-2)})
+    campaign = replace(made_campaign(rig), score="free-run")
+    fine, rounded = (scored_floor(campaign, each).sigma["position"] for each in (rig, coarse))
+    assert fine < 1e-2 / np.sqrt(12) <= rounded
 
 
 BENCHMARK = f"""

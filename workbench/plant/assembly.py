@@ -17,7 +17,8 @@ from .effects.slots import SLOTS
 class Variable:
     """A state or input: SI unit, a magnitude that is large for it, and a plausible start value.
 
-    `held`: a store that fills while the jack moves, so that an operating point holds it at its start, as the position.
+    `held`: a store that fills while the jack moves, so that an operating point holds it at its start, as the position;
+    `number` is the number that it starts at.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Variable:
     scale: float
     start: float = 0.0
     held: bool = False
+    number: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,9 +187,10 @@ class Assembly:
         """The effects that act in this plant, in order."""
         return tuple(effect for effect, _ in self._effects)
 
-    def state(self, name: str, unit: str, scale: float, start: float = 0.0, held: bool = False) -> ca.SX:
-        """Declare a state; returns its symbol."""
-        self._variables[name] = Variable(name, unit, scale, start, held)
+    def state(self, name: str, unit: str, scale: float, start: float = 0.0, number: str = "") -> ca.SX:
+        """Declare a state, a store that starts at a number if it names one; returns its symbol."""
+        start = self._values[number] if number else start
+        self._variables[name] = Variable(name, unit, scale, start, bool(number), number)
         self._x[name] = ca.SX.sym(name)
         return self._x[name]
 

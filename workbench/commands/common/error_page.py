@@ -18,8 +18,8 @@ _FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis
 
 SCORED = {
     False: "Held-out records, windows of 0.5 s with refitted initial states; input: the recorded command.",
-    True: f"Held-out records, one free run each from the state that fits the first {FIRST_ROWS} rows; input: the "
-    "recorded command.",
+    True: f"Held-out records, one free run each from the state that fits the first {FIRST_ROWS} rows, or from rest if "
+    "the jack rests in them; input: the recorded command.",
 }
 """What the errors are of, by whether they are scored by a free run."""
 

@@ -32,7 +32,7 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
 
     Held-out records that repeat a command are held against one free run by their mean.
     """
-    floor = scored_floor(campaign)
+    floor = scored_floor(campaign, rig)
     plants = session_plants(campaign, rig)
     for record in campaign.heldout:
         compared(plants[record.name], record, floor)  # a refusal comes before any progress line

@@ -2,6 +2,7 @@
 
 answer, metrics           the answer as an object and as plain numbers
 alike                     what explains as much as another value of a described number
+steps                     held-out free runs, effect by effect
 shape                     what an unknown disturbance looks like
 law_curves, learned_page  what was learned: curves and gains with their band, beside the library's formulas
 detectability             what would show if it were there

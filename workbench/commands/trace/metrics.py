@@ -15,6 +15,7 @@ from ..common.numbers import finite
 from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json
 from ..common.wrong_numbers import WrongNumber, wrong_numbers
+from .steps import steps
 
 Both = tuple[Sequence[Prediction], Sequence[Prediction]]
 
@@ -49,6 +50,7 @@ def _learned(shape: LearnedShape) -> dict[str, Any]:
 
 def more_json(trace: Trace) -> dict[str, Any]:
     """What metrics.json has beside the answer."""
+    by_effect = steps(trace)
     in_sessions = [each.json() for each in session_fits(trace.problem, trace.final.fit)]
     tied = {fit.candidate.effect.name: list(fit.tied) for fit in trace.effects if fit.tied}
     failed = {f"{fit.candidate.effect.title}": why for search in trace.passes for fit, why in failures(search.tried)}
@@ -61,6 +63,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
         **({"tied": tied} if tied else {}),
         "at_an_end": list(trace.final.fit.at_bounds),
         "failed": failed,
+        **({"steps": [step.json() for step in by_effect]} if by_effect else {}),
         "scores": [
             {"effect": candidate.effect.name, "formula": candidate.effect.formula, "score": share, "pass": number}
             for number, each in enumerate(trace.passes, 1)

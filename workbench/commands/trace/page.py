@@ -19,6 +19,7 @@ from .figures import Pair, evidence_figure, signal_figure, telling
 from .learned_page import LearnedLaw, learned_laws, learned_section, learned_sentence
 from .metrics import Both, labels
 from .shape import UnexplainedDisturbance, shape_figure, shape_tables
+from .steps import steps_table
 from .tables import (
     base_table,
     candidates_table,
@@ -83,7 +84,9 @@ def _causes(trace: Trace, shape: UnexplainedDisturbance | None, laws: Sequence[L
 def _what(trace: Trace) -> list[Section]:
     if not trace.passes:
         return []
-    items: list[Item] = [candidates_table(trace), rule_table(trace), numbers_table(trace)]
+    by_effect = steps_table(trace)
+    items: list[Item] = [by_effect] if by_effect else []
+    items += [candidates_table(trace), rule_table(trace), numbers_table(trace)]
     items += [table for n, each in enumerate(trace.passes, 1) if (table := cosines_table(each, n))]
     return [Section("What explains it" if trace.effects else "What was tried", items)]
 

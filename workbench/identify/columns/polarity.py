@@ -25,7 +25,7 @@ class Verdict:
 def held_against(campaign: Campaign, rig: Rig) -> Verdict:
     """Do what every command on a campaign does before it computes."""
     try:
-        floor = scored_floor(campaign)
+        floor = scored_floor(campaign, rig)
         plants = session_plants(campaign, rig)
         for record in campaign.heldout:
             compared(plants[record.name], record, floor)

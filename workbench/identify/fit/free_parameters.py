@@ -10,7 +10,7 @@ from ...plant import Plant, build
 from ...plant.effects import Effect, EffectNumber, declared_numbers
 from ...rigs.rig import Rig
 from .determined import FreeParameter
-from .model import Model
+from .model import FREE_RUN_TOLERANCE, TOLERANCE, Model
 from .session_numbers import SessionNumber
 
 _DECADES = 10.0  # a positive number whose range spans more than this factor is searched by its logarithm
@@ -62,9 +62,11 @@ def model_with(
     names: Sequence[str],
     brief: bool = False,
     sessions: Sequence[SessionNumber] = (),
+    free_run: bool = False,
 ) -> Model:
     """The model of a rig with effects beyond those that it declares."""
-    return Model(build(rig, effects), names, brief, sessions)
+    tolerance = FREE_RUN_TOLERANCE if free_run else TOLERANCE
+    return Model(build(rig, effects), names, brief, sessions, tolerance)
 
 
 def extend_parameters(base: Plant, values: np.ndarray, plant: Plant) -> np.ndarray:

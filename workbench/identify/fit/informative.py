@@ -14,7 +14,7 @@ from ..data.noise_floor import same_command
 from .determined import FreeParameter
 from .initial_states import fit_states
 from .model import Model
-from .normal_equations import directions, normal_equations, ranges
+from .normal_equations import normal_equations, ranges
 from .windows import Windows
 
 _SHARED = 0.5  # of the windows: shared out between kinds of motion
@@ -29,7 +29,7 @@ def informative(model: Model, windows: Windows, free: Sequence[FreeParameter], m
     p = model.p
     guess = model.starts(windows, p)
     x0, _ = fit_states(model, windows, guess, p, _ROUNDS)
-    normal = normal_equations(model, windows, x0, p, guess, directions(model, free, np.zeros(len(free))))
+    normal = normal_equations(model, windows, x0, p, guess, free, np.zeros(len(free)))
     matrices = normal.reduced()[0]
     _, _, width = ranges(free)
     return _d_optimal(matrices, np.diag(width**-2), kinds(windows), most)

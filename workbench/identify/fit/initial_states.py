@@ -4,14 +4,13 @@ import numpy as np
 
 from .model import Model
 from .normal_equations import FIRST_DAMPING, Normal, costs, normal_equations
-from .windows import Windows
+from .windows import FIRST_ROWS, Windows
 
 _STATE_ROUNDS = 12
 _STATE_ENOUGH = 0.02  # a window whose cost falls less is done
 _MOST_DAMPING = 1e6
 REFRESHED, _REFRESH_ROUNDS = 2, 4  # how often guesses are made anew, and rounds of their states
 _MISFITS = 3  # times that what a free run misses is asked for
-FIRST_ROWS = 50  # which tell the state that a free run starts from
 _CAUGHT = 0.9  # of its squared errors: below which a window is gone on from the new guess
 
 
@@ -22,14 +21,14 @@ def fit_states(
     x0 = guess.copy()
     cost, squares = costs(model, windows, x0, p, guess)
     damping = np.full(windows.count, FIRST_DAMPING)
-    active = np.isfinite(cost)
+    active = np.isfinite(cost) & (not windows.from_rest)
     normal = None
     for _ in range(rounds):
         keep = np.flatnonzero(active)
         if not keep.size:
             break
         if normal is None:
-            normal = normal_equations(model, windows, x0, p, guess, np.zeros((0, len(p))), keep)
+            normal = normal_equations(model, windows, x0, p, guess, (), np.zeros(0), keep)
         step = state_step(normal, damping[keep])
         trial = x0.copy()
         trial[keep] -= step * model.plant.scale
@@ -76,6 +75,8 @@ def escape_bad_starts(
     The new guess is where the window before ends, from its fitted state, with what is measured or, where that is
     nearer, without: that is how far its neighbour is known.
     """
+    if windows.from_rest:
+        return x0, x0, np.zeros(windows.count, bool)
     measured, joined = model.starts(windows, p, x0), model.joined(windows, p, x0)
     nearer = np.less(*(costs(model, windows, guess, p, guess)[0] for guess in (joined, measured)))
     anew = np.where(nearer[:, None], joined, measured)

@@ -14,10 +14,12 @@ from ...engine.tangent import tangent_attempt, tangent_outputs
 from ...linear import equilibrium
 from ...plant import Plant
 from ...records import Record
+from .rest_state import rest_state
 from .session_numbers import SessionNumber, session_windows
 from .windows import DelayedCommand, Group, Windows, first_guess, further_inputs, run_up
 
-_TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
+TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
+FREE_RUN_TOLERANCE = 1e-5  # of the errors of free runs, which are far above that
 _SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
 _STEPPING = Stepping(_SLOPES, 2e-5, 20_000)
 _MOST = 1e30  # a tangent beyond this, or NaN, says nothing
@@ -27,18 +29,24 @@ _LANES = 256  # directions times windows that are computed together, so that the
 class Model:
     """A plant and the signals it is compared in. Errors are predicted less measured, over sigma.
 
-    `brief`: it will run a few times only, so that a long compilation does not pay (see Engine). Parameters p [k] are
-    the plant's and behind them, one for each of `sessions`, what makes a number another one in a session's records;
-    `p` are those to start from, `parameters` their names.
+    Initial states x0 [windows, n] count where windows do not begin at rest (see Windows.from_rest); there they follow
+    from the numbers. `brief`: it will run a few times only, so that a long compilation does not pay (see Engine).
+    Parameters p [k] are the plant's and behind them, one for each of `sessions`, what makes a number another one in a
+    session's records; `p` are those to start from, `parameters` their names.
     """
 
     def __init__(
-        self, plant: Plant, names: Sequence[str], brief: bool = False, sessions: Sequence[SessionNumber] = ()
+        self,
+        plant: Plant,
+        names: Sequence[str],
+        brief: bool = False,
+        sessions: Sequence[SessionNumber] = (),
+        tolerance: float = TOLERANCE,
     ) -> None:
         self.plant, self.names, self.sessions = plant, tuple(names), tuple(sessions)
         self.parameters = (*plant.parameters, *(number.name for number in sessions))
         self.p = np.append(plant.p, [number.start for number in sessions])
-        self.engine = Engine(plant, _TOLERANCE, brief=brief)
+        self.engine = Engine(plant, tolerance, brief=brief)
         self._inputs = {variable.name for variable in plant.inputs}
         self._columns = [plant.output(name) for name in names]
 
@@ -77,6 +85,9 @@ class Model:
         """
         x0, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
         values = self._values(windows, p)
+        if windows.from_rest:
+            records = [windows.records[index] for index, *_ in windows.spans]
+            return np.array([rest_state(self.engine, *at) for at in zip(records, values, strict=True)])
         for w, (index, first, end) in enumerate(windows.spans):
             if index != last or windows.spans[w - 1][2] != first:
                 before, last = self._at_rest, index
@@ -144,6 +155,7 @@ class Model:
     def states(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """States [w, rows, n] and the inputs that have arrived by then [w, rows, m], of each group's windows."""
         states = []
+        x0 = self.starts(windows, p) if windows.from_rest else x0
         for group in windows.groups:
             late = self._late(windows, group, p)
             values = self.parameters_of(windows, group, p)
@@ -151,6 +163,31 @@ class Model:
             x = self.engine.run_batch(x0[group.which], group.t[:, :-1], self._held(late.mean, further), values).x
             states.append((x, self._held(late.now, further)))
         return states
+
+    def changes_from_rest(self, windows: Windows, p: np.ndarray, moved: np.ndarray) -> list[np.ndarray]:
+        """Changes of the errors, [w, rows * signals, d] a group, of free runs from rest when parameters p [k] become
+        `moved` [d, k]; 0 where a run failed."""
+        changes = []
+        starts = np.array([self.starts(windows, each) for each in (p, *moved)])
+        for g, group in enumerate(windows.groups):
+            parts = _chunks(1 + len(moved), len(group.which))
+            y = np.concatenate([self._runs(windows, g, starts[part], np.vstack((p, moved))[part]) for part in parts])
+            change = np.nan_to_num((y[1:] - y[0]) * group.weight, nan=0.0, posinf=0.0, neginf=0.0)
+            changes.append(change.reshape(*change.shape[:2], -1).transpose(1, 2, 0))
+        return changes
+
+    def _runs(self, windows: Windows, g: int, starts: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Outputs [d, w, rows, signals] of a group's windows from initial states [d, windows, n], parameters [d, k]."""
+        group, n = windows.groups[g], self.plant.n
+        further, late = windows.inputs(group), [self._late(windows, group, each) for each in p]
+        held, now = (np.array([self._held(getattr(of, k), further) for of in late]) for k in ("mean", "now"))
+        values = np.array([self.parameters_of(windows, group, each) for each in p])
+        rows, lanes = held.shape[2], held.shape[0] * held.shape[1]
+        t = np.broadcast_to(group.t[:, :-1], (len(p), *group.t[:, :-1].shape)).reshape(lanes, -1)
+        flat = values.reshape(lanes, -1)
+        x = self.engine.run_batch(starts[:, group.which].reshape(lanes, n), t, held.reshape(lanes, rows, -1), flat).x
+        y = self.engine.outputs(x, now.reshape(lanes, rows, -1), flat[:, None])[..., self._columns]
+        return y.reshape(*held.shape[:3], -1)
 
     def _late(self, windows: Windows, group: Group, p: np.ndarray) -> DelayedCommand:
         return windows.commands(group, self.plant.lateness(p), self.plant.interpolated)

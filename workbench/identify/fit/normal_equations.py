@@ -19,6 +19,7 @@ from .windows import Windows
 STATE_PULL = 0.1  # of a state's scale
 FIRST_DAMPING = 1e-3
 _ROUNDING = 1e-12
+_SECANT = 5e-3  # distance over which free runs from rest are differenced
 _STEEPEST = 1e8  # sigma per scale: a window with such slopes is unstable, and moves nothing
 
 
@@ -103,12 +104,32 @@ def normal_equations(
     x0: np.ndarray,
     p: np.ndarray,
     guess: np.ndarray,
-    along: np.ndarray,
+    free: Sequence[FreeParameter],
+    x: np.ndarray,
     keep: np.ndarray | None = None,
 ) -> Normal:
     if keep is not None and keep.size < windows.count:
         windows, x0, guess = windows.some(keep.tolist()), x0[keep], guess[keep]
-    return accumulate(model, windows, model.slopes(windows, x0, p, along), model.errors(windows, x0, p), x0, guess)
+    slopes = slopes_of(model, windows, x0, p, free, x)
+    return accumulate(model, windows, slopes, model.errors(windows, x0, p), x0, guess)
+
+
+def slopes_of(
+    model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, free: Sequence[FreeParameter], x: np.ndarray
+) -> list[np.ndarray]:
+    """Slopes of the errors, [w, rows * signals, n + k] a group, to initial states over their scales and free numbers.
+
+    Exact tangents; of free runs from rest secants, since along a whole record a tangent may explode where dry friction
+    sticks, and none to the initial states, which follow from the numbers.
+    """
+    if not windows.from_rest:
+        return model.slopes(windows, x0, p, directions(model, free, x))
+    low, high, _ = ranges(free)
+    steps = np.where(x + _SECANT <= high, _SECANT, -np.minimum(_SECANT, x - low))
+    moved = [numbers_at(model, free, x + step * unit, p) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
+    changes = model.changes_from_rest(windows, p, np.reshape(moved, (len(x), len(p))))
+    nothing = [np.zeros((*change.shape[:2], model.plant.n)) for change in changes]
+    return [np.concatenate((a, change / steps), axis=2) for a, change in zip(nothing, changes, strict=True)]
 
 
 def tangents_at(

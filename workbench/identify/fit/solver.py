@@ -14,10 +14,10 @@ from .normal_equations import (
     Normal,
     Tangents,
     costs,
-    directions,
     normal_equations,
     number_step,
     numbers_at,
+    slopes_of,
     tangents_at,
 )
 from .prior import STIFFEST, Prior, prior_of
@@ -137,10 +137,11 @@ class _Descent:
 
     def settle(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
         """Where a descent from x and x0 ends, with guesses of initial states made anew where others lead further."""
-        if self._windows.free_run:
+        unknown = self._windows.free_run and not self._windows.from_rest
+        if unknown:
             self._windows = self._windows.missed(self._at(x, x0, guess).squares)
         place = self.run(x, x0, guess, rounds)
-        if self._windows.free_run:
+        if unknown:
             self._windows = self._windows.missed(place.squares)
             place = self.run(place.x, place.x0, guess, rounds)
         for _ in range(REFRESHED):
@@ -154,16 +155,21 @@ class _Descent:
         return place, guess
 
     def run(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray, rounds: int) -> _Place:
-        """Descend from x and x0 until the cost hardly falls: first past the windows that are far off, then with all."""
-        place = self._descend(self._at(x, x0, guess), guess, rounds, robust=True)
-        return self._descend(place, guess, _LAST_ROUNDS, robust=False)
+        """Descend from x and x0 until the cost hardly falls: first past the windows that are far off, then with all.
+
+        A free run from rest has no initial state that could be caught: all count from the start.
+        """
+        place, caught = self._at(x, x0, guess), not self._windows.from_rest
+        if caught:
+            place = self._descend(place, guess, rounds, robust=True)
+        return self._descend(place, guess, _LAST_ROUNDS if caught else rounds, robust=False)
 
     def _descend(self, place: _Place, guess: np.ndarray, rounds: int, robust: bool) -> _Place:
         damping = FIRST_DAMPING
         for _ in range(rounds if np.isfinite(place.costs).all() else 0):
             weights = _trust(place.costs) if robust else np.ones(len(place.costs))
-            along = directions(self._model, self._free, place.x)
-            normal = normal_equations(self._model, self._windows, place.x0, place.p, guess, along).weighted(weights)
+            at = place.x0, place.p, guess
+            normal = normal_equations(self._model, self._windows, *at, self._free, place.x).weighted(weights)
             cost = self._total(place, weights)
             ahead, total = place, cost
             for _ in range(_TRIES):
@@ -217,7 +223,7 @@ class _Descent:
     def tangents(self, place: _Place, guess: np.ndarray) -> Tangents:
         """The windows to first order at a place, by the exact slopes."""
         model, windows = self._model, self._windows
-        slopes = model.slopes(windows, place.x0, place.p, directions(model, self._free, place.x))
+        slopes = slopes_of(model, windows, place.x0, place.p, self._free, place.x)
         errors = model.errors(windows, place.x0, place.p)
         return tangents_at(model, windows, slopes, errors, place.x0, guess)
 

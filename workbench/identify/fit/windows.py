@@ -25,6 +25,8 @@ _MOST_MISFIT = 1e8
 _GAP = 1.5  # periods between rows: a sample was dropped, and with it the command that the drive held
 _FEWEST = 50  # rows between two gaps, to be a window
 _BEFORE = 0.02  # s: the longest delay that is searched
+FIRST_ROWS = 50  # which tell the state that a free run starts from
+_STILL = 0.01  # of a record's travel: a jack that moves less in its first rows rests
 _EARLY = 5.5  # periods: over which a measured state's first value is averaged
 
 
@@ -53,9 +55,10 @@ class DelayedCommand:
 class Windows:
     """Windows of records, in order: `names` are the signals compared, `spans` (record, first row, end row) of each.
 
-    `free_run`: each is a run through a record, of which parts are left out in turn, where else whole windows are.
-    `misfit` is the chi2 that a free run leaves: for initial states its errors count as noise, else a state that hardly
-    shows, as where a jack stands that no position was recorded of, would go anywhere for a little less of them.
+    `free_run`: each is a run through a record, of which parts are left out in turn, where else whole windows are; see
+    `from_rest`. `misfit` is the chi2 that a free run leaves: for initial states its errors count as noise, else a state
+    that hardly shows, as where a jack stands that no position was recorded of, would go anywhere for a little less of
+    them.
     """
 
     records: tuple[Record, ...]
@@ -74,6 +77,12 @@ class Windows:
     def samples(self) -> int:
         """Number of compared samples, over all signals."""
         return sum(int(np.count_nonzero(group.weight)) for group in self.groups)
+
+    @cached_property
+    def from_rest(self) -> bool:
+        """Whether all are free runs of records that rest in their first rows: their initial states are no unknowns,
+        since a jack at rest is where it is measured to be."""
+        return self.free_run and all(first == 0 and _rests(self.records[index]) for index, first, _ in self.spans)
 
     def commands(self, group: Group, delay: float = 0.0, interpolated: bool = False) -> DelayedCommand:
         """What arrives in each row of a group [w, rows] of commands that are `delay` s late."""
@@ -225,6 +234,14 @@ def first_guess(plant: Plant, record: Record, first: int, end: int, before: np.n
         half = (np.mean(record.signals["load_pressure"][early]) - x[a] + x[b]) / 2
         x[a], x[b] = x[a] + half, x[b] - half
     return x
+
+
+def _rests(record: Record) -> bool:
+    """Whether the position stays in the first rows, by its travel, of a record that has both pressures too."""
+    if not {"pa", "pb", "position"} <= set(record.signals):
+        return False
+    position = record.signals["position"]
+    return bool(np.ptp(position[:FIRST_ROWS]) < _STILL * np.ptp(position))
 
 
 def run_up(record: Record, first: int) -> int:

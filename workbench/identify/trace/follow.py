@@ -17,7 +17,7 @@ from ..fit.determined import FreeParameter
 from ..fit.free_parameters import Candidate, extend_parameters
 from ..fit.initial_states import fit_states
 from ..fit.model import Model
-from ..fit.normal_equations import FIRST_DAMPING, accumulate, directions, number_step, numbers_at, ranges, tangents_at
+from ..fit.normal_equations import FIRST_DAMPING, accumulate, number_step, numbers_at, ranges, slopes_of, tangents_at
 from ..fit.prior import prior_of
 from ..fit.solver import Fit, with_slopes, without_slopes
 from ..fit.windows import Windows
@@ -56,7 +56,7 @@ class Follower:
         self._base, self._windows, self._fit, self._model = base, windows, fit, model
         self._own = tuple(number for candidate in candidates for number in candidate.free())
         self._offs = [number.off for candidate in candidates for number in candidate.effect.fitted]
-        self._slopes = base.slopes(windows, fit.x0, fit.p, directions(base, fit.free, fit.x))
+        self._slopes = slopes_of(base, windows, fit.x0, fit.p, fit.free, fit.x)
         self._p = extend_parameters(base.plant, fit.p, model.plant)
 
     @property

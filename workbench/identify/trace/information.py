@@ -16,7 +16,7 @@ from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, at_strength
 from ..fit.initial_states import fit_states
 from ..fit.model import Model
-from ..fit.normal_equations import accumulate, directions, ranges
+from ..fit.normal_equations import accumulate, ranges, slopes_of
 from ..fit.solver import Fit
 from ..fit.windows import Windows
 from .problem import EstimationProblem
@@ -63,7 +63,7 @@ class EffectInformation:
         plain = base.errors(windows, x0, fit.p)
         columns = [self._change(place, windows, fit, plain) for place in range(len(self.candidates))]
         columns += [plain] if errors else []
-        slopes = base.slopes(windows, x0, fit.p, directions(base, fit.free, fit.x))
+        slopes = slopes_of(base, windows, x0, fit.p, fit.free, fit.x)
         whole = [
             np.concatenate([slope, *(column[g].reshape(*slope.shape[:2], 1) for column in columns)], axis=2)
             for g, slope in enumerate(slopes)

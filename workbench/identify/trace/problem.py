@@ -62,7 +62,7 @@ class EstimationProblem:
 
     def model(self, effects: Sequence[Effect] = (), brief: bool = False) -> Model:
         """The rig with effects beyond those that it declares, in the signals that are compared (see Model)."""
-        return model_with(self.rig, effects, self.train.names, brief, self.sessions)
+        return model_with(self.rig, effects, self.train.names, brief, self.sessions, self.train.from_rest)
 
     @property
     def large(self) -> bool:
@@ -115,7 +115,7 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
     """Windows and noise floor of a campaign. Raises InputError where it cannot be fitted, saying what to add."""
     if not campaign.train:
         raise InputError(f"{campaign.path}: no train record, so nothing can be fitted; list some under [records] train")
-    sessions, floor = session_numbers(campaign, rig), scored_floor(campaign)
+    sessions, floor = session_numbers(campaign, rig), scored_floor(campaign, rig)
     check_columns(campaign, rig, floor)
     plant = model_with(rig, (), ()).plant
     roles = {role: getattr(campaign, role) for role in ("train", "select", "heldout")}

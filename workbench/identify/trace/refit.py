@@ -80,9 +80,9 @@ def fit_rig(
 ) -> FittedModel:
     """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best.
 
-    Free runs are fitted in blocks first, from which whole records are in reach.
+    Free runs are fitted in blocks first, from which whole records are in reach; those from rest need none.
     """
-    if not problem.free_run:
+    if not problem.free_run or problem.train.from_rest:
         return _fit_from(problem, starts, report_progress)
     return refit_all_windows(problem, _fit_from(problem.in_blocks(), starts, report_progress))
 

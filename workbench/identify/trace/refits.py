@@ -33,9 +33,7 @@ def run_pass(
     context: TraceContext, number: int, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED
 ) -> Pass:
     """Shortlist, refit and judge against the misfit of `before`; an effect that explains `share` of it is accepted."""
-    names = [effect.name for effect in model_fit.effects]
-    library = [effect for effect in context.library if effect.name not in names and _may_be(effect, model_fit)]
-    shortlist = _shortlist(context, number, model_fit, library)
+    shortlist = shortlist_of(context, number, model_fit)
     tried = _Refits(context, number, model_fit, before).of(shortlist.ranked)
     best = decide.named([candidate_fit.judgement for candidate_fit in tried], share)
     tried = tuple(_with_ties(candidate_fit, best) for candidate_fit in tried)
@@ -63,7 +61,13 @@ def _may_be(effect: Effect, model_fit: FittedModel) -> bool:
     return not effect.shifts or effect.shifts in model_fit.fit.at_bounds
 
 
-def _shortlist(context: TraceContext, number: int, model_fit: FittedModel, library: Sequence[Effect]) -> Shortlist:
+def shortlist_of(
+    context: TraceContext, number: int | str, model_fit: FittedModel, besides: Sequence[Effect] = ()
+) -> Shortlist:
+    """Scores about a fit, kept as a stage, of all candidates but those that it has, and those `besides`."""
+    names = [effect.name for effect in (*model_fit.effects, *besides)]
+    library = [effect for effect in context.library if effect.name not in names and _may_be(effect, model_fit)]
+
     def compute() -> dict[str, Any]:
         def report(names: Sequence[str]) -> None:
             context.report_progress(f"pass {number}: scores of {', '.join(names)}")

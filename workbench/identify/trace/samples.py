@@ -28,7 +28,7 @@ def _of(rig: Rig, record: Record) -> dict[str, np.ndarray]:
     if "position" in signals:
         signals["velocity"] = _speed(record, "position")
     samples = natural_samples(rig, signals)
-    if "spool" not in signals:  # it is about where the command puts it
+    if "spool" not in signals and "z3max" in rig.numbers:  # a spool is about where the command puts it
         samples["opening"] = signals["command"] * rig["z3max"]
     return samples | ({"spool_velocity": _speed(record, "spool")} if "spool" in signals else {})
 

@@ -16,7 +16,7 @@ from ...plant.effects import Effect
 from ...rigs.rig import Rig
 from ..fit.free_parameters import Candidate, at_strength, extend_parameters, model_with, strengths
 from ..fit.model import Model
-from ..fit.normal_equations import STATE_PULL, directions
+from ..fit.normal_equations import STATE_PULL, slopes_of
 from ..fit.solver import Fit
 from ..fit.windows import Windows
 
@@ -88,11 +88,14 @@ class Score:
 
 
 class NuisanceProjection:
-    """Takes out of a change of the errors what initial states and fitted numbers could do as well."""
+    """Takes out of a change of the errors what initial states and fitted numbers could do as well.
+
+    `errors` are those of the fit, [w, rows, signals] a group.
+    """
 
     def __init__(self, model: Model, windows: Windows, fit: Fit) -> None:
-        n = model.plant.n
-        slopes = model.slopes(windows, fit.x0, fit.p, directions(model, fit.free, fit.x))
+        n, self.errors = model.plant.n, model.errors(windows, fit.x0, fit.p)
+        slopes = slopes_of(model, windows, fit.x0, fit.p, fit.free, fit.x)
         self._states = [whole[..., :n] for whole in slopes]
         self._inverse = [
             np.linalg.inv(np.swapaxes(x, 1, 2) @ x + np.eye(n) / STATE_PULL**2) @ np.swapaxes(x, 1, 2)
@@ -101,12 +104,14 @@ class NuisanceProjection:
         numbers = self._without_states([whole[..., n:] for whole in slopes])
         self._numbers = np.concatenate([part.reshape(-1, part.shape[-1]) for part in numbers])
         self._names = [free.name for free in fit.free]
+        self._pinned = fit.at_bounds if windows.from_rest else ()
         self._basis = _basis(self._numbers)
 
     def without(self, number: str) -> "NuisanceProjection":
-        """The same where a number stays as it is: what shifts it is no nuisance then."""
-        others = copy(self)
-        others._basis = _basis(self._numbers[:, [name != number for name in self._names]])
+        """The same where a number stays as it is: what shifts it is no nuisance then. In free runs from rest nor are
+        others that are at an end of their range: any of them may be the number that is another one."""
+        others, stay = copy(self), {number, *self._pinned}
+        others._basis = _basis(self._numbers[:, [name not in stay for name in self._names]])
         return others
 
     def __call__(self, change: Sequence[np.ndarray]) -> np.ndarray:
@@ -129,17 +134,24 @@ def score(
     rig: Rig, known: Sequence[Effect], effect: Effect, base: Model, windows: Windows, fit: Fit, rest: NuisanceProjection
 ) -> Score:
     """The score of one effect beside those that are `known` already, about a fit of the model `base`."""
-    model = model_with(rig, (*known, effect), windows.names, brief=True, sessions=base.sessions)
-    plain = base.errors(windows, fit.x0, fit.p)
+    model = model_with(rig, (*known, effect), windows.names, not windows.from_rest, base.sessions, windows.from_rest)
+    plain = rest.errors
     rest = rest.without(effect.shifts) if effect.shifts else rest
     left = rest(plain)
 
-    def trial(tried: _ScoredEffect) -> Trial | None:
-        change = effect_change(model, base, windows, fit, effect, tried.numbers(), plain)
-        return None if change is None else _trial(tried, rest(change), left)
+    def trials_of(tried: Sequence[_ScoredEffect]) -> list[Trial | None]:
+        numbers = [each.numbers() for each in tried]
+        if windows.from_rest:
+            changes = _changes_from_rest(model, base, windows, fit, effect, numbers)
+        else:
+            changes = [effect_change(model, base, windows, fit, effect, each, plain) for each in numbers]
+        return [
+            None if change is None else _trial(each, rest(change), left)
+            for each, change in zip(tried, changes, strict=True)
+        ]
 
-    usual = [trial(tried) for tried in _tried(effect)]
-    weaker = _weaker(effect, trial, usual[0], float(left @ left))
+    usual = trials_of(_tried(effect))
+    weaker = _weaker(effect, lambda tried: trials_of([tried])[0], usual[0], float(left @ left))
     trials = (*(done for done in usual if done is not None), *weaker)
     best = max(trials, key=lambda trial: trial.gain, default=None)
     if best is None or best.gain == 0:
@@ -148,7 +160,10 @@ def score(
 
 
 def worst_windows(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:
-    """The windows where a fit is most wrong, and the fit in them: no need to try an effect on all."""
+    """The windows where a fit is most wrong, and the fit in them: no need to try an effect on all, but for free runs
+    from rest, each of which is of its own kind."""
+    if windows.from_rest:
+        return windows, fit
     lasts = float(np.median([np.ptp(group.t[0]) for group in windows.groups]))
     telling = min(_TELLING, max(1, round(_LONGEST / lasts)))
     keep = np.sort(np.argsort(-fit.squares, kind="stable")[:telling])
@@ -188,6 +203,23 @@ def effect_change(
     x0 = initial_states_with_effect(model, base, windows, fit.x0, p)
     changed = [a - b for a, b in zip(model.errors(windows, x0, p), plain, strict=True)]
     return changed if all(np.isfinite(part).all() for part in changed) else None
+
+
+def _changes_from_rest(
+    model: Model, base: Model, windows: Windows, fit: Fit, effect: Effect, numbers: Sequence[Mapping[str, float]]
+) -> list[list[np.ndarray] | None]:
+    """What the effect changes in the errors of free runs from rest with each of several `numbers`, all at once."""
+    p = extend_parameters(base.plant, fit.p, model.plant)
+    none, *moved = (
+        model.plant.parameter_values(p, **{effect.key(name): value for name, value in each.items()})
+        for each in (at_strength(effect, 0.0), *numbers)
+    )
+    changes = model.changes_from_rest(windows, none, np.array(moved))
+    shapes = [group.weight.shape for group in windows.groups]
+    return [
+        [change[..., k].reshape(shape) for change, shape in zip(changes, shapes, strict=True)]
+        for k in range(len(numbers))
+    ]
 
 
 def _tried(effect: Effect) -> list[_ScoredEffect]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from . import rule as decide
+from .batches import search_batches
 from .context import TraceContext
 from .findings import CandidateFit, Pass, partial_effect
 from .joint import refit_pairs, without_false_first
@@ -48,6 +49,9 @@ class _Search:
                 return SearchResult(base, (), None, tuple(self._passes))
             name = f"localise-{len(self._passes)}" if self._passes else "localise"
             place = context.location(name, base)
+            if context.several and context.problem.train.from_rest:
+                effects, passes = search_batches(context, base)
+                return SearchResult(base, effects, place, passes)
             effects, better = self._effects(base)
             if better is None:
                 return SearchResult(base, effects, place, tuple(self._passes))

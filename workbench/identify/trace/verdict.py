@@ -38,7 +38,7 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
         place = context.location(name, alone, before)
     verdict = _verdict(context, plain, effects, place)
     final, after, learned = named, plain, ()
-    if verdict in ("unknown", "incomplete"):
+    if verdict in ("unknown", "incomplete") and not (context.several and context.problem.train.from_rest):
         starts = (effects[-1].refitted,) if effects else _nearest(search)
         final, after, learned = _shaped(context, starts, named, plain)
     equation = effects[0].candidate.effect.equation if effects else place.equation if place else None

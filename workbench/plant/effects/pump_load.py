@@ -151,8 +151,9 @@ def _zero_b(pressure: ca.SX, s: Scope) -> ca.SX:
     source="Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, ch. 3: static calibration",
     shows="both chambers joined to the low side, or to the atmosphere",
     numbers=(
-        number("a", 0.5e5, "Pa", shown="bar", low=-5e5, high=5e5, off=0.0, meaning="of the signal of A"),
-        number("b", 0.5e5, "Pa", shown="bar", low=-5e5, high=5e5, off=0.0, meaning="of the signal of B"),
+        # 1 % of 200 bar: what a transducer's zero point may be off by, and gauge taken for absolute
+        number("a", 0.5e5, "Pa", shown="bar", low=-2e5, high=2e5, off=0.0, meaning="of the signal of A"),
+        number("b", 0.5e5, "Pa", shown="bar", low=-2e5, high=2e5, off=0.0, meaning="of the signal of B"),
     ),
     kinds=_KINDS,
 )

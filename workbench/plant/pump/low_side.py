@@ -7,8 +7,7 @@ from ..assembly import Assembly
 
 def accumulator(b: Assembly, low: ca.SX) -> ca.SX:
     """Flow [m^3/s] out of the accumulator to the low side at pressure `low` [Pa]; gas polytropic, p V^kg constant."""
-    start = b.magnitude("Pr")
-    gas = b.state("Pg", "Pa", start, start, held=True)
+    gas = b.state("Pg", "Pa", b.magnitude("Pr"), number="Pr")
     line = (gas - low) / b["Rl"]
     check = b["Kc"] * ca.fmax(low - gas - b["pk"], 0)
     flow = b.slot("accumulator", line - check, drop=gas - low, pressure=gas)

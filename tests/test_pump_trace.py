@@ -1,0 +1,91 @@
+"""A wrong number or a missing effect? Synthetic cycles of the pump rig in which one thing alone is not as described."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.base.checkpoint import no_checkpoint
+from workbench.base.process_pool import one_blas_thread
+from workbench.commands.trace.metrics import trace_json
+from workbench.engine import Engine
+from workbench.identify.trace import estimation_problem, trace
+from workbench.plant import build
+from workbench.plant.effects import find, known_effects
+from workbench.records import Campaign, Record
+from workbench.rigs.rig_file import load_rig
+
+PERIOD, REST, STROKE, HOLD = 0.02, 60, 75, 40  # s, rows
+NOISE = {"pa": 1e4, "pb": 1e4, "position": 1e-5}
+TRIED = ("hose.compliance", "load.throttle", "pump.leakage")
+
+
+def cycle(plant, name, share, load, seed):
+    """A record of one stroke out and back at a share of full speed against a load's setting [Pa], after a rest."""
+    command = np.concatenate(
+        [np.zeros(REST), np.full(STROKE, share), np.zeros(HOLD), np.full(STROKE, -0.7 * share), np.zeros(HOLD)]
+    )
+    direction = np.sign(command)
+    direction[REST + STROKE : REST + STROKE + HOLD], direction[-HOLD:] = 1.0, -1.0
+    inputs = {"command": command, "direction": direction, "load_setting": np.full(command.size, load)}
+    u = np.zeros((command.size, len(plant.inputs)))
+    for key, values in inputs.items():
+        u[:, plant.input(key)] = values
+    x0 = plant.start.copy()
+    x0[plant.state("x")] = -plant.p[plant.parameters.index("xmid")]
+    t = PERIOD * np.arange(command.size)
+    run = Engine(plant, 1e-7).run(x0, t, u)
+    assert run.failed_at is None
+    y, random = Engine(plant, 1e-7).outputs(run.x, u), np.random.default_rng(seed)
+    measured = {key: y[:, plant.output(key)] + random.normal(0, sigma, t.size) for key, sigma in NOISE.items()}
+    signals = inputs | measured
+    return Record(name, t, signals, {key: np.ones(t.size, bool) for key in signals})
+
+
+def campaign(truth):
+    """Cycles of a plant: three to fit, one to select by, one held out."""
+    settings = [(0.4, 0.0), (0.5, 20e5), (0.3, 40e5), (0.45, 30e5), (0.35, 10e5)]
+    records = [cycle(truth, f"cycle {k}", *each, seed=k) for k, each in enumerate(settings)]
+    still = replace(records[0].slice(None, REST * PERIOD), name="still")
+    return Campaign(
+        Path("synthetic"),
+        "pump-rig",
+        static=(still,),
+        train=tuple(records[:3]),
+        select=(records[3],),
+        heldout=(records[4],),
+        score="free-run",
+        corrector="speed",
+    )
+
+
+def answer(truth):
+    """trace.json of the described rig on cycles of the plant `truth`."""
+    rig = load_rig("pump-rig").with_corrector("speed")
+    library = [effect for effect in known_effects() if effect.name in TRIED]
+    with one_blas_thread():
+        return trace_json(
+            trace(estimation_problem(campaign(truth), rig), library, no_checkpoint, lambda _: None, several=True)
+        )
+
+
+@pytest.fixture(scope="module")
+def described():
+    return load_rig("pump-rig").with_corrector("speed")
+
+
+def test_a_wrong_number_is_named_with_its_interval_and_no_effect(described):
+    said = answer(build(described.with_values(AB=0.8 * described["AB"])))
+    assert said["effects"] == []
+    (number,) = said["numbers"]
+    assert number["name"] == "AB [cm^2]"
+    assert number["described"] == pytest.approx(16.493)
+    assert number["low"] < 0.8 * 16.493 < number["high"]
+    assert number["high"] < 16.2
+
+
+def test_a_missing_effect_is_named_and_no_number(described):
+    said = answer(build(described, (find("hose.compliance", "linear"),)))
+    assert said["effects"] == ["hose.compliance"]
+    assert said["numbers"] == []

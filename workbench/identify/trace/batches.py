@@ -1,0 +1,173 @@
+"""Several effects missing from free runs: added by the batch, then taken out again one by one.
+
+Along a whole free run effects make up for one another: beside a fit that lacks several, each alone explains little, and
+the first one takes the part of others. What the scores name is therefore fitted together, from the numbers that the rig
+declares; what that fit does without is taken out again, least first (backward elimination: Draper, Smith, Applied
+Regression Analysis, 3rd ed., Wiley 1998, ch. 15), by train and select records together. The effects that stay are the
+answer, in the order in which they can least be spared, described numbers before all others.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from ...plant.effects import Effect
+from ..fit.free_parameters import Candidate
+from . import rule as decide
+from .batch_refits import refit_batch, refit_in_place, refit_without, strength_squares
+from .context import TraceContext
+from .findings import CandidateFit, Pass
+from .refit import FittedModel, refit
+from .refits import Ranked, judge, shortlist_of
+from .shortlist import Shortlist
+
+_ROUNDS = 6
+_EFFECTS, _NUMBERS = 6, 4  # in a batch: effects, and described numbers that may be others
+_FAINT = 0.002  # of the misfit: what is scored below this joins no batch
+_SPARED = 0.02  # of what is left: what takes away less is taken out again between batches
+_WORTH = 0.05  # of what is left: what a batch has to take away for another one to follow, and what an effect at last
+_RIVALS = 2  # other candidates that are tried in the place of a described number
+
+
+def search_batches(context: TraceContext, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[Pass, ...]]:
+    """The effects that a rig lacks, in order, each with the fit of all up to it; and what was tried, as passes."""
+    model_fit, shortlists = base, list[Shortlist]()
+    while len(shortlists) < _ROUNDS and context.is_misfit(model_fit):
+        number = len(shortlists) + 1
+        shortlists.append(shortlist_of(context, number, model_fit))
+        batch = _batch(shortlists[-1].ranked)
+        if not batch:
+            break
+        context.report_progress(f"batch {number}: fit with {', '.join(each.effect.title for each in batch)}")
+        fitted = context.fit(f"batch-{number}", partial(refit_batch, context.problem, model_fit, batch))
+        fitted = _thinned(context, f"batch-{number}", fitted, _SPARED)
+        gain = _explained(model_fit, fitted)
+        context.report_progress(f"batch {number}: {100 * gain:.1f} % of what was left")
+        if gain < _WORTH:
+            break
+        model_fit = fitted
+    last = _thinned(context, "last", _in_best_formulas(context, model_fit), _WORTH)
+    if not last.known:
+        return (), ()
+    passes = _passes(context, base, _path(context, last), shortlists[0])
+    return tuple(each.accepted[0] for each in passes), (*passes, *_rivals(context, base, last))
+
+
+def _batch(ranked: Ranked) -> tuple[Candidate, ...]:
+    """The best formula of the names that are scored highest; those with memory would take too long."""
+    best: dict[str, Candidate] = {}
+    for candidate, share in ranked:
+        if share > _FAINT and not candidate.effect.has_memory:
+            best.setdefault(candidate.effect.name, candidate)
+    effects = [candidate for candidate in best.values() if not candidate.effect.shifts]
+    numbers = [candidate for candidate in best.values() if candidate.effect.shifts]
+    return (*effects[:_EFFECTS], *numbers[:_NUMBERS])
+
+
+def _thinned(context: TraceContext, name: str, model_fit: FittedModel, share: float) -> FittedModel:
+    """The fit without all that takes away less than a `share` of what is left without it, least first, or that leaves
+    no misfit when it is gone."""
+    while model_fit.known:
+        for place in _least_needed(model_fit):
+            without = _without(context, name, model_fit, place)
+            if not context.is_misfit(without) or _explained(without, model_fit) < share:
+                break
+        else:
+            return model_fit
+        model_fit = without
+    return model_fit
+
+
+def _in_best_formulas(context: TraceContext, model_fit: FittedModel) -> FittedModel:
+    """The fit with another formula of an effect wherever that takes away more, one effect after the other."""
+    for effect in model_fit.effects:
+        for other in context.library:
+            if other.name == effect.name and other.formula != effect.formula and not other.has_memory:
+                place = [known.name for known in model_fit.effects].index(other.name)
+                candidate = _as_fitted(model_fit, place, other)
+                swapped = context.fit(
+                    f"formula-{other.title}", partial(refit_in_place, context.problem, model_fit, place, candidate)
+                )
+                gain = _explained(model_fit, swapped)
+                context.report_progress(f"as {other.title}: {100 * gain:.1f} % of what was left")
+                model_fit = swapped if gain > decide.TIED else model_fit
+    return model_fit
+
+
+def _as_fitted(model_fit: FittedModel, place: int, other: Effect) -> Candidate:
+    """Another formula of an effect, its numbers at what those of the same name were fitted to."""
+    values = dict(zip(model_fit.model.parameters, model_fit.fit.p.tolist(), strict=True))
+    own = {number.name for number in model_fit.effects[place].numbers}
+    start = {n.name: values[other.key(n.name)] if n.name in own else n.typical for n in other.numbers}
+    within = {n.name: float(np.clip(start[n.name], n.low, n.high)) for n in other.numbers}
+    return Candidate(other, within)
+
+
+def _without(context: TraceContext, name: str, model_fit: FittedModel, place: int) -> FittedModel:
+    title = model_fit.effects[place].title
+    stage = f"{name}-{len(model_fit.known)}-without-{title}"
+    without = context.fit(stage, partial(refit_without, context.problem, model_fit, place))
+    context.report_progress(f"without {title}: {100 * _explained(without, model_fit):.1f} % comes back")
+    return without
+
+
+def _least_needed(model_fit: FittedModel) -> list[int]:
+    """The places of the two that the fit needs least, by Wald's test; a described number after an effect."""
+    order = np.argsort(strength_squares(model_fit), kind="stable")[:2].tolist()
+    return sorted(order, key=lambda place: bool(model_fit.effects[place].shifts))
+
+
+def _explained(before: FittedModel, after: FittedModel) -> float:
+    """The share of the misfit of train and select records together that `after` takes away."""
+    first, second = (float(each.fit.squares.sum()) + each.squares for each in (before, after))
+    return decide.explained(first, second, before.fit.samples + before.samples)
+
+
+def _path(context: TraceContext, last: FittedModel) -> list[tuple[Candidate, FittedModel]]:
+    """The effects of a fit in the order in which they can least be spared, numbers first, each with the fit of all up
+    to it."""
+    path = list[tuple[Candidate, FittedModel]]()
+    while True:
+        order = np.argsort(strength_squares(last), kind="stable").tolist()
+        place = min(order, key=lambda k: bool(last.effects[k].shifts))
+        path.insert(0, (last.known[place], last))
+        if len(last.known) == 1:
+            return path
+        last = _without(context, "path", last, place)
+
+
+def _passes(
+    context: TraceContext, base: FittedModel, path: Sequence[tuple[Candidate, FittedModel]], first: Shortlist
+) -> tuple[Pass, ...]:
+    """A pass for each effect of a path, of which the first one has the shortlist."""
+    passes, before = list[Pass](), base
+    scores = {candidate.effect.title: share for candidate, share in first.ranked}
+    for candidate, fit in path:
+        judgement = judge(context, candidate.effect, before, base, fit)
+        added = CandidateFit(candidate, scores.get(candidate.effect.title, 0.0), judgement, fit)
+        passes.append(Pass(before, (), (), np.zeros((0, 0)), (), (added,), (added,)))
+        before = fit
+    passes[0] = replace(passes[0], scores=first.ranked, compared=first.compared, cosines=first.cosines)
+    return tuple(passes)
+
+
+def _rivals(context: TraceContext, base: FittedModel, last: FittedModel) -> tuple[Pass, ...]:
+    """For each described number of a fit a pass of those candidates that may explain as much in its place."""
+    return tuple(
+        _in_its_place(context, base, last, place) for place, effect in enumerate(last.effects) if effect.shifts
+    )
+
+
+def _in_its_place(context: TraceContext, base: FittedModel, last: FittedModel, place: int) -> Pass:
+    number, before = last.known[place], _without(context, "rivals", last, place)
+    shortlist = shortlist_of(context, f"rivals-{number.effect.name}", before, besides=last.effects)
+    best = {candidate.effect.name: (candidate, share) for candidate, share in reversed(shortlist.ranked)}
+    rivals = sorted(best.values(), key=lambda pair: -pair[1])[:_RIVALS]
+    tried = [CandidateFit(number, 0.0, judge(context, number.effect, before, base, last), last)]
+    for candidate, share in rivals:
+        name = f"rivals-{number.effect.name}-{candidate.effect.title}"
+        fit = context.fit(name, partial(refit, context.problem, before, candidate))
+        tried.append(CandidateFit(candidate, share, judge(context, candidate.effect, before, base, fit), fit))
+    return Pass(before, shortlist.ranked, shortlist.compared, shortlist.cosines, (), tuple(tried), ())
