@@ -104,6 +104,13 @@ def _strange(effect: Effect, trace: Trace) -> str:
     return f" Careful: {title(effect)} is fitted with {listed(below)}, which is not physical: its shape is another."
 
 
+def _acts(effect: Effect) -> str:
+    """An effect in plain words; or the described number that is another one."""
+    if effect.shifts:
+        return f"{effect.shifts} is another number than described"
+    return ALL_EFFECTS.get(effect.name, f"{effect.name} acts")
+
+
 def times_noise(trace: Trace) -> tuple[float, float]:
     """Held-out error over the noise before, and with what was named, all signals together."""
     before, named, _ = trace.heldout
@@ -161,7 +168,7 @@ def next_records(trace: Trace) -> list[tuple[str, str]]:
         return [(EQUATION[equation], RECORD[equation]) for equation in trace.equations]
     asked = [fit.candidate.effect for fit in trace.effects]
     asked += [fit.candidate.effect for search in trace.passes for fit in search.accepted]
-    first = {effect.name: effect.shows for effect in reversed(asked)}
+    first = {effect.name: RECORD[effect.equation] if effect.shifts else effect.shows for effect in reversed(asked)}
     names = dict.fromkeys((*(fit.candidate.effect.name for fit in trace.effects), *trace.tied))
     return [(name, first[name]) for name in names]
 
@@ -283,7 +290,7 @@ def _none(trace: Trace, undetectable: Sequence[str]) -> str:
 def _explains(trace: Trace) -> str:
     """Which effects explain how much."""
     effects = [fit.candidate.effect for fit in trace.effects]
-    words = listed([ALL_EFFECTS.get(effect.name, f"{effect.name} acts") for effect in effects])
+    words = listed([_acts(effect) for effect in effects])
     before, after, _ = (errors.chi2 for errors in trace.heldout)
     share = (before - after) / (before - 1)
     verb = "explains" if len(effects) == 1 else "explain together"

@@ -28,6 +28,7 @@ _EFFECTS, _NUMBERS = 6, 4  # in a batch: effects, and described numbers that may
 _FAINT = 0.002  # of the misfit: what is scored below this joins no batch
 _SPARED = 0.02  # of what is left: what takes away less is taken out again between batches
 _WORTH = 0.05  # of what is left: what a batch has to take away for another one to follow, and what an effect at last
+_LEAST = 3  # that are tried without, of those that a test of their strengths says are needed least
 _RIVALS = 2  # other candidates that are tried in the place of a described number
 
 
@@ -114,9 +115,9 @@ def _without(context: TraceContext, name: str, model_fit: FittedModel, place: in
 
 
 def _least_needed(model_fit: FittedModel) -> list[int]:
-    """The places of the two that the fit needs least, by Wald's test; a described number after an effect."""
-    order = np.argsort(strength_squares(model_fit), kind="stable")[:2].tolist()
-    return sorted(order, key=lambda place: bool(model_fit.effects[place].shifts))
+    """The places of those that the fit needs least, by Wald's test; of the first two a described number comes last."""
+    order = np.argsort(strength_squares(model_fit), kind="stable")[:_LEAST].tolist()
+    return [*sorted(order[:2], key=lambda place: bool(model_fit.effects[place].shifts)), *order[2:]]
 
 
 def _explained(before: FittedModel, after: FittedModel) -> float:
@@ -131,11 +132,13 @@ def _path(context: TraceContext, last: FittedModel) -> list[tuple[Candidate, Fit
     path = list[tuple[Candidate, FittedModel]]()
     while True:
         order = np.argsort(strength_squares(last), kind="stable").tolist()
-        place = min(order, key=lambda k: bool(last.effects[k].shifts))
-        path.insert(0, (last.known[place], last))
+        effects = [place for place in order if not last.effects[place].shifts]
         if len(last.known) == 1:
-            return path
-        last = _without(context, "path", last, place)
+            return [(last.known[0], last), *path]
+        tried = [(_without(context, "path", last, place), place) for place in (effects or order)[:_LEAST]]
+        before, place = min(tried, key=lambda pair: pair[0].fit.squares.sum() + pair[0].squares)
+        path.insert(0, (last.known[place], last))
+        last = before
 
 
 def _passes(
