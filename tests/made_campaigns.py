@@ -94,7 +94,7 @@ def named() -> Outcome:
 
 @cache
 def unknown() -> Outcome:
-    """And without; 5 kN of load.bias find no equilibrium to start from, so that this refit fails."""
+    """And without."""
     return run_trace(rubbing_campaign(), load_rig("festo-tp511"), LIBRARY[1:], no_checkpoint, lambda _: None)
 
 
