@@ -11,7 +11,7 @@ from workbench.commands.common.error_page import error_figure, error_table
 from workbench.commands.trace import words as words
 from workbench.commands.trace.detectability import undetectable
 from workbench.commands.trace.figures import telling
-from workbench.commands.trace.metrics import compared, more_json, trace_json
+from workbench.commands.trace.metrics import compared, labels, more_json, trace_json
 from workbench.commands.trace.page import _shape, _where, trace_page
 from workbench.commands.trace.shape import UnexplainedDisturbance, shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
@@ -349,3 +349,16 @@ def test_an_axis_may_have_names_instead_of_numbers():
     assert drawn["data"][0]["x"] == ["pa", None, "spool"]
     assert drawn["layout"]["xaxis"]["type"] == "category"
     assert drawn["layout"]["xaxis"]["categoryarray"] == ["pa", "p&lt;b", "spool"]
+
+
+def test_many_effects_are_counted_and_named_once():
+    (friction,) = found().effects
+    others = [("load.bias", "weight"), ("load.spring", "linear"), ("oil.air", "polytropic")]
+    more = [replace(friction, candidate=replace(friction.candidate, effect=find(*key))) for key in others]
+    trace = altered(verdict="incomplete", effects=(friction, *more))
+    said = words.verdict(trace, None, None)
+    assert said.startswith("4 effects act: jack.friction (coulomb), load.bias (weight), load.spring (linear) and oil.")
+    assert "slow triangles with reversals" in said
+    assert "for the others see what to record next" in said
+    assert len(words.next_records(trace)) == 4
+    assert labels(trace) == ["fitted rig alone", "with all 4"]

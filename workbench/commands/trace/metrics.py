@@ -17,6 +17,7 @@ from ..common.sessions import sessions, sessions_json
 from ..common.wrong_numbers import WrongNumber, wrong_numbers
 from .steps import steps
 
+MANY = 3  # additions: of more, labels and the first sentence give their number
 Both = tuple[Sequence[Prediction], Sequence[Prediction]]
 
 
@@ -117,7 +118,9 @@ def labels(trace: Trace) -> list[str]:
     """What the fitted rig is called, and the rig with what was added, where something was."""
     names = [fit.candidate.effect.name for fit in trace.effects]
     names += ["its learned shape" if names else "a learned piece"] if trace.learned else []
-    return ["fitted rig alone", f"with {' and '.join(names)}"] if names else ["fitted rig"]
+    if not names:
+        return ["fitted rig"]
+    return ["fitted rig alone", f"with {' and '.join(names)}" if len(names) <= MANY else f"with all {len(names)}"]
 
 
 def _fits(model_fit: FittedModel) -> bool:

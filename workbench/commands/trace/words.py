@@ -9,7 +9,7 @@ from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...plant.effects import Effect
 from ..common.fit_result import fitted, not_physical
 from .alike import explain_alike
-from .metrics import numbers_of, ranking
+from .metrics import MANY, numbers_of, ranking
 from .pump_words import PUMP_EFFECT
 from .shape import UnexplainedDisturbance
 
@@ -290,7 +290,7 @@ def _none(trace: Trace, undetectable: Sequence[str]) -> str:
 def _explains(trace: Trace) -> str:
     """Which effects explain how much."""
     effects = [fit.candidate.effect for fit in trace.effects]
-    words = listed([_acts(effect) for effect in effects])
+    words = listed([_acts(effect) for effect in effects] if len(effects) <= MANY else _counted(effects))
     before, after, _ = (errors.chi2 for errors in trace.heldout)
     share = (before - after) / (before - 1)
     verb = "explains" if len(effects) == 1 else "explain together"
@@ -298,6 +298,16 @@ def _explains(trace: Trace) -> str:
         f"{words[0].upper()}{words[1:]}: {listed([title(effect) for effect in effects])} {verb} "
         f"{_percent(share)} of what the model misses.{''.join(_as_good(trace, fit) for fit in trace.effects)}"
     )
+
+
+def _counted(effects: Sequence[Effect]) -> list[str]:
+    """Many effects: the described numbers that are others, and how many effects act beside them."""
+    numbers = [effect.shifts for effect in effects if effect.shifts]
+    beside = f"{len(effects) - len(numbers)} effects act"
+    if not numbers:
+        return [beside]
+    others = "is another number" if len(numbers) == 1 else "are other numbers"
+    return [f"{listed(numbers)} {others} than described", beside]
 
 
 def _as_good(trace: Trace, fit: CandidateFit) -> str:
@@ -321,7 +331,9 @@ def _advice(trace: Trace, begin: str) -> str:
         return ""
     if len(records) == 1:
         return f"{begin} {records[0][1]}."
-    return f"{begin}: {'; '.join(f'{shows} ({name})' for name, shows in records)}."
+    most = len(records) if len(records) <= MANY else 1
+    shown = "; ".join(f"{shows} ({name})" for name, shows in records[:most])
+    return f"{begin}: {shown}; for the others see what to record next." if records[most:] else f"{begin}: {shown}."
 
 
 def _percent(share: float) -> str:
