@@ -8,12 +8,13 @@ from made_campaigns import LIBRARY, found, named, none, rubbing, unknown
 
 from workbench.base.signals import MEASURED
 from workbench.commands.common.error_page import error_figure, error_table
+from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace import words as words
 from workbench.commands.trace.detectability import undetectable
 from workbench.commands.trace.figures import telling
 from workbench.commands.trace.metrics import compared, labels, more_json, trace_json
 from workbench.commands.trace.page import _shape, _where, trace_page
-from workbench.commands.trace.shape import UnexplainedDisturbance, shape_tables
+from workbench.commands.trace.shape import UnexplainedDisturbance, missing_shape, shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
 from workbench.identify.trace.findings import Trace
 from workbench.plant.effects import EQUATIONS, find
@@ -362,3 +363,13 @@ def test_many_effects_are_counted_and_named_once():
     assert "for the others see what to record next" in said
     assert len(words.next_records(trace)) == 4
     assert labels(trace) == ["fitted rig alone", "with all 4"]
+
+
+def test_where_no_likelihood_tells_the_equation_nothing_is_said_of_it(monkeypatch):
+    """As along a free run whose tangents explode."""
+
+    def explodes(*_):
+        raise np.linalg.LinAlgError("Matrix is not positive definite")
+
+    monkeypatch.setattr("workbench.commands.trace.shape.locate_fault", explodes)
+    assert missing_shape(altered(verdict="incomplete"), no_checkpoint, lambda _: None) is None

@@ -63,13 +63,19 @@ class UnexplainedDisturbance:
 def missing_shape(trace: Trace, stage: Stage, progress: Progress) -> UnexplainedDisturbance | None:
     """What an unknown looks like before anything was learned of it, or what is left after all; None where nothing is.
 
-    What is left beside a named effect may sit in another equation.
+    What is left beside a named effect may sit in another equation. None, too, where tangents explode along a free run,
+    so that no likelihood tells the equation.
     """
     if trace.verdict == "unknown":
-        return unexplained_disturbance(trace.problem, trace.named, trace.heldout[1], trace.equation, stage, progress)
-    if trace.verdict != "incomplete" or (trace.learned and trace.at_floor):
+        of = trace.named, trace.heldout[1], trace.equation
+    elif trace.verdict == "incomplete" and not (trace.learned and trace.at_floor):
+        of = trace.final, trace.heldout[-1], None
+    else:
         return None
-    return unexplained_disturbance(trace.problem, trace.final, trace.heldout[-1], None, stage, progress)
+    try:
+        return unexplained_disturbance(trace.problem, *of, stage, progress)
+    except np.linalg.LinAlgError:
+        return None
 
 
 def unexplained_disturbance(
