@@ -63,8 +63,7 @@ class UnexplainedDisturbance:
 def missing_shape(trace: Trace, stage: Stage, progress: Progress) -> UnexplainedDisturbance | None:
     """What an unknown looks like before anything was learned of it, or what is left after all; None where nothing is.
 
-    What is left beside a named effect may sit in another equation. None, too, where tangents explode along a free run,
-    so that no likelihood tells the equation.
+    What is left beside a named effect may sit in another equation. None, too, where no likelihood tells the equation.
     """
     if trace.verdict == "unknown":
         of = trace.named, trace.heldout[1], trace.equation
@@ -72,10 +71,7 @@ def missing_shape(trace: Trace, stage: Stage, progress: Progress) -> Unexplained
         of = trace.final, trace.heldout[-1], None
     else:
         return None
-    try:
-        return unexplained_disturbance(trace.problem, *of, stage, progress)
-    except np.linalg.LinAlgError:
-        return None
+    return unexplained_disturbance(trace.problem, *of, stage, progress)
 
 
 def unexplained_disturbance(
@@ -85,8 +81,9 @@ def unexplained_disturbance(
     equation: str | None,
     stage: Stage,
     progress: Progress,
-) -> UnexplainedDisturbance:
-    """The shape of what a fit leaves unexplained in an equation, which is sought where none is given.
+) -> UnexplainedDisturbance | None:
+    """The shape of what a fit leaves unexplained in an equation, which is sought where none is given; None where none
+    is found.
 
     It is taken from the windows with the largest errors: see `worst`.
     """
@@ -94,15 +91,20 @@ def unexplained_disturbance(
     def compute() -> dict[str, Any]:
         progress("shape of what is missing")
         missing = [equation] if equation else _sought(problem, model_fit, heldout)
+        if not missing:
+            return {}
         found = _missing(problem, model_fit, *worst(problem, model_fit, heldout), missing[0])
         return asdict(replace(found, rivals=missing[1:]))
 
-    return UnexplainedDisturbance(**stage("shape", compute))
+    stored = stage("shape", compute)
+    return UnexplainedDisturbance(**stored) if stored else None
 
 
 def _sought(problem: EstimationProblem, model_fit: FittedModel, heldout: HeldoutErrors) -> list[str]:
-    """The equation that lacks something, and those not clearly behind."""
+    """The equation that lacks something, and those not clearly behind; none where nothing is told."""
     place = locate_fault(problem, model_fit, heldout)
+    if not any(gain > 0 for _, gain in place.evidence):
+        return []
     return likely_equations(place.evidence, place.parity_residuals, SIGNIFICANT * problem.kappa)
 
 

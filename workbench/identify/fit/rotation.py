@@ -6,22 +6,28 @@ following. Without the windows of a block b the numbers move by the Gauss-Newton
     d = -(A - A_b + P)^-1 (g - g_b + P x),    A = sum A_w, g = sum g_w, P the prior of the numbers,
 
 within their ranges, and the block's windows then cost what the quadratic says: exact for errors that are linear in the
-numbers (Allen's PRESS by blocks; Stone, J. Royal Statistical Society B 36(2), 1974).
+numbers (Allen's PRESS by blocks; Stone, J. Royal Statistical Society B 36(2), 1974). Where a window is steep the
+quadratic says a fall or a rise that is not there: windows that it moves far are simulated with these numbers instead.
 
 A free run is no window for each of its parts: with initial states of their own parts say nothing of what drifts, and
 prefer rich models that are wrong. There a block is a part of the rows of every run, and V, g and A are theirs, in the
 one run through all rows whose initial state follows the numbers as it does in the fit.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from .normal_equations import Tangents, best_step
+from .determined import FreeParameter
+from .initial_states import fit_states
+from .model import Model
+from .normal_equations import Tangents, best_step, numbers_at
 from .prior import STIFFNESSES, Prior
 from .windows import BLOCKS, Windows, row_blocks
 
 _NEAR = 1.01  # times the least squared errors: where a stiffer curve does as well
+_MOVED = 0.2  # of a window's squared errors: what a quadratic may move them by and be believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +63,18 @@ class Parts:
     block: np.ndarray
     free_run: bool = False
 
-    def unseen(self, prior: Prior, x: np.ndarray) -> np.ndarray:
-        """The squared errors [parts] with the numbers that the other blocks give, from distances x [k]."""
-        after = self.squares.copy()
+    def left_out(self, prior: Prior, x: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Which parts [parts] each block has, and the change of the distances x [k] that the other blocks ask for."""
         for number in np.unique(self.block):
             own = self.block == number
             matrix = self.matrices[~own].sum(axis=0) + prior.matrix
             gradient = self.gradients[~own].sum(axis=0) + prior.gradient(x)
-            step = best_step(matrix, gradient, x, prior.ends, self.free_run or prior.bends)
+            yield own, best_step(matrix, gradient, x, prior.ends, self.free_run or prior.bends)
+
+    def unseen(self, prior: Prior, x: np.ndarray) -> np.ndarray:
+        """The squared errors [parts] with the numbers that the other blocks give, from distances x [k]."""
+        after = self.squares.copy()
+        for own, step in self.left_out(prior, x):
             after[own] += 2 * self.gradients[own] @ step + np.einsum("i,wij,j->w", step, self.matrices[own], step)
         return np.maximum(after, 0.0)
 
@@ -88,3 +98,29 @@ def parts_of(windows: Windows, squares: np.ndarray, tangents: Tangents) -> Parts
             parts += [(e @ e, j.T @ j, j.T @ e) for j, e in own]
     own_squares, matrices, gradients = (np.array(column) for column in zip(*parts, strict=True))
     return Parts(own_squares, matrices, gradients, np.tile(np.arange(BLOCKS), windows.count), free_run=True)
+
+
+def unseen_squares(
+    model: Model,
+    windows: Windows,
+    free: Sequence[FreeParameter],
+    place: tuple[np.ndarray, np.ndarray, np.ndarray],
+    parts: Parts,
+    prior: Prior,
+) -> np.ndarray:
+    """The squared errors [parts] of a fit at a `place` (x, p, x0) with the numbers that the other blocks give.
+
+    Windows that the quadratic moves far are simulated, their initial states fitted; one that cannot be is believed it.
+    """
+    x, p, x0 = place
+    unseen = parts.unseen(prior, x)
+    far = np.abs(unseen - parts.squares) > _MOVED * parts.squares
+    if parts.free_run or not far.any():
+        return unseen
+    for own, step in parts.left_out(prior, x):
+        which = np.flatnonzero(own & far)
+        if which.size:
+            moved = numbers_at(model, free, x + step, p)
+            _, squares = fit_states(model, windows.some(which.tolist()), x0[which], moved)
+            unseen[which] = np.where(np.isfinite(squares), squares, unseen[which])
+    return unseen

@@ -21,7 +21,7 @@ from .normal_equations import (
     tangents_at,
 )
 from .prior import STIFFEST, Prior, prior_of
-from .rotation import Parts, parts_of
+from .rotation import Parts, parts_of, unseen_squares
 from .windows import Windows
 
 ROUNDS = 20
@@ -232,7 +232,7 @@ class _Descent:
         at = place.x, place.p, place.x0, place.squares
         if not np.isfinite(place.squares).all() or not self._free:
             return without_slopes(self._windows, self._free, *at)
-        return with_slopes(self._windows, self._free, at, self.tangents(place, guess), kappa, self.prior)
+        return with_slopes(self._model, self._windows, self._free, at, self.tangents(place, guess), kappa, self.prior)
 
 
 def _trust(cost: np.ndarray) -> np.ndarray:
@@ -255,6 +255,7 @@ def without_slopes(
 
 
 def with_slopes(
+    model: Model,
     windows: Windows,
     free: tuple[FreeParameter, ...],
     place: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
@@ -275,5 +276,5 @@ def with_slopes(
     covariance = widest(np.linalg.inv(matrices.sum(axis=0) + prior.matrix), scatters, prior.matrix)
     edge = 1e-6 * float(prior.width.min())
     at_bounds = tuple(f.name for f, v, a, b in zip(free, x, *prior.ends, strict=True) if v <= a + edge or v >= b - edge)
-    unseen = parts_of(windows, squares, tangents).unseen(prior, x)
+    unseen = unseen_squares(model, windows, free, (x, p, x0), parts_of(windows, squares, tangents), prior)
     return Fit(free, x, p, x0, squares, windows.samples, covariance, matrices, gradients, unseen, at_bounds)

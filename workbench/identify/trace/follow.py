@@ -104,7 +104,7 @@ class Follower:
         slopes = self._with_secants(start)
         about = slopes, start.errors, start.base_x0, self._fit.x0
         tangents = tangents_at(self._base, self._windows, *about)
-        return with_slopes(self._windows, self.free, place, tangents, kappa, prior_of(self.free))
+        return with_slopes(self._model, self._windows, self.free, place, tangents, kappa, prior_of(self.free))
 
     def _descended(self, start: Start, rounds: int) -> Start:
         for _ in range(rounds):

@@ -18,6 +18,7 @@ from ...rigs.rig import Rig
 from ..fit.free_parameters import extend_parameters, model_with
 from ..fit.model import Model
 from ..fit.windows import Windows
+from .kalman import carried_back, predict, update
 
 AMPLITUDES = (0.1, 1.0, 10.0, 100.0, 1000.0)  # over the one that moves the most sensitive signal by sigma in 10 ms
 TIMES = (1e-3, 2e-2)  # s: correlation time
@@ -64,7 +65,8 @@ def localise(groups: Mapping[str, Sequence[LinearTimeVaryingModel]], period: flo
     A disturbance's amplitude may differ from window to window: effects come in bursts.
     """
     plain = next(iter(groups.values()))
-    nothing = [likelihood(part.inputs([]), np.zeros(1), period, 1.0)[0] for part in plain]
+    with np.errstate(over="ignore", invalid="ignore"):
+        nothing = [likelihood(part.inputs([]), np.zeros(1), period, 1.0)[0] for part in plain]
     evidence = []
     for equation, parts in groups.items():
         sizes = np.array(AMPLITUDES) * _unit(parts, period)
@@ -82,10 +84,12 @@ def _gain(
     period: float,
     time: float,
 ) -> tuple[float, np.ndarray]:
-    """Gain over all windows, each at its best amplitude, and those amplitudes."""
+    """Gain over all windows, each at its best amplitude, and those amplitudes; a window along which the linear model
+    explodes says nothing."""
     gain, amplitudes = 0.0, []
     for part, before in zip(parts, nothing, strict=True):
-        gains = likelihood(part, sizes, period, time) - before
+        with np.errstate(over="ignore", invalid="ignore"):
+            gains = np.nan_to_num(likelihood(part, sizes, period, time) - before, posinf=0.0, neginf=0.0)
         gain += float(np.maximum(gains.max(axis=0), 0.0).sum())
         amplitudes.append(sizes[np.argmax(gains, axis=0)])
     return gain, np.concatenate(amplitudes)
@@ -107,72 +111,49 @@ def _unit(parts: Sequence[LinearTimeVaryingModel], period: float) -> float:
 def likelihood(windows: LinearTimeVaryingModel, sizes: np.ndarray, period: float, time: float) -> np.ndarray:
     """Log-likelihood [h, w] of the errors with disturbances of amplitudes `sizes` [h]; correlation `time` in s."""
     decay = float(np.exp(-period / time))
-    n, m, s = windows.a.shape[-1], windows.b.shape[-1], windows.c.shape[2]
-    h, w = len(sizes), windows.e.shape[0]
-    x, covariance = np.zeros((h, w, n + m)), np.zeros((h, w, n + m, n + m))
-    covariance[..., range(n), range(n)] = 1.0
-    for i in range(m):
-        covariance[..., n + i, n + i] = (sizes**2)[:, None]
-    drive = sizes**2 * (1 - decay**2)
-    total = np.zeros((h, w))
-    eye = np.eye(s)
+    n, m = windows.a.shape[-1], windows.b.shape[-1]
+    x, covariance, noise = _at_first(n, m, np.tile(sizes[:, None], (1, windows.e.shape[0])), decay)
+    total = np.zeros(x.shape[:-1])
     for k in range(windows.e.shape[1]):
-        output = np.concatenate((windows.c[:, k], windows.d[:, k]), axis=-1)  # [w, s, n + m]
-        cross = covariance @ np.swapaxes(output, -1, -2)
-        inner = output @ cross + eye
-        miss = windows.e[:, k] - (output @ x[..., None])[..., 0]
-        gain = np.swapaxes(np.linalg.solve(inner, np.swapaxes(cross, -1, -2)), -1, -2)
-        factor = np.linalg.cholesky(inner)
-        white = np.linalg.solve(inner, miss[..., None])[..., 0]
-        total -= 0.5 * np.einsum("hws,hws->hw", miss, white)
-        total -= np.log(np.einsum("hwss->hws", factor)).sum(axis=-1)
-        x = x + (gain @ miss[..., None])[..., 0]
-        covariance = covariance - gain @ np.swapaxes(cross, -1, -2)
-        step = _step(windows, k, decay)
-        x = (step @ x[..., None])[..., 0]
-        covariance = step @ covariance @ np.swapaxes(step, -1, -2)
-        for i in range(m):
-            covariance[..., n + i, n + i] += drive[:, None]
-        covariance = 0.5 * (covariance + np.swapaxes(covariance, -1, -2))
+        x, covariance, told = update(x, covariance, _output(windows, k), windows.e[:, k])
+        total += sum(one.log_likelihood for one in told)
+        x, covariance = predict(x, covariance, _step(windows, k, decay), noise)
     return total
 
 
 def smoothed(windows: LinearTimeVaryingModel, size: np.ndarray, period: float, time: float) -> np.ndarray:
-    """The disturbance [w, rows, m], over the inputs' scales, that the errors tell of; amplitudes `size` [w].
-
-    Rauch, Tung, Striebel, AIAA Journal 3(8), 1965.
-    """
+    """The disturbance [w, rows, m], over the inputs' scales, that the errors tell of; amplitudes `size` [w]."""
     decay = float(np.exp(-period / time))
     n, m = windows.a.shape[-1], windows.b.shape[-1]
-    w, rows = windows.e.shape[:2]
-    x, covariance = np.zeros((w, n + m)), np.zeros((w, n + m, n + m))
-    covariance[:, range(n), range(n)] = 1.0
-    covariance[:, range(n, n + m), range(n, n + m)] = (size**2)[:, None]
-    noise = np.zeros_like(covariance)
-    noise[:, range(n, n + m), range(n, n + m)] = (size**2 * (1 - decay**2))[:, None]
-    ahead, after = [], []
-    for k in range(rows):
-        ahead.append((x, covariance))
-        output = np.concatenate((windows.c[:, k], windows.d[:, k]), axis=-1)
-        cross = covariance @ np.swapaxes(output, -1, -2)
-        gain = np.swapaxes(
-            np.linalg.solve(output @ cross + np.eye(output.shape[1]), np.swapaxes(cross, -1, -2)), -1, -2
-        )
-        x = x + (gain @ (windows.e[:, k] - (output @ x[..., None])[..., 0])[..., None])[..., 0]
-        covariance = covariance - gain @ np.swapaxes(cross, -1, -2)
-        after.append((x, covariance))
-        step = _step(windows, k, decay)
-        x, covariance = (step @ x[..., None])[..., 0], step @ covariance @ np.swapaxes(step, -1, -2) + noise
-        covariance = 0.5 * (covariance + np.swapaxes(covariance, -1, -2))
-    disturbance = np.empty((w, rows, m))
-    best = after[-1][0]
-    disturbance[:, -1] = best[:, n:]
-    small = 1e-12 * np.eye(n + m)
-    for k in range(rows - 2, -1, -1):
-        back = after[k][1] @ np.swapaxes(_step(windows, k, decay), -1, -2) @ np.linalg.inv(ahead[k + 1][1] + small)
-        best = after[k][0] + (back @ (best - ahead[k + 1][0])[..., None])[..., 0]
-        disturbance[:, k] = best[:, n:]
+    x, covariance, noise = _at_first(n, m, size, decay)
+    rows = []
+    for k in range(windows.e.shape[1]):
+        ahead = x[:, n:], covariance[:, n:].copy()
+        x, covariance, told = update(x, covariance, _output(windows, k), windows.e[:, k])
+        x, covariance = predict(x, covariance, _step(windows, k, decay), noise)
+        rows.append((*ahead, told))
+    adjoint, disturbance = np.zeros_like(x), np.empty((*windows.e.shape[:2], m))
+    for k, (ahead, spread, told) in reversed(list(enumerate(rows))):
+        adjoint = (np.swapaxes(_step(windows, k, decay), -1, -2) @ adjoint[..., None])[..., 0]
+        adjoint = carried_back(adjoint, told)
+        disturbance[:, k] = ahead - (spread @ adjoint[..., None])[..., 0]
     return -disturbance
+
+
+def _at_first(n: int, m: int, sizes: np.ndarray, decay: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """State and covariance of a model of n states and m disturbances of amplitudes `sizes` [...] at its first row, and
+    the variances [..., n + m] that every row adds."""
+    noise = np.zeros((*sizes.shape, n + m))
+    noise[..., n:] = (sizes**2)[..., None]
+    covariance = np.zeros((*noise.shape, n + m))
+    covariance[..., range(n), range(n)] = 1.0
+    covariance[..., range(n, n + m), range(n, n + m)] = noise[..., n:]
+    return np.zeros_like(noise), covariance, noise * (1 - decay**2)
+
+
+def _output(windows: LinearTimeVaryingModel, k: int) -> np.ndarray:
+    """[w, s, n + m]."""
+    return np.concatenate((windows.c[:, k], windows.d[:, k]), axis=-1)
 
 
 def _step(windows: LinearTimeVaryingModel, k: int, decay: float) -> np.ndarray:
