@@ -15,14 +15,15 @@ from workbench.identify.data import noise_floor
 from workbench.identify.fit import cut_windows
 from workbench.identify.fit.determined import FreeParameter
 from workbench.identify.fit.informative import kinds
-from workbench.identify.fit.initial_states import predicted_states
+from workbench.identify.fit.initial_states import fit_states, predicted_states
 from workbench.identify.fit.intervals import clustered, widest
 from workbench.identify.fit.normal_equations import STATE_PULL, ranges, tangents_at
 from workbench.identify.fit.prior import prior_of
 from workbench.identify.fit.rotation import Parts, blocks, parts_of
-from workbench.identify.fit.solver import Fit
+from workbench.identify.fit.solver import Fit, fit_numbers
 from workbench.identify.fit.windows import BLOCKS, row_blocks
 from workbench.identify.trace.problem import MOST, estimation_problem
+from workbench.identify.trace.refit import fit_rig
 from workbench.plant import build
 from workbench.records import load_campaign
 from workbench.rigs.rig_file import load_rig
@@ -196,3 +197,20 @@ def test_leaving_out_a_part_of_a_free_run_is_fitting_its_other_rows_again(seed):
         x = optimum(left[:, ~own], errors[:, ~own, 0], prior.matrix)
         squares = np.sum((errors[:, own, 0] + left[:, own] @ x) ** 2, axis=1)
         np.testing.assert_allclose(unseen[:, block], squares, rtol=1e-8)
+
+
+def test_steep_windows_are_left_out_as_a_fit_without_them_would_be():
+    """Of a rig with friction fitted by one without: to 10 % in all, each window nearer than the fit that saw it."""
+    problem = estimation_problem(rubbing_campaign(), load_rig("festo-tp511"))
+    base = fit_rig(problem)
+    fit, block = base.fit, blocks(problem.train)
+    refitted = np.empty(problem.train.count)
+    for number in np.unique(block):
+        rest, own = np.flatnonzero(block != number), np.flatnonzero(block == number)
+        others = problem.train.some(rest.tolist())
+        without = fit_numbers(base.model, others, fit.free, fit.x, fit.p, fit.x0[rest], problem.kappas)
+        refitted[own] = fit_states(base.model, problem.train.some(own.tolist()), fit.x0[own], without.p)[1]
+    assert fit.unseen.sum() == pytest.approx(refitted.sum(), rel=0.1)
+    moved = np.abs(refitted - fit.squares) > 0.2 * fit.squares
+    assert moved.any()
+    assert np.all(np.abs(fit.unseen - refitted)[moved] < np.abs(fit.squares - refitted)[moved])

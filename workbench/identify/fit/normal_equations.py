@@ -156,7 +156,7 @@ def accumulate(
     n, size = model.plant.n, slopes[0].shape[-1]
     matrix, gradient = np.empty((windows.count, size, size)), np.empty((windows.count, size))
     for group, whole, error in zip(windows.groups, slopes, errors, strict=True):
-        whole[np.abs(whole).max(axis=(1, 2)) > _STEEPEST] = 0.0
+        whole[~(np.abs(whole).max(axis=(1, 2)) <= _STEEPEST)] = 0.0  # NaN is no slope either
         matrix[group.which] = np.swapaxes(whole, 1, 2) @ whole
         gradient[group.which] = np.einsum("wmi,wm->wi", whole, error.reshape(len(error), -1))
     pull = windows.misfit * (x0 - guess) / (STATE_PULL**2 * model.plant.scale)

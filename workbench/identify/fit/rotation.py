@@ -27,6 +27,8 @@ from .prior import STIFFNESSES, Prior
 from .windows import BLOCKS, Windows, row_blocks
 
 _NEAR = 1.01  # times the least squared errors: where a stiffer curve does as well
+_HARM = 0.5  # of the squared errors: far below what noise would tell apart
+_SHORTEST = 1e-3  # distance of a step that is not halved any further
 _MOVED = 0.2  # of a window's squared errors: what a quadratic may move them by and be believed
 
 
@@ -110,17 +112,24 @@ def unseen_squares(
 ) -> np.ndarray:
     """The squared errors [parts] of a fit at a `place` (x, p, x0) with the numbers that the other blocks give.
 
-    Windows that the quadratic moves far are simulated, their initial states fitted; one that cannot be is believed it.
+    Windows that the quadratic moves far are simulated, their initial states fitted, with as much of the step as does
+    the other windows no harm; one that cannot be simulated is believed the quadratic.
     """
     x, p, x0 = place
     unseen = parts.unseen(prior, x)
     far = np.abs(unseen - parts.squares) > _MOVED * parts.squares
     if parts.free_run or not far.any():
         return unseen
+
+    def simulated(which: np.ndarray, step: np.ndarray) -> np.ndarray:
+        moved = numbers_at(model, free, x + step, p)
+        return fit_states(model, windows.some(np.flatnonzero(which).tolist()), x0[which], moved)[1]
+
     for own, step in parts.left_out(prior, x):
-        which = np.flatnonzero(own & far)
-        if which.size:
-            moved = numbers_at(model, free, x + step, p)
-            _, squares = fit_states(model, windows.some(which.tolist()), x0[which], moved)
-            unseen[which] = np.where(np.isfinite(squares), squares, unseen[which])
+        if not np.any(own & far) or own.all():
+            continue
+        while np.any(step) and not simulated(~own, step).sum() < parts.squares[~own].sum() + _HARM:
+            step = step / 2 if np.abs(step).max() > _SHORTEST else np.zeros_like(step)
+        squares = simulated(own & far, step)
+        unseen[own & far] = np.where(np.isfinite(squares), squares, unseen[own & far])
     return unseen
