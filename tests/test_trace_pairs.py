@@ -133,7 +133,7 @@ def test_two_effects_are_refitted_together():
 
 
 def test_an_effect_that_the_other_does_without_is_none_of_a_pair():
-    assert together(lacking(("Fc", 60.0), ("tau", 0.004))) == ()
+    assert together(lacking(("Fc", 60.0), ("tau", 0.002))) == ()
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def added(context: TraceContext, base: FittedModel, before: FittedModel, candida
 
 
 def test_a_faint_second_effect_is_named_where_held_out_records_ask_for_it():
-    with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.004))) as context:
+    with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.002))) as context:
         answer = judge_search(context, search_effects(context))
     names = [fit.judgement.name for fit in answer.effects]
     assert (answer.verdict, names) == ("named", ["jack.friction", "sensor.lag"])
