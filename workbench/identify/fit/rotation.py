@@ -22,7 +22,7 @@ import numpy as np
 from .determined import FreeParameter
 from .initial_states import fit_states
 from .model import Model
-from .normal_equations import Tangents, best_step, numbers_at
+from .normal_equations import Tangents, best_step, costs, numbers_at
 from .prior import STIFFNESSES, Prior
 from .windows import BLOCKS, Windows, row_blocks
 
@@ -106,30 +106,40 @@ def unseen_squares(
     model: Model,
     windows: Windows,
     free: Sequence[FreeParameter],
-    place: tuple[np.ndarray, np.ndarray, np.ndarray],
-    parts: Parts,
+    place: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    tangents: Tangents,
     prior: Prior,
 ) -> np.ndarray:
-    """The squared errors [parts] of a fit at a `place` (x, p, x0) with the numbers that the other blocks give.
+    """The squared errors [parts] of a fit at a `place` (x, p, x0, squares) with the numbers that the other blocks give.
 
     Windows that the quadratic moves far are simulated, their initial states fitted, with as much of the step as does
     the other windows no harm; one that cannot be simulated is believed the quadratic.
     """
-    x, p, x0 = place
+    x, p, x0, squares = place
+    parts = parts_of(windows, squares, tangents)
     unseen = parts.unseen(prior, x)
     far = np.abs(unseen - parts.squares) > _MOVED * parts.squares
     if parts.free_run or not far.any():
         return unseen
+    following = tangents.normal.reduced()[2]
 
-    def simulated(which: np.ndarray, step: np.ndarray) -> np.ndarray:
-        moved = numbers_at(model, free, x + step, p)
-        return fit_states(model, windows.some(np.flatnonzero(which).tolist()), x0[which], moved)[1]
+    def moved(which: np.ndarray, step: np.ndarray) -> tuple[Windows, np.ndarray, np.ndarray]:
+        """Windows, initial states that follow a step of the numbers to first order, and the parameters."""
+        change = following[which] @ step * model.plant.scale if following.shape[1] == x0.shape[1] else 0.0
+        some = windows.some(np.flatnonzero(which).tolist())
+        return some, x0[which] - change, numbers_at(model, free, x + step, p)
 
     for own, step in parts.left_out(prior, x):
         if not np.any(own & far) or own.all():
             continue
-        while np.any(step) and not simulated(~own, step).sum() < parts.squares[~own].sum() + _HARM:
+        others, most = ~own, float(squares[~own].sum()) + _HARM
+        while np.any(step) and not _left(model, *moved(others, step)) < most:
             step = step / 2 if np.abs(step).max() > _SHORTEST else np.zeros_like(step)
-        squares = simulated(own & far, step)
-        unseen[own & far] = np.where(np.isfinite(squares), squares, unseen[own & far])
+        some, start, numbers = moved(own & far, step)
+        simulated = fit_states(model, some, start, numbers)[1]
+        unseen[own & far] = np.where(np.isfinite(simulated), simulated, unseen[own & far])
     return unseen
+
+
+def _left(model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -> float:
+    return float(costs(model, windows, x0, p, x0)[1].sum())

@@ -276,5 +276,5 @@ def with_slopes(
     covariance = widest(np.linalg.inv(matrices.sum(axis=0) + prior.matrix), scatters, prior.matrix)
     edge = 1e-6 * float(prior.width.min())
     at_bounds = tuple(f.name for f, v, a, b in zip(free, x, *prior.ends, strict=True) if v <= a + edge or v >= b - edge)
-    unseen = unseen_squares(model, windows, free, (x, p, x0), parts_of(windows, squares, tangents), prior)
+    unseen = unseen_squares(model, windows, free, place, tangents, prior)
     return Fit(free, x, p, x0, squares, windows.samples, covariance, matrices, gradients, unseen, at_bounds)
