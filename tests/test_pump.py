@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_pumps import driven_by_speed, run
 
 from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
@@ -28,23 +29,7 @@ def rig():
 @pytest.fixture(scope="module")
 def driven(rig):
     """Plant and engine of the rig driven by a measured speed."""
-    plant = build(rig.with_corrector("speed"))
-    return plant, Engine(plant, 1e-7)
-
-
-def run(driven, seconds, **inputs):
-    """States and outputs by name of a run from rest, inputs held."""
-    plant, engine = driven
-    x0 = plant.start.copy()
-    x0[plant.state("oa")] = x0[plant.state("ob")] = 0.0
-    t = np.linspace(0, seconds, 201)
-    u = np.zeros((len(t), len(plant.inputs)))
-    for name, value in inputs.items():
-        u[:, plant.input(name)] = value
-    trajectory = engine.run(x0, t, u)
-    assert trajectory.failed_at is None
-    states = {state.name: trajectory.x[:, i] for i, state in enumerate(plant.states)}
-    return t, states, dict(zip(plant.outputs, engine.outputs(trajectory.x, u).T, strict=True))
+    return driven_by_speed(rig)
 
 
 def test_the_published_numbers_are_as_published(rig):

@@ -6,6 +6,7 @@ pilot           torque motor, nozzles and flapper, pilot spool
 three_stage     the pilot, and a main spool with its position loop
 second_order    a main spool with its drive as one oscillator
 pump            a pump with its shaft, direction valves and low side, from the parts in plant/pump
+two_way_pump    a pump that turns both ways between the chambers, from the same parts
 supply          the power that the main lands take
 
 A new kind, say a pump-controlled drive:
@@ -24,10 +25,16 @@ from .lands import Lands, PilotFlows, ValveFlows
 from .pump import Pump
 from .second_order import SecondOrder
 from .three_stage import ThreeStage
+from .two_way_pump import TwoWayPump
 
 VALVES: dict[str, Valve] = {
     valve.kind.name: valve
-    for valve in (ThreeStage(kinds.THREE_STAGE), SecondOrder(kinds.SECOND_ORDER), Pump(kinds.PUMP))
+    for valve in (
+        ThreeStage(kinds.THREE_STAGE),
+        SecondOrder(kinds.SECOND_ORDER),
+        Pump(kinds.PUMP),
+        TwoWayPump(kinds.TWO_WAY_PUMP),
+    )
 }
 
 __all__ = ["VALVES", "Lands", "PilotFlows", "ProbePoint", "Valve", "ValveFlows"]
