@@ -103,7 +103,7 @@ def _causes(
 
 def _number(rig: Rig, number: int, drawn: np.random.Generator) -> Cause:
     """A described number beyond one end of its range."""
-    causes = number_causes(rig)
+    causes = number_causes(rig.with_corrector(SPEED))
     names = [name for name in dict.fromkeys(cause.effect.name for cause in causes) if name not in UNSEEN]
     sides = [cause for cause in causes if cause.effect.name == names[number % len(names)]]
     return sides[drawn.integers(len(sides))]
