@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.plant import Plant
-from workbench.plant.effects import declared_numbers
+from workbench.plant.effects import numbers_of
 from workbench.rigs.rig import Rig
 
 from .references import Family
@@ -70,7 +70,7 @@ def _motion(motion: SpecimenMotion, random: np.random.Generator, t: np.ndarray) 
 
 def _bounded(rig: Rig, plant: Plant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places in the parameter vector of the numbers that are uncertain, and their ends [SI]."""
-    numbers = {**rig.numbers, **declared_numbers(rig)}
-    bounded = [(plant.parameters.index(name), *n.uncertain) for name, n in numbers.items() if n.uncertain is not None]
+    numbers = numbers_of(rig).items()
+    bounded = [(plant.parameters.index(name), *n.uncertain) for name, n in numbers if n.uncertain is not None]
     table = np.array(bounded, dtype=float).reshape(-1, 3)
     return table[:, 0].astype(int), table[:, 1], table[:, 2]

@@ -1,6 +1,7 @@
 """Robustness: the margins in lanes are those one by one, and the command leaves what the contract says."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,8 @@ from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import MOVING
 from workbench.plant import build
 from workbench.report import Table
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -248,3 +251,16 @@ def test_an_experiment_of_another_kind_is_called_that(capsys, command):
     """Before any key of it is called unknown."""
     assert main([command, "first_loop"]) == 2
     assert 'experiment = "step"' in capsys.readouterr().err
+
+
+def test_the_numbers_of_effects_that_were_found_are_drawn_within_their_intervals():
+    found = Number("Fc", 500.0, "N", "N", "found", 0.0, 5000.0, (400.0, 600.0))
+    config = load_robustness(SHIPPED, plants=50)
+    rig = replace(config.rig, effects=(EffectUse("jack.friction", "coulomb", {"Fc": found}),))
+    plant = build(rig)
+    draw = drawn(replace(config, rig=rig), plant)
+    forces = draw.p[:, plant.parameters.index("jack.friction.Fc")]
+    assert forces[0] == 500.0
+    assert 400.0 <= forces.min() < 420.0
+    assert 580.0 < forces.max() <= 600.0
+    assert draw.columns(rig)["jack.friction.Fc [N]"] == pytest.approx(forces)

@@ -12,6 +12,7 @@ from ..linear.equilibria import Equilibria, equilibria
 from ..linear.operating_point import far_end
 from ..linear.state_space import sampled_response
 from ..plant import Plant
+from ..plant.effects import numbers_of
 from ..rigs.rig import Rig
 from .lane_laws import lane_laws, lane_views, signals_at
 from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
@@ -143,10 +144,10 @@ def drawn_evenly(random: np.random.Generator, low: float, high: float, count: in
 
 
 def uncertain(rig: Rig, plant: Plant, factors: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """What is uncertain of a rig, [low, high] by name, SI: factors on numbers, and every other that has bounds or, once
-    fitted, an interval."""
+    """What is uncertain of a rig and its effects, [low, high] by name, SI: factors on numbers, and every other that has
+    bounds or, once fitted, an interval."""
     ranges = {}
-    for name, number in rig.numbers.items():
+    for name, number in numbers_of(rig).items():
         ends = number.uncertain
         if name in factors:
             low, high = factors[name]

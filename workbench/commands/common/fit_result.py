@@ -9,7 +9,7 @@ from ...base.units import from_si, to_si
 from ...identify.fit.solver import Fit
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel
-from ...plant.effects import Effect, EffectNumber, declared_numbers
+from ...plant.effects import Effect, EffectNumber, numbers_of
 from ...report import within
 from ...report.digits import four_digits
 from ...report.table import Cell, shown
@@ -54,7 +54,7 @@ class Fitted:
 
 def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
     """The rig's own numbers that a fit moved, those of the effects that it declares included."""
-    numbers = {**rig.numbers, **declared_numbers(rig)}
+    numbers = numbers_of(rig)
     own = [(index, free) for index, free in enumerate(fit.free) if free.name in numbers]
     return [
         Fitted(numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.at_bounds)

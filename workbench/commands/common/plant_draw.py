@@ -7,6 +7,7 @@ import numpy as np
 
 from ...loop.plant_lanes import drawn_evenly, uncertain
 from ...plant import Plant
+from ...plant.effects import numbers_of
 from ...report import Table
 from ...report.table import Cell
 from ...rigs.rig import Rig
@@ -23,8 +24,9 @@ class PlantDraw:
 
     def table(self, rig: Rig, *further: Sequence[Cell]) -> Table:
         """The least and the largest of each number, for a report; with `further` rows."""
+        described = numbers_of(rig)
         rows = [
-            [name, float(values.min()), float(values.max()), rig.numbers[name].si]
+            [name, float(values.min()), float(values.max()), described[name].si]
             for name, values in self.numbers.items()
         ]
         rows.append(["position", float(self.position.min()), float(self.position.max()), "m"])
@@ -32,13 +34,17 @@ class PlantDraw:
 
     def plant(self, lane: int, rig: Rig) -> dict[str, float]:
         """Position and numbers of one of them, by name with unit."""
-        numbers = {f"{name} [{rig.numbers[name].si}]": float(values[lane]) for name, values in self.numbers.items()}
+        numbers = {name: float(values[lane]) for name, values in _with_units(self.numbers, rig).items()}
         return {"x [m]": float(self.position[lane])} | numbers
 
     def columns(self, rig: Rig) -> dict[str, np.ndarray]:
         """Position and numbers [plants] by name with unit."""
-        numbers = {f"{name} [{rig.numbers[name].si}]": values for name, values in self.numbers.items()}
-        return {"position [m]": self.position} | numbers
+        return {"position [m]": self.position} | _with_units(self.numbers, rig)
+
+
+def _with_units(numbers: Mapping[str, np.ndarray], rig: Rig) -> dict[str, np.ndarray]:
+    described = numbers_of(rig)
+    return {f"{name} [{described[name].si}]": values for name, values in numbers.items()}
 
 
 def draw_plants(
@@ -58,7 +64,7 @@ def draw_plants(
     numbers = {}
     for name, (low, high) in uncertain(rig, plant, factors).items():
         numbers[name] = drawn_evenly(random, low, high, plants)
-        numbers[name][0] = rig[name]
+        numbers[name][0] = plant.p[plant.parameters.index(name)]
     p = np.tile(plant.p, (plants, 1))
     for name, values in numbers.items():
         p[:, plant.parameters.index(name)] = values

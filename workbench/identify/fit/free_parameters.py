@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...plant import Plant, build
-from ...plant.effects import Effect, EffectNumber, declared_numbers
+from ...plant.effects import Effect, EffectNumber, numbers_of
 from ...rigs.rig import Rig
 from .determined import FreeParameter
 from .model import FREE_RUN_TOLERANCE, TOLERANCE, Model
@@ -35,7 +35,7 @@ def uncertain(rig: Rig) -> tuple[FreeParameter, ...]:
     """
     free = tuple(
         FreeParameter(n.name, n.value, n.low, n.high, _scale(n.low, n.high), "declared range")
-        for n in {**rig.numbers, **declared_numbers(rig)}.values()
+        for n in numbers_of(rig).values()
         if n.low is not None and n.high is not None and n.high > n.low
     )
     if not free:

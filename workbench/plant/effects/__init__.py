@@ -20,7 +20,7 @@ pump_drive, pump_load       of pump drives, of what they move and of what measur
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
 from .grammar import FormulaShape, formula_shape, refine
-from .known import LIBRARY, PUMP_LIBRARY, acts, applies, declared_numbers, find, known_effects, load_effects, resolve
+from .known import LIBRARY, PUMP_LIBRARY, acts, applies, find, known_effects, load_effects, numbers_of, resolve
 from .learned_pieces import learned
 from .natural import natural_samples
 from .numbers import number_effects
@@ -43,7 +43,6 @@ __all__ = [
     "StaticCurve",
     "acts",
     "applies",
-    "declared_numbers",
     "effect",
     "find",
     "formula_shape",
@@ -53,6 +52,7 @@ __all__ = [
     "natural_samples",
     "number",
     "number_effects",
+    "numbers_of",
     "refine",
     "refine_at",
     "refinements",

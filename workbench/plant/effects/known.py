@@ -9,6 +9,7 @@ from ...base import trust
 from ...base.errors import InputError, nearest
 from ...base.files import read_bytes
 from ...base.units import from_si, to_si
+from ...rigs.linear_rig import LinearRig
 from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
 from . import air, compliance, drive, friction, lands, leakage, load, pilot, pump_drive, pump_load, sensor, supply
@@ -150,9 +151,15 @@ def _resolve(use: EffectUse, known: tuple[Effect, ...]) -> tuple[Effect, Mapping
     return effect, values
 
 
-def declared_numbers(rig: Rig) -> dict[str, Number]:
-    """The numbers of its effects that a rig declares, by the plant's names for them, SI. Raises InputError."""
-    known, numbers = known_effects(rig.effect_files), {}
+def numbers_of(rig: Rig | LinearRig) -> dict[str, Number]:
+    """All numbers that a rig declares, its own and those of its effects, by the plant's names for them, SI.
+
+    Raises InputError for an effect that there is not, or a number that it has not.
+    """
+    numbers = dict(rig.numbers)
+    if isinstance(rig, LinearRig) or not rig.effects:
+        return numbers
+    known = known_effects(rig.effect_files)
     for use in rig.effects:
         effect, _ = _resolve(use, known)
         specs = {number.name: number for number in effect.numbers}
