@@ -39,7 +39,7 @@ def rates(plant, point, p=None):
     return np.array(plant.f(point.x, point.u, plant.p if p is None else p)).ravel() / plant.scale
 
 
-@pytest.mark.parametrize("name", [name for name in bundled() if name != "pump-rig"])  # slow: in test_pump
+@pytest.mark.parametrize("name", [name for name in bundled() if "pump" not in name])  # in test_pump, test_two_way_pump
 @pytest.mark.parametrize("asked", [{}, {"speed": 0.1}, {"speed": -0.2}, {"command": 0.3}, {"position": 0.05}], ids=str)
 def test_an_equilibrium_is_one(name, asked):
     plant = build(load_rig(name))

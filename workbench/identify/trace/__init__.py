@@ -6,6 +6,7 @@ search, refits      effects one after the other; one pass: shortlist, refit, jud
 workers             processes that share scores and refits
 verdict             what held-out records make of it
 localise, locate    in which equation the residual sits
+kalman              the filter and smoother that tell it
 score, shortlist    which effects could explain it, without a refit
 information         what records would tell, before they are made
 problem             which records are fitted, which select, which judge
