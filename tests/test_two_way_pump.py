@@ -1,15 +1,14 @@
-"""A pump that turns both ways between the chambers: flows and pressures by hand, in every quadrant; its views."""
+"""A pump that turns both ways between the chambers: flows and pressures by hand, under load and idle; its views."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-from made_pumps import driven_by_speed, run
+from made_pumps import driven_by_speed, oil_beyond_motion, poles_of_steady_points, run
 
 import envs
 from envs.single import JackPosition
 from workbench.engine import Engine
-from workbench.linear import equilibrium, linearise
 from workbench.plant import build
 from workbench.plant.effects import acts, find, known_effects
 from workbench.rigs.rig_file import load_rig, save_rig
@@ -58,12 +57,7 @@ def test_the_chamber_of_less_pressure_is_joined_to_the_low_side(driven, rig):
 def test_no_oil_is_lost(driven, rig):
     """What leaves the accumulator is the rod's volume, and what the pressures press together."""
     _, x, _ = run(driven, 1.0, command=0.5, load_setting=SET)
-    oil = -rig["Vg"] * (rig["pg"] / x["Pg"]) ** (1 / rig["kg"]) + rig["Vs"] * x["P0"] / rig["beta"]
-    half = rig["S"] / 2
-    stored = (rig["V0A"] + rig["AA"] * (half + x["x"]), rig["V0B"] + rig["AB"] * (half - x["x"]))
-    rates = [volume / rig["beta"] * np.gradient(x[name]) for volume, name in zip(stored, ("P1", "P2"), strict=True)]
-    moved = (rig["AA"] - rig["AB"]) * x["x"]
-    oil += np.cumsum(np.sum(rates, axis=0)) + moved
+    oil, moved = oil_beyond_motion(rig, x)
     assert np.ptp(oil[20:]) < 0.01 * np.ptp(moved)
 
 
@@ -91,13 +85,7 @@ def test_the_speed_loop_turns_the_shaft_both_ways(rig, command):
 
 @pytest.mark.parametrize("corrector", ["speed", "motor", "speed-loop"])
 def test_operating_points_and_their_linear_models(rig, corrector):
-    plant = build(rig.with_corrector(corrector))
-    balanced = [i for i, state in enumerate(plant.states) if state.name not in ("x", "Pg")]
-    for speed in (0.0, rig.passing_speed, -rig.passing_speed):
-        point = equilibrium(plant, speed=speed)
-        rates = np.array(plant.f(point.x, point.u, plant.p)).ravel() / plant.scale
-        assert rates[balanced] == pytest.approx(0, abs=1e-3)
-        poles = np.sort(np.real(linearise(plant, point, outputs=("position",)).poles()))
+    for _, poles in poles_of_steady_points(rig, corrector):
         assert poles[-1] < 1e-9
         assert poles[-2] < -1e-6  # all decay but the position
 
@@ -108,7 +96,7 @@ def test_effects_of_pumps_act_on_it_but_those_of_direction_valves(rig):
     assert not {"selector.delay", "selector.check"} & acting
 
 
-def test_pump_leakage_slows_it_both_ways(rig, driven):
+def test_pump_leakage_slows_it_under_load(rig, driven):
     """Q = D w - (Cp + C)(pa - pb): by as much as the pressures say."""
     leak = find("pump.leakage", "laminar")
     plant = build(rig.with_corrector("speed"), (leak,))
