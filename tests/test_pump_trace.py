@@ -10,10 +10,15 @@ from workbench.base.checkpoint import no_checkpoint
 from workbench.base.process_pool import one_blas_thread
 from workbench.commands.trace.metrics import trace_json
 from workbench.engine import Engine
+from workbench.identify.fit.free_parameters import Candidate, at_strength
 from workbench.identify.trace import estimation_problem, trace
+from workbench.identify.trace.batch_refits import predicted_rise, refit_batch, refit_without
+from workbench.identify.trace.refit import fit_rig
 from workbench.plant import build
 from workbench.plant.effects import find, known_effects
 from workbench.records import Campaign, Record
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
 PERIOD, REST, STROKE, HOLD = 0.02, 60, 75, 40  # s, rows
@@ -89,3 +94,16 @@ def test_a_missing_effect_is_named_and_no_number(described):
     said = answer(build(described, (find("hose.compliance", "linear"),)))
     assert said["effects"] == ["hose.compliance"]
     assert said["numbers"] == []
+
+
+def test_what_a_fit_needs_is_predicted_by_second_order(described):
+    numbers = {key: Number(key, 2e-13, "m^3/Pa", "m^3/Pa", "") for key in ("CA", "CB")}
+    weak = replace(described, effects=(EffectUse("hose.compliance", "linear", numbers),))
+    problem = estimation_problem(campaign(build(weak)), described)
+    effects = find("hose.compliance", "linear"), find("pump.leakage", "laminar")
+    known = [Candidate(effect, at_strength(effect, 0.1)) for effect in effects]
+    fitted = refit_batch(problem, fit_rig(problem), known)
+    squares = fitted.fit.squares.sum()
+    for places in ([0], [1], [0, 1]):
+        rise = refit_without(problem, fitted, places).fit.squares.sum() - squares
+        assert predicted_rise(fitted, places) == pytest.approx(rise, rel=0.2, abs=4.0), places

@@ -92,7 +92,8 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
 def _beside(trace: Trace, number: str) -> str:
     """What explains the records as well as another value of a number, and what tells them apart."""
     alike, equation = explain_alike(trace, number)
-    return f"; {listed(alike)} explains as much, to tell them apart record {RECORD[equation]}" if alike else ""
+    explain = "explains" if len(alike) == 1 else "explain"
+    return f"; {listed(alike)} {explain} as much, to tell them apart record {RECORD[equation]}" if alike else ""
 
 
 def _strange(effect: Effect, trace: Trace) -> str:

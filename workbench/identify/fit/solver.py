@@ -187,12 +187,13 @@ class _Descent:
         return place
 
     def _ahead(self, normal: Normal, place: _Place, damping: float, guess: np.ndarray) -> _Place:
-        """The place after a step; a window that its step of the initial state only harms keeps the old state."""
+        """The place after a step; a window that its step of the initial state only harms keeps the old state, but for
+        runs from rest, which have none of their own."""
         prior, exactly = self.prior, self._windows.free_run or self.prior.bends
         dx0, dx = number_step(normal, place.x, prior.gradient(place.x), prior.matrix, prior.ends, damping, exactly)
         x = np.clip(place.x + dx, *prior.ends)
         moved = self._at(x, place.x0 + dx0 * self._model.plant.scale, guess)
-        if np.all(moved.costs < place.costs):
+        if self._windows.from_rest or np.all(moved.costs < place.costs):
             return moved
         stayed = self._at(x, place.x0, guess)
         better = moved.costs < stayed.costs

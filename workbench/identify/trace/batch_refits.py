@@ -1,11 +1,12 @@
-"""Fits with several effects more, with one less, or with another in its place: how far each of them is needed."""
+"""Fits with several effects more, with some less, or with another in the place of one: how far each is needed."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from ..fit.free_parameters import Candidate
-from ..fit.normal_equations import numbers_at
+from ..fit.normal_equations import least_step, numbers_at
+from ..fit.prior import prior_of
 from ..fit.solver import fit_numbers
 from .problem import EstimationProblem
 from .refit import FittedModel, with_selection
@@ -20,10 +21,11 @@ def refit_batch(problem: EstimationProblem, model_fit: FittedModel, candidates: 
     return _fitted_from(problem, (*model_fit.known, *candidates), x)
 
 
-def refit_without(problem: EstimationProblem, model_fit: FittedModel, place: int) -> FittedModel:
-    """The fit without one of its effects, from where it is."""
-    x = np.delete(model_fit.fit.x, _columns(model_fit)[place])
-    return _fitted_from(problem, (*model_fit.known[:place], *model_fit.known[place + 1 :]), x)
+def refit_without(problem: EstimationProblem, model_fit: FittedModel, places: Sequence[int]) -> FittedModel:
+    """The fit without the effects at some places, from where it is."""
+    x = np.delete(model_fit.fit.x, np.concatenate([_columns(model_fit)[place] for place in places]))
+    known = tuple(known for place, known in enumerate(model_fit.known) if place not in places)
+    return _fitted_from(problem, known, x)
 
 
 def refit_in_place(problem: EstimationProblem, model_fit: FittedModel, place: int, candidate: Candidate) -> FittedModel:
@@ -33,15 +35,23 @@ def refit_in_place(problem: EstimationProblem, model_fit: FittedModel, place: in
     return _fitted_from(problem, known, np.append(x, np.zeros(len(candidate.free()))))
 
 
-def strength_squares(model_fit: FittedModel) -> np.ndarray:
-    """How far the strengths of each effect are from none, over their covariance, squared: Wald's test [effects]."""
-    fit, squares = model_fit.fit, list[float]()
-    for effect, columns in zip(model_fit.effects, _columns(model_fit), strict=True):
-        pairs = [(k, n.off) for k, n in zip(columns, effect.fitted, strict=True) if n.off is not None]
-        strengths = [k for k, _ in pairs]
-        away = np.array([fit.x[k] - fit.free[k].normalised(off) for k, off in pairs])
-        squares.append(float(away @ np.linalg.solve(fit.covariance[np.ix_(strengths, strengths)], away)))
-    return np.array(squares)
+def predicted_rise(model_fit: FittedModel, places: Sequence[int]) -> float:
+    """By how much the squared errors rise without the effects at some places, to second order.
+
+    About the optimum they rise by d'A d with a change d of the distances, A the windows' matrices and the prior's; the
+    other numbers follow inside their ranges.
+    """
+    fit, effects, columns = model_fit.fit, model_fit.effects, _columns(model_fit)
+    prior = prior_of(fit.free)
+    matrix, move = fit.matrices.sum(axis=0) + prior.matrix, np.zeros(len(fit.free))
+    for place in places:
+        for k, number in zip(columns[place], effects[place].fitted, strict=True):
+            if number.off is not None:
+                move[k] = fit.free[k].normalised(number.off) - fit.x[k]
+    rest = np.setdiff1d(np.arange(len(fit.free)), np.concatenate([columns[place] for place in places]))
+    ends = prior.low[rest], prior.high[rest]
+    move[rest] = least_step(matrix[np.ix_(rest, rest)], matrix[rest] @ move, fit.x[rest], ends)
+    return float(move @ matrix @ move)
 
 
 def _columns(model_fit: FittedModel) -> list[np.ndarray]:

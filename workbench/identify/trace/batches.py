@@ -3,11 +3,12 @@
 Along a whole free run effects make up for one another: beside a fit that lacks several, each alone explains little, and
 the first one takes the part of others. What the scores name is therefore fitted together, from the numbers that the rig
 declares; what that fit does without is taken out again, least first (backward elimination: Draper, Smith, Applied
-Regression Analysis, 3rd ed., Wiley 1998, ch. 15), by train and select records together. The effects that stay are the
-answer, in the order in which they can least be spared, described numbers before all others.
+Regression Analysis, 3rd ed., Wiley 1998, ch. 15), by train and select records together: first at once all that a fit to
+second order does without, then one by one. The effects that stay are the answer, in the order in which they can least
+be spared, described numbers before all others.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -16,7 +17,7 @@ import numpy as np
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
 from . import rule as decide
-from .batch_refits import refit_batch, refit_in_place, refit_without, strength_squares
+from .batch_refits import predicted_rise, refit_batch, refit_in_place, refit_without
 from .context import TraceContext
 from .findings import CandidateFit, Pass
 from .refit import FittedModel, refit
@@ -28,7 +29,8 @@ _EFFECTS, _NUMBERS = 6, 4  # in a batch: effects, and described numbers that may
 _FAINT = 0.002  # of the misfit: what is scored below this joins no batch
 _SPARED = 0.02  # of what is left: what takes away less is taken out again between batches
 _WORTH = 0.05  # of what is left: what a batch has to take away for another one to follow, and what an effect at last
-_LEAST = 3  # that are tried without, of those that a test of their strengths says are needed least
+_LEAST = 3  # that are tried without, of those that a fit to second order needs least
+_FIRST = 2  # of these, where only their order is asked for
 _RIVALS = 2  # other candidates that are tried in the place of a described number
 
 
@@ -71,8 +73,8 @@ def _thinned(context: TraceContext, name: str, model_fit: FittedModel, share: fl
     """The fit without all that takes away less than a `share` of what is left without it, least first, or that leaves
     no misfit when it is gone."""
     while model_fit.known:
-        for place in _least_needed(model_fit):
-            without = _without(context, name, model_fit, place)
+        for places in _spared(model_fit, share):
+            without = _without(context, name, model_fit, places)
             if not context.is_misfit(without) or _explained(without, model_fit) < share:
                 break
         else:
@@ -106,18 +108,33 @@ def _as_fitted(model_fit: FittedModel, place: int, other: Effect) -> Candidate:
     return Candidate(other, within)
 
 
-def _without(context: TraceContext, name: str, model_fit: FittedModel, place: int) -> FittedModel:
-    title = model_fit.effects[place].title
+def _without(context: TraceContext, name: str, model_fit: FittedModel, places: Sequence[int]) -> FittedModel:
+    title = model_fit.effects[places[0]].title
+    if len(places) > 1:
+        title += f" and {len(places) - 1} more"
     stage = f"{name}-{len(model_fit.known)}-without-{title}"
-    without = context.fit(stage, partial(refit_without, context.problem, model_fit, place))
+    without = context.fit(stage, partial(refit_without, context.problem, model_fit, places))
     context.report_progress(f"without {title}: {100 * _explained(without, model_fit):.1f} % comes back")
     return without
 
 
+def _spared(model_fit: FittedModel, share: float) -> Iterator[list[int]]:
+    """Places of what may be spared: all whose predicted rise together is below a `share` of the misfit, half of them, a
+    quarter, and those few that are needed least, one by one."""
+    order = _least_needed(model_fit)
+    misfit = float(model_fit.fit.squares.sum()) - model_fit.fit.samples
+    enough = share / (1 - share) * misfit
+    count = sum(predicted_rise(model_fit, order[: k + 1]) < enough for k in range(len(order)))
+    while count > 1:
+        yield order[:count]
+        count //= 2
+    first = sorted(order[:2], key=lambda place: bool(model_fit.effects[place].shifts))  # a described number comes last
+    yield from ([place] for place in (*first, *order[2:_LEAST]))
+
+
 def _least_needed(model_fit: FittedModel) -> list[int]:
-    """The places of those that the fit needs least, by Wald's test; of the first two a described number comes last."""
-    order = np.argsort(strength_squares(model_fit), kind="stable")[:_LEAST].tolist()
-    return [*sorted(order[:2], key=lambda place: bool(model_fit.effects[place].shifts)), *order[2:]]
+    """The places of all effects, by how far the errors rise without each of them to second order."""
+    return sorted(range(len(model_fit.known)), key=lambda place: predicted_rise(model_fit, [place]))
 
 
 def _explained(before: FittedModel, after: FittedModel) -> float:
@@ -131,11 +148,11 @@ def _path(context: TraceContext, last: FittedModel) -> list[tuple[Candidate, Fit
     to it."""
     path = list[tuple[Candidate, FittedModel]]()
     while True:
-        order = np.argsort(strength_squares(last), kind="stable").tolist()
+        order = _least_needed(last)
         effects = [place for place in order if not last.effects[place].shifts]
         if len(last.known) == 1:
             return [(last.known[0], last), *path]
-        tried = [(_without(context, "path", last, place), place) for place in (effects or order)[:_LEAST]]
+        tried = [(_without(context, "path", last, [place]), place) for place in (effects or order)[:_FIRST]]
         before, place = min(tried, key=lambda pair: pair[0].fit.squares.sum() + pair[0].squares)
         path.insert(0, (last.known[place], last))
         last = before
@@ -164,7 +181,7 @@ def _rivals(context: TraceContext, base: FittedModel, last: FittedModel) -> tupl
 
 
 def _in_its_place(context: TraceContext, base: FittedModel, last: FittedModel, place: int) -> Pass:
-    number, before = last.known[place], _without(context, "rivals", last, place)
+    number, before = last.known[place], _without(context, "rivals", last, [place])
     shortlist = shortlist_of(context, f"rivals-{number.effect.name}", before, besides=last.effects)
     best = {candidate.effect.name: (candidate, share) for candidate, share in reversed(shortlist.ranked)}
     rivals = sorted(best.values(), key=lambda pair: -pair[1])[:_RIVALS]

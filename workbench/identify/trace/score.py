@@ -134,7 +134,8 @@ def score(
     rig: Rig, known: Sequence[Effect], effect: Effect, base: Model, windows: Windows, fit: Fit, rest: NuisanceProjection
 ) -> Score:
     """The score of one effect beside those that are `known` already, about a fit of the model `base`."""
-    model = model_with(rig, (*known, effect), windows.names, not windows.from_rest, base.sessions, windows.from_rest)
+    brief = not windows.from_rest or bool(known)  # what a further pass compiles no other trace will find compiled
+    model = model_with(rig, (*known, effect), windows.names, brief, base.sessions, windows.from_rest)
     plain = rest.errors
     rest = rest.without(effect.shifts) if effect.shifts else rest
     left = rest(plain)
