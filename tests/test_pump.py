@@ -13,6 +13,7 @@ from workbench.commands.residual.study import run_residual
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.plant import build
+from workbench.plant.effects import find
 from workbench.plant.valve import VALVES
 from workbench.records import Record, centred_means, load_campaign
 from workbench.rigs.rig_file import load_rig, save_rig
@@ -138,6 +139,20 @@ def test_operating_points_and_their_linear_models(rig, corrector):
         assert poles[-1] < 1e-9
         if corrector != "speed" or speed:
             assert poles[-2] < -1e-6  # all decay but the position
+
+
+@pytest.mark.parametrize("command", [1.0, 0.3, -0.3, -1.0])
+@pytest.mark.parametrize("also", [(), ("selector.delay", "load.compliance", "hose.compliance", "pump.leakage")])
+def test_past_a_load_that_slips_it_moves_as_fast_as_in_a_simulation(rig, command, also):
+    """At rest such a load holds any force: a search could end there, or where a pressure has gone."""
+    slips = find("load.buildup", "gap and slip"), *(find(name, "") for name in also)
+    plant = build(rig, slips)
+    steady = equilibrium(plant, command=command, p=plant.without_dry_friction()).speed
+    t = 1e-3 * np.arange(801)
+    u = np.zeros((800, len(plant.inputs)))
+    u[:, plant.input("command")] = command
+    moved = Engine(plant).run(plant.start, t, u)
+    assert steady == pytest.approx(moved.x[-1, plant.state("v")], rel=0.01)
 
 
 def test_a_pump_has_no_pilot(rig):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _BALANCED = 1e-7  # of each equation's largest slope: below it a rate has vanished
 _OPEN = 0.3  # command at which a pump's direction valves are open
 _ON_THE_WAY = 16  # steps from rest to a point that no search reaches at once
+_SETTLING = 10.0  # s: longer than any but a leak takes
 
 T = TypeVar("T", float, np.ndarray)
 
@@ -42,6 +43,7 @@ def equilibrium(
     A jack is held at `position` from mid stroke: give its `speed` [m/s] (0 when neither is given) and the command is
     found, or a `command` and the speed is found. A valve bench takes `command`, its only input. Other inputs by name.
     A pump drive rests on the command that just opens a direction valve against the low side's pressure.
+    At a command it is where it comes to in time: a load that slips as it moves holds any force at rest.
     Raises InputError when there is no such point, naming what is left over.
     """
     p = plant.p if p is None else p
@@ -60,8 +62,11 @@ def equilibrium(
     if plant.n in columns:
         base[plant.state("v")] = speed or 0.0
     solve = Balance(plant, p, base, columns, balanced)
-    best = min((solve.search(start) for start in solve.starts()), key=lambda solution: solution.cost)
-    if np.abs(solve.residual(best.x)).max() > _BALANCED:
+    if columns == balanced and any(state.held for state in plant.states):
+        best = solve.settled()
+    else:
+        best = min((solve.search(start) for start in solve.starts()), key=lambda solution: solution.cost)
+    if solve.misses(best):
         best = solve.followed_from_rest()
     residual = solve.residual(best.x)
     worst = int(np.argmax(np.abs(residual)))
@@ -162,6 +167,24 @@ class Balance:
             self.base = np.where(moves, share * whole, whole)
             solution = self.search(solution.x)
         return solution
+
+    def misses(self, solution: "OptimizeResult") -> bool:
+        """Whether a search ended where something still changes."""
+        return float(np.abs(self.residual(solution.x)).max()) > _BALANCED
+
+    def settled(self) -> "OptimizeResult":
+        """A search from where the states come to in time, the jack moving but held at its position. Needs every rate's
+        state to be unknown."""
+        from scipy.integrate import solve_ivp
+
+        def rates(_: float, z: np.ndarray) -> np.ndarray:
+            return np.array(self._rates(*self.unpack(z))).ravel()[self.balanced] / self.scale
+
+        def slopes(_: float, z: np.ndarray) -> np.ndarray:
+            return self._jacobian_si(z) * self.scale / self.scale[:, None]
+
+        run = solve_ivp(rates, (0.0, _SETTLING), np.zeros(len(self.columns)), "Radau", jac=slopes)
+        return self.search(run.y[:, -1])
 
     def search(self, start: np.ndarray) -> "OptimizeResult":
         """A damped Gauss-Newton search from these scaled unknowns."""

@@ -48,7 +48,8 @@ def predicted_rise(model_fit: FittedModel, places: Sequence[int]) -> float:
         for k, number in zip(columns[place], effects[place].fitted, strict=True):
             if number.off is not None:
                 move[k] = fit.free[k].normalised(number.off) - fit.x[k]
-    rest = np.setdiff1d(np.arange(len(fit.free)), np.concatenate([columns[place] for place in places]))
+    gone = {int(k) for place in places for k in columns[place]}
+    rest = [k for k in range(len(fit.free)) if k not in gone]
     ends = prior.low[rest], prior.high[rest]
     move[rest] = least_step(matrix[np.ix_(rest, rest)], matrix[rest] @ move, fit.x[rest], ends)
     return float(move @ matrix @ move)
