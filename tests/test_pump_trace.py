@@ -11,11 +11,12 @@ from workbench.base.process_pool import one_blas_thread
 from workbench.commands.trace.metrics import trace_json
 from workbench.engine import Engine
 from workbench.identify.fit.free_parameters import Candidate, at_strength
+from workbench.identify.fit.rest_state import rest_state
 from workbench.identify.trace import estimation_problem, trace
 from workbench.identify.trace.batch_refits import predicted_rise, refit_batch, refit_without
 from workbench.identify.trace.refit import fit_rig
 from workbench.plant import build
-from workbench.plant.effects import find, known_effects
+from workbench.plant.effects import applies, find, known_effects
 from workbench.records import Campaign, Record
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
@@ -107,3 +108,20 @@ def test_what_a_fit_needs_is_predicted_by_second_order(described):
     for places in ([0], [1], [0, 1]):
         rise = refit_without(problem, fitted, places).fit.squares.sum() - squares
         assert predicted_rise(fitted, places) == pytest.approx(rise, rel=0.2, abs=4.0), places
+
+
+def applicable():
+    rig = load_rig("pump-rig").with_corrector("speed")
+    return [effect for effect in known_effects() if applies(effect, rig)]
+
+
+@pytest.mark.parametrize("effect", applicable(), ids=lambda effect: effect.title)
+def test_whatever_acts_a_run_from_rest_begins_at_what_is_measured(described, effect):
+    plant = build(described, (effect,))
+    engine, rows = Engine(plant), np.ones(20)
+    measured = {"pa": 6e5 * rows, "pb": 7e5 * rows, "position": 1e-2 * rows}
+    record = Record("still", PERIOD * np.arange(20), measured, dict.fromkeys(measured, rows > 0))
+    x = rest_state(engine, record, plant.p)
+    seen = engine.observe(x, np.zeros(len(plant.inputs)))
+    assert {key: seen[plant.output(key)] for key in measured} == pytest.approx({"pa": 6e5, "pb": 7e5, "position": 1e-2})
+    assert (x[plant.state("P1")], x[plant.state("P2")]) == pytest.approx((6e5, 7e5), rel=0.1)

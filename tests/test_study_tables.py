@@ -68,3 +68,27 @@ def test_every_rate_is_that_of_the_campaigns(label):
 
 def test_every_campaign_is_in_a_group():
     assert {row["group"] for row in ROWS} <= {*GROUPS.values(), "error"}
+
+
+def test_the_counts_below_the_tables_are_those_of_the_campaigns():
+    named = [row for row in ROWS if row["named"]]
+    wrong = [row for row in named if row["result"] == "wrong"]
+    right = [row for row in named if row not in wrong]
+    near = [row for row in right if row["chi2_after"] <= 1.10**2]
+    unknown = [row for row in ROWS if row["verdict"] == "unknown"]
+    off, others = ([row for row in unknown if (row["group"] == "off") is is_off] for is_off in (True, False))
+    gone, gone_of_others = (sum(_half_is_gone(row) for row in rows) for rows in (off, others))
+    poor = [row for row in others if row["group"] == "poor excitation"]
+    words = " ".join(SECTION.split())
+    for stated in (
+        f"{len(wrong)} of {len(named)} answers have a wrong name",
+        f"of {sum(row['group'] == 'clean' for row in ROWS)} clean campaigns none was named",
+        f"of {len(right)} right names {len(near)} end within 1.10 times the noise",
+        f"gone in {gone} of {len(off)} off the library and in {gone_of_others} of {len(others)} others",
+        f"{len(others)} others, {len(poor)} of which hardly show",
+    ):
+        assert stated in words
+
+
+def _half_is_gone(row):
+    return row["chi2_before"] - row["chi2_after"] >= 0.5 * (row["chi2_before"] - 1)

@@ -18,7 +18,7 @@ class Variable:
     """A state or input: SI unit, a magnitude that is large for it, and a plausible start value.
 
     `held`: a store that fills while the jack moves, so that an operating point holds it at its start, as the position;
-    `number` is the number that it starts at.
+    `number` is the number that it starts at. `follows` names the state that it comes to, where nothing moves.
     """
 
     name: str
@@ -27,6 +27,7 @@ class Variable:
     start: float = 0.0
     held: bool = False
     number: str = ""
+    follows: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,15 @@ class Plant:
     @property
     def start(self) -> np.ndarray:
         """A plausible state to begin a search for equilibrium from, shape [n]."""
-        return np.array([s.start for s in self.states])
+        return self.following(np.array([s.start for s in self.states]))
+
+    def following(self, x: np.ndarray) -> np.ndarray:
+        """A state [..., n] with those that follow others where these are."""
+        x = x.copy()
+        for column, state in enumerate(self.states):
+            if state.follows:
+                x[..., column] = x[..., self.state(state.follows)]
+        return x
 
     def state(self, name: str) -> int:
         """Index of a state. Raises InputError for an unknown name, as `input` and `output` do."""
@@ -187,10 +196,12 @@ class Assembly:
         """The effects that act in this plant, in order."""
         return tuple(effect for effect, _ in self._effects)
 
-    def state(self, name: str, unit: str, scale: float, start: float = 0.0, number: str = "") -> ca.SX:
+    def state(
+        self, name: str, unit: str, scale: float, start: float = 0.0, number: str = "", follows: str = ""
+    ) -> ca.SX:
         """Declare a state, a store that starts at a number if it names one; returns its symbol."""
         start = self._values[number] if number else start
-        self._variables[name] = Variable(name, unit, scale, start, bool(number), number)
+        self._variables[name] = Variable(name, unit, scale, start, bool(number), number, follows)
         self._x[name] = ca.SX.sym(name)
         return self._x[name]
 
@@ -234,7 +245,7 @@ class Assembly:
             if number.dry:
                 self._dry.append(key)
         for state in effect.states:
-            self.state(effect.key(state.name), state.unit, state.scale, state.start)
+            self.state(effect.key(state.name), state.unit, state.scale, state.start, follows=state.follows)
         for given in effect.inputs:
             key = effect.key(given.name)
             self._effect_inputs[key] = (Variable(key, given.unit, given.scale), ca.SX.sym(key))

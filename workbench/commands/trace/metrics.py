@@ -15,6 +15,7 @@ from ..common.numbers import finite
 from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json
 from ..common.wrong_numbers import WrongNumber, wrong_numbers
+from .alike import explain_alike
 from .steps import steps
 
 MANY = 3  # additions: of more, labels and the first sentence give their number
@@ -54,6 +55,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
     by_effect = steps(trace)
     in_sessions = [each.json() for each in session_fits(trace.problem, trace.final.fit)]
     tied = {fit.candidate.effect.name: list(fit.tied) for fit in trace.effects if fit.tied}
+    alike = {wrong.number.name: explain_alike(trace, wrong.number.name)[0] for wrong in numbers_of(trace)}
     failed = {f"{fit.candidate.effect.title}": why for search in trace.passes for fit, why in failures(search.tried)}
     return {
         "base": base_intervals(trace.problem.rig, trace.final.fit),
@@ -62,6 +64,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
         "sessions": sessions_json(sessions(trace.problem, trace.final.fit)),
         **({"session_numbers": in_sessions} if in_sessions else {}),
         **({"tied": tied} if tied else {}),
+        **({"alike": alike} if alike else {}),
         "at_an_end": list(trace.final.fit.at_bounds),
         "failed": failed,
         **({"steps": [step.json() for step in by_effect]} if by_effect else {}),

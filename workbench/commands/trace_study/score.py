@@ -71,6 +71,7 @@ def judged(truth: Truth, answer: Answer) -> Row:
         "group": _group(truth, chi2["before"]),
         "verdict": verdict,
         "named": names,
+        "alike": sorted({title.split()[0] for titles in answer.get("alike", {}).values() for title in titles}),
         "said_equation": answer["equation"],
         "ranked": ranked[:FIRST],
         "chi2_before": chi2["before"],
@@ -97,7 +98,7 @@ def scores(rows: Sequence[Row]) -> list[TraceScore]:
     }
     rest = [row for row in rows if row["group"] in ("few sensors", "poor excitation")]
     return [
-        _rate("named_or_tied", single, lambda r: r["truth"][0] in r["named"], 0.85),
+        _rate("named_or_tied", single, lambda r: r["truth"][0] in (*r["named"], *r.get("alike", ())), 0.85),
         _rate("first_three", single, lambda r: r["truth"][0] in r["ranked"], 0.95),
         _rate("right_family", single, lambda r: _family(r["truth"][0]) in map(_family, r["named"]), 0.90),
         _rate("false_alarms", clean, lambda r: r["verdict"] != "none", 1 / 60, most=True),
@@ -170,6 +171,8 @@ def _result(row: Row) -> str:
         if not named <= truth:
             return "wrong"
         return "both" if named == truth else "one, incomplete" if verdict == "incomplete" else "one"
+    if row["kind"] == "single" and verdict == "named" and len(named) == 1 and truth <= set(row["alike"]):
+        return "tied"
     if not truth <= named or (verdict != "tied" and named != truth):
         return "wrong"
     return {"named": "right"}.get(verdict, verdict)

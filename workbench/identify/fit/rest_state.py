@@ -24,4 +24,4 @@ def rest_state(engine: Engine, record: Record, p: np.ndarray) -> np.ndarray:
         rows = record.valid[signal][:FIRST_ROWS]
         mean = np.mean(record.signals[signal][:FIRST_ROWS][rows])
         x[plant.state(state)] += mean - read[plant.output(signal)]
-    return x
+    return plant.following(x)

@@ -70,12 +70,13 @@ def _batch(ranked: Ranked) -> tuple[Candidate, ...]:
 
 
 def _thinned(context: TraceContext, name: str, model_fit: FittedModel, share: float) -> FittedModel:
-    """The fit without all that takes away less than a `share` of what is left without it, least first, or that leaves
-    no misfit when it is gone."""
+    """The fit without all that takes away less than a `share` of what is left without it, least first, or that alone
+    leaves no misfit when it is gone."""
     while model_fit.known:
         for places in _spared(model_fit, share):
             without = _without(context, name, model_fit, places)
-            if not context.is_misfit(without) or _explained(without, model_fit) < share:
+            alone = len(places) == 1
+            if _explained(without, model_fit) < share or (alone and not context.is_misfit(without)):
                 break
         else:
             return model_fit

@@ -40,12 +40,13 @@ def number(
     return EffectNumber(name, si, shown or si, typical, low, high, meaning, dry, off, tried, given, refines, at_least)
 
 
-def state(name: str, si: str, scale: float, start: float = 0.0, memory: bool = False) -> EffectState:
+def state(name: str, si: str, scale: float, start: float = 0.0, memory: bool = False, follows: str = "") -> EffectState:
     """A state of an effect: SI unit, a magnitude that is large for it, a plausible start value.
 
-    `memory`: it stays where it was until something drags it along.
+    `memory`: it stays where it was until something drags it along. `follows` names the plant's state that it comes to
+    where nothing moves, and starts at, as what is measured late does.
     """
-    return EffectState(name, si, scale, start, memory)
+    return EffectState(name, si, scale, start, memory, follows)
 
 
 def effect(

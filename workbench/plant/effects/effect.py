@@ -43,7 +43,7 @@ class EffectNumber:
 
 @dataclass(frozen=True)
 class EffectState:
-    """A state that an effect adds: SI unit, magnitude, and a plausible start value.
+    """A state that an effect adds: SI unit, magnitude, and a plausible start value, or the state that it `follows`.
 
     `memory`: it stays where it was until something drags it along, as a play does, so that a loop may hunt on it.
     """
@@ -53,6 +53,7 @@ class EffectState:
     scale: float
     start: float = 0.0
     memory: bool = False
+    follows: str = ""
 
 
 @dataclass(frozen=True)

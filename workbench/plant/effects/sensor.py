@@ -9,7 +9,7 @@ from .effect import Scope
 from .lag import first_order, second_order
 
 _DOEBELIN = "Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, ch. 6: transducer and tubing"
-_A, _B = state("a", "Pa", 1e7, 1e7), state("b", "Pa", 1e7, 1e7)
+_A, _B = state("a", "Pa", 1e7, follows="P1"), state("b", "Pa", 1e7, follows="P2")
 _A_RATE, _B_RATE = state("a_rate", "Pa", 1e7), state("b_rate", "Pa", 1e7)
 
 _lag = partial(

@@ -49,7 +49,7 @@ def start(
         x, u = rest.x.copy(), rest.u
     for name, value in initial_states.items():
         x[plant.state(name)] = value
-    return x, u
+    return plant.following(x), u
 
 
 def play(
