@@ -75,13 +75,21 @@ def _thinned(context: TraceContext, name: str, model_fit: FittedModel, share: fl
     while model_fit.known:
         for places in _spared(model_fit, share):
             without = _without(context, name, model_fit, places)
-            alone = len(places) == 1
-            if _explained(without, model_fit) < share or (alone and not context.is_misfit(without)):
+            if _may_go(context, without, model_fit, share, alone=len(places) == 1):
                 break
         else:
             return model_fit
         model_fit = without
     return model_fit
+
+
+def _may_go(context: TraceContext, without: FittedModel, model_fit: FittedModel, share: float, alone: bool) -> bool:
+    """Whether the errors rise so little: by a share of the misfit, for several at once of no less than the noise."""
+    if alone:
+        return _explained(without, model_fit) < share or not context.is_misfit(without)
+    before, after = _squares(without), _squares(model_fit)
+    samples = without.fit.samples + without.samples
+    return before - after < share * max(before - samples, samples)
 
 
 def _in_best_formulas(context: TraceContext, model_fit: FittedModel) -> FittedModel:
@@ -120,11 +128,11 @@ def _without(context: TraceContext, name: str, model_fit: FittedModel, places: S
 
 
 def _spared(model_fit: FittedModel, share: float) -> Iterator[list[int]]:
-    """Places of what may be spared: all whose predicted rise together is below a `share` of the misfit, half of them, a
-    quarter, and those few that are needed least, one by one."""
+    """Places of what may be spared: all whose predicted rise together is below a `share` of misfit or noise, half of
+    them, a quarter, and those few that are needed least, one by one."""
     order = _least_needed(model_fit)
-    misfit = float(model_fit.fit.squares.sum()) - model_fit.fit.samples
-    enough = share / (1 - share) * misfit
+    squares, samples = float(model_fit.fit.squares.sum()), model_fit.fit.samples
+    enough = share * max(squares - samples, samples)
     count = sum(predicted_rise(model_fit, order[: k + 1]) < enough for k in range(len(order)))
     while count > 1:
         yield order[:count]
@@ -140,8 +148,12 @@ def _least_needed(model_fit: FittedModel) -> list[int]:
 
 def _explained(before: FittedModel, after: FittedModel) -> float:
     """The share of the misfit of train and select records together that `after` takes away."""
-    first, second = (float(each.fit.squares.sum()) + each.squares for each in (before, after))
-    return decide.explained(first, second, before.fit.samples + before.samples)
+    return min(1.0, decide.explained(_squares(before), _squares(after), before.fit.samples + before.samples))
+
+
+def _squares(model_fit: FittedModel) -> float:
+    """Squared errors of train and select records together."""
+    return float(model_fit.fit.squares.sum()) + model_fit.squares
 
 
 def _path(context: TraceContext, last: FittedModel) -> list[tuple[Candidate, FittedModel]]:
