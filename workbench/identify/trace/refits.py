@@ -64,7 +64,8 @@ def _may_be(effect: Effect, model_fit: FittedModel) -> bool:
 def shortlist_of(
     context: TraceContext, number: int | str, model_fit: FittedModel, besides: Sequence[Effect] = ()
 ) -> Shortlist:
-    """Scores about a fit, kept as a stage, of all candidates but those that it has, and those `besides`."""
+    """Scores about a fit, kept as a stage, of all candidates but those that it has, and those `besides`, which it had
+    with one whose rivals are sought."""
     names = [effect.name for effect in (*model_fit.effects, *besides)]
     library = [effect for effect in context.library if effect.name not in names and _may_be(effect, model_fit)]
 
@@ -72,7 +73,7 @@ def shortlist_of(
         def report(names: Sequence[str]) -> None:
             context.report_progress(f"pass {number}: scores of {', '.join(names)}")
 
-        return score_effects(context.workers, context.problem, model_fit, library, report)
+        return score_effects(context.workers, context.problem, model_fit, library, report, rivals=bool(besides))
 
     return unpacked_shortlist(context.stage(f"scores-{number}", compute), library)
 

@@ -109,7 +109,7 @@ class NuisanceProjection:
 
     def without(self, number: str) -> "NuisanceProjection":
         """The same where a number, if one is named, stays as it is: what shifts it is no nuisance then. In free runs
-        from rest nor are others that are at an end of their range: any may be another one, or make up for an effect."""
+        from rest nor are others that are at an end of their range: any may be the number that is another one."""
         others, stay = copy(self), {number, *self._pinned}
         others._basis = _basis(self._numbers[:, [name not in stay for name in self._names]])
         return others
@@ -137,7 +137,7 @@ def score(
     brief = not windows.from_rest or bool(known)  # what a further pass compiles no other trace will find compiled
     model = model_with(rig, (*known, effect), windows.names, brief, base.sessions, windows.from_rest)
     plain = rest.errors
-    rest = rest.without(effect.shifts) if effect.shifts or windows.from_rest else rest
+    rest = rest.without(effect.shifts) if effect.shifts else rest
     left = rest(plain)
 
     def trials_of(tried: Sequence[_ScoredEffect]) -> list[Trial | None]:

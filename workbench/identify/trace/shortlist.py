@@ -38,13 +38,18 @@ def score_effects(
     model_fit: FittedModel,
     library: Sequence[Effect],
     report: Callable[[Sequence[str]], None],
+    rivals: bool = False,
 ) -> dict[str, Any]:
     """Scores of all effects in the windows where a fit is most wrong, as a stage of a run keeps them.
 
-    `report` hears the names of those that have been scored.
+    `report` hears the names of those that have been scored. `rivals`: of a number that a fit cannot move any further,
+    so that numbers at an end of their range make up for none of them.
     """
     titles = [effect.title for effect in library]
-    parts = {str(first): titles[first : first + _TOGETHER] for first in range(0, len(titles), _TOGETHER)}
+    parts = {
+        str(first): {"titles": titles[first : first + _TOGETHER], "rivals": rivals}
+        for first in range(0, len(titles), _TOGETHER)
+    }
     results = workers(_score_part, model_fit, parts, no_checkpoint, lambda part: report(part["names"]))
     scores = [
         _unpacked_score(unpacked_candidate(candidate, library), gain, shape, trials)
@@ -69,12 +74,13 @@ def score_effects(
 
 
 def _score_part(
-    problem: EstimationProblem, library: Sequence[Effect], model_fit: FittedModel, titles: Sequence[str]
+    problem: EstimationProblem, library: Sequence[Effect], model_fit: FittedModel, part: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Scores of the effects with these titles."""
+    """Scores of the effects with a part's titles."""
     windows, fit = worst_windows(problem.train, model_fit.fit)
     rest = NuisanceProjection(model_fit.model, windows, fit)
-    effects = [effect for effect in library if effect.title in titles]
+    rest = rest.without("") if part["rivals"] else rest
+    effects = [effect for effect in library if effect.title in part["titles"]]
     scores = [score(problem.rig, model_fit.effects, effect, model_fit.model, windows, fit, rest) for effect in effects]
     return {
         "names": list(dict.fromkeys(effect.name for effect in effects)),
