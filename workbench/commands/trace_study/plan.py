@@ -17,7 +17,7 @@ from .score import FAMILY
 SHARES = {"single": 0.55, "clean": 0.15, "off": 0.15, "pair": 0.15}
 PUMP_SHARES = {"single": 0.4, "number": 0.2, "clean": 0.2, "off": 0.2}
 MISFIT = (2.0, 15.0)  # held-out chi2 that a refit of the base model leaves, log-uniform
-PUMP_MISFIT = (6.0, 45.0)  # of free runs, whose floor is above the noise
+PUMP_MISFIT = (4.0, 20.0)  # of free runs, whose floor is above the noise
 SHARP, TIMING_SHARP = (0.25, 1.0), (0.1, 0.25)  # late currents show far too well where the command is rough
 NOISES: tuple[Noise, ...] = ("white", "white", "white", "tripled", "coloured")
 FEW, POOR, SUPPLY, BLEMISHED = 0.08, 0.05, 0.5, 0.25  # of the campaigns
