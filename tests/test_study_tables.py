@@ -4,15 +4,16 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from workbench.commands.trace_study.score import scores
 
 HERE = Path(__file__).parent
 ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
-SECTION = (
-    (HERE.parent / "experiments" / "README.md").read_text().split("## How often is a trace right?")[1].split("\n## ")[0]
-)
+PUMP_ROWS = json.loads((HERE / "traced_pump_campaigns.json").read_text())
+README = (HERE.parent / "experiments" / "README.md").read_text()
+SECTION = README.split("## How often is a trace right?")[1].split("\n## ")[0]
 GROUPS = {
     "one effect, well excited": "single",
     "one effect, poor excitation": "poor excitation",
@@ -42,9 +43,18 @@ RATES = {
 }
 
 
-def table_rows():
+PUMP_GROUPS = {
+    "one effect, on a pump drive": "single",
+    "another number, on a pump drive": "number",
+    "hard to see or faint, on a pump drive": ("poor excitation", "faint"),
+    "nothing missing, on a pump drive": "clean",
+    "off the library, on a pump drive": "off",
+}
+
+
+def table_rows(text=SECTION):
     return [
-        [cell.strip() for cell in line.strip("|").split("|")] for line in SECTION.splitlines() if line.startswith("| ")
+        [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("| ")
     ]
 
 
@@ -68,6 +78,7 @@ def test_every_rate_is_that_of_the_campaigns(label):
 
 def test_every_campaign_is_in_a_group():
     assert {row["group"] for row in ROWS} <= {*GROUPS.values(), "error"}
+    assert {row["group"] for row in PUMP_ROWS} <= set(np.hstack(list(PUMP_GROUPS.values())))
 
 
 def test_the_counts_below_the_tables_are_those_of_the_campaigns():
@@ -92,3 +103,22 @@ def test_the_counts_below_the_tables_are_those_of_the_campaigns():
 
 def _half_is_gone(row):
     return row["chi2_before"] - row["chi2_after"] >= 0.5 * (row["chi2_before"] - 1)
+
+
+@pytest.mark.parametrize("label", PUMP_GROUPS)
+def test_every_campaign_on_a_pump_drive_is_counted_as_it_was_traced(label):
+    groups = np.atleast_1d(PUMP_GROUPS[label])
+    rows = [row for row in PUMP_ROWS if row["group"] in groups]
+    stated = next(cells for cells in table_rows(README) if cells[0].startswith(f"{label}:"))
+    assert stated[0] == f"{label}: {len(rows)}"
+    assert [int(cell or 0) for cell in stated[1:]] == [
+        sum(row["result"] in results for row in rows) for results in COLUMNS
+    ]
+
+
+def test_the_rates_on_a_pump_drive_are_those_of_the_campaigns():
+    rates = {score.id: score for score in scores(PUMP_ROWS)}
+    words = " ".join(README.split())
+    for id in ("named_or_tied", "number_named", "false_alarms"):
+        rate = rates[id]
+        assert f"{rate.value:.2f} ({rate.low:.2f} to {rate.high:.2f}, n = {rate.n})" in words, id

@@ -89,7 +89,7 @@ def _late(pressure: ca.SX, s: Scope, side: str) -> ca.SX:
 
 _DELAY = size("delay", "s", 1.5e-3, 2e-2, "time by which the command is late")
 _TAU = size("tau", "s", 1e-3, 2e-2, "time constant")
-_SIDES = (EffectState("a", "Pa", 1e7, 1e7), EffectState("b", "Pa", 1e7, 1e7))
+_SIDES = (EffectState("a", "Pa", 1e7, follows="P1"), EffectState("b", "Pa", 1e7, follows="P2"))
 
 EFFECTS = (
     off_library(
