@@ -80,9 +80,12 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
     text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
-    text += "".join(f" {wrong.text}{_beside(trace, wrong.number.name)}." for wrong in numbers_of(trace))
+    wrong = numbers_of(trace)
+    text += "".join(f" {each.text}{_beside(trace, each.number.name)}." for each in wrong)
     text += _learned(trace)
+    beyond = [each.number.name for each in wrong]  # the rig's own stands at the end from which another one was found
     ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
+    ends = [name for name in ends if name not in beyond]
     text += "".join(_strange(fit.candidate.effect, trace) for fit in trace.effects)
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
