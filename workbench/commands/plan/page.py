@@ -34,7 +34,8 @@ def plan_page(
     metrics: Mapping[str, Any],
     records: Mapping[str, PlannedRecord],
 ) -> tuple[Page, Figure]:
-    """The page, and its telling figure: the cosines, or what is to be played where no effects look alike."""
+    """The page, and its telling figure: the cosines, what is to be played where no effects look alike, or what was
+    recorded where nothing needs recording."""
     waves = _waves([records[row["record"]] for row in metrics["records"]])
     name, pairs = problem.campaign.path.resolve().name, metrics["pairs"]
     sections = [Section("What to record next", [_records_table(metrics), _PLAY, waves] if metrics["records"] else [])]
@@ -49,7 +50,7 @@ def plan_page(
         names = ", ".join(metrics["not_compared"])
         said = f"Not compared, for want of a simulation at that strength on the rig as fitted: {names}."
         sections.append(Section("What was not compared", [said]))
-    picture = _cosines(pairs) if pairs else waves
+    picture = _cosines(pairs) if pairs else waves if metrics["records"] else _recorded(problem)
     return Page(f"What to record next on {problem.rig.name}, after {name}", _verdict(name, metrics), sections), picture
 
 
@@ -184,3 +185,9 @@ def _waves(records: list[PlannedRecord]) -> Figure:
         if curves:
             panels.append(Panel(signal.label, curves, marks=(Mark(0.0),) if name == "command" else ()))
     return Figure(f"What to play, {SECONDS:g} s each", "time [s]", panels)
+
+
+def _recorded(problem: EstimationProblem) -> Figure:
+    """The command of the train records."""
+    curves = [Curve(record.name, record.t, record.signals["command"]) for record in problem.campaign.train]
+    return Figure("What was recorded, and tells enough", "time [s]", [Panel("command [1]", curves)])
