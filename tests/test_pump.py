@@ -11,6 +11,7 @@ from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.commands.residual.study import run_residual
 from workbench.engine import Engine
+from workbench.identify.fit.windows import predicted
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.plant.effects import find
@@ -153,6 +154,11 @@ def test_past_a_load_that_slips_it_moves_as_fast_as_in_a_simulation(rig, command
     u[:, plant.input("command")] = command
     moved = Engine(plant).run(plant.start, t, u)
     assert steady == pytest.approx(moved.x[-1, plant.state("v")], rel=0.01)
+
+
+def test_a_shaft_speed_is_a_measurement_unless_it_is_the_command(rig):
+    signals = [predicted(build(rig.with_corrector(name))) for name in ("speed", "motor", "speed-loop")]
+    assert ["pump_speed" in each for each in signals] == [False, True, True]
 
 
 def test_a_pump_has_no_pilot(rig):

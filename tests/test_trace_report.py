@@ -111,6 +111,17 @@ def test_an_unfinished_effect_says_that_more_is_missing_and_where():
     assert "something else is missing too, most likely in the flows" in said
 
 
+@pytest.mark.parametrize(
+    ("numbers", "says"), [(1, "The interval is that of a model"), (2, "The intervals are those of a model")]
+)
+def test_contradicted_numbers_of_a_model_that_misses_more_are_not_told_as_sure(monkeypatch, numbers, says):
+    wrong = [SimpleNamespace(number=SimpleNamespace(name=name), text=f"{name} is another") for name in "AB"[:numbers]]
+    monkeypatch.setattr(words, "numbers_of", lambda _: wrong)
+    monkeypatch.setattr(words, "explain_alike", lambda *_: ([], "flow"))
+    assert says in words.verdict(altered(verdict="incomplete"), None, None)
+    assert says not in words.verdict(found(), None, None)
+
+
 def test_a_number_that_left_its_range_is_a_warning():
     """Unless the rig file has it there, as it has the leakage Cl."""
     assert "Careful" not in named().page.verdict

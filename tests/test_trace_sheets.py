@@ -25,14 +25,20 @@ def rig():
     return load_rig("jack-10t-rounded")
 
 
-def made(effects: tuple[Effect, ...], numbers: dict[str, float], amplitude: float, seed: int = 1) -> SheetPoints:
-    """A sheet of the flow of a valve with an effect, known to 0.1 dB and 1 degree."""
-    random, nothing = np.random.default_rng(seed), np.zeros(F.size)
-    blank = SheetPoints(f"{amplitude:g}", "command", "flow", amplitude, F, nothing, nothing, True)
-    model = SheetModel(bench_of(rig(), "command", "flow"), effects, "flow")
+def made(
+    effects: tuple[Effect, ...],
+    numbers: dict[str, float],
+    amplitude: float,
+    output: str = "flow",
+    f: np.ndarray = F,
+) -> SheetPoints:
+    """A sheet of a rig with an effect, by default of its valve's flow, known to 0.1 dB and 1 degree."""
+    random, nothing = np.random.default_rng(int(100 * amplitude)), np.zeros(f.size)
+    blank = SheetPoints(f"{amplitude:g}", "command", output, amplitude, f, nothing, nothing, True)
+    model = SheetModel(bench_of(rig(), "command", output), effects, output)
     deviation = model.deviations([blank], model.plant.parameter_values(None, **numbers)[None])[0][0]
     noisy = deviation + random.normal(0, (0.1, 1.0), deviation.shape)
-    return SheetPoints(blank.name, "command", "flow", amplitude, F, noisy[:, 0], noisy[:, 1], True)
+    return SheetPoints(blank.name, "command", output, amplitude, f, noisy[:, 0], noisy[:, 1], True)
 
 
 def test_a_lag_is_named_with_its_number():
@@ -44,6 +50,18 @@ def test_a_lag_is_named_with_its_number():
     low, high = fit.interval([free.name for free in fit.free].index("drive.lag.tau"))
     assert low < 1e-3 < high
     assert trace.judged[1].chi2 < 1 < trace.judged[0].chi2
+
+
+def test_a_mount_that_gives_shows_in_the_position_far_from_where_a_fit_begins():
+    mount = find("load.compliance", "mount")
+    f = np.geomspace(5.0, 60.0, 16)
+    true = {"load.compliance.c": 2e-8, "load.compliance.f": 100.0}  # the mode of the oil falls from 27 to 22 Hz
+    sheets = [made((mount,), true, amplitude, "position", f) for amplitude in (0.1, 0.03)]
+    trace = trace_sheets(sheet_problem(rig(), "made", sheets), [mount], lambda _: None)
+    assert trace.verdict == "named"
+    fit = trace.final.fit
+    low, high = fit.interval([free.name for free in fit.free].index("load.compliance.c"))
+    assert low < true["load.compliance.c"] < high
 
 
 def test_a_valve_as_declared_lacks_nothing():

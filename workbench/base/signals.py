@@ -75,4 +75,7 @@ def output_signal(name: str) -> Signal:
 FURTHER_INPUTS = ("direction", "load_setting")
 """What a record may carry besides the command as an input of the plant."""
 
-MEASURED = ("current", "spool", "pa", "pb", "load_pressure", "supply", "position", "velocity", "acceleration", "force")
+MEASURED = (
+    *("current", "spool", "pa", "pb", "load_pressure", "supply", "position", "velocity", "acceleration", "force"),
+    "pump_speed",
+)

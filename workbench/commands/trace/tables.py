@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...base.signals import MEASURED
 from ...base.units import from_si
 from ...identify.fit.solver import Fit
+from ...identify.fit.windows import predicted
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...identify.trace.localise import likely_equations
@@ -174,7 +174,7 @@ def untested_table(trace: Trace, library: Sequence[Effect]) -> Table | None:
 def unseen_signals(trace: Trace) -> Table | None:
     """Signals that the model predicts and no held-out record has."""
     names = {name for record in trace.problem.heldout.records for name in record.signals}
-    lacking = [name for name in MEASURED if name in trace.base.model.plant.outputs and name not in names]
+    lacking = [name for name in predicted(trace.base.model.plant) if name not in names]
     rows = [[name, SIGNAL[name]] for name in lacking if name not in ("velocity", "load_pressure")]
     return Table("Signals that were not recorded", ["signal", "what it would do"], rows) if rows else None
 

@@ -43,6 +43,7 @@ SIGNAL = {
     "velocity": "shows the flow through the valve",
     "acceleration": "tells a force on the load from a pressure sensor that is off",
     "force": "tells a force on the load from friction in the jack",
+    "pump_speed": "tells the motor and its losses from the pump and what is behind it",
 }
 RECORD = {
     "drive": "steps and a fast multisine on the command, with current and spool recorded",
@@ -82,7 +83,7 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
     wrong = numbers_of(trace)
     text += "".join(f" {each.text}{_beside(trace, each.number.name)}." for each in wrong)
-    text += _learned(trace)
+    text += _trusted(trace, len(wrong)) + _learned(trace)
     beyond = [each.number.name for each in wrong]  # the rig's own stands at the end from which another one was found
     ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
     ends = [name for name in ends if name not in beyond]
@@ -97,6 +98,16 @@ def _beside(trace: Trace, number: str) -> str:
     alike, equation = explain_alike(trace, number)
     explain = "explains" if len(alike) == 1 else "explain"
     return f"; {listed(alike)} {explain} as much, to tell them apart record {RECORD[equation]}" if alike else ""
+
+
+def _trusted(trace: Trace, numbers: int) -> str:
+    """How far the intervals of contradicted numbers hold, where something is missing beside them."""
+    if trace.verdict != "incomplete" or not numbers:
+        return ""
+    error = f"of a model whose error is still {_times(times_noise(trace)[1])} times the noise"
+    if numbers == 1:
+        return f" The interval is that {error}: the true value may lie outside it."
+    return f" The intervals are those {error}: the true values may lie outside them."
 
 
 def _strange(effect: Effect, trace: Trace) -> str:

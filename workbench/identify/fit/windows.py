@@ -154,9 +154,15 @@ class Windows:
         return dict(zip(self.names, peak.tolist(), strict=True))
 
 
+def predicted(plant: Plant) -> list[str]:
+    """The measured signals that a plant predicts: not the speed of a pump that turns as the command says."""
+    turns = any(state.name == "w" for state in plant.states)
+    return [name for name in MEASURED if name in plant.outputs and (turns or name != "pump_speed")]
+
+
 def compared(plant: Plant, record: Record, floor: NoiseFloor) -> list[str]:
     """The signals that plant, record and noise floor share. Raises InputError when there are none."""
-    names = [n for n in MEASURED if n in plant.outputs and n in record.signals and n in floor.sigma]
+    names = [n for n in predicted(plant) if n in record.signals and n in floor.sigma]
     if not names:
         raise InputError(f"record {record.name}: no signal that rig {plant.name} predicts; check names and rig")
     if "command" not in record.signals:

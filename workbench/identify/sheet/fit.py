@@ -18,7 +18,7 @@ from ..fit.solver import Fit
 from .model import SheetModel, errors, offsets
 from .problem import SheetProblem
 
-_ROUNDS = 8
+_ROUNDS = 25  # at most; a mode that is an octave off takes more than ten
 _DIFFERENCE = 0.02  # of half a range: the step of the slopes
 _ENOUGH = 0.01  # relative fall of the cost below which a fit is done, or
 _LEAST = 0.1  # the fall itself

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...plant.effects import Effect
-from ..fit.free_parameters import Candidate, extend_parameters
+from ..fit.free_parameters import Candidate, at_strength, extend_parameters
 from ..trace import rule
 from .fit import Errors, SheetFit, fitted_sheets, heldout_squares
 from .problem import SheetProblem
@@ -142,19 +142,28 @@ class _Search:
         return tuple(sorted(tried, key=lambda candidate: -candidate.judgement.explained))
 
     def _refit(self, errors: Errors, x: np.ndarray, candidate: Candidate, again: bool = False) -> SheetCandidate:
-        """All numbers fitted with one more effect, from the declared ones; `again`: or from those without it."""
-        problem, last, effect = self.problem, self.last, candidate.effect
-        model = problem.model((*last.model.effects, effect))
-        more = candidate.free()
-        p = extend_parameters(last.model.plant, last.fit.p, model.plant)
-        whole = Errors(problem, model, (*errors.free, *more), p)
-        fit = fitted_sheets(problem, whole, np.append(x, np.zeros(len(more))))
+        """All numbers fitted with one more effect, from the declared ones.
+
+        `again`: where that leaves something, also from those without the effect, and with the effect as it is
+        typically, and the best of the three counts.
+        """
+        last, effect = self.last, candidate.effect
+        fit = self._fitted(errors, x, candidate)
         if again and fit.fit.chi2 > rule.CLOSED:
-            other = fitted_sheets(problem, whole, np.append(last.fit.x, np.zeros(len(more))))
-            fit = min(fit, other, key=lambda each: float(each.fit.squares.sum()))
-        judgement = _judged(problem, last, fit, effect, len(self._library))
+            typical = Candidate(effect, at_strength(effect, 1.0))
+            others = (self._fitted(errors, last.fit.x, candidate), self._fitted(errors, x, typical))
+            fit = min((fit, *others), key=lambda each: float(each.fit.squares.sum()))
+        judgement = _judged(self.problem, last, fit, effect, len(self._library))
         self._report(f"{effect.title} explains {100 * judgement.explained:.1f} %")
         return SheetCandidate(effect, judgement, fit)
+
+    def _fitted(self, errors: Errors, x: np.ndarray, candidate: Candidate) -> SheetFit:
+        """The fit with one more effect from where `candidate` begins it, and distances x of the numbers so far."""
+        last, more = self.last, candidate.free()
+        model = self.problem.model((*last.model.effects, candidate.effect))
+        p = extend_parameters(last.model.plant, last.fit.p, model.plant)
+        whole = Errors(self.problem, model, (*errors.free, *more), p)
+        return fitted_sheets(self.problem, whole, np.append(x, np.zeros(len(more))))
 
 
 def _judged(
