@@ -163,6 +163,14 @@ def test_a_number_that_is_blamed_for_an_effect_is_a_false_alarm():
     assert (rates["number_blamed"], rates["false_alarms"]) == (1.0, 1.0)
 
 
-def test_another_rig_is_refused(capsys):
-    assert main(["trace-study", "--rig", "crane"]) == 2
-    assert "--rig crane: campaigns are drawn on jack-10t or pump-rig" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--rig", "crane"], "--rig crane: campaigns are drawn on jack-10t or pump-rig"),
+        (["--kind", "number"], "--kind number: campaigns on jack-10t are single, clean, off, pair"),
+        (["--kind", "clean", "--campaigns", "."], "--kind is of campaigns that are drawn"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(capsys, words, says):
+    assert main(["trace-study", *words]) == 2
+    assert says in capsys.readouterr().err

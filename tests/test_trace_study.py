@@ -177,6 +177,7 @@ def test_a_plan_has_its_shares_and_every_name():
         assert (case.effects[0][0] in case.removed) == bool(case.removed) if case.effects else not case.removed
         assert case.kind != "off" or case.removed or case.effects[0][0] not in names
     assert default_plan(200, seed=4) == plan != default_plan(200, seed=5)
+    assert [item.kind for item in default_plan(3, seed=4, kind="clean")] == ["clean"] * 3
 
 
 def folders(root: Path, count: int) -> Path:

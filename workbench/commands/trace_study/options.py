@@ -17,6 +17,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", default=_RIGS[0], help=f"draw on {' or '.join(_RIGS)} (default: {_RIGS[0]})")
     parser.add_argument("--number", type=int, default=100, metavar="N", help="campaigns to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
+    parser.add_argument("--kind", help="draw campaigns of one kind only: clean, single, pair, number, off")
     parser.add_argument("--several", action="store_true", help="trace as trace --several does")
     works(parser)
     parser.add_argument("--keep", type=Path, metavar="DIR", help="leave the drawn campaigns there")
@@ -30,13 +31,15 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
             raise InputError(f"--{name} {value}: must be {least} or more")
     if options.rig not in _RIGS:
         raise InputError(f"--rig {options.rig}: campaigns are drawn on {' or '.join(_RIGS)}")
+    if options.campaigns and options.kind:
+        raise InputError("--kind is of campaigns that are drawn; leave it away, or --campaigns")
     folder = options.campaigns and options.campaigns.resolve()  # workers have working folders of their own
     campaigns = given(folder) if folder else []
     from ..trace.study import traced
     from .plan import default_plan
     from .study import identity, run_trace_study
 
-    plan = campaigns or default_plan(options.number, options.seed, options.rig)
+    plan = campaigns or default_plan(options.number, options.seed, options.rig, options.kind)
     keep = options.keep and options.keep.resolve()
     if keep:
         keep.mkdir(parents=True, exist_ok=True)

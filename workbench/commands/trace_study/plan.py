@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...plant.effects import acts, applies, known_effects
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
@@ -27,13 +28,17 @@ UNSEEN = tuple(
 SPEED, MOTOR = "speed", "motor"  # what drives a pump: its measured speed, or a voltage where the motor is in question
 
 
-def default_plan(count: int, seed: int, rig: str = JACK) -> list[CampaignPlan]:
-    """`count` campaigns on a bundled rig by its shares, shuffled, so that the first ones represent all.
+def default_plan(count: int, seed: int, rig: str = JACK, kind: str | None = None) -> list[CampaignPlan]:
+    """`count` campaigns on a bundled rig by its shares, or of one kind, shuffled, so that the first ones represent all.
 
     The singles take the names of the library in turn, in formulas of the library and others; a wrong number is in turn
-    each that has a range.
+    each that has a range. Raises InputError for a kind that is not drawn on that rig.
     """
     shares, planned = (SHARES, _valve_plan) if rig == JACK else (PUMP_SHARES, _pump_plan)
+    if kind is not None:
+        if kind not in shares:
+            raise InputError(f"--kind {kind}: campaigns on {rig} are {', '.join(shares)}")
+        shares = {kind: 1.0}
     parts = np.floor(np.cumsum([0.0, *shares.values()]) * count + 0.5).astype(int)
     kinds = np.repeat(list(shares), np.diff(parts))
     order = np.random.default_rng([seed, 0])
