@@ -66,7 +66,20 @@ def _verdict(name: str, metrics: Mapping[str, Any]) -> str:
         + f" Record next: {_gives(first, metrics)}"
         + "".join(f"; {_gives(row, metrics)}" for row in others[:2])
         + "."
+        + _not_split(alike)
     )
+
+
+def _not_split(pairs: Sequence[Mapping[str, Any]]) -> str:
+    """Which pairs no record tells apart."""
+    left = [pair for pair in pairs if pair["best"] is None]
+    if not left:
+        return ""
+    a, b = left[0]["effects"]
+    now = left[0]["cosine"]
+    least = min(left[0]["after"].values(), default=now)
+    more = f", nor {_count(len(left) - 1, 'pair')} more" if len(left) > 1 else ""
+    return f" No record of the family tells {a} from {b} (cosine {now:.2f}, at best {least:.2f} then){more}."
 
 
 def _gives(row: Mapping[str, Any], metrics: Mapping[str, Any]) -> str:
