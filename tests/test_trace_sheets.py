@@ -9,7 +9,9 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.identify.sheet.model import SheetModel, bench_of
+from workbench.commands.trace.sheet_page import model_curve
+from workbench.identify.sheet.fit import SheetFit
+from workbench.identify.sheet.model import SheetModel, bench_of, offsets
 from workbench.identify.sheet.problem import sheet_problem
 from workbench.identify.sheet.tracer import trace_sheets
 from workbench.plant.effects import Effect, find
@@ -62,6 +64,28 @@ def test_a_mount_that_gives_shows_in_the_position_far_from_where_a_fit_begins():
     fit = trace.final.fit
     low, high = fit.interval([free.name for free in fit.free].index("load.compliance.c"))
     assert low < true["load.compliance.c"] < high
+
+
+def test_a_sheet_of_corners_alone_is_drawn_with_the_whole_curve_of_the_model():
+    nan = np.nan
+    corners = SheetPoints(
+        "corners", "command", "flow", 1.0, np.array([5.0, 70.0, 85.0]), np.array([0.0, -3.0, nan]),
+        np.array([0.0, nan, -90.0]), True,
+    )  # fmt: skip
+    problem = sheet_problem(rig(), "corners", [corners])
+    trace = trace_sheets(problem, (), lambda _: None)
+    f, gain, phase = model_curve(trace.base, corners)
+    assert (f[0], f[-1], f.size) == (5.0, 85.0, 61)
+    assert np.all(np.diff(phase) < 0)
+    at = np.searchsorted(f, corners.f)
+    shown = np.column_stack((gain[at], phase[at])) - corners.values
+    (deviation,) = _taken_off(trace.base, corners)
+    np.testing.assert_allclose(shown, deviation, atol=1e-9)
+
+
+def _taken_off(fit: SheetFit, sheet: SheetPoints) -> list[np.ndarray]:
+    deviations = fit.model.deviations([sheet], fit.fit.p[None])
+    return [deviations[0][0] - [offsets([sheet], deviations)[0, 0], 0.0]]
 
 
 def test_a_valve_as_declared_lacks_nothing():

@@ -1,11 +1,15 @@
 """The report of a trace of sheets: what the rig lacks, gain and phase before and after, numbers, what was tried."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...identify.sheet.model import offsets
+from ...identify.sheet.fit import SheetFit
+from ...identify.sheet.model import FAILED, offsets
 from ...identify.sheet.tracer import SheetTrace
 from ...identify.trace import rule
 from ...records.sheet_points import SheetPoints
@@ -15,6 +19,7 @@ from ..common.fit_result import effect_intervals, fitted
 from .words import EFFECT, EQUATION, RETUNE, listed
 
 _NUMBERS = 6  # candidates whose numbers are listed
+_CURVE = 60  # frequencies of a drawn curve
 
 
 def sheet_page(trace: SheetTrace, answer: Mapping[str, Any]) -> tuple[Page, Figure]:
@@ -102,20 +107,36 @@ def _base_table(trace: SheetTrace) -> Table:
 
 
 def _figure(trace: SheetTrace, index: int) -> Figure:
-    """Gain and phase of a fitted sheet: stated, and of the model before and after."""
+    """Gain and phase of a fitted sheet: stated, and of the model before and after, between its frequencies too."""
     sheet = trace.problem.train[index]
     gain = [Curve("sheet", sheet.f, sheet.gain, "markers")]
     phase = [Curve("sheet", sheet.f, sheet.phase, "markers")]
     for label, fit, colour in (("before", trace.base, BEFORE), ("after", trace.final, AFTER)):
-        deviation = fit.model.deviations([sheet], fit.fit.p[None])
-        shift = float(offsets([sheet], deviation)[0, 0])
-        gain.append(Curve(label, sheet.f, sheet.gain + deviation[0][0, :, 0] - shift, color=colour))
-        phase.append(Curve(label, sheet.f, sheet.phase + deviation[0][0, :, 1], color=colour))
+        f, gains, phases = model_curve(fit, sheet)
+        gain.append(Curve(label, f, gains, color=colour))
+        phase.append(Curve(label, f, phases, color=colour))
     panels = [Panel("gain [dB]", gain), Panel("phase [deg]", phase, y_step=45.0)]
     return Figure(_title(sheet), "frequency [Hz]", panels, log_x=True)
+
+
+def model_curve(fit: SheetFit, sheet: SheetPoints) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies [Hz] over the span of a sheet, and gain [dB] as the sheet refers it and phase [deg] of the model.
+
+    NaN where a sine cannot be simulated.
+    """
+    f = np.union1d(np.geomspace(sheet.f[0], sheet.f[-1], _CURVE), sheet.f)
+    nothing = np.zeros(f.size)
+    at_points, along = fit.model.deviations([sheet, replace(sheet, f=f, gain=nothing, phase=nothing)], fit.fit.p[None])
+    shift = float(offsets([sheet], [at_points])[0, 0])
+    simulated = np.isfinite(along[0]).all(axis=1) & (along[0] != FAILED).any(axis=1)
+    gain, phase = np.where(simulated[:, None], along[0], np.nan).T
+    phase[simulated] = np.degrees(np.unwrap(np.radians(phase[simulated])))
+    turns = np.round((sheet.phase - phase[np.searchsorted(f, sheet.f)]) / 360)
+    return f, gain - shift, phase + 360 * (np.nanmedian(turns) if np.isfinite(turns).any() else 0.0)
 
 
 def _title(sheet: SheetPoints) -> str:
     signal = SIGNALS[sheet.input]
     size = float(from_si(sheet.amplitude, signal.unit, signal.si))
-    return f"{sheet.name}: {sheet.output} over {sheet.input}, sines of {size:g} {signal.unit}"
+    shown = f"{100 * size:g} %" if signal.unit == "1" else f"{size:g} {signal.unit}"
+    return f"{sheet.name}: {sheet.output} over {sheet.input}, sines of {shown}"

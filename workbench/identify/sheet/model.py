@@ -17,7 +17,7 @@ from ...plant.effects.slots import inside_valve
 from ...records.sheet_points import SheetPoints
 from ...rigs.rig import EffectUse, Rig
 
-_FAILED = 1e3  # dB and degrees: the deviation of a sine that cannot be simulated
+FAILED = 1e3  # dB and degrees: the deviation of a sine that cannot be simulated
 _CYCLES, _JACK_CYCLES = 20, 60  # a jack rings longer than a valve
 _PILOT_SLOTS = {"motor_current"}
 Build = Callable[[Rig], Plant]
@@ -103,7 +103,7 @@ class SheetModel:
         gain, phase = gain_db(response) - sheet.gain, np.degrees(np.angle(response)) - sheet.phase
         deviation = np.stack((gain, (phase + 180) % 360 - 180), axis=-1)
         lost = ~np.isfinite(gain_db(response))[..., None] & np.isfinite(sheet.values)
-        return np.where(lost, _FAILED, deviation)
+        return np.where(lost, FAILED, deviation)
 
 
 def offsets(sheets: Sequence[SheetPoints], deviations: Sequence[np.ndarray]) -> np.ndarray:
