@@ -10,6 +10,7 @@ from ...identify.fit.solver import Fit
 from ...identify.trace.findings import Trace
 from ...plant.effects import Effect, formula_shape
 from ...plant.effects.natural import NaturalVariable, variable, variables
+from ...plant.effects.shapes import OPEN
 from ...report import Curve, Figure, Panel, Section
 from ..common.error_page import AFTER
 from .law_curves import (
@@ -176,9 +177,10 @@ def _bode(trace: Trace, effect: Effect) -> Figure:
         curves += [Curve(name, frequencies, both[place].values[:, 0], "dash") for name, both in beside]
         panels.append(Panel(f"{label} [{own[place].unit}]", curves, y_step=45.0 if label == "phase" else None))
     peak = int(np.argmax(own[0].values[:, 0]))
+    about = f"an opening of {OPEN:.0%} of the travel" if next(iter(effect.laws)) == "main_openings" else "0"
     note = (
-        f"As learned, with its 95 % band, for small signals about 0; 0 dB and 0 deg is the rig without it. Its gain is "
-        f"largest at {frequencies[peak]:.3g} Hz, {own[0].values[peak, 0]:.2f} dB. Dashed: filters of the library as "
-        "fitted to the same records."
+        f"As learned, with its 95 % band, for small signals about {about}; 0 dB and 0 deg is the rig without it. Its "
+        f"gain is largest at {frequencies[peak]:.3g} Hz, {own[0].values[peak, 0]:.2f} dB. Dashed: filters of the "
+        "library as fitted to the same records."
     )
     return Figure(f"{effect.name} over frequency", "frequency [Hz]", panels, log_x=True, note=note)

@@ -26,6 +26,8 @@ HELD: Mapping[str, float] = {
 }
 """What a slot offers besides the variable [SI], where nobody says; anything else is 0."""
 
+OPEN = 0.25  # of the travel: about where small signals at openings are shown, beyond any lap
+
 _PASSING = {"modulus": 1e9, "main_flows": 1.0}
 """What passes a slot where it is not the variable itself; elsewhere nothing is there to add to."""
 
@@ -64,18 +66,26 @@ def static_curve(
 def small_signal(
     effect: Effect, numbers: Mapping[str, float], frequencies: ArrayLike, held: Mapping[str, float] | None = None
 ) -> np.ndarray:
-    """Complex gain [k] of the first part that passes the first law, about 0, at `frequencies` [Hz]: for a Bode diagram.
+    """Complex gain [k] of the first part that passes the first law, at `frequencies` [Hz]: for a Bode diagram.
 
-    Numbers [SI] by name; `held` as for `static_curve`.
+    About 0, or, where openings pass, about an edge open by `OPEN` of the travel. Numbers [SI] by name; `held` as for
+    `static_curve`.
     """
     slot = next(iter(effect.laws))
     d, x = ca.SX.sym("d"), ca.SX.sym("x", len(effect.states))
-    offers = {name: ca.SX((held or {}).get(name, HELD.get(name, 0.0))) for name in SLOTS[slot].offers}
-    passing = (d, *(ca.SX(0) for _ in PASSAGES[slot].parts[1:]))
+    known = {**HELD, **(held or {})}
+    offers = {name: ca.SX(known.get(name, 0.0)) for name in SLOTS[slot].offers}
+    place, passing = 0.0, (d, *(ca.SX(0) for _ in PASSAGES[slot].parts[1:]))
+    if slot == "main_openings":
+        place, passing = OPEN * known["travel"], _edges(d)
+        offers |= {"spool": d}
     y, rate = _results(effect, slot, passing, offers, ca.SX([numbers[n.name] for n in effect.numbers]), x)
     parts = [ca.jacobian(of, by) for of in (y[0], rate) for by in (x, d)]
-    start = [state.start for state in effect.states]
-    c, through, a, b = map(np.array, ca.Function("law", [d, x], parts)(0.0, start))
+    law = ca.Function("law", [d, x], [rate, *parts])
+    start = np.array([state.start for state in effect.states])
+    rates, _, _, slopes, _ = map(np.array, law(place, start))
+    rest = start - np.linalg.pinv(slopes) @ rates.ravel() if len(start) else start
+    _, c, through, a, b = map(np.array, law(place, rest))
     poles = 2j * np.pi * np.ravel(np.asarray(frequencies, dtype=float))
     return np.array([(c @ np.linalg.solve(pole * np.eye(len(a)) - a, b) + through).item() for pole in poles])
 
@@ -103,9 +113,14 @@ def _results(
     return ca.vertcat(*results), ca.vertcat(*(rates.get(key, ca.SX(0)) for key in states))
 
 
+def _edges(opening: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """What ideal lands open by, out and back."""
+    return ca.fmax(opening, 0), ca.fmax(-opening, 0)
+
+
 def _passing(slot: str, of: NaturalVariable, q: ca.SX) -> tuple[ca.SX, ...]:
     if slot == "main_openings":
-        return ca.fmax(q, 0), ca.fmax(-q, 0)
+        return _edges(q)
     return tuple(q if of.passes else ca.SX(_PASSING.get(slot, 0.0)) for _ in PASSAGES[slot].parts)
 
 
