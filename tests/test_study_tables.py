@@ -11,6 +11,7 @@ from workbench.commands.trace_study.score import scores
 
 HERE = Path(__file__).parent
 ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
+CLEAN_ROWS = json.loads((HERE / "traced_clean_campaigns.json").read_text())
 PUMP_ROWS = json.loads((HERE / "traced_pump_campaigns.json").read_text())
 README = (HERE.parent / "experiments" / "README.md").read_text()
 SECTION = README.split("## How often is a trace right?")[1].split("\n## ")[0]
@@ -99,6 +100,14 @@ def test_the_counts_below_the_tables_are_those_of_the_campaigns():
         f"{len(others)} others, {len(poor)} of which hardly show",
     ):
         assert stated in words
+
+
+def test_none_of_the_further_clean_campaigns_was_named():
+    alarms = next(score for score in scores(CLEAN_ROWS) if score.id == "false_alarms")
+    words = " ".join(SECTION.split())
+    assert alarms.value == 0
+    assert f"Nor was one of {alarms.n} more" in words
+    assert f"at most {alarms.high:.2f} (95 %)" in words
 
 
 def _half_is_gone(row):
