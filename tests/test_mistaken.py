@@ -9,6 +9,7 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.data.static import check_static
+from workbench.identify.fit import mistaken
 from workbench.identify.fit.mistaken import check_columns
 from workbench.records import load_campaign
 from workbench.rigs.rig_file import load_rig
@@ -52,6 +53,18 @@ def test_a_column_that_is_mistaken_is_named(sample, rig, change, words):
     wrong = changed(sample, change)
     with pytest.raises(InputError, match=words):
         check_columns(wrong, rig, scored_floor(wrong, rig))
+
+
+@pytest.mark.parametrize(("turned", "wrong"), [({"position": 0.95}, True), ({"position": 0.7}, False), ({}, False)])
+def test_a_turned_command_has_to_make_the_jack_follow_however_near_one_at_rest_is(
+    monkeypatch, sample, rig, turned, wrong
+):
+    """A pump whose command is turned stands still, which beats a model that is far off in its phase."""
+    likeness, chi2 = iter([({"position": 0.8}, {"position": 1.0}), (turned, {})]), iter([700.0, 100.0])
+    monkeypatch.setattr(mistaken, "_likeness", lambda *_: next(likeness))
+    monkeypatch.setattr(mistaken, "_chi2", lambda *_: next(chi2))
+    found = mistaken.mistaken(sample, rig, scored_floor(sample, rig))
+    assert (found is not None and found.words == "the sign of command looks wrong") == wrong
 
 
 def test_a_static_record_that_moves_is_refused(sample):

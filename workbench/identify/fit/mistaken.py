@@ -3,7 +3,8 @@
 Nothing is fitted here. A few windows in which the command moves most are predicted by the rig as declared. A signal
 that moves against its prediction is the wrong way round, one that moves with it but many times as far has another
 unit; two pressures that do so have changed places; where every
-signal does, it is the command.
+signal does, it is the command: turned, it has to make those that it drives follow better than before, which a pump that
+stands still then does not, however much nearer to a jack at rest that is.
 """
 
 from collections.abc import Callable, Mapping
@@ -83,7 +84,12 @@ def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:
     plant = build(rig)
     windows = _liveliest(cut_windows(plant, records, floor))
     model = Model(plant, windows.names, brief=True)
-    suspects = _suspects(*_likeness(model, windows))
+    correlations, gains = _likeness(model, windows)
+    suspects = [
+        each
+        for each in _suspects(correlations, gains)
+        if each.signals != ("command",) or _driven(_likeness(model, _without(windows, each))[0]) > _driven(correlations)
+    ]
     if not suspects:
         return None
     plain = _chi2(model, windows)
@@ -158,6 +164,11 @@ def _likeness(model: Model, windows: Windows) -> tuple[dict[str, float], dict[st
     names = [(i, name) for i, name in enumerate(windows.names) if moves[i]]
     correlations, gains = ({name: float(both[i] / over[i]) for i, name in names} for over in (size, predicted))
     return correlations, gains
+
+
+def _driven(correlations: Mapping[str, float]) -> float:
+    """The least correlation of a signal that goes with the command, of those that move; that of an opposite if none."""
+    return min((correlations[name] for name in _DRIVEN if name in correlations), default=-1.0)
 
 
 def _suspects(correlations: Mapping[str, float], gains: Mapping[str, float]) -> list[Mistake]:
