@@ -149,10 +149,10 @@ class _Search:
         """
         last, effect = self.last, candidate.effect
         fit = self._fitted(errors, x, candidate)
-        if again and fit.fit.chi2 > rule.CLOSED:
-            typical = Candidate(effect, at_strength(effect, 1.0))
-            others = (self._fitted(errors, last.fit.x, candidate), self._fitted(errors, x, typical))
-            fit = min((fit, *others), key=lambda each: float(each.fit.squares.sum()))
+        typical = Candidate(effect, at_strength(effect, 1.0))
+        for other in ((last.fit.x, candidate), (x, typical)) if again else ():
+            if fit.fit.chi2 > rule.CLOSED:
+                fit = min(fit, self._fitted(errors, *other), key=lambda each: float(each.fit.squares.sum()))
         judgement = _judged(self.problem, last, fit, effect, len(self._library))
         self._report(f"{effect.title} explains {100 * judgement.explained:.1f} %")
         return SheetCandidate(effect, judgement, fit)
