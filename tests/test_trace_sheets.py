@@ -14,7 +14,7 @@ from workbench.identify.sheet.fit import SheetFit
 from workbench.identify.sheet.model import SheetModel, bench_of, offsets
 from workbench.identify.sheet.problem import sheet_problem
 from workbench.identify.sheet.tracer import trace_sheets
-from workbench.plant.effects import Effect, find
+from workbench.plant.effects import LIBRARY, Effect, find
 from workbench.records.sheet_points import SheetPoints, read_points
 from workbench.rigs.rig_file import load_rig
 
@@ -52,6 +52,21 @@ def test_a_lag_is_named_with_its_number():
     low, high = fit.interval([free.name for free in fit.free].index("drive.lag.tau"))
     assert low < 1e-3 < high
     assert trace.judged[1].chi2 < 1 < trace.judged[0].chi2
+
+
+def test_the_maker_s_corners_and_resonance_are_those_of_a_corrector():
+    path = Path(__file__).parents[1] / "experiments" / "maker_main_stage.csv"
+    correctors = [effect for effect in LIBRARY if effect.name == "drive.corrector"]
+    problem = sheet_problem(rig(), "maker", [read_points(path, 1.0, "command", "flow")])
+    trace = trace_sheets(problem, [*RIVALS, *correctors], lambda _: None)
+    assert [each.effect.title for each in trace.effects] == ["drive.corrector pi-lead"]
+    assert trace.judged[1].chi2 < 0.1 < 10 < trace.judged[0].chi2
+
+
+def test_sheets_at_three_amplitudes_show_a_dead_band():
+    sheets = [made((RIVALS[2],), {"main.deadband.overlap": 0.03}, amplitude) for amplitude in (1.0, 0.25, 0.1)]
+    trace = trace_sheets(sheet_problem(rig(), "made", sheets), RIVALS, lambda _: None)
+    assert [each.effect.name for each in trace.effects] == ["main.deadband"]
 
 
 def test_a_mount_that_gives_shows_in_the_position_far_from_where_a_fit_begins():
