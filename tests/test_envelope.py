@@ -239,13 +239,17 @@ def test_a_rig_without_an_operating_point_misses_its_goals_and_leaves_the_others
     assert np.isnan(played.settling).tolist() == [False, False, True, True]
 
 
-def test_linear_loops_of_a_rig_that_rubs_are_without_dry_friction():
-    """As everywhere: at rest it would pass for damping, and its falling part for an unstable plant."""
+@pytest.mark.parametrize("formula", ["coulomb", "lugre"])
+@pytest.mark.parametrize("name", ["jack.friction", "main.stiction"])
+def test_linear_loops_of_a_rig_that_rubs_are_without_dry_friction(name, formula):
+    """As everywhere: at rest it would pass for damping, its falling part for an unstable plant, and the bristles, on
+    which nothing rests where they carry no force, for an integrator."""
     rig = load_rig("jack-10t")
     force = Number("Fc", 500.0, "N", "N", "made up")
-    rubbing = replace(rig, effects=(EffectUse("jack.friction", "coulomb", {"Fc": force}),))
+    rubbing = replace(rig, effects=(EffectUse(name, formula, {"Fc": force}),))
     spaces = [envelope({"nominal": each}, (0.0, 0.9)).varied for each in (rig, rubbing)]
     loops = [space.margins(TUNED["p-dp"].build(rig.period.value)) for space in spaces]
     for smooth, rubs in zip(*loops, strict=True):
-        assert rubs.ms == pytest.approx(smooth.ms, rel=1e-6)
-        assert rubs.radius == pytest.approx(smooth.radius, rel=1e-9)
+        assert rubs.ms == pytest.approx(smooth.ms, rel=1e-4)  # a spool at rest lies within a few ppm of the command
+        bristles = np.exp(-rig.period.value) if formula == "lugre" else 0.0  # by themselves they decay in 1 s
+        assert rubs.radius == pytest.approx(np.maximum(smooth.radius, bristles), rel=1e-9)

@@ -18,7 +18,8 @@ class Variable:
     """A state or input: SI unit, a magnitude that is large for it, and a plausible start value.
 
     `held`: a store that fills while the jack moves, so that an operating point holds it at its start, as the position;
-    `number` is the number that it starts at. `follows` names the state that it comes to, where nothing moves.
+    `number` is the number that it starts at. `follows` names the state that it comes to, where nothing moves. `memory`:
+    it stays where it was until something drags it along.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Variable:
     held: bool = False
     number: str = ""
     follows: str = ""
+    memory: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,19 +114,23 @@ class Plant:
     def slopes(self) -> ca.Function:
         """(x, u, p) -> df/dx [n, n], df/du [n, m], dh/dx [outputs, n], dh/du [outputs, m].
 
-        A store that an operating point holds is a constant: it acts on nothing, and by itself decays in 1 s.
+        A store that an operating point holds is a constant: it acts on nothing, and by itself decays in 1 s. So is a
+        memory whose numbers let it act on nothing, as the bristles of a friction without force: it would count as an
+        integrator in every loop.
         """
         x, u, p = (ca.SX.sym(name, self.f.numel_in(i)) for i, name in enumerate("xup"))
         rates, outputs = self.f(x, u, p), self.h(x, u, p)
         parts = [ca.jacobian(of, by) for of in (rates, outputs) for by in (x, u)]
-        if any(state.held for state in self.states):
-            parts = self._without_stores(parts)
+        if any(state.held or state.memory for state in self.states):
+            parts = self._without_idle(parts)
         return ca.Function("slopes", [x, u, p], parts)
 
-    def _without_stores(self, parts: list[ca.SX]) -> list[ca.SX]:
-        """The slopes with the states that are `held` cut out."""
-        kept = ca.DM([0.0 if state.held else 1.0 for state in self.states])
+    def _without_idle(self, parts: list[ca.SX]) -> list[ca.SX]:
+        """The slopes with the states cut out that are held, and with the memories that act on nothing."""
         a, b, c, d = parts
+        others = a - ca.diag(ca.diag(a))
+        acts = ca.sum1(others * others).T + ca.sum1(c * c).T > 0
+        kept = ca.vertcat(*(0.0 if s.held else acts[k] if s.memory else 1.0 for k, s in enumerate(self.states)))
         return [a * (kept @ kept.T) - ca.diag(1 - kept), b * ca.repmat(kept, 1, b.shape[1]), c @ ca.diag(kept), d]
 
     def parameter_values(self, p: np.ndarray | None = None, **values: float) -> np.ndarray:
@@ -197,11 +203,18 @@ class Assembly:
         return tuple(effect for effect, _ in self._effects)
 
     def state(
-        self, name: str, unit: str, scale: float, start: float = 0.0, number: str = "", follows: str = ""
+        self,
+        name: str,
+        unit: str,
+        scale: float,
+        start: float = 0.0,
+        number: str = "",
+        follows: str = "",
+        memory: bool = False,
     ) -> ca.SX:
         """Declare a state, a store that starts at a number if it names one; returns its symbol."""
         start = self._values[number] if number else start
-        self._variables[name] = Variable(name, unit, scale, start, bool(number), number, follows)
+        self._variables[name] = Variable(name, unit, scale, start, bool(number), number, follows, memory)
         self._x[name] = ca.SX.sym(name)
         return self._x[name]
 
@@ -245,7 +258,8 @@ class Assembly:
             if number.dry:
                 self._dry.append(key)
         for state in effect.states:
-            self.state(effect.key(state.name), state.unit, state.scale, state.start, follows=state.follows)
+            key = effect.key(state.name)
+            self.state(key, state.unit, state.scale, state.start, follows=state.follows, memory=state.memory)
         for given in effect.inputs:
             key = effect.key(given.name)
             self._effect_inputs[key] = (Variable(key, given.unit, given.scale), ca.SX.sym(key))

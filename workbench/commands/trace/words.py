@@ -234,8 +234,9 @@ def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
     where = f", most likely in {_either([shape.equation, *shape.rivals])}" if shape else ""
     rest = "the formula is not all of it" if trace.learned and trace.at_floor else "something else is missing too"
+    falls = "only falls" if after < before else "does not fall; it goes"
     return (
-        f"{_explains(trace)} But the held-out error only falls from {_times(before)} to {_times(after)} times the "
+        f"{_explains(trace)} But the held-out error {falls} from {_times(before)} to {_times(after)} times the "
         f"noise: {rest}{where}. {_advice(trace, 'To go on, record')}"
     )
 
@@ -309,9 +310,10 @@ def _explains(trace: Trace) -> str:
     before, after, _ = (errors.chi2 for errors in trace.heldout)
     share = (before - after) / (before - 1)
     verb = "explains" if len(effects) == 1 else "explain together"
+    part = _percent(share) if share > 0 else "nothing"
     return (
         f"{words[0].upper()}{words[1:]}: {listed([title(effect) for effect in effects])} {verb} "
-        f"{_percent(share)} of what the model misses.{''.join(_as_good(trace, fit) for fit in trace.effects)}"
+        f"{part} of what the model misses.{''.join(_as_good(trace, fit) for fit in trace.effects)}"
     )
 
 
