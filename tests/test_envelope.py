@@ -247,9 +247,13 @@ def test_linear_loops_of_a_rig_that_rubs_are_without_dry_friction(name, formula)
     rig = load_rig("jack-10t")
     force = Number("Fc", 500.0, "N", "N", "made up")
     rubbing = replace(rig, effects=(EffectUse(name, formula, {"Fc": force}),))
-    spaces = [envelope({"nominal": each}, (0.0, 0.9)).varied for each in (rig, rubbing)]
+    spaces = [
+        envelope({"nominal": each, "supply-20": each.with_values(Ps=0.8 * rig["Ps"])}, (0.0, 0.9)).varied
+        for each in (rig, rubbing)
+    ]
     loops = [space.margins(TUNED["p-dp"].build(rig.period.value)) for space in spaces]
-    for smooth, rubs in zip(*loops, strict=True):
+    for smooth, rubs, moves in zip(*loops, (False, name == "jack.friction"), strict=True):
         assert rubs.ms == pytest.approx(smooth.ms, rel=1e-4)  # a spool at rest lies within a few ppm of the command
-        bristles = np.exp(-rig.period.value) if formula == "lugre" else 0.0  # by themselves they decay in 1 s
+        bristles = np.exp(-rig.period.value) if formula == "lugre" and not moves else 0.0  # left alone: decay in 1 s
         assert rubs.radius == pytest.approx(np.maximum(smooth.radius, bristles), rel=1e-9)
+    assert all(point.ok.all() for point in (spaces[1].null, spaces[1].moving))

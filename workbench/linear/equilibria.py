@@ -82,13 +82,18 @@ def _solved(plant: Plant, p: np.ndarray, w: np.ndarray, columns: list[int], bala
 
 
 def _newton(slopes: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """Newton steps [lanes, k]; a lane whose slopes are singular stays where it is."""
+    """Newton steps [lanes, k], the smallest where slopes are singular: at rest bristles hold at any deflection.
+
+    A lane whose slopes are not finite stays where it is.
+    """
     try:
         return np.linalg.solve(slopes, rates[..., None])[..., 0]
     except np.linalg.LinAlgError:
         regular = np.linalg.cond(slopes) < 1 / np.finfo(float).eps
+        singular = ~regular & np.isfinite(slopes).all(axis=(1, 2))
         steps = np.zeros_like(rates)
         steps[regular] = np.linalg.solve(slopes[regular], rates[regular, :, None])[..., 0]
+        steps[singular] = (np.linalg.pinv(slopes[singular]) @ rates[singular, :, None])[..., 0]
         return steps
 
 

@@ -114,24 +114,30 @@ class Plant:
     def slopes(self) -> ca.Function:
         """(x, u, p) -> df/dx [n, n], df/du [n, m], dh/dx [outputs, n], dh/du [outputs, m].
 
-        A store that an operating point holds is a constant: it acts on nothing, and by itself decays in 1 s. So is a
-        memory whose numbers let it act on nothing, as the bristles of a friction without force: it would count as an
-        integrator in every loop.
+        A store that an operating point holds is a constant: it acts on nothing, and by itself decays in 1 s. So does a
+        memory that acts on nothing, as the bristles of a friction without force, beside what drags it: at rest it would
+        count as an integrator in every loop.
         """
         x, u, p = (ca.SX.sym(name, self.f.numel_in(i)) for i, name in enumerate("xup"))
         rates, outputs = self.f(x, u, p), self.h(x, u, p)
         parts = [ca.jacobian(of, by) for of in (rates, outputs) for by in (x, u)]
-        if any(state.held or state.memory for state in self.states):
-            parts = self._without_idle(parts)
+        if any(state.held for state in self.states):
+            parts = self._without_stores(parts)
+        if any(state.memory for state in self.states):
+            parts[0] -= self._idle_memories(*parts[::2])
         return ca.Function("slopes", [x, u, p], parts)
 
-    def _without_idle(self, parts: list[ca.SX]) -> list[ca.SX]:
-        """The slopes with the states cut out that are held, and with the memories that act on nothing."""
+    def _without_stores(self, parts: list[ca.SX]) -> list[ca.SX]:
+        """The slopes with the states that are `held` cut out."""
+        kept = ca.DM([0.0 if state.held else 1.0 for state in self.states])
         a, b, c, d = parts
-        others = a - ca.diag(ca.diag(a))
-        acts = ca.sum1(others * others).T + ca.sum1(c * c).T > 0
-        kept = ca.vertcat(*(0.0 if s.held else acts[k] if s.memory else 1.0 for k, s in enumerate(self.states)))
         return [a * (kept @ kept.T) - ca.diag(1 - kept), b * ca.repmat(kept, 1, b.shape[1]), c @ ca.diag(kept), d]
+
+    def _idle_memories(self, a: ca.SX, c: ca.SX) -> ca.SX:
+        """A diagonal [n, n] of ones at the memories on which no output and no rate but their own depends."""
+        others = a - ca.diag(ca.diag(a))
+        idle = ca.sum1(others * others) + ca.sum1(c * c) == 0
+        return ca.diag(idle.T * ca.DM([float(state.memory) for state in self.states]))
 
     def parameter_values(self, p: np.ndarray | None = None, **values: float) -> np.ndarray:
         """The parameter vector, the plant's own or `p`, with some SI values replaced."""
