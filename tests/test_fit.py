@@ -136,6 +136,19 @@ def test_the_command_leaves_the_rig_where_it_is_told(tmp_path, capsys):
     )
 
 
+def test_a_free_run_may_be_asked_for_and_is_what_the_campaign_s_score_would_give(tmp_path):
+    folder, chi2 = written(quiet(), tmp_path / "camp"), []
+    for words in ([], ["--free-run"], []):
+        if chi2[1:]:
+            (folder / "campaign.toml").write_text('score = "free-run"\n' + (folder / "campaign.toml").read_text())
+        out = tmp_path / str(len(chi2))
+        assert main(["fit", str(folder), "--starts", "1", "--out", str(out), *words]) == 0
+        chi2.append(json.loads((out / "metrics.json").read_text())["chi2"])
+    windows, asked, scored = chi2
+    assert asked == scored
+    assert asked != windows
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -15,6 +15,7 @@ from workbench.identify.fit.predict import predict_free, predict_windows
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
+from workbench.records.campaign import FREE_RUN
 from workbench.rigs.rig_file import load_rig
 
 SHARED = Path(__file__).parents[2] / "shared"
@@ -105,6 +106,7 @@ def test_a_campaign_is_known_by_its_numbers(festo):
     other = replace(one, heldout=(made_record(engine, 7),))
     assert fingerprint(one) == fingerprint(replace(one))
     assert fingerprint(one) != fingerprint(other)
+    assert fingerprint(one) != fingerprint(replace(one, score=FREE_RUN))
 
 
 def _rest(engine: Engine) -> tuple[np.ndarray, dict[str, np.ndarray]]:

@@ -51,6 +51,12 @@ def test_a_named_effect_is_told_in_plain_words():
     assert said.endswith("record slow triangles with reversals, and starts from rest.")
 
 
+def test_numbers_for_whole_records_are_offered_where_windows_gave_them():
+    offered = sections(named().page)["What it buys"].items
+    assert any("fit CAMPAIGN --rig rig.toml --free-run" in str(item) for item in offered)
+    assert not any("--free-run" in str(item) for item in sections(none().page)["What it buys"].items)
+
+
 def test_an_unknown_names_equation_signal_and_what_to_record():
     said = unknown().page.verdict
     assert said.startswith("Something is missing in the motion of the load that no known effect explains")

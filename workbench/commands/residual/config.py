@@ -40,14 +40,15 @@ def load(options: argparse.Namespace) -> tuple[Campaign, Rig]:
 
 
 def fingerprint(campaign: Campaign) -> dict[str, Any]:
-    """What says that a campaign is the same one: its folder's name, a digest of every record, sessions, drifts."""
+    """What says that a campaign is the same one: folder's name, score, a digest of every record, sessions, drifts."""
     records = {role: {record.name: _digest(record) for record in getattr(campaign, role)} for role in ROLES}
     sessions = [
         {"name": each.name, "records": list(each.records), "numbers": list(each.numbers)}
         | ({"per": each.per} if isinstance(each, Drift) else {})
         for each in (*campaign.sessions, *campaign.drifts)
     ]
-    return {"name": campaign.path.resolve().name} | records | ({"sessions": sessions} if sessions else {})
+    same = {"name": campaign.path.resolve().name, "score": campaign.score}
+    return same | records | ({"sessions": sessions} if sessions else {})
 
 
 def _digest(record: Record) -> str:

@@ -30,7 +30,7 @@ from .tables import (
     unseen_signals,
     untested_table,
 )
-from .words import EQUATION, PLAN, RETUNE, has_clue, listed, next_records, verdict
+from .words import EQUATION, FREE_RUN, PLAN, RETUNE, has_clue, listed, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 _NO_CLUE = "The missing {} goes with no signal: none explains half of it, so that its shape over one would mislead."
@@ -59,7 +59,7 @@ def trace_page(
         Section("Held-out error", [picture, error_table(answer["rms"], names, trace.problem.free_run), first]),
         *_causes(trace, shape, laws),
         *_next(trace),
-        Section("What it buys", [RETUNE]),
+        Section("What it buys", [RETUNE, *([FREE_RUN] if changed and not trace.problem.free_run else [])]),
         *_where(trace),
         _own_numbers(trace, names),
         *([Section("In sessions", [session_fits_table(trace.problem, in_sessions)])] if in_sessions else []),

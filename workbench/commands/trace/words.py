@@ -20,6 +20,10 @@ RETUNE = (
     "A controller tuned anew on the rig as found, beside the old one: jackbench retune EXPERIMENT --found rig.toml. "
     "rig.toml lies beside this page; EXPERIMENT is one of tune, run or bench on this rig."
 )
+FREE_RUN = (
+    "Its numbers for simulations of whole records, where these windows set the model right twice a second: "
+    "jackbench fit CAMPAIGN --rig rig.toml --free-run."
+)
 PLAN = (
     "Which record of this rig's reach tells most, simulated on the rig as fitted and left as files that its drive "
     "plays: jackbench plan CAMPAIGN."

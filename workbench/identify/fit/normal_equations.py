@@ -224,6 +224,16 @@ def least_step(
     """The same of all steps in the ranges, at some cost: where many numbers go together, as the slopes of a curve and
     its gain, those that come to an end first hold the others back."""
     size = np.diag(matrix) ** -0.5
-    root = np.linalg.cholesky(matrix * np.outer(size, size) + _ROUNDING * np.eye(len(x)))
+    root = _root(matrix * np.outer(size, size) + _ROUNDING * np.eye(len(x)))
     low, high = (np.minimum(ends[0] - x, 0.0) / size - _ROUNDING, np.maximum(ends[1] - x, 0.0) / size + _ROUNDING)
     return size * lsq_linear(root.T, np.linalg.solve(root, -gradient * size), (low, high), method="bvls").x
+
+
+def _root(matrix: np.ndarray) -> np.ndarray:
+    """A root, root root' = matrix; where steep windows leave no more than rounding of a direction, and that negative,
+    of the matrix that moves nothing along it."""
+    try:
+        return np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(matrix)
+        return vectors * np.sqrt(np.where(values > 0, values, values[-1]))
