@@ -83,17 +83,20 @@ class Model:
 
         The window before starts where it was guessed to, or at its `fitted` state [windows, n].
         """
-        x0, before, last = np.empty((windows.count, self.plant.n)), self.plant.start, -1
-        values = self._values(windows, p)
+        x0, values = np.empty((windows.count, self.plant.n)), self._values(windows, p)
         if windows.from_rest:
             records = [windows.records[index] for index, *_ in windows.spans]
             return np.array([rest_state(self.engine, *at) for at in zip(records, values, strict=True)])
-        for w, (index, first, end) in enumerate(windows.spans):
-            if index != last or windows.spans[w - 1][2] != first:
-                before, last = self._at_rest, index
-            record = windows.records[index]
-            x0[w] = first_guess(self.plant, record, first, end, before)
-            before = self._end(record, first, end, x0[w] if fitted is None else fitted[w], values[w])
+        before = np.tile(self._at_rest, (windows.count, 1))
+        level = windows.levels if fitted is None else np.minimum(windows.levels, 1)
+        for number in range(level.max() + 1):
+            own = np.flatnonzero(level == number)
+            if number:
+                spans = [windows.spans[w - 1] for w in own]
+                before[own] = self._ends(windows.records, spans, (x0 if fitted is None else fitted)[own - 1], values[own])
+            for w in own:
+                index, first, end = windows.spans[w]
+                x0[w] = first_guess(self.plant, windows.records[index], first, end, before[w])
         return x0
 
     def joined(self, windows: Windows, p: np.ndarray, fitted: np.ndarray) -> np.ndarray:
@@ -102,16 +105,16 @@ class Model:
         What is measured corrects none of it: a play that holds is found by what went before, and by nothing else. A
         window with none before it is run up to from 20 ms earlier.
         """
-        x0, values = np.empty((windows.count, self.plant.n)), self._values(windows, p)
+        spans, guess = [], fitted[np.arange(windows.count) - 1]
         for w, (index, first, _) in enumerate(windows.spans):
-            record, (other, start, end) = windows.records[index], windows.spans[w - 1]
-            if (other, end) == (index, first):
-                x0[w] = self._end(record, start, end, fitted[w - 1], values[w])
+            record = windows.records[index]
+            if windows.levels[w]:
+                spans.append(windows.spans[w - 1])
             else:
                 start = run_up(record, first)
-                guess = first_guess(self.plant, record, start, max(first, start + 1), self._at_rest)
-                x0[w] = self._end(record, start, first, guess, values[w]) if start < first else guess
-        return x0
+                guess[w] = first_guess(self.plant, record, start, max(first, start + 1), self._at_rest)
+                spans.append((index, start, first))
+        return self._ends(windows.records, spans, guess, self._values(windows, p))
 
     def _values(self, windows: Windows, p: np.ndarray) -> np.ndarray:
         """The plant's parameters [windows, k] in every window."""
@@ -120,14 +123,25 @@ class Model:
             values[group.which] = self.parameters_of(windows, group, p)
         return values
 
-    def _end(self, record: Record, first: int, end: int, x: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """The state [n] after rows of a record from x [n]; x where the plant cannot be simulated."""
-        if first == end:
-            return x
+    def _ends(
+        self, records: Sequence[Record], spans: Sequence[tuple[int, int, int]], x: np.ndarray, p: np.ndarray
+    ) -> np.ndarray:
+        """The states [k, n] after rows `spans` (record, first row, end row) of records, each from x [k, n] with
+        parameters p [k, parameters]; x where there is no row, or the plant cannot be simulated."""
+        after, lengths = x.copy(), np.array([end - first for _, first, end in spans])
+        for rows in np.unique(lengths[lengths > 0]).tolist():
+            own = np.flatnonzero(lengths == rows)
+            parts = [self._recorded(records[index], first, end) for index, first, end in (spans[k] for k in own)]
+            t, u = (np.array(part) for part in zip(*parts, strict=True))
+            batch = self.engine.run_batch(x[own], t, u, p[own], every=rows)
+            after[own] = np.where(batch.ok[:, None], batch.x[:, -1], x[own])
+        return after
+
+    def _recorded(self, record: Record, first: int, end: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times [rows + 1] and inputs [rows, m] of rows of a record."""
         further = {name: values[first:end] for name, values in further_inputs(record).items()}
-        t, u = record.t[first : end + 1], self._held(record.signals["command"][first:end], further)
-        run = self.engine.run(x, t if len(t) > len(u) else np.append(t, t[-1] + record.period), u, p)
-        return run.x[-1] if run.ok else x
+        t = np.append(record.t, record.t[-1] + record.period)[first : end + 1]
+        return t, self._held(record.signals["command"][first:end], further)
 
     @cached_property
     def _at_rest(self) -> np.ndarray:

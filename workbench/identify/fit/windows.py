@@ -74,6 +74,14 @@ class Windows:
         return len(self.spans)
 
     @cached_property
+    def levels(self) -> np.ndarray:
+        """How many windows that follow one another without a gap come right before each [windows]."""
+        levels = [0]
+        for (index, _, end), (following, first, _) in pairwise(self.spans):
+            levels.append(levels[-1] + 1 if (index, end) == (following, first) else 0)
+        return np.array(levels)
+
+    @cached_property
     def samples(self) -> int:
         """Number of compared samples, over all signals."""
         return sum(int(np.count_nonzero(group.weight)) for group in self.groups)
