@@ -19,6 +19,7 @@ test: .venv/dev
 
 fuzz: .venv/dev
 	$(BIN)/python tests/fuzz.py
+	FUZZ_PAGES=10000 $(BIN)/pytest -n 0 tests/test_page_of_traces.py
 
 check: .venv/dev
 	$(BIN)/ruff check .

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 from hypothesis import settings
 from made_tasks import write_task
+from page_faults import raised
 
+from workbench.commands.common import drawing
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.plant import build, build_pilot_bench, build_valve_bench
@@ -22,6 +24,8 @@ from workbench.rigs.rig_file import load_rig
 
 settings.register_profile("jackbench", deadline=None)  # a busy machine is no failure
 settings.load_profile("jackbench")
+
+drawing.fault_words = raised
 
 
 @pytest.fixture(scope="session")

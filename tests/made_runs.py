@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from workbench.commands.common.run_folder import Run, open_run, resolved_config
-from workbench.report import Page
+from workbench.report import Page, render
 
 COMMAND = {"command": "bench", "config": {"rigs": ["nominal", "mass+50"], "step": 1e-3}, "seed": 7}
 PAGE = Page("Bench", "It runs.", [])
 
 
 def finish(run: Run, value: object = 1.5, tables: Mapping[str, Mapping[str, np.ndarray]] | None = None) -> None:
-    run.finish({"rows": [{"value": value}]}, resolved_config(COMMAND), tables or {}, PAGE)
+    run.finish({"rows": [{"value": value}]}, resolved_config(COMMAND), tables or {}, render(PAGE))
 
 
 def complete(out: Path, value: object = 1.5, **options: Any) -> Path:

@@ -9,13 +9,13 @@ from workbench.base.errors import InputError
 from workbench.commands.common.run_folder import metrics_json, open_run, resolved_config
 from workbench.commands.compare.finished import Finished, fingerprint, load
 from workbench.commands.compare.study import differences, run_compare
-from workbench.report import Page
+from workbench.report import Page, render
 
 
 def finish(out, rows, tables=None, **config):
     command = {"command": "test", **config}
     with open_run(out, command) as run:
-        run.finish({"rows": rows}, resolved_config(command), tables or {}, Page("t", "v", []))
+        run.finish({"rows": rows}, resolved_config(command), tables or {}, render(Page("t", "v", [])))
     return out
 
 

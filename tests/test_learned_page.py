@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from made_campaigns import found
+from made_fits import fit_of
 from test_learned_shapes import harder_out, shaped
 
 from workbench.commands.common.fit_result import effect_covariance, effect_numbers, not_physical, number_remarks
@@ -19,18 +20,6 @@ from workbench.plant.effects import Effect, find, refine
 from workbench.plant.effects.natural import variable
 from workbench.report import Figure, Section, Table
 from workbench.rigs.rig_file import load_rig
-
-
-def fit_of(effect: Effect, values: dict[str, float], deviation: float) -> Fit:
-    """A fit of an effect's numbers [SI], each with the same standard deviation, 1 and all, in distances."""
-    free = tuple(
-        FreeParameter(effect.key(n.name), values[n.name], n.low, n.high, abs(n.typical) or 1.0, "made up")
-        for n in effect.fitted
-    )
-    k = len(free)
-    nothing = np.zeros((1, k, k)), np.zeros((1, k))
-    one = np.ones(1)
-    return Fit(free, np.zeros(k), np.zeros(k), one[None], one, 1, deviation**2 * np.eye(k), *nothing, one, ())
 
 
 @cache

@@ -204,7 +204,7 @@ def test_a_controller_s_own_delay_counts_and_an_ideal_loop_has_none(tmp_path):
         outcome = run_robustness(load_robustness(plain, plants=2), no_checkpoint, lambda _: None)
         ms[name] = outcome.metrics["rows"][0]["ms_worst"]
         delay = {"rig's": 0.3e-3, "own": 2e-3, "none": 0.0}[name]
-        table = outcome.page.sections[-1].items[0]
+        table = outcome.page.sections[-2].items[0]
         assert isinstance(table, Table)
         drawn = {row[0]: row[1:] for row in table.rows}
         assert drawn["computing delay"] == [delay, delay, "s"]

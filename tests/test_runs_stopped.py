@@ -24,7 +24,7 @@ SCRIPT = """
 import sys, time
 from pathlib import Path
 from workbench.base.errors import InputError
-from workbench.report import Page
+from workbench.report import Page, render
 from workbench.commands.common.run_folder import open_run, resolved_config
 
 out, wait = Path(sys.argv[1]), Path(sys.argv[1]).with_name("wait")
@@ -44,7 +44,7 @@ try:
     with open_run(out, command) as run:
         print("resumed" if run.resumed else "fresh", flush=True)
         rows = [run.stage("first", first), run.stage("second", second)]
-        run.finish({"rows": rows}, resolved_config(command), {}, Page("t", "v", []))
+        run.finish({"rows": rows}, resolved_config(command), {}, render(Page("t", "v", [])))
 except InputError as error:
     print(error, file=sys.stderr)
     raise SystemExit(2)

@@ -25,6 +25,7 @@ from workbench.commands.common.run_folder import metrics_json, open_run
 from workbench.commands.trace.study import effects_for, run_trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.records import Record
+from workbench.report import render
 from workbench.rigs.rig_file import load_rig
 
 ROOT = Path(__file__).parents[1]
@@ -71,7 +72,7 @@ def test_a_resumed_trace_says_the_same_to_the_byte(tmp_path):
         assert again.files == first.files
         stages = ("base", "heldout%20before", "heldout%20named", "localise", "refit-1-jack.friction-coulomb")
         assert names == [f"{stage}.json" for stage in (*stages, "scores-1", "without-1")]
-        run.finish({}, "", {}, first.page)
+        run.finish({}, "", {}, render(first.page))
 
 
 # --- bad input

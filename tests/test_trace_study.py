@@ -237,7 +237,7 @@ def test_a_study_that_was_killed_goes_on(tmp_path):
     def study(progress):
         with open_run(out, {"command": "trace-study"}) as run:
             outcome = run_trace_study(plan, by_number, run.stage, progress, jobs=1)
-            run.finish(outcome.metrics, "", {}, outcome.page)
+            run.finish(outcome.metrics, "", {}, render(outcome.page))
 
     with pytest.raises(KeyboardInterrupt):
         study(killed)

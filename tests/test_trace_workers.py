@@ -6,6 +6,7 @@ from made_campaigns import LIBRARY, named, rubbing_campaign, unknown
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json, open_run
 from workbench.commands.trace.study import run_trace
+from workbench.report import render
 from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("festo-tp511")
@@ -32,5 +33,5 @@ def test_a_trace_of_two_workers_that_was_stopped_goes_on_with_one(tmp_path):
     assert list((tmp_path / "out.partial" / "stages").glob("refit-1-*.json"))
     with open_run(tmp_path / "out", {"command": "trace"}) as run:
         outcome = run_trace(rubbing_campaign(), RIG, LIBRARY, run.stage, lambda _: None)
-        run.finish({}, "", {}, outcome.page)
+        run.finish({}, "", {}, render(outcome.page))
     assert metrics_json(outcome.metrics) == metrics_json(named().metrics)

@@ -12,6 +12,7 @@ from ...loop.compute_time import summary
 from ...loop.rig_spread import spread_over_rigs
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, loop_setup
+from ...report import Figure, Page
 from ..common.bench_experiment import BenchConfig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
@@ -45,11 +46,15 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs 
         "timing": _timing(config, entries),
         "envelope": [entry["row"] for entry in envelopes],
     }
-    page = bench_page(config, entries, {entry["row"]["controller"]: entry["cloud"] for entry in envelopes}, metrics)
     controllers = [spec for loop in config.loops for spec in loop.controllers]
     rigs = {name: rig for loop in config.loops for name, rig in loop.rigs.items()}
     subject = Subject(config.rig, controllers, rigs)
-    return Outcome(metrics, page, bench_picture(config, entries, metrics), _tables(entries), subject=subject)
+
+    def draw() -> tuple[Page, Figure]:
+        clouds = {entry["row"]["controller"]: entry["cloud"] for entry in envelopes}
+        return bench_page(config, entries, clouds, metrics), bench_picture(config, entries, metrics)
+
+    return Outcome(metrics, draw, _tables(entries), subject=subject)
 
 
 def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:

@@ -38,10 +38,12 @@ def rms_of(floor: NoiseFloor, before: Sequence[Prediction], after: Sequence[Pred
 
 
 def error_figure(rms: Rms, labels: Sequence[str]) -> Figure:
-    """Held-out error of every signal over its noise; `labels` of the model, or of that before and that after."""
-    names = [label for label, row in rms.items() if None not in row.values()]
-    table = np.array([[rms[name][key] for key in ("before", "after", "floor")] for name in names], dtype=float)
-    before, after = table[:, 0] / table[:, 2], table[:, 1] / table[:, 2]
+    """Held-out error of every signal over its noise; `labels` of the model, or of that before and that after.
+
+    An error that nobody knows, since a window could not be simulated, is left out.
+    """
+    names = [label for label, row in rms.items() if row["floor"]]
+    before, after = (np.array([_over_floor(rms[name], key) for name in names]) for key in ("before", "after"))
     places = np.arange(1.0, len(names) + 1)
     if len(labels) > 1:
         gap = np.full(len(names), np.nan)
@@ -53,11 +55,18 @@ def error_figure(rms: Rms, labels: Sequence[str]) -> Figure:
         ]
     else:
         curves = [Curve(labels[0], places, before, "markers", AFTER)]
-    log = bool(before.max() > _FEW_TIMES)
-    low, high = min(0.9, float(after.min())), max(1.5, float(before.max()))
+    known = [value for value in (*before, *after) if np.isfinite(value) and value > 0]
+    low, high = min((0.9, *known)), max((1.5, *known))
+    log = high > _FEW_TIMES
     ends = (0.9 * low, 1.15 * high) if log else (0.0, 1.15 * high)
     panel = Panel("error / noise [1]", curves, log_y=log, y_range=ends, marks=(Mark(1.0, "noise floor"),))
     return Figure("Held-out error over the noise", "signal", [panel], x_names=[name.split(" [")[0] for name in names])
+
+
+def _over_floor(row: Mapping[str, float | None], key: str) -> float:
+    """An error over its noise; NaN where there is none."""
+    value, floor = row[key], row["floor"]
+    return np.nan if value is None or not floor else value / floor
 
 
 def error_table(rms: Rms, labels: Sequence[str], free_run: bool = False) -> Table:

@@ -1,11 +1,10 @@
-"""A report as it is left: what was judged, when and how above the verdict, the picture that shows it below, and at the
-end the numbers of controllers and rig."""
+"""A report as it is left: what was judged, when and how above the verdict, and below all what doing it again needs."""
 
 from dataclasses import replace
 from datetime import datetime
 
 from ...report import Page
-from .design_numbers import Subject, numbers_section
+from .design_numbers import Subject
 from .outcome import Outcome
 from .run_folder import versions
 
@@ -13,7 +12,7 @@ _LISTED = 12  # controllers or rigs that the head names
 
 
 def whole_page(outcome: Outcome, date: str = "", command: str = "") -> Page:
-    """The page of an outcome with its head, picture and numbers; `date` and `command` where it is left in a folder."""
+    """The page of an outcome with its head and footer; `date` and `command` where it is left in a folder."""
     page, subject = outcome.page, outcome.subject
     every = versions()
     head = {**(_subject_words(subject) if subject else {}), "date": date, "jackbench": every.pop("jackbench")}
@@ -22,8 +21,6 @@ def whole_page(outcome: Outcome, date: str = "", command: str = "") -> Page:
         page,
         head={**page.head, **{key: text for key, text in (head | {"command": command}).items() if text}},
         footer=footer,
-        picture=outcome.picture,
-        sections=[*page.sections, *([numbers_section(subject)] if subject else [])],
     )
 
 

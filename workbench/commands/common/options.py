@@ -99,12 +99,12 @@ def finish_in_folder(
         outcome = study(run, progress)
         page = leave(run, outcome, identity, shlex.join(["jackbench", *words]))
     index = write_index(out.resolve().parent)
-    if options.picture:
+    if options.picture and outcome.drawing.picture:
         from ...report import page_looks
         from ...report.still import still_picture
 
-        still_picture(outcome.picture, options.picture, page_looks(page))
-    print(outcome.page.verdict)
+        still_picture(outcome.drawing.picture, options.picture, page_looks(page))
+    print(page.verdict)
     print(f"report: {out / 'report.html'}")
     if index:
         print(f"all runs: {out.parent / index.name}")

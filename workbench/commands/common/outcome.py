@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...base.checkpoint import Progress, Stage, no_checkpoint
+from ...base.errors import InputError
+from .drawing import Draw, Drawing, drawn, rendered
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,31 +19,55 @@ if TYPE_CHECKING:
     from .run_folder import Run
 
 REPORT = "report"  # the table of config.toml that says what the report says
+FAULT = "report_fault"  # the key of metrics.json that says why there is no report, where none could be drawn
 
 __all__ = ["REPORT", "Answer", "Outcome", "Progress", "Stage", "leave", "no_checkpoint"]
 
 
 @dataclass(frozen=True, repr=False)
 class Outcome:
-    """`metrics` for metrics.json, `tables` for *.parquet (columns by name), the report and its telling figure.
+    """`metrics` for metrics.json, `tables` for *.parquet (columns by name), and what draws the report.
 
-    `files` are further files, text or bytes by name; `subject` is what the report is about. In a notebook it shows its
-    verdict and that figure.
+    `files` are further files, text or bytes by name; `subject` is what the report is about. `draw` gives the report and
+    its telling figure; it is called when all else has been written, so that no page costs an answer. In a notebook an
+    outcome shows its verdict and that figure.
     """
 
     metrics: Mapping[str, Any]
-    page: "Page"
-    picture: "Figure"
+    draw: Draw
     tables: "Mapping[str, Mapping[str, np.ndarray]]" = field(default_factory=dict)
     files: Mapping[str, str | bytes] = field(default_factory=dict)
     subject: "Subject | None" = None
+
+    @cached_property
+    def drawing(self) -> Drawing:
+        """The report, or as much of it as could be drawn."""
+        return drawn(self.draw, self.subject, self.kept)
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """The files that have the numbers."""
+        return ("metrics.json", *self.files)
+
+    @property
+    def page(self) -> "Page":
+        """The report."""
+        return self.drawing.page
+
+    @property
+    def picture(self) -> "Figure":
+        """The report's telling figure. Raises InputError where none could be drawn."""
+        if self.drawing.picture is None:
+            raise InputError(self.drawing.fault)
+        return self.drawing.picture
 
     def __repr__(self) -> str:
         return f"{self.page.title}\n{self.page.verdict}"
 
     def _repr_html_(self) -> str:
         title, verdict = escape(self.page.title), escape(self.page.verdict)
-        return f"<p><b>{title}</b></p><p>{verdict}</p>{self.picture._repr_html_()}"
+        picture = self.drawing.picture
+        return f"<p><b>{title}</b></p><p>{verdict}</p>{picture._repr_html_() if picture else ''}"
 
     def plot(self) -> "Figure":
         """The telling figure."""
@@ -87,15 +114,20 @@ class Answer:
 def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], command: str = "") -> "Page":
     """Write an outcome into its open run folder, and finish that; the page as it is written.
 
-    `command` is the command line, where there was one. It, the date and the verdict stand in config.toml too.
+    Numbers, files and tables are on disk before anything is drawn; where no report can be drawn, one sentence takes its
+    place, and stands in metrics.json too. `command` is the command line, where there was one. It, the date and the
+    verdict stand in config.toml too.
     """
     from .head import finished_at, whole_page
     from .run_folder import resolved_config
 
     date = finished_at()
-    page = whole_page(outcome, date, command)
-    told = {"title": page.title, "verdict": page.verdict, "date": date, "command": command or None}
     for file, content in outcome.files.items():
         (run.dir / file).write_bytes(content.encode() if isinstance(content, str) else content)
-    run.finish(outcome.metrics, resolved_config({**identity, REPORT: told}), outcome.tables, page)
+    run.keep(outcome.metrics, resolved_config(identity), outcome.tables)
+    page, html, fault = rendered(whole_page(outcome, date, command), outcome.kept)
+    fault = outcome.drawing.fault or fault
+    told = {"title": page.title, "verdict": page.verdict, "date": date, "command": command or None}
+    metrics = {**outcome.metrics, FAULT: fault} if fault else outcome.metrics
+    run.finish(metrics, resolved_config({**identity, REPORT: told}), {}, html)
     return page

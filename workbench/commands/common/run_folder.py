@@ -2,7 +2,7 @@
 
     with open_run(Path("out/bench"), {"command": "bench", "config": config, "seed": 7}) as run:
         rows = run.stage("nominal", lambda: simulate(...))      # computed once, read back when the command is resumed
-        run.finish({"rows": rows}, resolved_config(command), tables, page)
+        run.finish({"rows": rows}, resolved_config(command), tables, html)
 
 What only resuming needs is in DIR.partial/stages: @command.json (what the run is), @lock, and a file for each stage.
 """
@@ -28,7 +28,6 @@ from filelock import FileLock, Timeout
 from ...base.errors import InputError, short_path
 from ...base.files import sync, write_whole
 from ...base.toml_text import toml_text
-from ...report import Page, write_page
 
 T = TypeVar("T")
 
@@ -64,23 +63,29 @@ class Run:
             _store(path, compute())
         return _load(path)
 
-    def finish(
-        self,
-        metrics: Mapping[str, Any],
-        config_toml: str,
-        tables: Mapping[str, Mapping[str, np.ndarray]],
-        page: Page,
+    def keep(
+        self, metrics: Mapping[str, Any], config_toml: str, tables: Mapping[str, Mapping[str, np.ndarray]]
     ) -> None:
-        """Write metrics.json, config.toml, NAME.parquet for each table and report.html, then rename DIR.partial to DIR.
-
-        tables: name -> column -> (n,), one n a table. An older DIR (force) is moved aside first and deleted last.
-        """
+        """Write metrics.json, config.toml and NAME.parquet for each table: name -> column -> (n,), one n a table."""
         write_whole(self.dir / "metrics.json", metrics_json(metrics))
         write_whole(self.dir / "config.toml", config_toml)
         for name, columns in tables.items():
             table = pa.table({key: pa.array(np.asarray(column)) for key, column in columns.items()})
             pq.write_table(table, self.dir / f"{name}.parquet")
-        write_page(page, self.dir / "report.html")
+
+    def finish(
+        self,
+        metrics: Mapping[str, Any],
+        config_toml: str,
+        tables: Mapping[str, Mapping[str, np.ndarray]],
+        report: str,
+    ) -> None:
+        """Write all that `keep` does and report.html, then rename DIR.partial to DIR.
+
+        An older DIR (force) is moved aside first and deleted last.
+        """
+        self.keep(metrics, config_toml, tables)
+        write_whole(self.dir / "report.html", report)
         _publish(self.dir, self.out)
         self.finished = True
 

@@ -38,7 +38,7 @@ def run_compare(runs: Sequence[Finished]) -> Outcome:
     telling = figures[0] if figures else bars(runs, rows)
     title = "Comparison of " + ", ".join(run.name for run in runs)
     page = Page(title, _verdict(runs, rows), [tables, *sections], head={"runs": _runs_words(runs)})
-    return Outcome({"rows": rows}, page, telling)
+    return Outcome({"rows": rows}, lambda: (page, telling))
 
 
 def _runs_words(runs: Sequence[Finished]) -> str:

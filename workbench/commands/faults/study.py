@@ -46,8 +46,7 @@ def run_faults(config: FaultsConfig, stage: Stage, progress: Progress) -> Outcom
     }
     return Outcome(
         metrics,
-        faults_page(config, metrics),
-        faults_figure(metrics["rows"]),
+        lambda: (faults_page(config, metrics), faults_figure(metrics["rows"])),
         subject=Subject(config.rig, [spec for loops in config.loops for spec in loops.controllers]),
     )
 

@@ -11,6 +11,7 @@ from ...identify.trace.problem import estimation_problem
 from ...identify.trace.refit import fit_rig, heldout_errors
 from ...identify.trace.stored import packed, unpacked
 from ...records import Campaign
+from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
@@ -77,9 +78,10 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),
         "correlations": {"names": [free.name for free in model_fit.fit.free], "matrix": correlations(model_fit.fit)},
     }
-    page, picture = fit_page(problem, numbers, in_sessions, differences, metrics)
     tables = record_tables({"rig file": declared, "fitted": after})
     as_fitted = fitted_rig(problem, model_fit)
-    return FitAnswer(
-        as_fitted, Outcome(metrics, page, picture, tables, {"rig.toml": rig_text(as_fitted)}, Subject(rig))
-    )
+
+    def draw() -> tuple[Page, Figure]:
+        return fit_page(problem, numbers, in_sessions, differences, metrics)
+
+    return FitAnswer(as_fitted, Outcome(metrics, draw, tables, {"rig.toml": rig_text(as_fitted)}, Subject(rig)))

@@ -20,6 +20,7 @@ from ...loop.describing_function import closed_loop_sine
 from ...plant import Plant, build, build_pilot_bench, build_valve_bench
 from ...records import Record
 from ...records.frequency_sheet import FrequencySheet
+from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
@@ -48,9 +49,11 @@ def run_frequency(task: FrequencyTask, stage: Stage, progress: Progress) -> Outc
         comparisons.append(_of_sheet(sheet, np.asarray(model)))
     tables = {f"response-{comparison.name.replace('/', '-')}": columns(comparison) for comparison in comparisons}
     metrics = {"rows": [row for comparison in comparisons for row in rows(comparison)]}
-    return Outcome(
-        metrics, page(task.source, task.rig.name, comparisons), figure(comparisons[0]), tables, {}, Subject(task.rig)
-    )
+
+    def draw() -> tuple[Page, Figure]:
+        return page(task.source, task.rig.name, comparisons), figure(comparisons[0])
+
+    return Outcome(metrics, draw, tables, {}, Subject(task.rig))
 
 
 def _predicted(plant: Plant, record: Record, floor: NoiseFloor, measured: FrequencyResponse) -> dict[str, np.ndarray]:

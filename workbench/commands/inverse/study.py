@@ -14,6 +14,7 @@ from ...loop.learning import Iteration, rms
 from ...loop.margins import LinearLoop
 from ...loop.outer_loop import outer_loop
 from ...loop.rows import LinearLoops, LoopSetup, linear_loops
+from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import InverseConfig
@@ -33,10 +34,14 @@ def run_inverse(config: InverseConfig, stage: Stage, progress: Progress) -> Outc
         "outer": [row for name, each in inverted.items() for row in _outer_rows(name, each)],
         "plants": drawn_rows(config, drawn),
     }
-    report = page(config, inverted, metrics, [drawn_section(config, drawn)] if drawn else [])
     files = {name: text for each in inverted.values() for name, text in drive_file(config, each).items()}
-    picture, subject = left_figure(next(iter(inverted.values()))), Subject(record.rig, record.controllers, record.rigs)
-    return Outcome(metrics, report, picture, tables(config, inverted), files, subject)
+    subject = Subject(record.rig, record.controllers, record.rigs)
+
+    def draw() -> tuple[Page, Figure]:
+        more = [drawn_section(config, drawn)] if drawn else []
+        return page(config, inverted, metrics, more), left_figure(next(iter(inverted.values())))
+
+    return Outcome(metrics, draw, tables(config, inverted), files, subject)
 
 
 def _inverted(config: InverseConfig, spec: ControllerSpec, stage: Stage, progress: Progress) -> Inverted:

@@ -18,6 +18,7 @@ from ...loop.learning import (
     rms,
 )
 from ...loop.rows import LoopSetup, linear_loops
+from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import LearnConfig
@@ -51,11 +52,14 @@ def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outco
         "rows": rows(learned),
         "plants": [drawn_row(config, drawn)] if drawn else [],
     }
-    picture = figure(config, learned)
-    report = page(config, convergence, learned, picture, drawn)
     lanes = {"plants": drawn.draw.columns(record.rig) | dict(drawn.lanes)} if drawn else {}
     subject = Subject(record.rig, [config.controller], record.rigs)
-    return Outcome(metrics, report, picture, tables(record, learned) | lanes, drive_files(record, learned), subject)
+
+    def draw() -> tuple[Page, Figure]:
+        picture = figure(config, learned)
+        return page(config, convergence, learned, picture, drawn), picture
+
+    return Outcome(metrics, draw, tables(record, learned) | lanes, drive_files(record, learned), subject)
 
 
 def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage) -> Convergence:

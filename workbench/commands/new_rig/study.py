@@ -55,13 +55,17 @@ def run_new_rig(sheet: Datasheet, stage: Stage, progress: Progress) -> tuple[Out
     metrics: dict[str, Any] = {"rows": rows}
     if fit:
         metrics |= {"determined": _determined(fit), "parameters": _parameters(fit)}
-    bodes = [_bode(response, after, before) for response in sheet.responses]
-    page = Page(f"{sheet.name}: a rig from a datasheet", _verdict(sheet, rows, fit), _sections(rig, rows, fit, bodes))
     tables = {
         name: {"f_hz": f, "gain_db": gain_db(response), "phase_deg": phase_deg(response)}
         for name, (f, response) in after.curves.items()
     }
-    return Outcome(metrics, page, bodes[-1], tables, subject=Subject(rig)), rig
+
+    def draw() -> tuple[Page, Figure]:
+        bodes = [_bode(response, after, before) for response in sheet.responses]
+        sections = _sections(rig, rows, fit, bodes)
+        return Page(f"{sheet.name}: a rig from a datasheet", _verdict(sheet, rows, fit), sections), bodes[-1]
+
+    return Outcome(metrics, draw, tables, subject=Subject(rig)), rig
 
 
 def _measure(sheet: Datasheet, rig: Rig, stage: Stage, label: str) -> _Measured:

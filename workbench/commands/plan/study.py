@@ -19,6 +19,7 @@ from ...identify.trace.workers import trace_workers
 from ...plant.effects import Effect, applies
 from ...records import Campaign
 from ...records.excitation import Excitation, excitation_text
+from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.fit_result import fitted_rig
@@ -63,9 +64,12 @@ def run_plan(
         checks = _checks(fitted, alike, gains, records, stage, progress)
     metrics = plan_metrics(alike, unseen, gains, records, checks)
     metrics["not_compared"] = not_simulated(fitted.effects, fitted.now)
-    page, picture = plan_page(fitted.problem, fitted.effects.candidates, metrics, records)
     files = {row["file"]: excitation_text(records[row["record"]].played) for row in metrics["records"]}
-    return Outcome(metrics, page, picture, _tables(metrics, records), files, Subject(rig))
+
+    def draw() -> tuple[Page, Figure]:
+        return plan_page(fitted.problem, fitted.effects.candidates, metrics, records)
+
+    return Outcome(metrics, draw, _tables(metrics, records), files, Subject(rig))
 
 
 def _fitted(

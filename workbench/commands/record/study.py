@@ -58,9 +58,12 @@ def run_record(plan: Plan, stage: Stage, progress: Progress) -> Outcome:
         records.append(Record(name, wave.t, stored["signals"]))
         rows.append({"record": name, "role": _role(name, list(played)), **stored["effort"]})
     metrics = {"rows": rows, "seed": plan.seed, "loop_gain": ready.loop.design.gain}
-    page = _page(plan, ready, rows, records)
     files = _files(plan, rows, records, played)
-    return Outcome(metrics, page, _figure(records[-1]), files=files, subject=Subject(plan.rig))
+
+    def draw() -> tuple[Page, Figure]:
+        return _page(plan, ready, rows, records), _figure(records[-1])
+
+    return Outcome(metrics, draw, files=files, subject=Subject(plan.rig))
 
 
 def _given(plan: Plan) -> dict[str, Excitation]:

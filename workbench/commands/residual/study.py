@@ -57,11 +57,13 @@ def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress,
     if free_run:
         metrics["free_run"] = free_run_rows(runs)
     tables = {f"residual-{p.record.name.replace('/', '-')}": _table(p) for p in predictions}
-    telling = _telling(predictions, rows)
-    page = _page(campaign, rig, floor, predictions, metrics, [free_run_section(runs)] if runs else [])
-    if runs:
-        page = replace(page, verdict=f"{page.verdict} {free_run_sentence(runs)}")
-    return Outcome(metrics, page, telling, tables, subject=Subject(rig))
+
+    def draw() -> tuple[Page, Figure]:
+        page = _page(campaign, rig, floor, predictions, metrics, [free_run_section(runs)] if runs else [])
+        said = f"{page.verdict} {free_run_sentence(runs)}" if runs else page.verdict
+        return replace(page, verdict=said), _telling(predictions, rows)
+
+    return Outcome(metrics, draw, tables, subject=Subject(rig))
 
 
 def chi2(predictions: list[Prediction], floor: NoiseFloor) -> float | None:

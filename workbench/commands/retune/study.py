@@ -12,6 +12,7 @@ from ...loop.rig_variations import with_delay
 from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
+from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..tune.config import TuneConfig
@@ -52,13 +53,17 @@ def run_retune(config: RetuneConfig, stage: Stage, progress: Progress, jobs: Job
         "goals": [asdict(goal) for goal in nearest.verdict.goals],
         "trials": len(trials),
     }
-    page = retune_page(config, trials, nearest, runs, metrics)
     files = tuned_files(config.found, nearest) if nearest.verdict.cost is not None else {}
     retuned = config.found.problem.design(nearest.values)
     subject = Subject(
         config.declared.start.rig, [config.found.start.controllers[0].named("old"), retuned.named("retuned")]
     )
-    return Outcome(metrics, page, steps_figure(config.found, scenario, runs, rows), _tables(runs), files, subject)
+
+    def draw() -> tuple[Page, Figure]:
+        page = retune_page(config, trials, nearest, runs, metrics)
+        return page, steps_figure(config.found, scenario, runs, rows)
+
+    return Outcome(metrics, draw, _tables(runs), files, subject)
 
 
 def gain_scenario(scenarios: tuple[Scenario, ...]) -> Scenario:

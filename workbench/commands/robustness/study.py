@@ -11,6 +11,7 @@ from ...base.process_pool import Jobs, process_pool
 from ...loop.lane_margins import LaneMargins
 from ...loop.sensors import settling_band
 from ...plant import build
+from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.numbers import finite, quantile
 from ..common.outcome import Outcome, Progress, Stage
@@ -76,9 +77,12 @@ def _outcome(
     config: RobustnessConfig, draw: PlantDraw, metrics: dict[str, Any], lanes: dict[str, dict[str, np.ndarray]]
 ) -> Outcome:
     tables = {f"plants_{name}".replace("-", "_"): columns for name, columns in lanes.items()}
-    page = robustness_page(config, metrics, lanes, draw)
     subject = Subject(config.rig, config.controllers)
-    return Outcome(metrics, page, robustness_figure(lanes), {"drawn": draw.columns(config.rig), **tables}, {}, subject)
+
+    def shown() -> tuple[Page, Figure]:
+        return robustness_page(config, metrics, lanes, draw), robustness_figure(lanes)
+
+    return Outcome(metrics, shown, {"drawn": draw.columns(config.rig), **tables}, {}, subject)
 
 
 def _judged(

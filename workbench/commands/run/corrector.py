@@ -42,10 +42,12 @@ def run_corrector(config: CorrectorConfig, stage: Stage, progress: Progress) -> 
         "least_damping": config.least_damping,
         "refused": [key for key, corrected in full.items() if corrected.null_zeta < config.least_damping],
     }
-    picture = _bode("Main stage at full command", full, config.maker)
-    return Outcome(
-        metrics, _page(config, full, quarter, picture), picture, _tables(full, quarter), subject=Subject(config.rig)
-    )
+
+    def draw() -> tuple[Page, Figure]:
+        picture = _bode("Main stage at full command", full, config.maker)
+        return _page(config, full, quarter, picture), picture
+
+    return Outcome(metrics, draw, _tables(full, quarter), subject=Subject(config.rig))
 
 
 def _stored(

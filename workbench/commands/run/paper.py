@@ -82,8 +82,11 @@ def run_paper(config: PaperConfig, stage: Stage, progress: Progress) -> Outcome:
         values[f"{sweep.id}_f3db"] = corner_frequency(sines[sweep.id].f, gain_db(response), -3.0)
         values[f"{sweep.id}_f90"] = corner_frequency(sines[sweep.id].f, phase_deg(response), -90.0)
     rows = [_row(target, values[target.id]) for target in TARGETS]
-    telling = _bode(SWEEPS[-1], rig, sines[SWEEPS[-1].id])
-    return Outcome({"rows": rows}, _page(rig, rows, flows, sines), telling, _tables(flows, sines), subject=Subject(rig))
+
+    def draw() -> tuple[Page, Figure]:
+        return _page(rig, rows, flows, sines), _bode(SWEEPS[-1], rig, sines[SWEEPS[-1].id])
+
+    return Outcome({"rows": rows}, draw, _tables(flows, sines), subject=Subject(rig))
 
 
 def _sweep(sweep: Sweep, rig: Rig, points: int) -> SteppedSine:

@@ -76,9 +76,8 @@ def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress)
         envelope,
         played,
     )
-    page, picture = platform_page(config, setup, findings)
     metrics = _metrics(findings) | {"timing": {"study_cpu_s": process_time() - began}}
-    return Outcome(metrics, page, picture, _tables(findings))
+    return Outcome(metrics, lambda: platform_page(config, setup, findings), _tables(findings))
 
 
 def _played(config: PlatformConfig, setup: PlatformSetup) -> dict[str, Played]:

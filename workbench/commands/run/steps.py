@@ -9,6 +9,7 @@ from ...control.controller_spec import ControllerSpec
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
+from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import Sines, sines
@@ -34,9 +35,12 @@ def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
         swept[controller.name] = stage(
             f"bode-{controller.name}", lambda c=controller: sines(c, config.signal, config.bode, setup_of(c))
         )
-    page, picture = step_page(config, rows, runs, loops, swept)
     subject = Subject(config.rig, config.controllers)
-    return Outcome({"rows": rows}, page, picture, _tables(runs, swept, loops), subject=subject)
+
+    def draw() -> tuple[Page, Figure]:
+        return step_page(config, rows, runs, loops, swept)
+
+    return Outcome({"rows": rows}, draw, _tables(runs, swept, loops), subject=subject)
 
 
 def _setups(config: StepConfig) -> Callable[[ControllerSpec], LoopSetup]:

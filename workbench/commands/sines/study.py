@@ -14,6 +14,7 @@ from ...loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup
 from ...loop.sampled_loop import SampledLoop
 from ...loop.sines import amplitude_phase, arriving, cycles_to_arrive, sine, sine_errors
 from ...loop.step_metrics import saturated_time
+from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import Sine, SinesConfig
@@ -50,9 +51,13 @@ def run_sines(config: SinesConfig, stage: Stage, progress: Progress) -> Outcome:
         "left_out": left_out,
         "reach": [{"rig": name, "amplitude": config.amplitude, "highest_hz": f} for name, f in highest.items()],
     }
-    figure = picture(config, metrics)
     subject = Subject(config.rig, config.controllers, config.rigs)
-    return Outcome(metrics, page(config, metrics, figure), figure, tables, subject=subject)
+
+    def draw() -> tuple[Page, Figure]:
+        figure = picture(config, metrics)
+        return page(config, metrics, figure), figure
+
+    return Outcome(metrics, draw, tables, subject=subject)
 
 
 def _loops(spec: ControllerSpec, setups: Mapping[str, LoopSetup]) -> LinearLoops:

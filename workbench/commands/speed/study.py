@@ -68,7 +68,7 @@ def run_speed(rig: Rig, stage: Stage, progress: Progress) -> Outcome:
     progress("environments")
     envs = stage("envs", _environments)
     speed = {"peers": peers, "batch": batch, "envs": envs, "start": start, "floor": _floor_row(least), **loops}
-    return Outcome(speed, _page(rig, engine, speed), _picture(batch), subject=Subject(rig, _controllers()))
+    return Outcome(speed, lambda: (_page(rig, engine, speed), _picture(batch)), subject=Subject(rig, _controllers()))
 
 
 def _controllers() -> list[ControllerSpec]:

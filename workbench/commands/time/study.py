@@ -33,8 +33,11 @@ def run_timing(config: StepConfig | BenchConfig, rig_name: str, stage: Stage, pr
         spent = {name: times for loop in _loops(config) for name, times in _measured(loop, stage, progress).items()}
     period = config.rig.period.value
     timing = {name: summary(times, period) for name, times in spent.items()}
-    page = _page(config, timing, spent)
-    return Outcome({"controllers": list(spent), "timing": timing}, page, _figure(spent, period), {}, {
+
+    def draw() -> tuple[Page, Figure]:
+        return _page(config, timing, spent), _figure(spent, period)
+
+    return Outcome({"controllers": list(spent), "timing": timing}, draw, {}, {
         "timed.toml": _timed(config.source, timing, rig_name if rig_name in bundled_rigs() else "rig.toml"),
         **({} if rig_name in bundled_rigs() else {"rig.toml": rig_text(config.rig)}),
     }, Subject(config.rig, [spec for _, controllers, _ in _loops(config) for spec in controllers]))  # fmt: skip

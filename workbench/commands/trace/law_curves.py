@@ -8,8 +8,9 @@ import numpy as np
 from ...base.gain_phase import gain_db, phase_deg
 from ...base.units import from_si
 from ...identify.fit.solver import Fit
-from ...plant.effects import SLOTS, Effect, small_signal, static_curve
-from ...plant.effects.natural import PASSAGES, NaturalVariable
+from ...plant.effects import Effect, small_signal, static_curve
+from ...plant.effects.natural import PASSAGES, NaturalVariable, variables
+from ...plant.effects.shapes import offered_as
 from ..common.fit_result import effect_covariance, effect_numbers
 
 BAND = 1.96  # standard deviations
@@ -50,18 +51,22 @@ def visited(of: NaturalVariable, samples: Mapping[str, np.ndarray]) -> np.ndarra
     return np.sign(share) * np.abs(share) ** of.crowding * np.where(share < 0, -low, high)
 
 
-def held_values(slot: str, word: str, samples: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """What else the slot offers, SI: the middle of what the records had; of a speed, a high one, forward."""
+def held_values(effect: Effect, word: str, samples: Mapping[str, np.ndarray]) -> dict[NaturalVariable, float]:
+    """The effect's other natural variables, SI: the middle of what the records had; of a speed, a high one, forward."""
     return {
-        name: float(np.quantile(np.abs(samples[name]), _TYPICAL) if name == "velocity" else np.median(samples[name]))
-        for name in SLOTS[slot].offers
-        if name in samples and name != word
+        of: float(np.quantile(np.abs(samples[of.word]), _TYPICAL) if of.si == "m/s" else np.median(samples[of.word]))
+        for of in variables(effect)
+        if of.word in samples and of.word != word
     }
 
 
-def law_curve(effect: Effect, fit: Fit, name: str, word: str, at: np.ndarray, held: Mapping[str, float]) -> LawCurve:
+def law_curve(
+    effect: Effect, fit: Fit, name: str, word: str, at: np.ndarray, held: Mapping[NaturalVariable, float]
+) -> LawCurve:
     """The first law of a fitted effect at places [k] of a variable; as a share of what passes where it is a factor."""
-    curve = static_curve(effect, effect_numbers(effect, fit), word, at, held)
+    slot = next(iter(effect.laws))
+    others = {offer: value for of, value in held.items() if (offer := offered_as(slot, of.word))}
+    curve = static_curve(effect, effect_numbers(effect, fit), word, at, others)
     variance = np.einsum("kpi,ij,kpj->kp", curve.slopes, effect_covariance(effect, fit), curve.slopes)
     half = BAND * np.sqrt(np.maximum(variance, 0.0))
     return _in_units(effect, LawCurve(name, "", curve.values, half), unchanged(effect, word, at))

@@ -80,14 +80,13 @@ def learned_section(trace: Trace, laws: Sequence[LearnedLaw]) -> list[Section]:
 
 
 def _law(trace: Trace, effect: Effect, word: str) -> LearnedLaw:
-    of, samples, slot = variable(effect, word), trace.problem.samples, next(iter(effect.laws))
-    at, held = visited(of, samples), held_values(slot, word, samples)
+    of, samples = variable(effect, word), trace.problem.samples
+    at, held = visited(of, samples), held_values(effect, word, samples)
     law = law_curve(effect, trace.final.fit, _name(effect), word, at, held)
     formulas = tuple(law_curve(e, fit, title(e), word, at, held) for e, fit in _beside(trace, effect))
     if not formulas and (plain := as_it_came(effect, word, at)):
         formulas = (plain,)
-    known = {each.word: each for each in variables(effect)}
-    said = [f"{name} {_shown(known[name], value):.3g} {known[name].shown}" for name, value in held.items()]
+    said = [f"{_word(each)} {_shown(each, value):.3g} {each.shown}" for each, value in held.items()]
     return LearnedLaw(effect, of, _shown(of, at), law, formulas, " and ".join(said))
 
 
@@ -95,8 +94,8 @@ def _beside(trace: Trace, effect: Effect) -> list[tuple[Effect, Fit]]:
     """The formulas of the library in the slot of an effect, as fitted, best first: those of its own name, if any."""
     slot = next(iter(effect.laws))
     fits = [(fit.candidate.effect, fit) for fit, _ in ranking(trace)]
-    own = [(e, fit) for e, fit in fits if e.name == effect.name]
-    same = own or [(e, fit) for e, fit in fits if next(iter(e.laws), None) == slot]
+    there = [(e, fit) for e, fit in fits if next(iter(e.laws), None) == slot]
+    same = [(e, fit) for e, fit in there if e.name == effect.name] or there
     return [(e, (trace.named if fit in trace.effects else fit.refitted).fit) for e, fit in same[:_FORMULAS]]
 
 

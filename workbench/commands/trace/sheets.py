@@ -63,12 +63,11 @@ def run_sheet_trace(problem: SheetProblem, library: Sequence[Effect], stage: Sta
     with one_blas_thread():
         trace = trace_sheets(problem, library, progress)
     answer = sheet_json(trace)
-    page, picture = sheet_page(trace, answer)
     final = trace.final
     rig = rig_as_fitted(problem.rig, problem.source, final.fit, [each.effect for each in trace.effects])
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig)}
     more = {"parameters": base_intervals(problem.rig, final.fit), "sheets": _by_sheet(trace)}
-    return Outcome(answer | more, page, picture, {}, texts, Subject(problem.rig))
+    return Outcome(answer | more, lambda: sheet_page(trace, answer), {}, texts, Subject(problem.rig))
 
 
 def sheet_json(trace: SheetTrace) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from ...identify.trace.problem import estimation_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect, acts, known_effects
 from ...records import Campaign, load_campaign
+from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig, rig_text
 from ..common.design_numbers import Subject
@@ -107,15 +108,17 @@ def _answer(
     with one_blas_thread():
         result = trace(estimation_problem(campaign, rig), library, stage, progress, several, jobs, files)
         answer, both = trace_json(result), compared(result)
-        shape = missing_shape(result, stage, progress)
-        shown = (
-            detectability(result.problem, result.final, library, stage, progress) if result.verdict == "none" else None
-        )
-    page, picture = trace_page(result, answer, both, library, shape, shown)
     rig_found = fitted_rig(result.problem, result.final, files)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}
     tables = record_tables(dict(zip(labels(result), both, strict=False)))
-    outcome = Outcome(answer | more_json(result), page, picture, tables, texts, Subject(rig))
+
+    def draw() -> tuple[Page, Figure]:
+        with one_blas_thread():
+            shape, none = missing_shape(result, stage, progress), result.verdict == "none"
+            shown = detectability(result.problem, result.final, library, stage, progress) if none else None
+        return trace_page(result, answer, both, library, shape, shown)
+
+    outcome = Outcome(answer | more_json(result), draw, tables, texts, Subject(rig))
     return TraceAnswer(result, rig_found, outcome, identity(campaign, rig, files, without, several))
 
 

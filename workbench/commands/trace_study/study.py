@@ -56,7 +56,7 @@ def run_trace_study(
     table = confusion(rows)
     metrics = {"rows": rows, "scores": [asdict(rate) for rate in rates], "confusion": table}
     metrics |= {"items": identity(plan), "timing": timing}
-    return Outcome(metrics, page(rows, rates, table, timing["campaigns"]), picture(rows))
+    return Outcome(metrics, lambda: (page(rows, rates, table, timing["campaigns"]), picture(rows)))
 
 
 def _traced(item: Item, trace: Tracer, keep: Path | None) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from ...loop.envelope import DRAWN
 from ...loop.rig_variations import with_delay
 from ...loop.rows import loop_setup, play
 from ...loop.sampled_loop import LoopRun
+from ...report import Figure, Page
 from ...rigs.rig_file import bundled, rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome
@@ -42,16 +43,19 @@ def run_train(config: TrainConfig, stage: Stage, progress: Progress, jobs: Jobs 
         "runs": [_line(run) for run in runs],
     }
     steps = _steps(config, {"start": first, "trained": best.nearest})
-    page = train_page(config, runs, best, start, rows, unseen, steps)
     files = _files(config, best) if trained else {}
     tables = {
         f"step-{what}-{name}": {"t [s]": run.record.t, **run.record.signals}
         for what, by_scenario in steps.items()
         for name, run in by_scenario.items()
     }
-    picture = step_figure(config, config.start.scenarios[0], steps, rows["trained"])
     subject = Subject(config.start.rig, [config.problem.design(best.nearest.values)], config.rigs)
-    return Outcome(metrics, page, picture, tables, files, subject)
+
+    def draw() -> tuple[Page, Figure]:
+        page = train_page(config, runs, best, start, rows, unseen, steps)
+        return page, step_figure(config, config.start.scenarios[0], steps, rows["trained"])
+
+    return Outcome(metrics, draw, tables, files, subject)
 
 
 def _best(config: TrainConfig, best: Run, start: Verdict, rows: Mapping[str, Sequence[Any]]) -> dict[str, Any]:

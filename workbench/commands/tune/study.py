@@ -9,6 +9,7 @@ from ...base.toml_text import toml_text
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
+from ...report import Figure, Page
 from ...rigs.rig_file import bundled as bundled_rigs
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
@@ -42,7 +43,6 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: Jobs = 
         "trials": [_line(config, trial) for trial in trials],
     }
     loops = {what: linear_loops(config.problem.design(trial.values), setup) for what, trial in designs.items()}
-    page = tune_page(config, trials, nearest, runs, rows, loops)
     files = {} if best is None else tuned_files(config, best)
     tables = {
         f"step-{what}-{name}": {"t [s]": run.record.t, **run.record.signals}
@@ -50,7 +50,12 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: Jobs = 
         for name, run in by_scenario.items()
     }
     subject = Subject(config.start.rig, [config.problem.design(nearest.values)], config.rigs)
-    return Outcome(metrics, page, step_figure(config, config.start.scenarios[0], runs, rows), tables, files, subject)
+
+    def draw() -> tuple[Page, Figure]:
+        page = tune_page(config, trials, nearest, runs, rows, loops)
+        return page, step_figure(config, config.start.scenarios[0], runs, rows)
+
+    return Outcome(metrics, draw, tables, files, subject)
 
 
 def tuned_rows(problem: TuneProblem, trial: Trial) -> list[dict[str, Any]]:

@@ -93,7 +93,9 @@ class Model:
             own = np.flatnonzero(level == number)
             if number:
                 spans = [windows.spans[w - 1] for w in own]
-                before[own] = self._ends(windows.records, spans, (x0 if fitted is None else fitted)[own - 1], values[own])
+                before[own] = self._ends(
+                    windows.records, spans, (x0 if fitted is None else fitted)[own - 1], values[own]
+                )
             for w in own:
                 index, first, end = windows.spans[w]
                 x0[w] = first_guess(self.plant, windows.records[index], first, end, before[w])

@@ -28,6 +28,9 @@ HELD: Mapping[str, float] = {
 
 OPEN = 0.25  # of the travel: about where small signals at openings are shown, beyond any lap
 
+_OFFERED_AS = {"drop": "pa", "spool_velocity": "velocity", "opening": "spool", "draw": "flow"}
+"""Where a natural variable has another name among what its slot offers; a drop is pa, with pb at 0."""
+
 _PASSING = {"modulus": 1e9, "main_flows": 1.0}
 """What passes a slot where it is not the variable itself; elsewhere nothing is there to add to."""
 
@@ -127,7 +130,11 @@ def _passing(slot: str, of: NaturalVariable, q: ca.SX) -> tuple[ca.SX, ...]:
 def _offers(slot: str, of: NaturalVariable, q: ca.SX, held: Mapping[str, float]) -> dict[str, ca.SX]:
     """What the slot offers, with the variable at q."""
     offers = {name: ca.SX(held.get(name, HELD.get(name, 0.0))) for name in SLOTS[slot].offers}
-    word = of.word.strip("|")
-    own = {"drop": "pa", "spool_velocity": "velocity", "opening": "spool", "draw": "flow"}
-    name = word if word in offers else own.get(word, "")
-    return offers | ({name: q} if name in offers else {})
+    name = offered_as(slot, of.word.strip("|"))
+    return offers | ({name: q} if name else {})
+
+
+def offered_as(slot: str, word: str) -> str:
+    """The name by which a slot offers its natural variable of a word; empty where that is no quantity it offers."""
+    name = word if word in SLOTS[slot].offers else _OFFERED_AS.get(word, "")
+    return name if name in SLOTS[slot].offers else ""
