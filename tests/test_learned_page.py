@@ -12,11 +12,9 @@ from test_learned_shapes import harder_out, shaped
 from workbench.commands.common.fit_result import effect_covariance, effect_numbers, not_physical, number_remarks
 from workbench.commands.trace import words
 from workbench.commands.trace.law_curves import LawCurve, differences, gain_curve, law_curve, visited
-from workbench.identify.fit.determined import FreeParameter
-from workbench.identify.fit.solver import Fit
 from workbench.identify.trace.localise import likely_equations
 from workbench.identify.trace.samples import variable_samples
-from workbench.plant.effects import Effect, find, refine
+from workbench.plant.effects import find, refine
 from workbench.plant.effects.natural import variable
 from workbench.report import Figure, Section, Table
 from workbench.rigs.rig_file import load_rig
