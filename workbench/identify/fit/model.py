@@ -1,22 +1,25 @@
 """A plant as a model of windows: errors over sigma, and their exact slopes to initial states, inputs and numbers."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.signals import FURTHER_INPUTS
 from ...engine import Engine
+from ...engine.delay_line import HeldCommands, joined, stacked
 from ...engine.engine import back_end_of
 from ...engine.jobs import Stepping
-from ...engine.tangent import tangent_attempt, tangent_outputs
+from ...engine.tangent import paced, tangent_attempt, tangent_outputs
 from ...linear import equilibrium
 from ...plant import Plant
 from ...records import Record
 from .rest_state import rest_state
 from .session_numbers import SessionNumber, session_windows
-from .windows import DelayedCommand, Group, Windows, first_guess, further_inputs, run_up
+from .windows import Group, Windows, delayed, first_guess, further_inputs, run_up
 
 TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
 FREE_RUN_TOLERANCE = 1e-5  # of the errors of free runs, which are far above that
@@ -24,6 +27,16 @@ _SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
 _STEPPING = Stepping(_SLOPES, 2e-5, 20_000)
 _MOST = 1e30  # a tangent beyond this, or NaN, says nothing
 _LANES = 256  # directions times windows that are computed together, so that they stay in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class HeldRecord:
+    """What a record holds a plant at: its times and the end of the last row [rows + 1], its commands as they arrive,
+    and further inputs by name [rows], 0 where it carries none."""
+
+    t: np.ndarray
+    late: HeldCommands
+    further: Mapping[str, np.ndarray]
 
 
 class Model:
@@ -53,7 +66,8 @@ class Model:
     @cached_property
     def _tangents(self) -> Any:
         """Either back end, for the tangents' graphs."""
-        graphs = (tangent_attempt(self.plant), tangent_outputs(self.plant, self.names))
+        plant = paced(self.plant)
+        graphs = (tangent_attempt(plant), tangent_outputs(plant, self.names))
         both = np.append(self.plant.p, 0 * self.plant.p)
         return back_end_of(*graphs, both, _STEPPING, "auto")[0]
 
@@ -131,19 +145,30 @@ class Model:
         """The states [k, n] after rows `spans` (record, first row, end row) of records, each from x [k, n] with
         parameters p [k, parameters]; x where there is no row, or the plant cannot be simulated."""
         after, lengths = x.copy(), np.array([end - first for _, first, end in spans])
+        held = {index: self.held(records[index], p[0]) for index in {index for index, *_ in spans}}
         for rows in np.unique(lengths[lengths > 0]).tolist():
             own = np.flatnonzero(lengths == rows)
-            parts = [self._recorded(records[index], first, end) for index, first, end in (spans[k] for k in own)]
-            t, u = (np.array(part) for part in zip(*parts, strict=True))
-            batch = self.engine.run_batch(x[own], t, u, p[own], every=rows)
-            after[own] = np.where(batch.ok[:, None], batch.x[:, -1], x[own])
+            parts = [(held[index], slice(first, end)) for index, first, end in (spans[k] for k in own)]
+            late = stacked([each.late.some(part) for each, part in parts])
+            t = np.array([each.t[part.start : part.stop + 1] for each, part in parts])
+            further = {name: np.array([each.further[name][part] for each, part in parts]) for name in FURTHER_INPUTS}
+            states = self._run(x[own], t, late, further, p[own], rows)[:, -1]
+            after[own] = np.where(np.isfinite(states).all(axis=1)[:, None], states, x[own])
         return after
 
-    def _recorded(self, record: Record, first: int, end: int) -> tuple[np.ndarray, np.ndarray]:
-        """Times [rows + 1] and inputs [rows, m] of rows of a record."""
-        further = {name: values[first:end] for name, values in further_inputs(record).items()}
-        t = np.append(record.t, record.t[-1] + record.period)[first : end + 1]
-        return t, self._held(record.signals["command"][first:end], further)
+    def held(self, record: Record, p: np.ndarray) -> "HeldRecord":
+        """What a record's rows hold the plant at, with parameters p."""
+        late = delayed(record, self.plant.lateness(p), self.plant.interpolated)
+        nothing = np.zeros(len(record.t))
+        further = dict.fromkeys(FURTHER_INPUTS, nothing) | further_inputs(record)
+        return HeldRecord(np.append(record.t, record.t[-1] + record.period), late, further)
+
+    def run_through(self, record: Record, x0: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Outputs [rows, signals] of one run through a record from x0 [n]; NaN from where it failed."""
+        held = self.held(record, p)
+        late, further = stacked([held.late]), {name: values[None] for name, values in held.further.items()}
+        x = self._run(x0[None], record.t[None], late, further, p[None])
+        return self.engine.outputs(x, self._held(late.now, further), p[None, None])[0][..., self._columns]
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
@@ -173,12 +198,27 @@ class Model:
         states = []
         x0 = self.starts(windows, p) if windows.from_rest else x0
         for group in windows.groups:
-            late = self._late(windows, group, p)
-            values = self.parameters_of(windows, group, p)
-            further = windows.inputs(group)
-            x = self.engine.run_batch(x0[group.which], group.t[:, :-1], self._held(late.mean, further), values).x
+            late, further = self._late(windows, group, p), windows.inputs(group)
+            x = self._run(x0[group.which], group.t[:, :-1], late, further, self.parameters_of(windows, group, p))
             states.append((x, self._held(late.now, further)))
         return states
+
+    def _run(
+        self,
+        x0: np.ndarray,
+        t: np.ndarray,
+        late: HeldCommands,
+        further: Mapping[str, np.ndarray],
+        p: np.ndarray,
+        every: int = 1,
+    ) -> np.ndarray:
+        """States [lanes, rows, n] from x0 [lanes, n] at every so manyth of times t [lanes, rows], with further inputs
+        [lanes, rows]."""
+        if not late.switches:
+            return self.engine.run_batch(x0, t, self._held(late.mean, further), p, every).x
+        split, command = late.parts(t)
+        twice = {name: np.repeat(values, 2, axis=-1)[..., : command.shape[-1]] for name, values in further.items()}
+        return self.engine.run_batch(x0, split, self._held(command, twice), p, 2 * every).x
 
     def changes_from_rest(self, windows: Windows, p: np.ndarray, moved: np.ndarray) -> list[np.ndarray]:
         """Changes of the errors, [w, rows * signals, d] a group, of free runs from rest when parameters p [k] become
@@ -195,17 +235,14 @@ class Model:
     def _runs(self, windows: Windows, g: int, starts: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Outputs [d, w, rows, signals] of a group's windows from initial states [d, windows, n], parameters [d, k]."""
         group, n = windows.groups[g], self.plant.n
-        further, late = windows.inputs(group), [self._late(windows, group, each) for each in p]
-        held, now = (np.array([self._held(getattr(of, k), further) for of in late]) for k in ("mean", "now"))
-        values = np.array([self.parameters_of(windows, group, each) for each in p])
-        rows, lanes = held.shape[2], held.shape[0] * held.shape[1]
-        t = np.broadcast_to(group.t[:, :-1], (len(p), *group.t[:, :-1].shape)).reshape(lanes, -1)
-        flat = values.reshape(lanes, -1)
-        x = self.engine.run_batch(starts[:, group.which].reshape(lanes, n), t, held.reshape(lanes, rows, -1), flat).x
-        y = self.engine.outputs(x, now.reshape(lanes, rows, -1), flat[:, None])[..., self._columns]
-        return y.reshape(*held.shape[:3], -1)
+        late = joined([self._late(windows, group, each) for each in p])
+        further = {name: np.tile(values, (len(p), 1)) for name, values in windows.inputs(group).items()}
+        flat = np.concatenate([self.parameters_of(windows, group, each) for each in p])
+        x = self._run(starts[:, group.which].reshape(-1, n), np.tile(group.t[:, :-1], (len(p), 1)), late, further, flat)
+        y = self.engine.outputs(x, self._held(late.now, further), flat[:, None])[..., self._columns]
+        return y.reshape(len(p), len(group.which), *y.shape[1:])
 
-    def _late(self, windows: Windows, group: Group, p: np.ndarray) -> DelayedCommand:
+    def _late(self, windows: Windows, group: Group, p: np.ndarray) -> HeldCommands:
         return windows.commands(group, self.plant.lateness(p), self.plant.interpolated)
 
     def errors(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
@@ -238,9 +275,8 @@ class Model:
             changes = self._directions_of(windows, group, p, along)
             held = self._held(np.zeros_like(late.mean), windows.inputs(group))
             for part in _chunks(len(group.which), size):
-                arriving = DelayedCommand(late.mean[part], late.slope[part], late.now[part])
                 x = x0[group.which[part]]
-                dy = self._along(group.t[part], arriving, held[part], x, values[part], changes[part], du)
+                dy = self._along(group.t[part], late.some(part), held[part], x, values[part], changes[part], du)
                 dy *= group.weight[part][:, None]
                 whole[part] = dy.reshape(*dy.shape[:2], -1).transpose(0, 2, 1)
             slopes.append(whole)
@@ -253,8 +289,10 @@ class Model:
         errors = self.errors(windows, x0, p)
         tangents = []
         for group, e, (x, u) in zip(windows.groups, errors, self.states(windows, x0, p), strict=True):
-            values = self.parameters_of(windows, group, p)
-            parts = [self._rows(x[w], u[w], np.diff(group.t[w]), values[w], inputs) for w in range(len(x))]
+            values, late = self.parameters_of(windows, group, p), self._late(windows, group, p)
+            parts = [
+                self._rows(x[w], u[w], group.t[w], late.some(slice(w, w + 1)), values[w], inputs) for w in range(len(x))
+            ]
             ahead, outputs = (np.array(part) for part in zip(*parts, strict=True))
             outputs = outputs * group.weight[..., None]
             n = self.plant.n
@@ -262,28 +300,37 @@ class Model:
         return tangents
 
     def _rows(
-        self, x: np.ndarray, u: np.ndarray, duration: np.ndarray, p: np.ndarray, inputs: Sequence[int]
+        self, x: np.ndarray, now: np.ndarray, t: np.ndarray, late: HeldCommands, p: np.ndarray, inputs: Sequence[int]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Change of the next state [rows, n, n + m] and of the outputs [rows, s, n + m] with state and inputs."""
-        n, m, k, rows = self.plant.n, len(self.plant.inputs), len(p), len(x)
+        """Change of the next state [rows, n, n + m] and of the outputs [rows, s, n + m] with state and inputs; `now`
+        [rows, m] are those that answer at the rows' times t [rows + 1]."""
+        n, m, k, rows = self.plant.n, self._tangent_inputs, len(p), len(x)
         size = n + len(inputs)
         x_dx, u_du, q = np.zeros((rows, size, 2 * n)), np.zeros((rows, size, 1, 2 * m)), np.zeros(2 * k)
-        x_dx[..., :n], u_du[..., 0, :m], q[:k] = x[:, None], u[:, None], p
+        x_dx[..., :n], u_du[..., 0, : now.shape[-1]], q[:k] = x[:, None], now[:, None], p
         x_dx[:, np.arange(n), n + np.arange(n)] = self.plant.scale
         for column, index in enumerate(inputs):
             u_du[:, n + column, 0, m + index] = self.plant.inputs[index].scale
-        x_dx, u_du = x_dx.reshape(-1, 2 * n), u_du.reshape(-1, 1, 2 * m)
-        t = np.zeros((rows, size, 2))
-        t[..., 1] = duration[:, None]
-        ahead = self._tangents.run_batch(x_dx, t.reshape(-1, 2), u_du, q).x[:, 1, n:]
-        outputs = self._tangents.outputs(x_dx[:, None], u_du, q)
+        outputs = self._tangents.outputs(x_dx.reshape(-1, 1, 2 * n), u_du.reshape(-1, 1, 2 * m), q)
+        split, command = late.parts(t[None]) if late.switches else (t[None], late.mean)
+        parts = command.shape[1] // rows
+        u_du = np.repeat(u_du, parts, axis=2)
+        u_du[..., self.plant.input("command")] = command.reshape(rows, 1, parts)
+        durations = np.concatenate((np.zeros((rows, 1)), np.cumsum(np.diff(split[0]).reshape(rows, parts), axis=1)), 1)
+        times = np.repeat(durations, size, axis=0)
+        ahead = self._tangents.run_batch(x_dx.reshape(-1, 2 * n), times, u_du.reshape(-1, parts, 2 * m), q).x[:, -1, n:]
         ahead = ahead.reshape(rows, size, n) / self.plant.scale
         return np.nan_to_num(np.swapaxes(ahead, 1, 2)), np.swapaxes(outputs.reshape(rows, size, -1), 1, 2)
+
+    @property
+    def _tangent_inputs(self) -> int:
+        """Inputs of the plant as the tangents know it."""
+        return len(paced(self.plant).inputs)
 
     def _along(
         self,
         t: np.ndarray,
-        late: DelayedCommand,
+        late: HeldCommands,
         held: np.ndarray,
         x0: np.ndarray,
         p: np.ndarray,
@@ -292,24 +339,33 @@ class Model:
     ) -> np.ndarray:
         """Change of the outputs [w, directions, rows, signals] of windows with further inputs `held` [w, rows, m] and
         parameters p [w, k] along `along` [w, numbers, k] and `du`."""
-        n, m, (w, numbers, k) = self.plant.n, len(self.plant.inputs), along.shape
-        rows, size = late.mean.shape[1], n + numbers + len(du)
+        n, m, (w, numbers, k) = self.plant.n, self._tangent_inputs, along.shape
+        rows, size, command = held.shape[1], n + numbers + len(du), self.plant.input("command")
+        own = slice(n, n + numbers)
         x, u, q = np.zeros((w, size, 2 * n)), np.zeros((w, size, rows, 2 * m)), np.zeros((w, size, 2 * k))
         x[..., :n], q[..., :k] = x0[:, None], p[:, None]
-        u[..., :m] = held[:, None]
-        u[..., self.plant.input("command")] = late.mean[:, None]
+        u[..., : held.shape[-1]] = held[:, None]
         x[:, np.arange(n), n + np.arange(n)] = self.plant.scale
-        q[:, n : n + numbers, k:] = along
-        if self.plant.delay is not None:
-            by = along[..., self.plant.parameters.index(self.plant.delay)]
-            u[:, n : n + numbers, :, m + self.plant.input("command")] = late.slope[:, None] * by[..., None]
-        u[:, n + numbers :, :, m:] = du
-        x, u, q = x.reshape(-1, 2 * n), u.reshape(-1, rows, 2 * m), q.reshape(-1, 2 * k)
-        batch = self._tangents.run_batch(x, np.repeat(t[:, :-1], size, axis=0), u, q)
-        u[..., self.plant.input("command")] = np.repeat(late.now, size, axis=0)
-        if not self.plant.interpolated:  # what has arrived by a row's moment is one sample or another: it has no slope
-            u.reshape(w, size, rows, -1)[:, n : n + numbers, :, m + self.plant.input("command")] = 0.0
-        dy = self._tangents.outputs(batch.x, u, q[:, None])
+        q[:, own, k:] = along
+        u[:, n + numbers :, :, m : m + du.shape[-1]] = du
+        by = along[..., [self.plant.parameters.index(self.plant.delay)]] if self.plant.delay else np.zeros((w, 0, 1))
+        times, driven, every = t[:, :-1], u.copy(), 1
+        driven[..., command] = late.mean[:, None]
+        if late.interpolated:
+            driven[:, own, :, m + command] = late.slope[:, None] * by
+        elif late.switches or np.any(by):
+            (times, commands), every = late.parts(t[:, :-1]), 2
+            driven = np.repeat(u, 2, axis=2)[:, :, : commands.shape[1]]
+            driven[..., command] = commands[:, None]
+            if self.plant.delay:
+                driven[:, own, :, -1] = late.paces(t[:, :-1])[:, None] * by
+        x, q = x.reshape(-1, 2 * n), q.reshape(-1, 2 * k)
+        driven = driven.reshape(-1, *driven.shape[2:])
+        batch = self._tangents.run_batch(x, np.repeat(times, size, axis=0), driven, q, every)
+        u[..., command] = late.now[:, None]
+        if late.interpolated:  # else what has arrived by a row is one sample or another: it has no slope
+            u[:, own, :, m + command] = late.slope[:, None] * by
+        dy = self._tangents.outputs(batch.x, u.reshape(-1, rows, 2 * m), q[:, None])
         return np.where(np.abs(dy) < _MOST, dy, 0.0).reshape(w, size, rows, -1)
 
 

@@ -10,7 +10,7 @@ from ...records import Record
 from ..data.noise_floor import NoiseFloor
 from .initial_states import fit_states, free_runs, predicted_states
 from .model import Model
-from .windows import Windows, compared, cut_windows, delayed, further_inputs
+from .windows import Windows, compared, cut_windows
 
 
 @dataclass(frozen=True)
@@ -60,14 +60,7 @@ def predict_free(plant: Plant, record: Record, floor: NoiseFloor) -> Prediction:
     model = Model(plant, names)
     first = cut_windows(plant, [record], floor, late=0.0).some([0])
     x0, _ = fit_states(model, first, model.starts(first, plant.p), plant.p)
-    late, place = delayed(record, plant.lateness(), plant.interpolated), plant.input("command")
-    u = np.zeros((len(record.t), len(plant.inputs)))
-    for name, values in further_inputs(record).items():
-        if name in (variable.name for variable in plant.inputs):
-            u[:, plant.input(name)] = values
-    u[:, place] = late.mean
-    run = model.engine.run(x0[0], record.t, u)
-    u[:, place] = late.now
-    values = model.engine.outputs(run.x, u)
-    failed = () if run.failed_at is None else (run.failed_at,)
-    return Prediction(record, {n: values[:, plant.output(n)] for n in names}, failed)
+    values = model.run_through(record, x0[0], plant.p)
+    lost = np.flatnonzero(np.isnan(values).any(axis=1))
+    failed = (float(record.t[max(lost[0] - 1, 0)]),) if lost.size else ()
+    return Prediction(record, {name: values[:, column] for column, name in enumerate(names)}, failed)

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.signals import FURTHER_INPUTS, MEASURED
+from ...engine.delay_line import HeldCommands, held_commands, stacked
 from ...plant import Plant
 from ...records import Record
 from ..data.noise_floor import NoiseFloor
@@ -39,16 +40,6 @@ class Group:
     t: np.ndarray
     measured: np.ndarray
     weight: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class DelayedCommand:
-    """Commands as they arrive: the mean over each interval, its derivative to the delay [1/s], and the one that has
-    arrived by the row's own moment, which answers there. Arrays of one shape."""
-
-    mean: np.ndarray
-    slope: np.ndarray
-    now: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +83,12 @@ class Windows:
         since a jack at rest is where it is measured to be."""
         return self.free_run and all(first == 0 and _rests(self.records[index]) for index, first, _ in self.spans)
 
-    def commands(self, group: Group, delay: float = 0.0, interpolated: bool = False) -> DelayedCommand:
+    def commands(self, group: Group, delay: float = 0.0, interpolated: bool = False) -> HeldCommands:
         """What arrives in each row of a group [w, rows] of commands that are `delay` s late."""
         spans = [self.spans[w] for w in group.which]
         late = {index: delayed(self.records[index], delay, interpolated) for index in {index for index, _, _ in spans}}
-        rows = [(late[index], slice(first, end)) for index, first, end in spans]
-        return DelayedCommand(
-            *(np.array([getattr(command, part)[span] for command, span in rows]) for part in ("mean", "slope", "now"))
-        )
+        rows = [late[index].some(slice(first, end)) for index, first, end in spans]
+        return stacked(rows)
 
     def inputs(self, group: Group) -> dict[str, np.ndarray]:
         """The further inputs that the records carry, held in each row of a group [w, rows]; 0 where one has none."""
@@ -210,22 +199,10 @@ def row_blocks(rows: int) -> np.ndarray:
     return BLOCKS * np.arange(rows) // rows
 
 
-def delayed(record: Record, delay: float, interpolated: bool = False) -> DelayedCommand:
-    """The recorded command `delay` s later [n]; a command that is held between samples arrives shifted.
-
-    `interpolated`: the drive itself holds the mean over each interval.
-    """
-    command = record.signals["command"]
-    if delay == 0.0:
-        before = np.concatenate((command[:1], command[:-1]))
-        return DelayedCommand(command, (before - command) / _intervals(record), command)
+def delayed(record: Record, delay: float, interpolated: bool = False) -> HeldCommands:
+    """What a plant holds in the rows [n] of a record whose commands arrive `delay` s late."""
     edges = np.append(record.t, record.t[-1] + record.period)
-    area = np.concatenate(([0.0], np.cumsum(command * np.diff(edges))))
-    early = edges - delay
-    area_before = np.interp(early, edges, area) + command[0] * np.minimum(early - edges[0], 0.0)
-    rows = np.clip(np.searchsorted(edges, early + 1e-9 * record.period, "right") - 1, 0, len(command) - 1)
-    mean = np.diff(area_before) / np.diff(edges)
-    return DelayedCommand(mean, -np.diff(command[rows]) / np.diff(edges), mean if interpolated else command[rows[:-1]])
+    return held_commands(edges, record.signals["command"], delay, interpolated)
 
 
 def further_inputs(record: Record) -> dict[str, np.ndarray]:
