@@ -3,7 +3,9 @@
 import subprocess
 import sys
 from html.parser import HTMLParser
+from inspect import Parameter, signature
 from pathlib import Path
+from types import FunctionType
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from controllers import LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
 from workbench.report import Curve, Figure, Panel
 
+POSITIONAL = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
 ROOT = Path(__file__).parents[1]
 
 
@@ -261,3 +264,43 @@ rig = wb.load_rig("jack-10t")
 print(wb.equilibrium(wb.build(rig)).speed)
 """
     assert lone(script, tmp_path, tmp_path) == "0.0"
+
+
+# --- the wrong kind of thing
+
+WRONG = {"nothing": None, "a number": 3, "an object": object(), "a list": [1], "a dict": {"a": 1}, "text": "no such"}
+
+
+@pytest.mark.parametrize("name", [name for name in dir(wb) if isinstance(getattr(wb, name), FunctionType)])
+@pytest.mark.parametrize("wrong", [*WRONG, "a rig", "a plant"])
+def test_every_function_says_in_one_line_what_it_wants(name, wrong):
+    """It takes the thing, or refuses it as bad input; nothing else is raised."""
+    function, rig = getattr(wb, name), wb.load_rig("jack-10t")
+    thing = {**WRONG, "a rig": rig, "a plant": wb.build(rig)}[wrong]
+    needed = [p for p in signature(function).parameters.values() if p.default is p.empty and p.kind in POSITIONAL]
+    said = ""
+    try:
+        function(*[thing] * len(needed))
+    except InputError as error:
+        said = str(error)
+    assert "\n" not in said
+    assert len(said) < 300
+
+
+def test_a_rig_serves_where_a_plant_is_asked_for():
+    rig = wb.load_rig("jack-10t")
+    rest = wb.equilibrium(rig)
+    assert np.array_equal(rest.x, wb.equilibrium(wb.build(rig)).x)
+    assert wb.linearise(rig, rest).nstates == wb.build(rig).n
+    with pytest.raises(InputError, match="equilibrium: plant is None; give a Plant"):
+        wb.equilibrium(None)
+
+
+def test_a_rig_is_a_mapping_of_its_numbers():
+    rig = wb.load_rig("jack-10t")
+    assert "beta" in rig
+    assert "no_such_number" not in rig
+    assert list(rig) == list(rig.keys()) == list(rig.numbers)
+    assert len(rig) == len(rig.numbers)
+    assert dict(rig)["beta"] == rig["beta"] == rig.get("beta")
+    assert rig == wb.load_rig("jack-10t") != rig.with_values(beta=1.1e9)

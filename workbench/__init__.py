@@ -33,7 +33,8 @@ notebook    the door for Python: loops, searches and campaigns as objects that s
 cli         the command line, which imports the chosen command only
 """
 
-from typing import TYPE_CHECKING
+from types import FunctionType
+from typing import TYPE_CHECKING, Any
 
 from .base.lazy import lazy_names
 
@@ -150,4 +151,14 @@ __all__ = [
     "with_delay",
 ]
 
-__getattr__, __dir__ = lazy_names(__name__, _HOMES)
+
+def _shown(value: Any) -> Any:
+    """A function that says in one line what it wants, and builds the plant of a rig where it wants a plant."""
+    if not isinstance(value, FunctionType):
+        return value
+    from .notebook.door import shown
+
+    return shown(value)
+
+
+__getattr__, __dir__ = lazy_names(__name__, _HOMES, _shown)

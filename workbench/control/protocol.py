@@ -214,6 +214,11 @@ def design_numbers(kind: type[T]) -> type[T]:
     raises InputError, with the number's name, its bounds and their unit, for what is outside of them.
     """
 
+    if not isinstance(kind, type):
+        raise InputError(
+            f"design_numbers: {type(kind).__name__} is given, no class; write @design_numbers above a class"
+        )
+
     def check(self: Any) -> None:
         for entry in fields(self):
             check = design_number if is_number(entry) else _read

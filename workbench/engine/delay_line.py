@@ -79,8 +79,29 @@ class HeldCommands:
         return np.where(np.repeat(differ, 2, axis=-1), pace, 0.0)
 
     def _each(self, change: Callable[[np.ndarray], np.ndarray]) -> "HeldCommands":
-        names = ("older", "newer", "share", "interval", "now")
-        return replace(self, **{name: change(getattr(self, name)) for name in names})
+        return _put_together([self], lambda values: change(values[0]))
+
+
+def _put_together(held: Sequence[HeldCommands], put: Callable[[list[np.ndarray]], np.ndarray]) -> HeldCommands:
+    """Several as one: `put` takes the same array of each."""
+    return HeldCommands(
+        put([each.older for each in held]),
+        put([each.newer for each in held]),
+        put([each.share for each in held]),
+        put([each.interval for each in held]),
+        put([each.now for each in held]),
+        held[0].interpolated,
+    )
+
+
+def stacked(held: Sequence[HeldCommands]) -> HeldCommands:
+    """Several of as many rows [rows], one beside the other [several, rows]."""
+    return _put_together(held, np.array)
+
+
+def joined(held: Sequence[HeldCommands]) -> HeldCommands:
+    """Several as one, along the first axis."""
+    return _put_together(held, np.concatenate)
 
 
 def held_commands(edges: np.ndarray, command: np.ndarray, delay: float, interpolated: bool = False) -> HeldCommands:
@@ -98,20 +119,6 @@ def held_commands(edges: np.ndarray, command: np.ndarray, delay: float, interpol
     share = np.where(last > arrived, (arrives[np.maximum(last, 0)] - edges[:-1]) / interval, 0.0)
     held = HeldCommands(older, newer, np.clip(share, 0.0, 1.0), interval, now, interpolated)
     return replace(held, now=held.mean) if interpolated else held
-
-
-def stacked(held: Sequence[HeldCommands]) -> HeldCommands:
-    """Several of as many rows [rows], one beside the other [several, rows]."""
-    names = ("older", "newer", "share", "interval", "now")
-    parts = (np.array([getattr(each, name) for each in held]) for name in names)
-    return HeldCommands(*parts, held[0].interpolated)
-
-
-def joined(held: Sequence[HeldCommands]) -> HeldCommands:
-    """Several as one, along the first axis."""
-    names = ("older", "newer", "share", "interval", "now")
-    parts = (np.concatenate([getattr(each, name) for each in held]) for name in names)
-    return HeldCommands(*parts, held[0].interpolated)
 
 
 @dataclass(frozen=True)

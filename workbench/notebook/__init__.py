@@ -6,4 +6,5 @@ inverse           a filter of the reference that undoes a loop
 search            tune: the numbers of a loop's controller searched
 benchmark         loops beside each other on a set of rigs
 studies           experiments and campaigns: run, residual, fit, trace
+door              functions that take a rig for a plant, and say in one line what they want
 """

@@ -1,6 +1,6 @@
 """A rig: every number of plant, limits and sensors once, with its value, unit, source and bounds; SI throughout."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -31,10 +31,11 @@ class EffectUse:
 
 
 @dataclass(frozen=True)
-class Rig:
-    """All that is known of a rig. `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a
-    sample to its command, those of its controller, with the `deadline` of what computes; `stop` what its guard does
-    after a trip.
+class Rig(Mapping[str, float]):
+    """All that is known of a rig; as a mapping, the SI values of the plant's numbers by name.
+
+    `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a sample to its command, those of
+    its controller, with the `deadline` of what computes; `stop` what its guard does after a trip.
 
     `sessions` are numbers of the plant that were others in the records of a campaign's session, by its name.
     `effect_files` are Python files with effects that the library lacks, by absolute path; see plant/effects.
@@ -62,6 +63,14 @@ class Rig:
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number. Raises KeyError that names the nearest there is."""
         return lookup(self.numbers, name, f"number of rig {self.name}").value
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of the plant's numbers."""
+        return iter(self.numbers)
+
+    def __len__(self) -> int:
+        """How many numbers the plant has."""
+        return len(self.numbers)
 
     def __repr__(self) -> str:
         """Three lines: title, kinds of valve and jack, and the numbers that tell its size."""

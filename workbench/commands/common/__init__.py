@@ -2,7 +2,7 @@
 
 options     arguments of every command, and a study that leaves a run folder
 run_folder, new_folder    that folder: resumable stages, then renamed; a folder of files made at once
-outcome     what a study leaves behind
+outcome, drawing    what a study leaves behind; its report, drawn when all numbers are written
 head, design_numbers    what every report says of its rig, controllers and command, and their numbers
 run_index   index.html: the finished runs of a folder
 row_table, loop_margins    rows of loops as tables of a report, and their margins

@@ -37,8 +37,7 @@ def run_import(files: Sequence[Path], rig: Rig, declared: str, run: Run, progres
     guesses, division, problem = _tried(run.dir, parts, guesses, rig, named, period)
     text = campaign_text(named, division, guesses, period)
     numbers = metrics(guesses, division, parts, problem)
-    page, picture = import_page(guesses, division, parts, rig, problem)
-    return Outcome(numbers, page, picture, files={**extra, FILE: text})
+    return Outcome(numbers, lambda: import_page(guesses, division, parts, rig, problem), files={**extra, FILE: text})
 
 
 def _tried(

@@ -147,13 +147,13 @@ class Model:
         after, lengths = x.copy(), np.array([end - first for _, first, end in spans])
         held = {index: self.held(records[index], p[0]) for index in {index for index, *_ in spans}}
         for rows in np.unique(lengths[lengths > 0]).tolist():
-            own = np.flatnonzero(lengths == rows)
+            own = np.flatnonzero(lengths == rows).tolist()
             parts = [(held[index], slice(first, end)) for index, first, end in (spans[k] for k in own)]
             late = stacked([each.late.some(part) for each, part in parts])
             t = np.array([each.t[part.start : part.stop + 1] for each, part in parts])
             further = {name: np.array([each.further[name][part] for each, part in parts]) for name in FURTHER_INPUTS}
             states = self._run(x[own], t, late, further, p[own], rows)[:, -1]
-            after[own] = np.where(np.isfinite(states).all(axis=1)[:, None], states, x[own])
+            after[own] = np.where(np.isfinite(states).all(axis=1, keepdims=True), states, x[own])
         return after
 
     def held(self, record: Record, p: np.ndarray) -> "HeldRecord":
