@@ -240,3 +240,61 @@ def test_a_broken_file_is_refused_in_one_line(tmp_path, suffix):
 def test_units_in_header_cells(cell, name, unit):
     assert heading_of(cell).unit == unit
     assert name_of(cell) == name
+
+
+# --- clocks since 1970, and names in groups
+
+BEGAN = 1_760_000_000  # s since 1970
+
+
+@pytest.mark.parametrize(
+    ("cell", "unit", "size"),
+    [
+        ("header.stamp [ns]", "ns", 10**9),
+        ("timestamp", None, 10**9),
+        ("stamp [us]", "us", 10**6),
+        ("time [ms]", "ms", 10**3),
+    ],
+)
+def test_a_clock_since_1970_is_counted_from_the_first_row(tmp_path, cell, unit, size):
+    rows = (f"{BEGAN * size + round(t * size)},{u:.5f}" for t, u in zip(T, U, strict=True))
+    (tmp_path / "a.csv").write_text(f"{cell},u [V]\n" + "\n".join(rows) + "\n")
+    units, numbers, parts = table(tmp_path / "a.csv")
+    clock = f"{name_of(cell)} [s]"
+    assert units == {clock: "s", "u [V]": "V"}
+    np.testing.assert_allclose(numbers[clock], T, atol=3e-7)  # 1.76e18 ns is told to 256 ns
+    assert any("count since 1970" in note and "2025-10-09" in note for note in parts[0].notes)
+
+
+def test_seconds_and_nanoseconds_are_one_clock(tmp_path):
+    ns = np.round((T + 0.9) * 1e9).astype(np.int64)  # over a whole second
+    rows = (f"{BEGAN + n // 10**9},{n % 10**9},{u:.5f}" for n, u in zip(ns.tolist(), U, strict=True))
+    (tmp_path / "a.csv").write_text("header.stamp.sec,header.stamp.nanosec,u [V]\n" + "\n".join(rows) + "\n")
+    units, numbers, _ = table(tmp_path / "a.csv")
+    assert list(units) == ["header.stamp [s]", "u [V]"]
+    np.testing.assert_allclose(numbers["header.stamp [s]"], T, atol=1e-9)
+
+
+@pytest.mark.parametrize("cell", ["counter", "energy [J]", "t [s]"])
+def test_no_other_large_number_is_a_clock(tmp_path, cell):
+    values = (BEGAN + 1000 * T if cell != "t [s]" else T).tolist()
+    rows = (f"{value:.6f},{u:.5f}" for value, u in zip(values, U, strict=True))
+    (tmp_path / "a.csv").write_text(f"{cell},u [V]\n" + "\n".join(rows) + "\n")
+    units, numbers, _ = table(tmp_path / "a.csv")
+    assert list(units) == [cell, "u [V]"]
+    np.testing.assert_allclose(numbers[cell], values, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("head", "cells"),
+    [
+        (",,Pressures,,\nt,u,A,B,x\ns,V,bar,bar,mm\n", ["t", "u", "Pressures A", "Pressures B", "x"]),
+        (",,Druck,,\nt [s],u [V],A,B,x [mm]\n", ["t [s]", "u [V]", "Druck A", "Druck B", "x [mm]"]),
+        ("Bench,7,,,\nt,u,A,B,x\ns,V,bar,bar,mm\n", ["t", "u", "Bench A", "Bench B", "x"]),
+        ("a,b,c,d,e\nt,u,A,B,x\ns,V,bar,bar,mm\n", ["t", "u", "A", "B", "x"]),
+    ],
+)
+def test_a_group_s_name_goes_before_a_side_alone(tmp_path, head, cells):
+    rows = zip(T, U, X, X, X, strict=True)
+    (tmp_path / "a.csv").write_text(head + "".join(",".join(f"{v:.4f}" for v in row) + "\n" for row in rows))
+    assert list(table(tmp_path / "a.csv")[0]) == cells

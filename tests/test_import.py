@@ -192,3 +192,16 @@ def test_a_file_without_a_clock_is_no_campaign_yet(tmp_path):
     campaign = tmp_path / "out" / "campaign.toml"
     campaign.write_text(campaign.read_text().replace("# t = ", "t = "))
     assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0
+
+
+def test_a_robot_s_recording(tmp_path):
+    """A clock in ns since 1970, units glued on names and in a row of their own, pressures under a group's name."""
+    table = columns("steps", {"t": "ns", "command": "1", "current": "mA", "pa": "bar", "pb": "bar", "position": "mm"})
+    stamps = [f"{1_760_000_000 * 10**9 + round(t)}" for t in table.pop("t").tolist()]
+    head = ["header.stamp,command,servo_current_mA,A,B,pos_mm", "ns,-,mA,bar,bar,mm"]
+    rows = text([], list(table.values())).splitlines()
+    lines = [",,,Pressures,,", *head, *(f"{stamp},{row}" for stamp, row in zip(stamps, rows, strict=True)), ""]
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    metrics = imported(tmp_path, [str(tmp_path / "a.csv")])
+    assert set(metrics["signals"]) == {"t", "command", "current", "pa", "pb", "position"}
+    assert metrics["ready"]

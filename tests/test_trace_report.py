@@ -113,8 +113,14 @@ def test_an_effect_that_was_added_ties_with_none():
 
 
 def test_an_unfinished_effect_says_that_more_is_missing_and_where():
-    said = words.verdict(altered(verdict="incomplete"), UnexplainedDisturbance("flow"), None)
-    assert "something else is missing too, most likely in the flows" in said
+    before, after, _ = found().heldout
+    for chi2, left in ((1.5, "something else is missing too"), (1.06, "6.0 % of the noise's variance is left")):
+        rest = replace(after, squares=after.squares * chi2 / after.chi2)
+        trace = altered(verdict="incomplete", heldout=(before, rest, rest))
+        said = words.verdict(trace, UnexplainedDisturbance("flow"), None)
+        assert left in said
+        assert "most likely in the flows" in said
+        assert ("only falls" in said) == (chi2 > 1.3)
 
 
 @pytest.mark.parametrize(

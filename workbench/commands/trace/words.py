@@ -14,6 +14,7 @@ from .pump_words import PUMP_EFFECT
 from .shape import UnexplainedDisturbance
 
 CLUE = 0.5  # R2 below which a signal says nothing of what is missing
+_LITTLE = 0.3  # of the noise's variance: what a formula that is not the rig's own may leave
 _FAR = 0.3  # explained share below which the next best is no rival
 
 RETUNE = (
@@ -237,11 +238,18 @@ def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
 def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
     where = f", most likely in {_either([shape.equation, *shape.rivals])}" if shape else ""
-    rest = "the formula is not all of it" if trace.learned and trace.at_floor else "something else is missing too"
-    falls = "only falls" if after < before else "does not fall; it goes"
+    falls = "falls" if after < before else "does not fall; it goes"
+    left = trace.heldout[1].chi2 - 1
+    if trace.learned and trace.at_floor:
+        rest = "the formula is not all of it"
+    elif after < before and left < _LITTLE:
+        rest = f"{_percent(left)} of the noise's variance is left, by its formula perhaps, or something else is missing"
+    else:
+        rest, falls = "something else is missing too", falls.replace("falls", "only falls")
+    but = "But the" if falls != "falls" else "The"
     return (
-        f"{_explains(trace)} But the held-out error {falls} from {_times(before)} to {_times(after)} times the "
-        f"noise: {rest}{where}. {_advice(trace, 'To go on, record')}"
+        f"{_explains(trace)} {but} held-out error {falls} from {_times(before)} to {_times(after)} times the noise: "
+        f"{rest}{where}. {_advice(trace, 'To go on, record')}"
     )
 
 

@@ -16,12 +16,12 @@ _VALVE = (
     r"(?:valve|ventil|servoventil|vanne|servovanne|servo|sv|spool|schieber|steuerschieber|tiroir|distributeur|xv|drive)"
 )
 _WEG = r"(?:position|pos|posn|weg|kolbenweg|hub|lage|stroke|course|deplacement|displacement|disp|x|xp|piston|kolben)"
-_PRESSURE = r"(?:p|press|pressure|druck|kammerdruck|pression|pr|dr|chamber|kammer|chambre|port|anschluss)"
+_PRESSURE = r"(?:p|press|pressures?|drucke?|kammerdrucke?|pressions?|pr|dr|chamber|kammer|chambre|port|anschluss)"
 
 _WORDS: Mapping[str, Mapping[int, str]] = {
     "t": {
         SURE: (
-            r"time|zeit|temps|time ?stamp|tout|elapsed(?: time)?|zeitstempel|horodatage|messzeit|"
+            r"time|zeit|temps|(?:time ?)?stamp|tout|elapsed(?: time)?|zeitstempel|horodatage|messzeit|"
             r"(?:datum|date)(?: (?:\w*zeit|time|heure))?|time (?:axis|vector|s)|uhrzeit|heure|sekunden|seconds"
         ),
         PLAIN: (r"t|tps|x ?value"),
@@ -115,7 +115,8 @@ _WORDS: Mapping[str, Mapping[int, str]] = {
     "current": {
         SURE: (
             r"current|strom|courant|(?:ventil|spulen|servo|magnet)strom|i ?(?:v|sv|valve|ventil|coil|spule|servo)|"
-            r"coil current"
+            rf"(?:coil|pilot|{_VALVE})(?: valve)? ?(?:current|strom|courant)|"
+            rf"(?:courant|strom|current) (?:bobine|spule|coil|pilot|{_VALVE})"
         ),
         PLAIN: (r"i|i1"),
     },

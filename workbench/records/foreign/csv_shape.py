@@ -19,6 +19,8 @@ _DELIMITERS = ("\t", ";", ",", "|", BLANKS)
 _NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.IGNORECASE)
 _MISSING = {*MISSING, "-", "--", "---"}
 _MARKS = ("#", "%", "//", "!")  # before a line that is a comment
+_SIDE = re.compile(r"[AB12]", re.IGNORECASE)
+_WORD = re.compile(r"[^\W\d_]{3}")
 _SURE_ROWS = 3  # rows of numbers in a row: there the table begins
 _RATE = re.compile(
     r"\b(?:sampl\w*|abtast|scan|taux|fr[eé]quence d.[eé]chantillonnage|fs)\w*[ _]*(?:rate|frequency|freq|frequenz)?"
@@ -168,9 +170,26 @@ def _headings(path: Path, above: Sequence[Sequence[str]], width: int) -> tuple[t
     last = titles[-1][:width]
     if len(titles) == 2 and _are_units(last):
         units = [plain_unit(cell) if cell else None for cell in last]
-        names = [Heading(cell, unit or heading_of(cell).unit) for cell, unit in zip(titles[0], units, strict=False)]
-        return unique_headings(names), 2
-    return unique_headings([heading_of(cell) for cell in last]), 1
+        own, groups = titles[0], above[-3] if len(above) > 2 else []
+        names = [Heading(cell, unit or heading_of(cell).unit) for cell, unit in zip(own, units, strict=False)]
+        return unique_headings(in_groups(names, groups)), 2
+    groups = above[-2] if len(above) > 1 else []
+    return unique_headings(in_groups([heading_of(cell) for cell in last], groups)), 1
+
+
+def in_groups(headings: Sequence[Heading], groups: Sequence[str]) -> list[Heading]:
+    """Headings with the name of their group, "Pressures" over "A" and "B", before those that say a side alone.
+
+    A group's name stands over its first column; the cells to its right are empty, up to the next group's.
+    """
+    if not len(headings) <= len(groups) <= len(headings) + 1 or not any(groups) or all(groups):
+        return list(headings)
+    named, group = [], ""
+    for heading, cell in zip(headings, groups, strict=False):
+        group = cell.strip() if _WORD.search(cell) else group
+        alone = bool(_SIDE.fullmatch(heading.cell.strip())) and bool(group)
+        named.append(Heading(f"{group} {heading.cell.strip()}", heading.unit) if alone else heading)
+    return named
 
 
 def _without_mark(row: Sequence[str], width: int) -> Sequence[str]:

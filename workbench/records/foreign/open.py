@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ...base.errors import InputError, short_path
 from ...base.files import open_file
+from .epochs import since_first_row
 from .source import Source
 
 READERS: Mapping[str, str] = {
@@ -43,4 +44,4 @@ def open_foreign(path: Path) -> Source:
     check_foreign(path)
     module, name = READERS[suffix_of(path)].split(":")
     reader: Callable[[Path], Source] = getattr(import_module(f".{module}", __package__), name)
-    return reader(path)
+    return since_first_row(reader(path))
