@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test fuzz check figures docs clean
+.PHONY: demo test fuzz lowest check figures docs clean
 
 demo: .venv/ready
 	@echo "1/3 the paper's figures on jack-10t"
@@ -20,6 +20,9 @@ test: .venv/dev
 fuzz: .venv/dev
 	$(BIN)/python tests/fuzz.py
 	FUZZ_PAGES=10000 $(BIN)/pytest -n 0 tests/test_page_of_traces.py
+
+lowest:
+	PYTHON=$(PYTHON) bash .ci/lowest
 
 check: .venv/dev
 	$(BIN)/ruff check .
@@ -52,4 +55,4 @@ docs: .venv/docs
 	@touch $@
 
 clean:
-	rm -rf .venv out docs/_build docs/reference
+	rm -rf .venv .venv-lowest out docs/_build docs/reference

@@ -17,6 +17,7 @@ from .stored import packed_candidate, packed_refit, unpacked, unpacked_candidate
 
 ROUNDS = 3  # reshapings that may follow one another
 ENOUGH = 0.5  # of the misfit: a reshaping with more numbers is asked for where none takes this away
+_SAME = 1e-6  # of a gain: within that two reshapings do the same
 _TOGETHER = 8  # reshapings that a worker scores at a time: each time it computes what the numbers could do as well
 
 
@@ -29,13 +30,25 @@ def best_reshaping(context: TraceContext, number: int, before: FittedModel) -> t
     equation = context.stage(f"shapes-{number}", lambda: locate_fault(problem, before).equation)
     for tier, reshapings in enumerate(offered(problem, before, equation)):
         scores = _scores(context, f"{number}-{tier}", before, reshapings)
-        refits += _refits(context, number, before, [each for each, _ in scores[:REFITS]])
+        refits += _refits(context, number, before, distinct(scores[:REFITS]))
         candidates += len(scores)
         while (taken := best(problem, before, refits, max(candidates, 1))) and not borne_out(before, *taken):
             refits.remove(taken)
         if taken and decide.explained(before.squares, taken[1].squares, before.samples) >= ENOUGH:
             break
     return (taken[0].candidate.effect, taken[1]) if taken else None
+
+
+def distinct(scores: Sequence[tuple[Reshaping, float]]) -> list[Reshaping]:
+    """Reshapings with their gains, most first, less those that are another by name alone: a force on the load that no
+    load cell sees is one on the moving mass, and gains the same to the last digits."""
+    kept: list[tuple[Reshaping, float]] = []
+    for each, gain in scores:
+        twins = [k for k, other in kept if k.candidate.effect.formula == each.candidate.effect.formula
+                 and abs(gain - other) <= _SAME * other]  # fmt: skip
+        if not twins:
+            kept.append((each, gain))
+    return [each for each, _ in kept]
 
 
 def _borne_out(context: TraceContext, number: int) -> Callable[[FittedModel, Reshaping, FittedModel], bool]:

@@ -7,7 +7,7 @@ parquet       tables of another maker
 matlab, hdf5, nested    structures: what lies beside a clock belongs to it
 tdms, mdf, xlsx, optional    formats whose libraries are optional
 clocks        channels with clocks of their own on one clock
-stamps        dates and times of day as seconds
+stamps, epochs    dates and times of day as seconds; clocks that count since 1970
 unit_names    units as header cells have them
 parts         strict .parquet tables of a foreign file
 """
