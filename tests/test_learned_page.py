@@ -5,14 +5,17 @@ from functools import cache
 
 import numpy as np
 import pytest
-from made_campaigns import found
+from made_campaigns import LIBRARY, found, rubbing_campaign, unknown
 from made_fits import fit_of
 from test_learned_shapes import harder_out, shaped
 
+from workbench.base.checkpoint import no_checkpoint
 from workbench.commands.common.fit_result import effect_covariance, effect_numbers, not_physical, number_remarks
 from workbench.commands.trace import words
 from workbench.commands.trace.law_curves import LawCurve, differences, gain_curve, law_curve, visited
-from workbench.identify.trace.localise import likely_equations
+from workbench.commands.trace.study import run_trace
+from workbench.identify.trace import verdict
+from workbench.identify.trace.localise import equation_of, likely_equations
 from workbench.identify.trace.samples import variable_samples
 from workbench.plant.effects import find, refine
 from workbench.plant.effects.natural import variable
@@ -172,3 +175,27 @@ def test_equations_that_are_not_clearly_behind_are_named_too():
         "Something is missing in the main spool or the drive (amplifier and spool loop) (the records do not tell which)"
     )
     assert [name for name, _ in words.next_records(unclear)] == [words.EQUATION["main"], words.EQUATION["drive"]]
+
+
+def test_a_cut_that_is_hardly_broken_does_not_overrule_the_evidence():
+    """Of a supply that sags: the fitted mass followed it, and the equation of motion is broken by 1.22."""
+    evidence = (("flow", 89030.0), ("sensor", 38827.0), ("drive", 24207.0), ("force", 20141.0))
+    assert equation_of(evidence, {"drive": 1.0, "force": 1.22}) == "flow"
+    assert equation_of(evidence, {"drive": 1.0, "force": 2.3}) == "sensor"
+    near = (("flow", 89030.0), ("force", 88000.0), ("sensor", 38827.0))
+    assert equation_of(near, {"force": 1.22}) == "force"
+    assert equation_of(near, {"force": 1.1}) == "flow"
+
+
+def test_a_learned_piece_changes_no_equation(monkeypatch):
+    """The same campaign with and without anything being learned."""
+
+    def nothing(_context, _starts, named, plain):
+        return named, plain, ()
+
+    learned = unknown().metrics
+    monkeypatch.setattr(verdict, "_shaped", nothing)
+    rig = load_rig("festo-tp511")
+    plain = run_trace(rubbing_campaign(), rig, LIBRARY[1:], no_checkpoint, lambda _: None)
+    assert learned["learned"]
+    assert plain.metrics["equation"] == learned["equation"] == "force"

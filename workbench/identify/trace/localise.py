@@ -28,7 +28,11 @@ _OFFSET, _GAIN = 1e5, 1e-2  # Pa and part: of a pressure sensor that is off, cle
 
 
 _PARITY = {"drive": ("current", {"spool": "z3"}), "force": ("acceleration", {"pa": "P1", "pb": "P2"})}
-_BROKEN = 1.2  # chi2 of a cut from which on its equation is broken
+_BROKEN = 1.2  # chi2 of a cut from which on its equation may be broken
+_SURELY = (
+    2.0  # and from which on it is, whatever the evidence says: numbers that follow a misfit elsewhere break it less
+)
+_NEAR = 0.9  # of the most evidence: what an equation must have that may be broken
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +254,8 @@ def _parity_sums(
 def equation_of(evidence: Sequence[tuple[str, float]], parity: Mapping[str, float]) -> str:
     """The equation that lacks something: one that measured signals break by themselves, else that of most evidence.
 
-    Pressures that are read late break the equation of motion too, so force and sensor stand or fall together.
+    Pressures that are read late break the equation of motion too, so force and sensor stand or fall together. A fit
+    lets mass and friction follow a misfit in the flows, which breaks that equation a little: then evidence decides.
     """
     return _possible(evidence, parity)[0]
 
@@ -273,5 +278,9 @@ def _possible(evidence: Sequence[tuple[str, float]], parity: Mapping[str, float]
         names.remove("drive")
     if "force" in parity:
         pair = [name for name in names if name in ("force", "sensor")]
-        names = pair if parity["force"] > _BROKEN else [name for name in names if name not in pair]
+        if parity["force"] <= _BROKEN:
+            return [name for name in names if name not in pair]
+        gains = dict(evidence)
+        near = max(gains[name] for name in pair) >= _NEAR * max(gains[name] for name in names)
+        return pair if near or parity["force"] > _SURELY else names
     return names
