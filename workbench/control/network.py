@@ -105,7 +105,8 @@ class Network:
         """An .npz file of it."""
         file, layers = BytesIO(), enumerate(self.layers, 1)
         weights = {f"{letter}{i}": part for i, layer in layers for letter, part in zip("Wb", layer, strict=True)}
-        np.savez(file, **{key: np.asarray(getattr(self, key)) for key in SHAPES}, **weights)
+        arrays: dict[str, Any] = {key: np.asarray(getattr(self, key)) for key in SHAPES} | weights
+        np.savez(file, **arrays)
         return file.getvalue()
 
     @cached_property
