@@ -1,6 +1,7 @@
 """A maker's curve as data: sheets read with gaps, and traced to the effect with which they were made."""
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -9,13 +10,17 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.trace.sheet_page import model_curve
+from workbench.commands.trace.sheet_page import model_curve, sheet_page, sheet_sentence
+from workbench.commands.trace.sheets import sheet_json
+from workbench.identify.sheet.element import ELEMENTS, Element
 from workbench.identify.sheet.fit import SheetFit
 from workbench.identify.sheet.model import SheetModel, bench_of, offsets
 from workbench.identify.sheet.problem import sheet_problem
+from workbench.identify.sheet.remainder import Band, bands
 from workbench.identify.sheet.tracer import trace_sheets
 from workbench.plant.effects import LIBRARY, Effect, find
 from workbench.records.sheet_points import SheetPoints, read_points
+from workbench.report import render
 from workbench.rigs.rig_file import load_rig
 
 F = np.geomspace(10.0, 150.0, 12)
@@ -164,3 +169,67 @@ def test_the_command_leaves_the_answer(tmp_path: Path):
     assert answer["rms"]["gain [dB]"]["floor"] == 0.2
     assert set(answer["rms"]) == {"gain [dB]", "phase [deg]"}
     assert load_rig(str(out / "rig.toml")).effects == ()
+
+
+def behind(element: Element, numbers: tuple[float, ...], sheet: SheetPoints) -> SheetPoints:
+    """A sheet of a rig with something linear behind it."""
+    (change,) = element.deviations([sheet], np.array([numbers]))
+    return replace(sheet, gain=sheet.gain + change[0, :, 0], phase=sheet.phase + change[0, :, 1])
+
+
+PAIR = ELEMENTS[-1]
+FREQUENCIES = np.array([0.1, 10.0, 40.0, 300.0])
+
+
+@pytest.mark.parametrize(
+    ("element", "numbers", "gain", "phase"),
+    [
+        (ELEMENTS[0], (0.004,), [0, 0, 0, 0], [-0.144, -14.4, -57.6, -432.0]),
+        (ELEMENTS[1], (40.0,), [0.0, -0.2633, -3.0103, -17.578], [-0.143, -14.036, -45.0, -82.405]),
+        (ELEMENTS[2], (300.0, 10.0), [0.0, 3.0055, 12.228, 26.5367], [0.554, 43.091, 68.369, 43.091]),
+        (PAIR, (40.0, 0.25), [0.0, 0.4840, 6.0206, -34.8666], [-0.072, -7.595, -90.0, -176.117]),
+    ],
+)
+def test_an_element_adds_what_textbooks_say(element, numbers, gain, phase):
+    nothing = np.zeros(4)
+    blank = SheetPoints("", "command", "flow", 1.0, FREQUENCIES, nothing, nothing, True)
+    (added,) = element.deviations([blank], np.array([numbers]))
+    np.testing.assert_allclose(added[0, :, 0], gain, atol=2e-3)
+    np.testing.assert_allclose((added[0, :, 1] - phase + 180) % 360 - 180, 0, atol=2e-3)
+
+
+def test_a_corrector_before_something_else_is_named_as_incomplete_and_the_rest_is_learned():
+    corrector = find("drive.corrector", "first order")
+    f = np.geomspace(10.0, 150.0, 24)
+    sheet = behind(ELEMENTS[1], (200.0,), made((corrector,), {}, 1.0, f=f))
+    trace = trace_sheets(sheet_problem(rig(), "made", [sheet]), (corrector, RIVALS[2]), lambda _: None)
+    assert trace.verdict == "incomplete"
+    assert [each.effect.name for each in trace.effects] == ["drive.corrector"]
+    assert trace.judged[2].chi2 < 1 < 5 < trace.judged[1].chi2
+    assert max(band.high for band in trace.left) > 60.0
+    answer = sheet_json(trace)
+    (learned,) = answer["learned"]
+    _, low, high = learned["parameters"]["fp [Hz]"]
+    assert learned["element"] == "pole"
+    assert low < 200.0 < high
+    assert "What is left shows from" in sheet_sentence(trace, answer)
+    assert "behind the model takes away" in render(sheet_page(trace, answer)[0])
+
+
+def test_a_sheet_that_is_late_for_no_known_cause_is_unknown_with_its_delay():
+    sheet = behind(ELEMENTS[0], (2e-3,), made((), {}, 1.0))
+    trace = trace_sheets(sheet_problem(rig(), "made", [sheet]), (), lambda _: None)
+    assert (trace.verdict, trace.effects) == ("unknown", ())
+    assert trace.final.model.element is ELEMENTS[0]
+    (learned,) = sheet_json(trace)["learned"]
+    value, low, high = learned["parameters"]["T [s]"]
+    assert low < value < high
+    assert value == pytest.approx(2e-3, rel=0.1)
+    assert trace.judged[2].chi2 < 1.5 < trace.judged[1].chi2
+
+
+def test_where_an_error_is_plain():
+    f, nothing = np.array([1.0, 2.0, 4.0, 8.0]), np.zeros(4)
+    sheet = SheetPoints("s", "command", "flow", 1.0, f, nothing, nothing, True)
+    deviation = np.array([[0.0, 0.0], [1.0, np.nan], [-2.0, 5.0], [0.1, -1.0]])
+    assert bands([sheet], [deviation], (0.2, 2.0)) == [Band("s", 2.0, 4.0, 2.0, 5.0)]

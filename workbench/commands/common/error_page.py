@@ -13,7 +13,7 @@ from ...report import Curve, Figure, Known, Mark, Panel, Table
 from ...report.table import Cell
 from .numbers import finite
 
-GIVEN, BEFORE, AFTER = "#8c959f", "#d55e00", "#0072b2"  # what is given is grey, as in every report
+GIVEN, BEFORE, BETWEEN, AFTER = "#8c959f", "#d55e00", "#cc79a7", "#0072b2"  # what is given is grey, in every report
 _FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis
 
 SCORED = {

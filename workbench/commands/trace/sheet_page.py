@@ -10,16 +10,18 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...identify.sheet.fit import SheetFit
 from ...identify.sheet.model import FAILED, offsets
+from ...identify.sheet.remainder import Band
 from ...identify.sheet.tracer import SheetTrace
 from ...identify.trace import rule
 from ...records.sheet_points import SheetPoints
 from ...report import Curve, Figure, Page, Panel, Section, Table
-from ..common.error_page import AFTER, BEFORE
+from ..common.error_page import AFTER, BEFORE, BETWEEN
 from ..common.fit_result import effect_intervals, fitted
 from .words import EFFECT, EQUATION, RETUNE, listed
 
 _NUMBERS = 6  # candidates whose numbers are listed
 _CURVE = 60  # frequencies of a drawn curve
+_BANDS = 3  # bands of frequencies that the sentence names
 
 
 def sheet_page(trace: SheetTrace, answer: Mapping[str, Any]) -> tuple[Page, Figure]:
@@ -48,7 +50,7 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
         return f"{trace.problem.rig.name} gives these curves within what they are known to: nothing is missing."
     if trace.verdict == "unknown":
         where = f", most likely in {EQUATION[trace.equation]}" if trace.equation else ""
-        return f"The model misses something{where}; no effect of the library explains it."
+        return f"The model misses something{where}; no effect of the library explains it. {_left(trace)}"
     names = listed([each.effect.title for each in trace.effects])
     causes = listed([EFFECT.get(each.effect.name, each.effect.name) for each in trace.effects])
     said = f"{causes[0].upper()}{causes[1:]} ({names})"
@@ -57,8 +59,28 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
     where = "where nothing was fitted" if trace.problem.heldout else "at the fitted points, all that there are,"
     said += f": the error {where} goes from {errors}."
     if trace.verdict == "incomplete":
-        said += " Something is still missing, or the rig has another formula of it."
+        said += f" Something is still missing, or the rig has another formula of it. {_left(trace)}"
     return said
+
+
+def _left(trace: SheetTrace) -> str:
+    """Where something is left, and what it looks like."""
+    plain = sorted(trace.left, key=lambda band: band.low - band.high)[:_BANDS]
+    where = listed([_band(band, several=len(trace.problem.sheets) > 2) for band in plain])
+    said = f"What is left shows {where}. " if plain else "What is left shows at no frequency plainly. "
+    element = trace.final.model.element
+    if element is None:
+        return said + "No delay, pole or pair of poles takes it away."
+    values = {free.name: free.value(x) for free, x in zip(trace.final.fit.free, trace.final.fit.x, strict=True)}
+    took = rule.explained(*(float(trace.judged[place].squares.sum()) for place in (1, 2)), trace.judged[1].samples)
+    return said + f"A {element.shown(values)} behind the model takes away {100 * min(took, 1):.0f} % of it."
+
+
+def _band(band: Band, several: bool) -> str:
+    """ "from 30 to 90 Hz (up to 2.1 dB and 14 degrees)"."""
+    size = [f"{value:.2g} {unit}" for value, unit in ((band.gain, "dB"), (band.phase, "degrees")) if value]
+    where = f"at {band.low:.3g} Hz" if band.low == band.high else f"from {band.low:.3g} to {band.high:.3g} Hz"
+    return f"{where}{f' of {band.sheet}' if several else ''} (up to {' and '.join(size)})"
 
 
 def _digits(value: float | None) -> str:
@@ -88,7 +110,7 @@ def _tried_table(trace: SheetTrace) -> Table:
 def _numbers_table(trace: SheetTrace) -> Table:
     rows = []
     for each in trace.tried[:_NUMBERS]:
-        fit = trace.final.fit if each in trace.effects else each.fit.fit
+        fit = trace.named.fit if each in trace.effects else each.fit.fit
         intervals = effect_intervals(each.effect, fit)
         for number, values in zip(each.effect.numbers, intervals.values(), strict=True):
             rows.append([each.effect.name, each.effect.formula, number.name, number.meaning, number.shown, *values])
@@ -98,7 +120,7 @@ def _numbers_table(trace: SheetTrace) -> Table:
 
 def _base_table(trace: SheetTrace) -> Table:
     rows = []
-    for entry in fitted(trace.problem.rig, trace.final.fit):
+    for entry in fitted(trace.problem.rig, trace.named.fit):
         number = entry.number
         values = [float(from_si(v, number.unit, number.si)) for v in (number.value, entry.value, entry.low, entry.high)]
         rows.append([number.name, number.unit, *values, "at an end" if entry.at_bounds else "not told" * entry.unseen])
@@ -111,7 +133,10 @@ def _figure(trace: SheetTrace, index: int) -> Figure:
     sheet = trace.problem.train[index]
     gain = [Curve("sheet", sheet.f, sheet.gain, "markers")]
     phase = [Curve("sheet", sheet.f, sheet.phase, "markers")]
-    for label, fit, colour in (("before", trace.base, BEFORE), ("after", trace.final, AFTER)):
+    shown = [("before", trace.base, BEFORE), ("after", trace.final, AFTER)]
+    if trace.final is not trace.named is not trace.base:
+        shown.insert(1, (f"with {listed([each.effect.name for each in trace.effects])}", trace.named, BETWEEN))
+    for label, fit, colour in shown:
         f, gains, phases = model_curve(fit, sheet)
         gain.append(Curve(label, f, gains, color=colour))
         phase.append(Curve(label, f, phases, color=colour))

@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -15,6 +15,7 @@ from ...base.process_pool import one_blas_thread
 from ...base.signals import SIGNALS
 from ...base.units import quantity, to_si
 from ...identify.fit.solver import Fit
+from ...identify.sheet.element import Element
 from ...identify.sheet.problem import SIGMA, SheetProblem, sheet_problem
 from ...identify.sheet.tracer import SheetCandidate, SheetTrace, trace_sheets
 from ...plant.effects import Effect
@@ -63,10 +64,10 @@ def run_sheet_trace(problem: SheetProblem, library: Sequence[Effect], stage: Sta
     with one_blas_thread():
         trace = trace_sheets(problem, library, progress)
     answer = sheet_json(trace)
-    final = trace.final
-    rig = rig_as_fitted(problem.rig, problem.source, final.fit, [each.effect for each in trace.effects])
+    fit = trace.named.fit
+    rig = rig_as_fitted(problem.rig, problem.source, fit, [each.effect for each in trace.effects])
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig)}
-    more = {"parameters": base_intervals(problem.rig, final.fit), "sheets": _by_sheet(trace)}
+    more = {"parameters": base_intervals(problem.rig, fit), "sheets": _by_sheet(trace)}
     return Outcome(answer | more, lambda: sheet_page(trace, answer), {}, texts, Subject(problem.rig))
 
 
@@ -78,14 +79,27 @@ def sheet_json(trace: SheetTrace) -> dict[str, Any]:
         "effects": [*names, *trace.tied] if trace.verdict == "tied" else names,
         "equation": trace.equation,
         "ranking": [_ranked(trace, candidate) for candidate in trace.tried],
-        "chi2": dict(zip(("before", "after"), (finite(judged.chi2) for judged in trace.judged), strict=True)),
+        "chi2": {"before": finite(trace.judged[0].chi2), "after": finite(trace.judged[-1].chi2)},
         "rms": _rms(trace, range(len(trace.judged[0].deviations))),
-        "learned": [],
+        "learned": [_learned(trace, element)] if (element := trace.final.model.element) else [],
+        "left": [asdict(band) for band in trace.left],
     }
 
 
+def _learned(trace: SheetTrace, element: Element) -> dict[str, Any]:
+    """The element behind the model: what it is, and its numbers with their intervals, SI."""
+    fit = trace.final.fit
+    names = [free.name for free in fit.free]
+    numbers = {}
+    for number in element.numbers:
+        at = names.index(number.free.name)
+        unit = f" [{number.unit}]" if number.unit else ""
+        numbers[f"{number.name}{unit}"] = [fit.free[at].value(fit.x[at]), *fit.interval(at)]
+    return {"element": element.name, "parameters": numbers, "chi2": finite(trace.judged[-1].chi2)}
+
+
 def _ranked(trace: SheetTrace, candidate: SheetCandidate) -> dict[str, Any]:
-    fit: Fit = trace.final.fit if candidate in trace.effects else candidate.fit.fit
+    fit: Fit = trace.named.fit if candidate in trace.effects else candidate.fit.fit
     return {
         "effect": candidate.effect.name,
         "formula": candidate.effect.formula,
@@ -99,7 +113,7 @@ def _rms(trace: SheetTrace, which: Sequence[int]) -> dict[str, dict[str, float |
     rows = {}
     for column, (kind, sigma) in enumerate(zip(KINDS, trace.problem.sigma, strict=True)):
         before, after = (
-            np.concatenate([judged.deviations[index][:, column] for index in which]) for judged in trace.judged
+            np.concatenate([trace.judged[place].deviations[index][:, column] for index in which]) for place in (0, -1)
         )
         if np.isfinite(before).any():
             rows[kind] = {"before": _mean(before), "after": _mean(after), "floor": sigma}

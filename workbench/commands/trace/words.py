@@ -227,6 +227,8 @@ def accident(trace: Trace, search: Pass, fit: CandidateFit) -> tuple[float, floa
 def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
     said = f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
+    if not trace.at_floor:
+        said += " Its numbers fitted to all records leave nothing: the train records alone tell too little of them."
     beside = [(fit, share) for fit, share in ranking(trace) if _other(trace, fit)]
     if beside:
         fit, share = beside[0]

@@ -141,8 +141,15 @@ def tangents_at(
     guess: np.ndarray,
 ) -> Tangents:
     """Windows to first order: arguments as of `accumulate`."""
+    slopes = [stable(whole) for whole in slopes]
     normal = accumulate(model, windows, slopes, errors, x0, guess)
     return Tangents(slopes, errors, normal, [group.which for group in windows.groups])
+
+
+def stable(slopes: np.ndarray) -> np.ndarray:
+    """Slopes [w, rows, k] with those of windows that are unstable at 0: they move nothing. NaN is no slope either."""
+    gentle = np.abs(slopes).max(axis=(1, 2)) <= _STEEPEST
+    return slopes if gentle.all() else np.where(gentle[:, None, None], slopes, 0.0)
 
 
 def accumulate(
@@ -156,7 +163,7 @@ def accumulate(
     n, size = model.plant.n, slopes[0].shape[-1]
     matrix, gradient = np.empty((windows.count, size, size)), np.empty((windows.count, size))
     for group, whole, error in zip(windows.groups, slopes, errors, strict=True):
-        whole[~(np.abs(whole).max(axis=(1, 2)) <= _STEEPEST)] = 0.0  # NaN is no slope either
+        whole = stable(whole)
         matrix[group.which] = np.swapaxes(whole, 1, 2) @ whole
         gradient[group.which] = np.einsum("wmi,wm->wi", whole, error.reshape(len(error), -1))
     pull = windows.misfit * (x0 - guess) / (STATE_PULL**2 * model.plant.scale)

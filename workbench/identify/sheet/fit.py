@@ -52,7 +52,7 @@ class Errors:
         """All parameters [lanes, k] at distances x [lanes, free]."""
         rows = np.tile(self.p, (len(x), 1))
         for column, free in enumerate(self.free):
-            place = self.model.plant.parameters.index(free.name)
+            place = self.model.parameters.index(free.name)
             rows[:, place] = [np.clip(free.value(float(at)), free.low, free.high) for at in x[:, column]]
         return rows
 

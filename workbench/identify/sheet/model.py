@@ -16,6 +16,7 @@ from ...plant.effects import Effect, applies
 from ...plant.effects.slots import inside_valve
 from ...records.sheet_points import SheetPoints
 from ...rigs.rig import EffectUse, Rig
+from .element import Element
 
 FAILED = 1e3  # dB and degrees: the deviation of a sine that cannot be simulated
 _CYCLES, _JACK_CYCLES = 20, 60  # a jack rings longer than a valve
@@ -68,11 +69,14 @@ def rig_with(rig: Rig, effects: Sequence[Effect]) -> Rig:
 
 
 class SheetModel:
-    """A rig with effects on the bench of its sheets; compiled once, then run with parameters in lanes."""
+    """A rig with effects on the bench of its sheets, and a learned element behind it; compiled once, then run with
+    parameters in lanes: those of the plant, then those of the element."""
 
-    def __init__(self, bench: "Bench", effects: Sequence[Effect], output: str) -> None:
-        self.effects, self._output = tuple(effects), output
+    def __init__(self, bench: "Bench", effects: Sequence[Effect], output: str, element: Element | None = None) -> None:
+        self.effects, self.element, self._output = tuple(effects), element, output
         self.plant = bench.build(rig_with(bench.rig, effects))
+        numbers = element.numbers if element else ()
+        self.parameters = (*self.plant.parameters, *(number.free.name for number in numbers))
         self._engine = Engine(self.plant, brief=True)
         self._offset, self._most = bench.offset, bench.cycles
         self._start = np.array([bench.rest.get(state.name, state.start) for state in self.plant.states])
@@ -90,7 +94,12 @@ class SheetModel:
 
         A relative gain is that of the model itself; `offsets` tells what to take off. NaN where the sheet has none.
         """
-        return [self._deviation(sheet, p) for sheet in sheets]
+        own = len(self.plant.parameters)
+        deviations = [self._deviation(sheet, p[:, :own]) for sheet in sheets]
+        if self.element is None:
+            return deviations
+        added = self.element.deviations(sheets, p[:, own:])
+        return [np.where(a == FAILED, a, _in_half_a_turn(a + b)) for a, b in zip(deviations, added, strict=True)]
 
     def _deviation(self, sheet: SheetPoints, p: np.ndarray) -> np.ndarray:
         lanes, k = len(p), sheet.f.size
@@ -101,9 +110,14 @@ class SheetModel:
         )  # fmt: skip
         response = sines.response[self._output].reshape(lanes, k)
         gain, phase = gain_db(response) - sheet.gain, np.degrees(np.angle(response)) - sheet.phase
-        deviation = np.stack((gain, (phase + 180) % 360 - 180), axis=-1)
+        deviation = _in_half_a_turn(np.stack((gain, phase), axis=-1))
         lost = ~np.isfinite(gain_db(response))[..., None] & np.isfinite(sheet.values)
         return np.where(lost, FAILED, deviation)
+
+
+def _in_half_a_turn(deviation: np.ndarray) -> np.ndarray:
+    """Deviations [..., 2] in dB and degrees with the phase between -180 and 180."""
+    return np.stack((deviation[..., 0], (deviation[..., 1] + 180) % 360 - 180), axis=-1)
 
 
 def offsets(sheets: Sequence[SheetPoints], deviations: Sequence[np.ndarray]) -> np.ndarray:

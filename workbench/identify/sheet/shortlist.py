@@ -15,6 +15,7 @@ from ..fit.normal_equations import ranges
 from .fit import Errors
 
 _STRENGTHS = (0.1, 0.3, 1.0, 3.0)  # of typical
+_STRONG, _WIDE = 10.0, 100.0  # tried too, where the range goes on to so many times typical
 _SMALLEST, _LARGEST = 0.2, 5.0  # how far beyond a tried strength a fit may be started
 
 
@@ -88,7 +89,8 @@ def _score(
 def _trials(effect: Effect) -> list[dict[str, float]]:
     """Some strengths of the whole effect, each of its strengths alone, and what shapes it where it is tried."""
     names = strengths(effect)
-    trials = [at_strength(effect, strength) for strength in _STRENGTHS]
+    wide = any(n.off == 0 and n.high >= _WIDE * n.typical > 0 for n in effect.fitted)
+    trials = [at_strength(effect, strength) for strength in (*_STRENGTHS, *((_STRONG,) if wide else ()))]
     if len(names) > 1:
         trials += [at_strength(effect, 1.0, only) for only in names]
     shapes = [{number.name: value} for number in effect.numbers for value in number.tried]

@@ -14,6 +14,7 @@ from ..fit.free_parameters import Candidate, at_strength, extend_parameters
 from ..trace import rule
 from .fit import Errors, SheetFit, fitted_sheets, heldout_squares
 from .problem import SheetProblem
+from .remainder import Band, bands, with_element
 from .shortlist import SheetScore, scores
 
 NAMES = 4  # effects that are refitted
@@ -21,6 +22,8 @@ _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is
 _RIVAL = 0.6  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.8  # of the explained share of its best formula: what a name must have for the others to be tried
 _PASSES = 3  # effects at most
+_MOST = 2 / 3  # of the misfit: an effect that explains that much is named, as incomplete,
+_CLEAR = 0.1  # if no effect of another family comes as near as that
 _KAPPA = 1.0
 
 Report = Callable[[str], None]
@@ -51,12 +54,18 @@ class JudgedFit:
 
 @dataclass(frozen=True, eq=False)
 class SheetTrace:
-    """What a trace of sheets found, as `Trace` has it for recordings; `tried` are refits, most explained first."""
+    """What a trace of sheets found, as `Trace` has it for recordings; `tried` are refits, most explained first.
+
+    `named` is the fit with the effects, `final` that with what was learned behind it; `judged` are the rig alone and
+    those two; `left` says where the second of them is plainly wrong.
+    """
 
     problem: SheetProblem
     base: SheetFit
+    named: SheetFit
     final: SheetFit
-    judged: tuple[JudgedFit, JudgedFit]
+    judged: tuple[JudgedFit, JudgedFit, JudgedFit]
+    left: tuple[Band, ...]
     verdict: str
     effects: tuple[SheetCandidate, ...]
     tied: tuple[str, ...]
@@ -86,7 +95,7 @@ class _Search:
         self, problem: SheetProblem, library: Sequence[Effect], report: Report, base: SheetFit, errors: Errors
     ) -> None:
         self.problem, self.base, self.errors = problem, base, errors
-        self._library, self._report = library, report
+        self._library, self.report = library, report
         self.effects: tuple[SheetCandidate, ...] = ()
         self.tied: tuple[str, ...] = ()
         self.tried: tuple[SheetCandidate, ...] = ()
@@ -104,6 +113,8 @@ class _Search:
             tried = self._pass()
             accepted = rule.named([candidate.judgement for candidate in tried])
             best = [candidate for candidate in tried if candidate.judgement in accepted[:1]]
+            if not best and not self.effects:
+                best = _partial(tried)
             if not best or not rule.worth_adding(self.last.squares - best[0].fit.squares, first, n):
                 return
             self.tied = self.tied or tuple(judgement.name for judgement in accepted[1:])
@@ -118,7 +129,7 @@ class _Search:
         own = len(self.base.fit.free)
         x = np.concatenate((np.zeros(own), last.fit.x[own:]))
         thinned = replace(errors, problem=self.problem.thinned())
-        ranked = scores(thinned, x, library, lambda effect: self._report(f"score of {effect.title}"))
+        ranked = scores(thinned, x, library, lambda effect: self.report(f"score of {effect.title}"))
         tried = self._refits(errors, x, ranked)
         if not self.effects:
             self.shortlist = tuple(ranked)
@@ -154,7 +165,7 @@ class _Search:
             if fit.fit.chi2 > rule.CLOSED:
                 fit = min(fit, self._fitted(errors, *other), key=lambda each: float(each.fit.squares.sum()))
         judgement = _judged(self.problem, last, fit, effect, len(self._library))
-        self._report(f"{effect.title} explains {100 * judgement.explained:.1f} %")
+        self.report(f"{effect.title} explains {100 * judgement.explained:.1f} %")
         return SheetCandidate(effect, judgement, fit)
 
     def _fitted(self, errors: Errors, x: np.ndarray, candidate: Candidate) -> SheetFit:
@@ -180,25 +191,57 @@ def _misfit(problem: SheetProblem, fit: SheetFit) -> bool:
     return rule.misfit(fit.squares / problem.samples, problem.samples, _KAPPA)
 
 
+def _partial(tried: Sequence[SheetCandidate]) -> list[SheetCandidate]:
+    """The effect that explains most of the misfit, though not enough of it, where no other family comes near."""
+    able = [each for each in tried if each.judgement.passes and each.judgement.explained >= _MOST]
+    if not able:
+        return []
+    others = [each for each in tried if each.effect.kin != able[0].effect.kin]
+    near = any(each.judgement.explained > able[0].judgement.explained - _CLEAR for each in others)
+    return [] if near else able[:1]
+
+
 def _result(search: _Search) -> SheetTrace:
     """What the points that judge make of a search, which ends before they are looked at."""
     problem, effects, tied = search.problem, search.effects, search.tied
     before = _judge(problem, search.base)
-    final, after = search.base, before
+    named, plain = search.base, before
     if effects:
         last = _judge(problem, search.last)
-        if rule.confirmed(float(before.squares.sum()), float(last.squares.sum()), before.samples, _KAPPA):
-            final, after = search.last, last
+        if _borne_out(before, last):
+            named, plain = search.last, last
         else:
             effects, tied = (), ()
-    missing = rule.misfit(after.chi2, after.samples, _KAPPA)
+    missing = _missing(plain)
     verdict = (
         "tied" if tied else ("incomplete" if missing else "named") if effects else "unknown" if missing else "none"
     )
+    final, after = _learned(search, named, plain) if missing else (named, plain)
+    left = bands(problem.heldout or problem.train, plain.deviations, problem.sigma) if missing else []
     equation = effects[0].effect.equation if effects else _place(search) if verdict == "unknown" else None
     return SheetTrace(
-        problem, search.base, final, (before, after), verdict, effects, tied, equation, search.tried, search.shortlist
+        problem, search.base, named, final, (before, plain, after), tuple(left), verdict, effects, tied, equation,
+        search.tried, search.shortlist,
+    )  # fmt: skip
+
+
+def _borne_out(before: JudgedFit, after: JudgedFit) -> bool:
+    """Whether the points that judge bear out what was found: nothing is missing with it, or most of the misfit goes."""
+    return not _missing(after) or (
+        rule.explained(float(before.squares.sum()), float(after.squares.sum()), before.samples) >= _MOST
     )
+
+
+def _missing(judged: JudgedFit) -> bool:
+    return rule.misfit(judged.chi2, judged.samples, _KAPPA)
+
+
+def _learned(search: _Search, named: SheetFit, plain: JudgedFit) -> tuple[SheetFit, JudgedFit]:
+    """The fit with an element for what is left, if the points that judge bear it out; else as named."""
+    search.report("what is left, as one linear element")
+    learned = with_element(search.problem, named)
+    judged = learned and _judge(search.problem, learned)
+    return (learned, judged) if learned and judged and judged.chi2 < plain.chi2 else (named, plain)
 
 
 def _judge(problem: SheetProblem, fit: SheetFit) -> JudgedFit:

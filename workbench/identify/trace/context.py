@@ -45,7 +45,8 @@ class TraceContext:
 
     def numbers_explain(self, model_fit: FittedModel, heldout: HeldoutErrors) -> bool:
         """Whether numbers alone explain a misfit on the held-out records, kept as a stage."""
-        stored = self.stage("both", lambda: {"explained": numbers_explain(self.whole, model_fit, heldout)})
+        name = "-".join(("both", *(effect.title for effect in model_fit.effects)))
+        stored = self.stage(name, lambda: {"explained": numbers_explain(self.whole, model_fit, heldout)})
         return bool(stored["explained"])
 
     def location(self, name: str, model_fit: FittedModel, heldout: HeldoutErrors | None = None) -> FaultLocation:

@@ -16,7 +16,7 @@ from ...plant.effects import Effect
 from ...rigs.rig import Rig
 from ..fit.free_parameters import Candidate, at_strength, extend_parameters, model_with, strengths
 from ..fit.model import Model
-from ..fit.normal_equations import STATE_PULL, slopes_of
+from ..fit.normal_equations import STATE_PULL, slopes_of, stable
 from ..fit.solver import Fit
 from ..fit.windows import Windows
 
@@ -95,7 +95,7 @@ class NuisanceProjection:
 
     def __init__(self, model: Model, windows: Windows, fit: Fit) -> None:
         n, self.errors = model.plant.n, model.errors(windows, fit.x0, fit.p)
-        slopes = slopes_of(model, windows, fit.x0, fit.p, fit.free, fit.x)
+        slopes = [stable(whole) for whole in slopes_of(model, windows, fit.x0, fit.p, fit.free, fit.x)]
         self._states = [whole[..., :n] for whole in slopes]
         self._inverse = [
             np.linalg.inv(np.swapaxes(x, 1, 2) @ x + np.eye(n) / STATE_PULL**2) @ np.swapaxes(x, 1, 2)

@@ -36,7 +36,7 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     if nowhere and context.is_misfit(before) and not context.numbers_explain(alone, before):
         name = f"localise held-out-{len(search.passes)}" if search.passes else "localise held-out"
         place = context.location(name, alone, before)
-    verdict = _verdict(context, plain, effects, place)
+    verdict = _verdict(context, named, plain, effects, place)
     final, after, learned = named, plain, ()
     if verdict in ("unknown", "incomplete") and not (context.several and context.problem.train.from_rest):
         starts = (effects[-1].refitted,) if effects else _nearest(search)
@@ -61,13 +61,14 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
 
 def _verdict(
     context: TraceContext,
+    named: FittedModel,
     after: HeldoutErrors,
     effects: tuple[CandidateFit, ...],
     place: FaultLocation | None,
 ) -> str:
     if not effects:
         return "unknown" if place is not None and context.is_significant(place) else "none"
-    if context.is_misfit(after):
+    if context.is_misfit(after) and (context.several or not context.numbers_explain(named, after)):
         return "incomplete"
     return "tied" if len(effects) == 1 and effects[0].tied else "named"
 
