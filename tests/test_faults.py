@@ -71,8 +71,11 @@ def test_damage_is_counted_at_the_stop_and_beyond_limits(rig):
 
 def test_the_verdict_sets_a_stuck_valve_apart():
     row = {"fault": "valve stuck at 0.3", "stop_speed": 2.0, "beyond_percent": 5.0, "detected_ms": None}
-    words = verdict({"rows": [row, row | {"fault": "position frozen"}], "false_trips": 0, "plants": 7})
+    saved = [{"closing_ms": 10.0, "of": 1, "harm": 0}, {"closing_ms": 20.0, "of": 1, "harm": 1}]
+    rows = [row, row | {"fault": "position frozen"}]
+    words = verdict({"rows": rows, "false_trips": 0, "plants": 7, "shut_off": saved})
     assert words.startswith("2 faults: 1 meet the stop above 0.2 m/s or pass a limit by more than 10 %, besides 1 of a")
+    assert "cannot be saved from them: one that closes in 10 ms leaves 0, 20 ms leaves 1)" in words
     assert words.endswith("0 false trips on 7 plants a loop.")
 
 

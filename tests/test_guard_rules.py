@@ -136,5 +136,5 @@ def test_a_rig_says_how_it_stops(tmp_path):
     (tmp_path / "mine.toml").write_text(rig_text(rig))
     assert load_rig(tmp_path / "mine.toml").stop == "hold"
     (tmp_path / "mine.toml").write_text(rig_text(rig).replace('"hold"', '"depressurise"'))
-    with pytest.raises(InputError, match="stop: no plant has a valve for that; possible: close, hold"):
+    with pytest.raises(InputError, match="stop: write \\[shut_off\\] for a valve that does it; possible: close, hold"):
         load_rig(tmp_path / "mine.toml")

@@ -9,6 +9,7 @@ from ..plant import Plant
 from .operating_point import equilibrium, unknowns
 
 _STEPS, _HALVINGS = 40, 6
+_BLOCK = 500  # lanes at a time
 _SMALL = 1e-9  # of each equation's largest slope: below it a rate has vanished
 
 
@@ -65,7 +66,17 @@ def _set_inputs(plant: Plant, w: np.ndarray, inputs: Mapping[str, np.ndarray | f
 
 
 def _solved(plant: Plant, p: np.ndarray, w: np.ndarray, columns: list[int], balanced: list[int]) -> Equilibria:
-    """Newton steps from w = [x, u], of which the unknown `columns` change in place."""
+    """Newton steps from w = [x, u], of which the unknown `columns` change in place; a block of lanes after the other,
+    whose slopes are let go."""
+    ok = [
+        _balanced(plant, p[first : first + _BLOCK], w[first : first + _BLOCK], columns, balanced)
+        for first in range(0, len(w), _BLOCK)
+    ]
+    return Equilibria(w[:, : plant.n], w[:, plant.n :], np.concatenate(ok) if ok else np.zeros(0, bool))
+
+
+def _balanced(plant: Plant, p: np.ndarray, w: np.ndarray, columns: list[int], balanced: list[int]) -> np.ndarray:
+    """Newton steps of some lanes, in place; which were found [lanes]."""
     scale = np.append(plant.scale, [i.scale for i in plant.inputs])[columns]
     balances = _Balances(plant, p, columns, balanced, scale)
     residual, slope = balances.linearised(w)
@@ -78,7 +89,7 @@ def _solved(plant: Plant, p: np.ndarray, w: np.ndarray, columns: list[int], bala
         step = _newton(slope[going] * scale / rows[going, :, None], -(residual / rows)[going])
         balances.descend(w, rows, size, going, step)
         residual, slope = balances.linearised(w)
-    return Equilibria(w[:, : plant.n], w[:, plant.n :], size <= 1e-7)
+    return np.asarray(size <= 1e-7)
 
 
 def _newton(slopes: np.ndarray, rates: np.ndarray) -> np.ndarray:

@@ -45,9 +45,9 @@ class SampledLoop:
 
     At each sample the signals are measured, the controller computes, the guard limits, the drive holds the command.
     Where the plant's command is late, it is held back; the record has it as it was sent. `seed` switches the sensors'
-    noise and resolution on. A linear law runs compiled where the engine does; `compiled=False` keeps it in Python. A
-    rig's deadline is that of loops in Python, from their second sample on: in the first a controller may build what it
-    needs.
+    noise and resolution on. A linear law runs compiled where the engine does; `compiled=False` keeps it in Python, as
+    a rig with a shut-off valve does. A rig's deadline is that of loops in Python, from their second sample on: in the
+    first a controller may build what it needs.
     """
 
     def __init__(
@@ -66,6 +66,8 @@ class SampledLoop:
         self._line = DelayLine(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.interpolated)
         self._samples, self._started = 0, False
         self._failure: str | None = None
+        self._shut_off, self._closing = rig.shut_off, 0
+        self._p: np.ndarray | None = None  # parameters of the plant while a shut-off valve closes
         self._deadline = rig.deadline
         self._name = type(innermost(controller)).__name__
         check_sensors(rig, controller.measures)
@@ -73,7 +75,7 @@ class SampledLoop:
         self._guard.reset(float(self._held[0]))
         reference = measured[controller.measures[0]]
         self._told("reset", reference, measured, float(self._held[0]))
-        law = sampled_law(controller) if compiled and engine.back_end == "compiled" else None
+        law = sampled_law(controller) if compiled and engine.back_end == "compiled" and rig.shut_off is None else None
         self.compiled = law and CompiledLoop(
             engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
         )
@@ -107,6 +109,7 @@ class SampledLoop:
             self._held[1:] = u[k, 1:]
             command, demanded[k], spent[k] = self._sample(setpoint, more, known[k : k + ahead + 1] if ahead else None)
             arriving = self._send(command)
+            self._shut()
             sent[k], u[k, 0] = command, arriving[0][0]
             if not self._hold(arriving):
                 self._guard.tripped = SIMULATION_FAILED
@@ -125,7 +128,7 @@ class SampledLoop:
         return self._result(done.x[:k], u[:k], reference[:k], done.sent[:k], done.demanded[:k])
 
     def _measure(self) -> dict[str, float]:
-        return self._sensors.read(self._engine.observe(self._x, self._held))
+        return self._sensors.read(self._engine.observe(self._x, self._held, self._p))
 
     def _sample(self, reference: float, added: float, future: np.ndarray | None) -> tuple[float, float, float]:
         """One sampling instant: the command that is sent to the drive now, what was demanded with `added`, and how long
@@ -192,11 +195,20 @@ class SampledLoop:
         """What arrives at the drive in this period, and for what share of it, where a command is sent now."""
         return self._line.send(command)
 
+    def _shut(self) -> None:
+        """After a trip, the rig's shut-off valve closes by one more period."""
+        if self._shut_off is None or self._guard.tripped is None:
+            return
+        plant = self._engine.plant
+        self._p = plant.p.copy()
+        self._p[plant.parameters.index("n")] *= self._shut_off.opening((self._closing + 0.5) * self._period)
+        self._closing += 1
+
     def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
         """Go on by one period with the commands that arrive in it; False, unmoved, where that cannot be simulated."""
         x = self._x
         for self._held[0], share in arriving:
-            after = self._engine.advance(x, self._held, share * self._period)
+            after = self._engine.advance(x, self._held, share * self._period, self._p)
             if after is None:
                 return False
             x = after

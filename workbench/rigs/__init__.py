@@ -5,6 +5,7 @@ rig_file, rig_table    its TOML file, read and written; the bundled ones are bes
 schema, together    the numbers that every rig has, and what they have to be to each other
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
 jack, load  the kinds of jack and of load
+shut_off    a valve in the lines that the guard closes on a trip
 summary     a rig in a few lines, and as a table in a notebook
 datasheet, datasheet_keys    a rig from what makers say; what they have to say
 platform/   a platform on six jacks, its file and its kinematics

@@ -14,6 +14,7 @@ from .load import LOADS, SPECIMEN
 from .number import Number
 from .rig_table import rig_table
 from .sensor import Sensor
+from .shut_off import ShutOff
 from .summary import html_table, summary
 from .valve import VALVES, ValveKind
 
@@ -35,7 +36,8 @@ class Rig(Mapping[str, float]):
     """All that is known of a rig; as a mapping, the SI values of the plant's numbers by name.
 
     `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a sample to its command, those of
-    its controller, with the `deadline` of what computes; `stop` what its guard does after a trip.
+    its controller, with the `deadline` of what computes; `stop` what its guard does after a trip, `shut_off` the valve
+    that it closes then, where there is one.
 
     `sessions` are numbers of the plant that were others in the records of a campaign's session, by its name.
     `effect_files` are Python files with effects that the library lacks, by absolute path; see plant/effects.
@@ -59,6 +61,7 @@ class Rig(Mapping[str, float]):
     stop: str = schema.STOPS[0]
     deadline: Number | None = None
     load: str = SPECIMEN
+    shut_off: ShutOff | None = None
 
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number. Raises KeyError that names the nearest there is."""

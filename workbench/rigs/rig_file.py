@@ -1,10 +1,10 @@
 """Rig files, read and written.
 
 A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load` (`kind`),
-`limits`, `control`, `sensors.NAME`, `effects` and `sessions.NAME`; `effect_files` lists Python files beside it with a
-user's own effects. A number is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the
-same unit) are how far a fit may move it, `interval` within what a fit knows it (95 %). A session has numbers of the
-plant that were others in the records of a campaign's session of that name. Everything is SI once read.
+`limits`, `control`, `sensors.NAME`, `shut_off`, `effects` and `sessions.NAME`; `effect_files` lists Python files beside
+it with a user's own effects. A number is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds`
+(in the same unit) are how far a fit may move it, `interval` within what a fit knows it (95 %). A session has numbers of
+the plant that were others in the records of a campaign's session of that name. Everything is SI once read.
 """
 
 from collections.abc import Mapping
@@ -22,12 +22,13 @@ from .load import LOADS, SPECIMEN
 from .number import Number, read_number
 from .rig import COMPUTING_DELAY, EffectUse, Rig, number_specs
 from .sensor import read_sensors
+from .shut_off import read_shut_off
 from .together import check_speed_guard, check_together
 from .valve import VALVES
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
 NO_CORRECTOR = "p"  # of a valve whose kind has no spool loop to choose
-TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "effects", "sessions")
+TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "shut_off", "effects", "sessions")
 
 
 def bundled() -> list[str]:
@@ -99,6 +100,7 @@ def _read(path: Path, shown: str) -> Rig:
         stop=_stop(top.table("limits")),
         deadline=_deadline(control),
         load=load,
+        shut_off=read_shut_off(top.optional_table("shut_off")),
     )
 
 
@@ -106,7 +108,9 @@ def _stop(limits: Table) -> str:
     if "stop" not in limits:
         return schema.STOPS[0]
     if limits.text("stop") == "depressurise":
-        raise limits.complaint("stop", f"no plant has a valve for that; possible: {', '.join(schema.STOPS)}")
+        raise limits.complaint(
+            "stop", f"write [shut_off] for a valve that does it; possible: {', '.join(schema.STOPS)}"
+        )
     return limits.word("stop", schema.STOPS)
 
 

@@ -44,6 +44,7 @@ def rig_table(rig: "Rig") -> dict[str, Any]:
         },
         "control": {number.name: number_entry(number) for number in rig.control},
         "sensors": sensors,
+        **({"shut_off": rig.shut_off.table()} if rig.shut_off else {}),
         **({"effects": effects} if effects else {}),
         **({"sessions": sessions} if sessions else {}),
     }

@@ -31,4 +31,8 @@ CONTROL = {
     "computing_delay": Spec("s", 0.0, 0.1, "time from a sample to its command"),
     "deadline": Spec("s", 1e-6, 1.0, "longest time that a controller in Python may compute"),
 }
+SHUT_OFF = {
+    "closing_time": Spec("s", 1e-6, 10.0, "time from a trip until the shut-off valve is closed"),
+    "leak": Spec("1", 0.0, 1.0, "share of the servo-valve's flow that it lets through when closed"),
+}
 OPTIONAL = ("following_error", "computing_delay", "deadline")  # of limits and control: no rule where they are absent

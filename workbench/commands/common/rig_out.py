@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
-from ...base.files import check_place
+from ...base.files import check_place, write_whole
 from .options import Call, Study, computes, finish
+from .outcome import Outcome, Progress, Stage
 
 
 def leaves_rig(command: argparse.ArgumentParser, call: Call) -> None:
@@ -18,7 +19,8 @@ def leaves_rig(command: argparse.ArgumentParser, call: Call) -> None:
 def finish_with_rig(
     options: argparse.Namespace, words: list[str], source: str, identity: dict[str, Any], study: Study
 ) -> None:
-    """Finish a study that leaves a rig.toml, which --rig-out is a copy of; `source` names what it is of."""
+    """Finish a study that leaves a rig.toml, which --rig-out is a copy of, written before any page is drawn; `source`
+    names what it is of."""
     out = options.rig_out
     if out is not None:
         if out.suffix != ".toml":
@@ -26,6 +28,11 @@ def finish_with_rig(
         check_place(out, "--rig-out")
         if out.exists() and not options.force:
             raise InputError(f"--rig-out {out}: exists already; choose another or add --force to replace it")
-    outcome = finish(options, words, f"{identity['command']}-{source}", identity, study)
-    if out is not None:
-        out.write_text(outcome.files["rig.toml"], encoding="utf-8")
+
+    def study_and_rig(stage: Stage, progress: Progress) -> Outcome:
+        outcome = study(stage, progress)
+        if out is not None:
+            write_whole(out, str(outcome.files["rig.toml"]))
+        return outcome
+
+    finish(options, words, f"{identity['command']}-{source}", identity, study_and_rig)

@@ -12,10 +12,15 @@ def harmful(row: Mapping[str, Any]) -> bool:
     return row["stop_speed"] > STOP or row["beyond_percent"] > BEYOND
 
 
+def helpless(row: Mapping[str, Any]) -> bool:
+    """Whether it did harm that no command could have prevented."""
+    return harmful(row) and row["fault"].startswith(_HELPLESS)
+
+
 def counts(rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
     """How many faults were `played` and `detected`, how many did `harm` that a command could have prevented, and how
     many others, `helpless`."""
     harm = [row for row in rows if harmful(row)]
-    helpless = sum(row["fault"].startswith(_HELPLESS) for row in harm)
+    lost = sum(map(helpless, rows))
     detected = sum(row["detected_ms"] is not None for row in rows)
-    return {"played": len(rows), "detected": detected, "harm": len(harm) - helpless, "helpless": helpless}
+    return {"played": len(rows), "detected": detected, "harm": len(harm) - lost, "helpless": lost}

@@ -23,6 +23,7 @@ def faults_page(config: FaultsConfig, metrics: Mapping[str, Any]) -> Page:
     sections = [
         Section("Faults", [_faults(config, rows), faults_figure(rows)]),
         Section("Beyond the goals", [_beyond(rows)]),
+        *([Section("With a shut-off valve", [_shut(config, metrics)])] if metrics["counts"]["helpless"] else []),
         Section("Not detected", [_unseen(rows)]),
         Section("Without a fault", [_calm(metrics)]),
     ]
@@ -36,7 +37,30 @@ def verdict(metrics: Mapping[str, Any]) -> str:
     words = f"{many['played']} faults: {many['harm']} meet the stop above {STOP:g} m/s or pass a limit by more than "
     words += f"{BEYOND:g} %"
     words += f", besides {many['helpless']} of a stuck valve, which no command stops" if many["helpless"] else ""
+    words += _saving(metrics)
     return f"{words}; {metrics['false_trips']} false trips on {metrics['plants']} plants a loop."
+
+
+def _saving(metrics: Mapping[str, Any]) -> str:
+    """Which of the tried shut-off valves saves how many; nothing where there is nothing to save."""
+    tried = [each for each in metrics["shut_off"] if each["of"]]
+    if not tried:
+        return ""
+    left = ", ".join(f"{each['closing_ms']:g} ms leaves {each['harm']}" for each in tried)
+    return f" (without a shut-off valve in its lines this rig cannot be saved from them: one that closes in {left})"
+
+
+def _shut(config: FaultsConfig, metrics: Mapping[str, Any]) -> Table:
+    """What a shut-off valve of each closing time leaves of the faults that no command stops."""
+    lines = [
+        [each["closing_ms"], each["of"], each["harm"], *(each[key] * scale for key, scale in _WORST.items())]
+        for each in metrics["shut_off"]
+    ]
+    own = config.rig.shut_off
+    has = f"declares one that closes in {1e3 * own.closing_time.value:g} ms" if own else "declares none ([shut_off])"
+    note = f"The faults of a stuck valve that do harm, again, with both lines closed from the trip on; this rig {has}."
+    columns = ["closing time [ms]", "faults", "still do harm", "speed at the stop [m/s]", "force, worst [kN]"]
+    return Table("", [*columns, "beyond a limit [%]"], lines, note)
 
 
 def _faults(config: FaultsConfig, rows: Sequence[_Row]) -> Table:

@@ -1,18 +1,22 @@
 """Faults: every fault in every loop from every moment, and every loop on plants without a fault."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from ...control.controller_spec import ControllerSpec
 from ...loop.faults import FAULTS
 from ...loop.lane_loop import plays_in_lanes
+from ...rigs.shut_off import closing_in
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import FaultLoops, FaultsConfig
-from .counts import counts
+from .counts import counts, harmful, helpless
 from .fault_free import false_trips
 from .page import faults_figure, faults_page
 from .played import MOMENTS, Stand
+
+CLOSING = (0.01, 0.02, 0.05)  # s: of the shut-off valves that are tried
 
 
 def run_faults(config: FaultsConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -21,10 +25,18 @@ def run_faults(config: FaultsConfig, stage: Stage, progress: Progress) -> Outcom
     rows: list[dict[str, Any]] = []
     trips: dict[str, Mapping[str, int]] = {}
     left_out: list[str] = []
+    shut: list[dict[str, Any]] = []
     for loops in config.loops:
         for spec in loops.controllers:
             progress(f"{spec.name}: {len(FAULTS)} faults")
-            rows += stage(spec.name, lambda loops=loops, spec=spec: _rows(config, loops, spec))
+            own = stage(spec.name, lambda loops=loops, spec=spec: _rows(config, loops, spec))
+            rows += own
+            if lost := [row for row in own if helpless(row)]:
+                progress(f"{spec.name}: {len(lost)} of a stuck valve again, with shut-off valves")
+                shut += stage(
+                    f"{spec.name} with shut-off valves",
+                    lambda loops=loops, spec=spec, lost=lost: _shut(config, loops, spec, lost),
+                )
             if not plays_in_lanes(spec.build(loops.rig.period.value)):
                 left_out.append(spec.name)
                 continue
@@ -37,6 +49,7 @@ def run_faults(config: FaultsConfig, stage: Stage, progress: Progress) -> Outcom
     metrics = {
         "rows": faults,
         "counts": counts(faults),
+        "shut_off": [_saved(shut, closing) for closing in CLOSING],
         "calm": calm,
         "false_trips": sum(row["tripped"] is not None for row in calm)
         + sum(sum(each.values()) for each in trips.values()),
@@ -59,6 +72,29 @@ def _rows(config: FaultsConfig, loops: FaultLoops, spec: ControllerSpec) -> list
         for fault in faults
         for moment in MOMENTS
     ]
+
+
+def _shut(
+    config: FaultsConfig, loops: FaultLoops, spec: ControllerSpec, lost: Sequence[Mapping[str, Any]]
+) -> list[dict[str, Any]]:
+    """The faults of `lost` rows again, on the rig with a shut-off valve of each closing time."""
+    faults = {fault.name: fault for fault in FAULTS}
+    rows = []
+    for closing in CLOSING:
+        rig = replace(loops.rig, shut_off=closing_in(closing))
+        stand = Stand.of(config, replace(loops, rig=rig), spec)
+        for row in lost:
+            controller = spec.build(stand.rig.period.value)
+            played = stand.play(controller, faults[row["fault"]], row["moment"])
+            rows.append({"controller": spec.name, "closing": closing, **played})
+    return rows
+
+
+def _saved(rows: Sequence[Mapping[str, Any]], closing: float) -> dict[str, Any]:
+    """What a closing time saves: of so many faults that did harm without, how many still do, and the worst of them."""
+    own = [row for row in rows if row["closing"] == closing]
+    worst = {key: max((row[key] for row in own), default=0.0) for key in ("stop_speed", "peak_force", "beyond_percent")}
+    return {"closing_ms": 1e3 * closing, "of": len(own), "harm": sum(map(harmful, own)), **worst}
 
 
 def _trips(config: FaultsConfig, loops: FaultLoops, spec: ControllerSpec) -> Mapping[str, int]:

@@ -12,7 +12,7 @@ from ...plant import Plant, build
 from ...rigs.linear_rig import LinearRig
 from ...rigs.number import Number
 from ...rigs.rig import Rig
-from ...rigs.schema import CONTROL, LIMITS
+from ...rigs.schema import CONTROL, LIMITS, SHUT_OFF
 from ...rigs.valve import VALVES
 from ..common.columns import columns
 from .linear_plant import plant_rows
@@ -32,6 +32,9 @@ def describe(rig: Rig) -> dict[str, Any]:
     numbers = [number_row(number, specs[number.name].meaning) for number in rig.numbers.values()]
     numbers += [number_row(number, f"limit: {LIMITS[number.name].meaning}") for number in rig.limits.values()]
     numbers += [number_row(number, CONTROL[number.name].meaning) for number in rig.control]
+    if rig.shut_off:
+        own = (rig.shut_off.closing_time, rig.shut_off.leak)
+        numbers += [number_row(number, SHUT_OFF[number.name].meaning) for number in own]
     effects = [
         {"name": use.name, "formula": use.formula, "numbers": [number_row(n, "") for n in use.numbers.values()]}
         for use in rig.effects

@@ -72,7 +72,8 @@ def _left(trace: SheetTrace) -> str:
     if element is None:
         return said + "No delay, pole or pair of poles takes it away."
     values = {free.name: free.value(x) for free, x in zip(trace.final.fit.free, trace.final.fit.x, strict=True)}
-    took = rule.explained(*(float(trace.judged[place].squares.sum()) for place in (1, 2)), trace.judged[1].samples)
+    _, plain, after = trace.judged
+    took = rule.explained(float(plain.squares.sum()), float(after.squares.sum()), plain.samples)
     return said + f"A {element.shown(values)} behind the model takes away {100 * min(took, 1):.0f} % of it."
 
 
