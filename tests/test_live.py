@@ -18,10 +18,11 @@ import pytest
 import workbench as wb
 from workbench.base.errors import InputError
 from workbench.cli import main
+from workbench.commands.common.page_server import page_server
 from workbench.commands.common.step_experiment import load_steps
 from workbench.commands.live.config import load_live
+from workbench.commands.live.page import page_files
 from workbench.commands.live.plants import RigPoint, moved_lanes, set_lanes
-from workbench.commands.live.server import live_server
 from workbench.commands.live.session import Session
 from workbench.commands.live.sliders import design_sliders
 from workbench.loop.rows import judge, linear_loops
@@ -205,7 +206,7 @@ def test_a_name_is_no_path(session, tmp_path, monkeypatch, name):
 
 @pytest.fixture(scope="module")
 def server(session):
-    with live_server(session, 0) as server:
+    with page_server(page_files(session.start()), session.answers, 0) as server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         yield server

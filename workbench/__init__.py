@@ -28,6 +28,7 @@ linear      equilibria, linear and nonlinear python-control systems, frequency r
 control     control laws: what a controller is, and what designs are made of
 loop        closed loops, and every number that is measured on one
 identify    noise floor, fits, and traces: what a rig's model lacks
+link        a rig on UDP: the plant served in lockstep or real time, and the workbench at a live rig
 commands    one folder a command of the command line
 notebook    the door for Python: loops, searches and campaigns as objects that show themselves
 cli         the command line, which imports the chosen command only

@@ -37,6 +37,7 @@ COMMANDS = {
     "fmu": "a rig, with a controller where asked, as an FMU for other simulators",
     "new": "make a starter folder: a rig, experiments, a campaign, a controller",
     "list": "list what there is",
+    "serve": "serve a rig on UDP, in lockstep or real time, for controllers behind a wire",
     "show": "show a rig and what follows from its numbers",
     "trust": "let code that comes with a rig run",
     "speed": "time the engine beside public solvers",

@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, partial
 from threading import Thread
 
@@ -49,7 +50,7 @@ class CompiledPlant:
         self._p, self._stepping = np.array(p, dtype=float), stepping
         self._n, self._m, self._k = outputs.numel_in(0), outputs.numel_in(1), outputs.numel_out(0)
         self._single = _Kernel(attempt, outputs, 1, commands)
-        self._bench = _CallBuffers(self._n, self._m, self._p, self._k, stepping)
+        self._bench = CallBuffers(self._n, self._m, self._p, self._k, stepping)
 
     @cached_property
     def _block(self) -> _Kernel:
@@ -104,6 +105,12 @@ class CompiledPlant:
         bench.after_job.next = 0
         self._single.outputs(bench.after_address)
         return bench.reached.copy(), bench.y.copy()
+
+    def stepping(self) -> "SteppingCode":
+        """What steps this plant from machine code: addresses of its functions, and buffers of its own for them."""
+        buffers = CallBuffers(self._n, self._m, self._p, self._k, self._stepping)
+        run, outputs = (ctypes.cast(each, ctypes.c_void_p).value for each in (self._single.run, self._single.outputs))
+        return SteppingCode(run or 0, outputs or 0, buffers)
 
     def _advanced(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None) -> bool:
         """Whether the steps went well; then the buffer has the state after the duration."""
@@ -220,31 +227,41 @@ class CompiledPlant:
             raise ValueError("times must be finite and increasing")
 
 
-class _CallBuffers:
+@dataclass(frozen=True)
+class SteppingCode:
+    """Addresses of a plant's `run` and `outputs`, and the buffers with the jobs that they take: state and inputs stand
+    in `x` and `u`, the state after in `reached`, outputs in `y`."""
+
+    run: int
+    outputs: int
+    buffers: "CallBuffers"
+
+
+class CallBuffers:
     """Fixed places for a loop that asks once a period, so that a call prepares nothing."""
 
     def __init__(self, n: int, m: int, p: np.ndarray, outputs: int, stepping: Stepping) -> None:
         self._own, self._has_own = p.copy(), True
-        self._x, self._u, self._p = np.zeros(n), np.zeros(m), p.copy()
+        self.x, self.u, self.p = np.zeros(n), np.zeros(m), p.copy()
         self.duration, self.states, self.y = np.zeros(1), np.zeros((2, n)), np.zeros(outputs)
         self.reached = self.states[1]
         self._attempts, self.failed = np.zeros(1, dtype=np.int64), np.full(1, -1)
-        run = {"x0": self._x, "duration": self.duration, "u": self._u, "p": self._p, "x": self.states}
+        run = {"x0": self.x, "duration": self.duration, "u": self.u, "p": self.p, "x": self.states}
         run |= {"attempts": self._attempts, "failed": self.failed}
         limits = {"first_step": stepping.first_step, "tolerance": stepping.tolerance, "cap": stepping.cap}
         self.run_job = RunJob(**_addresses(**run), **_counts(1, 1, 1, 2), **limits)
         self.output_job, self.after_job = (
-            OutputJob(*(a.ctypes.data for a in (at, self._u, self._p, self.y)), 0, 1, 1, 0, 0, 0, 0)
-            for at in (self._x, self.reached)
+            OutputJob(*(a.ctypes.data for a in (at, self.u, self.p, self.y)), 0, 1, 1, 0, 0, 0, 0)
+            for at in (self.x, self.reached)
         )
         jobs = (self.run_job, self.output_job, self.after_job)
         self.run_address, self.output_address, self.after_address = map(ctypes.addressof, jobs)
 
     def set(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None) -> None:
         """Put down the arguments of the next call."""
-        self._x[:], self._u[:] = x, u
+        self.x[:], self.u[:] = x, u
         if p is not None or not self._has_own:
-            self._p[:], self._has_own = self._own if p is None else p, p is None
+            self.p[:], self._has_own = self._own if p is None else p, p is None
 
 
 def _addresses(**arrays: np.ndarray) -> dict[str, int]:

@@ -14,7 +14,7 @@ from .rosenbrock import adaptive_attempt
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from .compiled import CompiledPlant
+    from .compiled import CompiledPlant, SteppingCode
     from .sampled_law import InstantShape, SampledLaw
 
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
@@ -100,6 +100,12 @@ class Engine:
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [outputs] at one state and input, for a loop that asks every period."""
         return self._runs.observe(x, u, p)
+
+    def stepping(self) -> "SteppingCode":
+        """What steps the plant from other machine code. Raises NotCompiled where it runs through the interpreter."""
+        if self.back_end != "compiled":
+            raise NotCompiled(f"{self.note}; other machine code cannot step it")
+        return cast("CompiledPlant", self._runs).stepping()
 
     def run_sampled(
         self,

@@ -7,10 +7,10 @@ from itertools import accumulate
 import numpy as np
 
 KINDS = {ctypes.c_void_p: "ptr", ctypes.c_int64: "i64", ctypes.c_double: "double"}
-_Fields = tuple[tuple[str, type[ctypes.c_void_p] | type[ctypes.c_int64] | type[ctypes.c_double]], ...]
+Fields = tuple[tuple[str, type[ctypes.c_void_p] | type[ctypes.c_int64] | type[ctypes.c_double]], ...]
 
 
-def _fields(addresses: str, integers: str, numbers: str = "") -> _Fields:
+def _fields(addresses: str, integers: str, numbers: str = "") -> Fields:
     kinds = ((addresses, ctypes.c_void_p), (integers, ctypes.c_int64), (numbers, ctypes.c_double))
     return tuple((name, kind) for names, kind in kinds for name in names.split())
 

@@ -140,6 +140,12 @@ def _effect(use: Table) -> EffectUse:
     return EffectUse(name, use.text("formula", ""), numbers)
 
 
+def read_effects(path: str | Path) -> tuple[EffectUse, ...]:
+    """The `[[effects]]` of a file that has nothing else. Raises InputError with file and row."""
+    top = read_toml(Path(path)).allow("effects")
+    return tuple(_effect(use) for use in top.tables("effects"))
+
+
 def _sessions(table: Table, specs: Mapping[str, Spec]) -> dict[str, dict[str, Number]]:
     """Tables `[sessions.NAME]` of numbers of the plant."""
     own = {name: table.table(name).allow(*specs) for name in table}

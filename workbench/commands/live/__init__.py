@@ -8,7 +8,6 @@ view        what a loop does there: margins, responses, steps, and what is out o
 after       what takes longer: the closed loop by sines, and hunting
 packed      arrays as text that a browser reads at once
 session     requests of the page, and their answers
-server      who may ask: this machine, with the token of the address
 page        the page; assets has its script and its style
 saved       the numbers as an experiment that `jackbench run` takes
 """

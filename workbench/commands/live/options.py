@@ -2,10 +2,7 @@
 
 import argparse
 
-from ...base.errors import InputError
 from ..common.shipped import experiment
-
-_PORTS = 65535
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -16,13 +13,13 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _live(options: argparse.Namespace, _words: list[str]) -> None:
+    from ..common.page_server import page_server
     from .config import load_live
 
-    if not 0 <= options.port <= _PORTS:
-        raise InputError(f"--port {options.port}: must be from 0, a free one, to {_PORTS}")
     config = load_live(options.experiment)
-    from .server import live_server
+    from .page import page_files
     from .session import Session
 
-    with live_server(Session(config), options.port) as server:
+    session = Session(config)
+    with page_server(page_files(session.start()), session.answers, options.port) as server:
         server.serve()

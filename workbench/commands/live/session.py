@@ -16,6 +16,7 @@ from ...loop.plant_lanes import PlantLanes
 from ...loop.rows import moving_at
 from ...loop.scenarios import Scenario
 from ..common.judged import judged_words
+from ..common.page_server import Answers
 from ..tune.problem import with_number
 from .after import after_part
 from .answer import after_answer, view_answer
@@ -65,6 +66,11 @@ class Session:
             "notes": _notes(self.config),
             "limits": {"ms_nominal": self.config.limits.ms_nominal, "ms": self.config.limits.ms},
         }
+
+    @property
+    def answers(self) -> Answers:
+        """What the page may ask for, by name."""
+        return {"view": self.view, "after": self.after, "save": self.save}
 
     def view(self, asked: Mapping[str, Any]) -> dict[str, Any]:
         """Margins and frequency responses, and the scenario where that takes no compiler and no Python loop."""

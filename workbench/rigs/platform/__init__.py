@@ -6,11 +6,12 @@ kinematics      pose to legs and back, in numpy alone
 """
 
 from .kinematics import AXES, Geometry, forward, leg_lengths, leg_speeds, pose_rates
-from .platform import Leg, Platform
+from .platform import LEGS, Leg, Platform
 from .platform_file import bundled_platforms, load_platform
 
 __all__ = [
     "AXES",
+    "LEGS",
     "Geometry",
     "Leg",
     "Platform",

@@ -10,9 +10,15 @@ from secrets import token_urlsafe
 from typing import Any, cast
 
 from ...base.errors import InputError
-from .page import POLICY, page_files
-from .session import Session
 
+Answers = Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]]
+Files = Mapping[str, tuple[str, bytes]]
+KINDS = {"js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8", "html": "text/html; charset=utf-8"}
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self'; img-src data: blob:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+PORTS = 65535
 _HOST = "127.0.0.1"
 _MOST = 65536  # bytes of a request
 _TIMEOUT = 60.0  # s: of a connection on which nothing comes
@@ -26,21 +32,17 @@ _HEADERS = {
 }
 
 
-class LiveServer(ThreadingHTTPServer):
-    """Serves one session to whoever has its token."""
+class PageServer(ThreadingHTTPServer):
+    """Serves one page to whoever has its token: `files`, kind and content by name, the page itself having none, and
+    `answers` to what it posts, by name."""
 
     daemon_threads = True
 
-    def __init__(self, session: Session, port: int) -> None:
+    def __init__(self, files: Files, answers: Answers, port: int) -> None:
         super().__init__((_HOST, port), _Handler)
         self.token = token_urlsafe(24)
         self.host = f"{_HOST}:{self.server_address[1]}"
-        self.files = page_files(session.start())
-        self.answers: dict[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
-            "view": session.view,
-            "after": session.after,
-            "save": session.save,
-        }
+        self.files, self.answers = files, answers
 
     @property
     def address(self) -> str:
@@ -60,12 +62,15 @@ class LiveServer(ThreadingHTTPServer):
 
 
 @contextmanager
-def live_server(session: Session, port: int) -> Iterator[LiveServer]:
-    """A server on 127.0.0.1; port 0 is a free one. Raises InputError for a port that cannot be had."""
+def page_server(files: Files, answers: Answers, port: int, option: str = "--port") -> Iterator[PageServer]:
+    """A server on 127.0.0.1; port 0 is a free one. Raises InputError for a port that cannot be had, which `option`
+    gave."""
+    if not 0 <= port <= PORTS:
+        raise InputError(f"{option} {port}: must be from 0, a free one, to {PORTS}")
     try:
-        server = LiveServer(session, port)
+        server = PageServer(files, answers, port)
     except OSError as error:
-        raise InputError(f"--port {port}: {error.strerror}; choose another, or leave it out for a free one") from None
+        raise InputError(f"{option} {port}: {error.strerror}; choose another, or leave it out for a free one") from None
     with server:
         yield server
 
@@ -78,21 +83,21 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = _TIMEOUT
 
     @property
-    def _live(self) -> LiveServer:
-        return cast(LiveServer, self.server)
+    def _page(self) -> PageServer:
+        return cast(PageServer, self.server)
 
     def do_GET(self) -> None:
         """The page and its files."""
         what = self._what()
-        if self._allowed() and what in self._live.files:
-            self._send(200, *self._live.files[what])
+        if self._allowed() and what in self._page.files:
+            self._send(200, *self._page.files[what])
         else:
             self._refuse()
 
     def do_POST(self) -> None:
-        """An answer of the session, to the page itself."""
-        answer = self._live.answers.get(self._what() or "")
-        own = self.headers.get("Origin") == f"http://{self._live.host}"
+        """An answer, to the page itself."""
+        answer = self._page.answers.get(self._what() or "")
+        own = self.headers.get("Origin") == f"http://{self._page.host}"
         if not (self._allowed() and own and answer):
             self._refuse()
             return
@@ -115,12 +120,12 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _allowed(self) -> bool:
         """Under this host's own name: a name elsewhere that leads to this address is another site's."""
-        return self.headers.get("Host") == self._live.host
+        return self.headers.get("Host") == self._page.host
 
     def _what(self) -> str | None:
         """The path behind the token; None without it."""
         _, token, *rest = (self.path + "/").split("/")
-        if not compare_digest(token.encode(), self._live.token.encode()):
+        if not compare_digest(token.encode(), self._page.token.encode()):
             return None
         return "/".join(rest).rstrip("/")
 

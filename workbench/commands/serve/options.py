@@ -1,0 +1,46 @@
+"""`jackbench serve RIG`: its arguments."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from ..common.options import computes, finish
+from .config import Service, service
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("rig", help="a bundled rig or platform, or its file")
+    parser.add_argument("--rate", type=float, metavar="HZ", help="control rate (default: the rig's own)")
+    parser.add_argument("--port", type=int, default=0, metavar="N", help="UDP port (default: a free one)")
+    pace = parser.add_mutually_exclusive_group()
+    pace.add_argument("--lockstep", action="store_true", help="paced by the client: each command is one period")
+    pace.add_argument("--realtime", action="store_true", help="paced by the clock (default)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the sensors' noise (default: 0)")
+    parser.add_argument("--ideal", action="store_true", help="no noise, no resolution, no computing delay")
+    parser.add_argument("--effects", type=Path, metavar="FILE.toml", help="[[effects]] that the rig file does not have")
+    both = 'replace an existing folder; with a SPECIMEN, such as "1e7 N/m": put that on the load cell'
+    parser.add_argument("--force", dest="forced", action="append", nargs="?", metavar="SPECIMEN", default=[], help=both)
+    parser.add_argument("--bind", default="", metavar="HOST", help="address to listen on (default: this machine alone)")
+    parser.add_argument("--token", default="", help="what a client's hello must bring; needed with --bind")
+    parser.add_argument("--page-port", type=int, default=0, metavar="N", help="port of the page (default: a free one)")
+    computes(parser, _serve, rig=False, force=False)
+
+
+def _serve(options: argparse.Namespace, words: list[str]) -> None:
+    wanted = Service(
+        lockstep=options.lockstep,
+        seed=options.seed,
+        ideal=options.ideal,
+        port=options.port,
+        host=options.bind,
+        token=options.token,
+        page_port=options.page_port,
+    )
+    options.force = None in options.forced
+    specimen = next((text for text in options.forced if text is not None), None)
+    rig = service(wanted, options.rig, options.rate, options.effects, specimen)
+    from .study import run_service
+
+    identity = {"command": "serve", "rig": rig.table(), "seed": wanted.seed, "lockstep": wanted.lockstep}
+    finish(options, words, f"serve-{rig.name}", identity, partial(run_service, rig, wanted))

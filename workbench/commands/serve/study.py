@@ -1,0 +1,132 @@
+"""The service of a rig: it prints its address, serves until Ctrl-C, and leaves what its clock did."""
+
+import gc
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+from ...base.errors import InputError
+from ...engine.backend import NotCompiled
+from ...link.bench import bench
+from ...link.rig_server import LOOPBACK, RigServer
+from ...link.served_rig import ServedRig
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.platform import Platform
+from ...rigs.rig import Rig
+from ..common.outcome import Outcome, Progress, Stage
+from ..common.page_server import page_server
+from .config import Service
+from .figures import quantiles, steps
+from .page import RigPage, page_files
+
+_SWITCH_INTERVAL = 1e-4  # s: how long the page may keep the service waiting
+
+
+def run_service(rig: Rig | Platform, wanted: Service, stage: Stage, progress: Progress) -> Outcome:
+    """Serve until interrupted. `periods`, `missed`, `jitter_us`, `age_us`, `core_load`, `dropped`, `trips`."""
+    served = _served(rig, wanted)
+    server = RigServer(served, wanted.lockstep, wanted.port, wanted.host or LOOPBACK, wanted.token, progress)
+    print("udp://{}:{}".format(*server.address), flush=True)
+    page = RigPage(server)
+    began = time.perf_counter()
+    with page_server(page_files(page.start()), page.answers, wanted.page_port, "--page-port") as pages, _quiet():
+        threading.Thread(target=pages.serve_forever, daemon=True).start()
+        progress(f"{served.bench.name}, {_pace(wanted, served)}; its page: {pages.address} (Ctrl-C ends it)")
+        _until_interrupted(server)
+        pages.shutdown()
+    lasted = time.perf_counter() - began
+    server.close()
+    metrics = _metrics(server, lasted)
+    return Outcome(metrics, lambda: (_page(served, wanted, metrics), _figure(served)))
+
+
+def _served(rig: Rig | Platform, wanted: Service) -> ServedRig:
+    try:
+        return ServedRig(bench(rig, computes=wanted.lockstep, ideal=wanted.ideal), wanted.seed)
+    except (NotCompiled, OSError, RuntimeError) as error:
+        raise InputError(f"rig {rig.name}: cannot be served, it takes compiled code: {error}") from None
+
+
+def _until_interrupted(server: RigServer) -> None:
+    """Serve in a thread of its own, which holds no lock of Python's while nothing is asked of it."""
+    over = threading.Event()
+    failed: list[BaseException] = []
+
+    def serve() -> None:
+        try:
+            server.serve()
+        except BaseException as error:  # told where it can be seen, in the main thread
+            failed.append(error)
+        over.set()
+
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    thread = threading.Thread(target=serve)
+    thread.start()
+    with suppress(KeyboardInterrupt):
+        over.wait()
+    server.stop()
+    thread.join()
+    signal.signal(signal.SIGTERM, before)
+    if failed:
+        raise failed[0]
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """No garbage collection, and the page's thread gives way at once."""
+    before = sys.getswitchinterval()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
+        gc.enable()
+        gc.unfreeze()
+
+
+def _metrics(server: RigServer, lasted: float) -> dict[str, Any]:
+    job, rig = server.rig.job, server.rig
+    return {
+        "periods": job.periods,
+        "missed": job.missed,
+        "jitter_us": quantiles(rig.histogram("jitter")) | _worst(job.worst),
+        "age_us": quantiles(rig.histogram("ages")),
+        "core_load": server.cpu_s / lasted,
+        "dropped": job.dropped,
+        "trips": server.trips,
+    }
+
+
+def _worst(ns: int) -> dict[str, float]:
+    """The worst beyond the histogram's end, too."""
+    return {"worst": ns / 1e3} if ns else {}
+
+
+def _pace(wanted: Service, served: ServedRig) -> str:
+    return "paced by its client" if wanted.lockstep else f"{1 / served.bench.period:g} Hz"
+
+
+def _page(served: ServedRig, wanted: Service, metrics: dict[str, Any]) -> Page:
+    jitter, age = metrics["jitter_us"], metrics["age_us"]
+    verdict = f"{served.bench.name}, {_pace(wanted, served)}: {metrics['periods']} periods"
+    if jitter["p50"] is not None:
+        verdict += f", {metrics['missed']} readings a whole period late, {jitter['p999']:.0f} us late at p99.9"
+    verdict += f"; {metrics['dropped']} datagrams dropped, {metrics['trips']} trips."
+    rows = [[what, *(times[key] for key in ("p50", "p99", "p999", "worst"))] for what, times in
+            (("readings after their instant", jitter), ("commands when they act, since they came", age))]  # fmt: skip
+    note = f"The service took {100 * metrics['core_load']:.1f} % of a core, its page not counted."
+    table = Table("Times", ["time [us]", "median", "99 %", "99.9 %", "worst"], rows, note)
+    return Page(f"{served.bench.name} behind a wire", verdict, [Section("Times", [table, _figure(served)])])
+
+
+def _figure(served: ServedRig) -> Figure:
+    names = {"jitter": "readings after their instant", "ages": "commands when they act, since they came"}
+    curves = [Curve(shown, *steps(counts)) for name, shown in names.items() if (counts := served.histogram(name)).sum()]
+    return Figure("How often later", "time [us]", [Panel("share of all", curves, log_y=True)])

@@ -1,0 +1,127 @@
+"""What is served: a plant at rest with its sensors, the range of its commands, and the limits at which it trips."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..engine import Engine
+from ..linear import Equilibrium, equilibrium
+from ..linear.platform_modes import platform_equilibrium
+from ..loop.platform.setup import platform_setup
+from ..loop.rig_variations import with_delay
+from ..plant import Plant, build
+from ..rigs.platform import AXES, LEGS, Platform
+from ..rigs.rig import Rig
+from ..rigs.shut_off import ShutOff
+from .hello import CommandRange
+
+SIMULATION_FAILED = "the simulation failed"
+_LEAVES = {"position": "its stroke", "velocity": "its speed limit", "force": "its force limit"}
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A signal of the plant that may be no further than `size` from its `middle`, SI."""
+
+    signal: str
+    middle: float
+    size: float
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest value."""
+        return self.middle - self.size, self.middle + self.size
+
+    @property
+    def reason(self) -> str:
+        """Why a rig trips beyond it."""
+        leg, _, name = self.signal.rpartition(".")
+        return f"{leg + ': ' if leg else ''}beyond {_LEAVES[name]}"
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A rig or a platform ready to be served. Sensors by output: `channels`, their `noise` and `resolution`, SI;
+    `rates`: of the commands, in a period; `rest`: the operating point where a state [n] stands."""
+
+    name: str
+    engine: Engine
+    period: float
+    start: Equilibrium
+    rest: Callable[[np.ndarray], Equilibrium]
+    commands: tuple[CommandRange, ...]
+    rates: np.ndarray
+    channels: tuple[str, ...]
+    noise: np.ndarray
+    resolution: np.ndarray
+    limits: tuple[Limit, ...]
+    shut_off: ShutOff | None = None
+
+    @property
+    def plant(self) -> Plant:
+        """The plant."""
+        return self.engine.plant
+
+    def reason(self, trip: int) -> str:
+        """Why it tripped: the number of a limit from 1, or -1."""
+        return self.limits[trip - 1].reason if trip > 0 else SIMULATION_FAILED
+
+
+def bench(rig: Rig | Platform, computes: bool, ideal: bool = False) -> Bench:
+    """A rig or a platform at rest. Where it `computes`, a command acts after the rig's computing delay; `ideal` is
+    without that, and without noise and resolution. Raises InputError."""
+    if isinstance(rig, Platform):
+        return _platform_bench(rig, computes and not ideal, ideal)
+    delay = rig.computing_delay.value if computes and not ideal else 0.0
+    engine = Engine(build(with_delay(rig, delay)), brief=True)
+    plant, middle = engine.plant, rig.middle
+    if "command" not in [variable.name for variable in plant.inputs]:
+        raise InputError(f"rig {rig.name}: has no command to serve; name a rig with a valve or a pump")
+    names = tuple(name for name in plant.outputs if name in rig.sensors)
+    return Bench(
+        name=rig.name,
+        engine=engine,
+        period=rig.period.value,
+        start=equilibrium(plant),
+        rest=lambda x: equilibrium(plant, position=float(x[plant.state("x")])),
+        commands=(CommandRange("command", "1", -1.0, 1.0),),
+        rates=np.array([rig.limit("command_rate") * rig.period.value]),
+        channels=names,
+        noise=np.array([0.0 if ideal else rig.sensors[name].noise for name in names]),
+        resolution=np.array([0.0 if ideal else rig.sensors[name].resolution for name in names]),
+        limits=_limits(rig, middle, plant.outputs),
+        shut_off=rig.shut_off,
+    )
+
+
+def _platform_bench(platform: Platform, computes: bool, ideal: bool) -> Bench:
+    delay = platform.legs[0].rig.computing_delay.value if computes else 0.0
+    setup = platform_setup(platform, delay)
+    plant, legs = setup.engine.plant, [(f"leg{i + 1}.", leg.rig) for i, leg in enumerate(platform.legs)]
+    sensors = {f"{at}{name}": sensor for at, rig in legs for name, sensor in rig.sensors.items()}
+    names = tuple(name for name in plant.outputs if name in sensors)
+    first = [state.name for state in plant.states].index(AXES[0])
+    return Bench(
+        name=platform.name,
+        engine=setup.engine,
+        period=platform.period,
+        start=setup.null,
+        rest=lambda x: platform_equilibrium(plant, x[first : first + LEGS]),
+        commands=tuple(CommandRange(f"leg{i + 1}.command", "1", -1.0, 1.0) for i in range(LEGS)),
+        rates=platform.limits("command_rate") * platform.period,
+        channels=names,
+        noise=np.array([0.0 if ideal else sensors[name].noise for name in names]),
+        resolution=np.array([0.0 if ideal else sensors[name].resolution for name in names]),
+        limits=tuple(limit for at, rig in legs for limit in _limits(rig, rig.middle, plant.outputs, at)),
+    )
+
+
+def _limits(rig: Rig, middle: float, outputs: tuple[str, ...], leg: str = "") -> tuple[Limit, ...]:
+    own = (
+        Limit(f"{leg}position", middle, rig.limit("stroke")),
+        Limit(f"{leg}velocity", 0.0, rig.limit("speed")),
+        Limit(f"{leg}force", 0.0, rig.limit("force")),
+    )
+    return tuple(limit for limit in own if limit.signal in outputs)

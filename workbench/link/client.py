@@ -1,0 +1,148 @@
+"""The workbench's end of the link: greets a rig, switches it, sends commands and takes readings."""
+
+import re
+import socket
+import time
+from collections.abc import Sequence
+
+from ..base.errors import InputError
+from . import datagrams
+from .datagrams import Reading
+from .hello import Hello, read_hello
+
+_PLACE = re.compile(r"udp://([^/:\s]+):(\d{1,5})")
+_TRIES, _PATIENCE = 20, 0.1  # s: how often something is asked again, and after how long
+_READINGS_LOST = 10  # periods without a reading, and at least _PATIENCE: the link is lost
+
+
+class LinkLost(Exception):
+    """The rig no longer answers."""
+
+
+class LinkClient:
+    """One rig at udp://HOST:PORT, greeted with a token. Raises InputError where nobody answers or one refuses."""
+
+    def __init__(self, at: str, token: str = "") -> None:
+        self.at = at
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.connect(_place(at))
+        except OSError as error:
+            self._socket.close()
+            raise InputError(f"--at {at}: {error.strerror or error}; check host and port") from None
+        self._sequence = 0
+        self._token = token.encode()
+        try:
+            self.hello = self._greet()
+        except InputError:
+            self._socket.close()
+            raise
+
+    def __enter__(self) -> "LinkClient":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._socket.close()
+
+    def switch(self, what: int) -> str:
+        """Switch the rig: datagrams.ON, OFF or RESET; its state after that. Raises LinkLost."""
+        return self._asked(datagrams.SWITCH, bytes([what]), datagrams.STATE, "a switch").decode(errors="replace")
+
+    def on(self) -> Reading:
+        """Switch it on, after a reset where it had tripped; the reading of tick 0. Raises InputError, LinkLost."""
+        state = self._asked(datagrams.HELLO, self._token, datagrams.RIG, "a hello").decode(errors="replace")
+        if read_hello(state, self.at).state == "tripped":
+            self.switch(datagrams.RESET)
+        if self.switch(datagrams.ON) != "on":
+            raise InputError(f"{self.at}: the rig cannot be switched on; look at what stopped it")
+        self._sequence = 0
+        for _ in range(_TRIES):
+            reading = self._reading(_PATIENCE)
+            if reading is not None and reading.sequence == 0:
+                return reading
+            if reading is None and self.hello.lockstep:
+                self._send(datagrams.datagram(datagrams.SWITCH, bytes([datagrams.ON])))
+        raise LinkLost("no reading came after the rig was switched on")
+
+    def exchange(self, values: Sequence[float]) -> Reading:
+        """Send a command; the next reading. In lockstep what was lost is asked for again. Raises LinkLost."""
+        self._sequence += 1
+        packet = datagrams.command(self._sequence, values)
+        self._send(packet)
+        if not self.hello.lockstep:
+            reading = self._reading(max(_PATIENCE, _READINGS_LOST * self.hello.period))
+            if reading is None:
+                raise LinkLost("no reading comes any more")
+            return self._newest(reading)
+        for _ in range(_TRIES):
+            reading = self._reading(_PATIENCE)
+            if reading is None:
+                self._send(packet)
+            elif reading.sequence == self._sequence:
+                return reading
+        raise LinkLost(f"no answer to command {self._sequence}")
+
+    def _newest(self, reading: Reading) -> Reading:
+        """Of the readings that wait, the last: who is late answers what is now."""
+        while (more := self._reading(0.0)) is not None:
+            reading = more if more.tick > reading.tick else reading
+        return reading
+
+    def _greet(self) -> Hello:
+        try:
+            body = self._asked(datagrams.HELLO, self._token, datagrams.RIG, "a hello")
+        except LinkLost:
+            raise InputError(f"--at {self.at}: no rig answers there; check the address, and the rig") from None
+        return read_hello(body.decode(errors="replace"), self.at)
+
+    def _asked(self, kind: int, body: bytes, answer: int, what: str) -> bytes:
+        """The body of the answer to a datagram, which is sent again until it comes. Raises InputError for a refusal."""
+        for _ in range(_TRIES):
+            self._send(datagrams.datagram(kind, body))
+            until = time.monotonic() + _PATIENCE
+            while (left := until - time.monotonic()) > 0:
+                got = self._received(left)
+                if got is None:
+                    break
+                if got[0] == answer:
+                    return got[1]
+                if got[0] == datagrams.REFUSAL and kind == datagrams.HELLO:
+                    raise InputError(f"--at {self.at}: the rig refuses: {got[1].decode(errors='replace')}")
+        raise LinkLost(f"no answer to {what}")
+
+    def _reading(self, patience: float) -> Reading | None:
+        """The next reading that is one, within so many seconds."""
+        until = time.monotonic() + patience
+        while True:
+            got = self._received(max(0.0, until - time.monotonic()))
+            if got is None:
+                return None
+            if got[0] == datagrams.READING:
+                reading = datagrams.read_reading(got[1])
+                if reading is not None and len(reading.values) == len(self.hello.channels):
+                    return reading
+
+    def _received(self, patience: float) -> tuple[int, bytes] | None:
+        """Kind and body of the next datagram of the link, within so many seconds."""
+        self._socket.settimeout(patience)
+        try:
+            while True:
+                if opened := datagrams.opened(self._socket.recv(datagrams.LARGEST)):
+                    return opened
+        except (TimeoutError, BlockingIOError, ConnectionError):
+            if patience:
+                time.sleep(0 if self._socket.gettimeout() is None else min(patience, 0.001))
+            return None
+
+    def _send(self, packet: bytes) -> None:
+        try:
+            self._socket.send(packet)
+        except OSError:
+            return  # as if it were lost on the way
+
+
+def _place(at: str) -> tuple[str, int]:
+    match = _PLACE.fullmatch(at)
+    if match is None or not 0 < int(match[2]) < 65536:
+        raise InputError(f"--at {at}: write udp://HOST:PORT, such as udp://127.0.0.1:5005")
+    return match[1], int(match[2])
