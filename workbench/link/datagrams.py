@@ -69,7 +69,10 @@ def reading(each: Reading) -> bytes:
 def read_reading(body: bytes) -> Reading | None:
     """The reading in a body; None for one that has another form."""
     values = _values(body, _READING.size)
-    return None if values is None else Reading(*_READING.unpack_from(body), values)
+    if values is None:
+        return None
+    status, sequence, tick = _READING.unpack_from(body)
+    return Reading(status, sequence, tick, values)
 
 
 def _values(body: bytes, head: int) -> tuple[float, ...] | None:

@@ -89,7 +89,7 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """The page and its files."""
         what = self._what()
-        if self._allowed() and what in self._page.files:
+        if what is not None and self._allowed() and what in self._page.files:
             self._send(200, *self._page.files[what])
         else:
             self._refuse()
