@@ -13,11 +13,9 @@ from ..loop.compiled_controller import CompiledController, controller_on
 from ..loop.guarded_controller import GuardedController
 from ..records import Record
 from ..rigs.rig import Rig
-from . import datagrams
 from .client import LinkClient, LinkLost
 from .datagrams import Reading
 
-_PATIENCE = 10  # readings that may be lost in a row before the loop stops
 _ENDS = 1.0  # s within which a stopped loop has brought the command to 0
 _NEVER_LATE = 1e-6  # of a period: a command that answers a reading acts after it
 
@@ -103,11 +101,8 @@ class WireLoop:
         return run
 
     def end(self) -> None:
-        """Switch the rig off; one that no longer answers has its watchdog."""
-        try:
-            self._client.switch(datagrams.OFF)
-        except LinkLost:
-            return
+        """Switch the rig off."""
+        self._client.off()
 
     def _instant(self, run: WireRun, first: int, reference: float, added: float, future: np.ndarray | None) -> None:
         """One period: what the newest reading says is answered, and the next one awaited. Raises Stopped, LinkLost."""
@@ -126,7 +121,7 @@ class WireLoop:
         self._reading: Reading = self._client.exchange((command,))
         missed = self._reading.tick - before - 1
         run.late += missed
-        if missed > _PATIENCE:
+        if missed > self._client.hello.watchdog_periods:
             raise Stopped(f"{missed} readings in a row were lost or late")
 
     def _bring_to_rest(self, run: WireRun, first: int) -> None:
