@@ -27,7 +27,7 @@ COMMANDS = {
     "trace-study": "how often is a trace right",
     "frequency": "measured frequency response of a pair of signals, beside the model's",
     "excite": "design an excitation that a rig can play",
-    "record": "record a rig in simulation",
+    "record": "record a rig, in simulation or live on UDP",
     "import": "make a campaign folder of recordings as labs leave them",
     "new-rig": "build a rig from a datasheet",
     "compare": "hold finished runs against each other",

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from ...base.errors import InputError, nearest
-from ..common.options import computes, finish
+from ..common.options import computes, finish, on_link
 from ..common.shipped import experiment
 from ..common.step_experiment import StepConfig, load_steps
 
@@ -17,12 +17,6 @@ def options(parser: argparse.ArgumentParser) -> None:
     on_link(parser, required=True)
     parser.add_argument("--controller", metavar="NAME", help="only this one of the experiment's controllers")
     computes(parser, _drive)
-
-
-def on_link(parser: argparse.ArgumentParser, required: bool) -> None:
-    """Where the live rig is."""
-    parser.add_argument("--at", required=required, metavar="udp://HOST:PORT", help="where a live rig answers")
-    parser.add_argument("--token", default="", help="what the rig wants to hear in a hello")
 
 
 def _drive(options: argparse.Namespace, words: list[str]) -> None:

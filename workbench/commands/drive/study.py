@@ -20,7 +20,6 @@ from ..common.step_experiment import StepConfig
 from ..common.wire_campaign import wire_campaign, wire_rig
 from .page import drive_page
 
-
 _AVERAGED = 8e-3  # s
 
 
