@@ -25,9 +25,10 @@ class LinkClient:
 
     def __init__(self, at: str, token: str = "") -> None:
         self.at = at
+        place = _place(at)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
-            self._socket.connect(_place(at))
+            self._socket.connect(place)
         except OSError as error:
             self._socket.close()
             raise InputError(f"--at {at}: {error.strerror or error}; check host and port") from None

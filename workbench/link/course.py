@@ -33,8 +33,7 @@ def rest_record(client: LinkClient) -> Record:
     """The rig at rest for a second: on, at command 0."""
     reading, run = client.on(), WireRun(client.hello.period, client.hello.names)
     for _ in range(round(_REST / run.period)):
-        run.rows.append((reading.tick, 0.0, 0.0, 0.0))
-        run.readings.append(reading.values)
+        run.keep(reading, 0, 0.0, 0.0, 0.0)
         reading = client.exchange((0.0,))
     client.off()
     record = run.record

@@ -38,6 +38,13 @@ class WireRun:
     ended: str | None = None
     late: int = 0
 
+    def keep(self, reading: Reading, first: int, reference: float, sent: float, demanded: float) -> None:
+        """What is sent in answer to a reading, ticks counted from `first`; a reading has one row."""
+        tick = reading.tick - first
+        if not self.rows or tick > self.rows[-1][0]:
+            self.rows.append((tick, reference, sent, demanded))
+            self.readings.append(reading.values)
+
     @property
     def record(self) -> Record:
         """The recording: `t`, `reference`, `command` and the channels, SI; the command answers the reading of its
@@ -110,8 +117,7 @@ class WireLoop:
         if reading.tripped:
             raise Stopped("the rig has tripped")
         sent, demanded, _ = self._loop.sample(self.measured, reference, added, future)
-        run.rows.append((reading.tick - first, reference, sent, demanded))
-        run.readings.append(reading.values)
+        run.keep(reading, first, reference, sent, demanded)
         self._advance(sent, run)
         if self._loop.tripped is not None:
             raise Stopped(self._loop.tripped)
@@ -125,16 +131,15 @@ class WireLoop:
             raise Stopped(f"{missed} readings in a row were lost or late")
 
     def _bring_to_rest(self, run: WireRun, first: int) -> None:
-        """The guard's way to command 0, recorded as long as the rig answers; a demand that is no number trips it."""
+        """The guard's way to command 0, recorded as long as the rig answers."""
         try:
+            sent = self._loop.stop(self.measured)
             for _ in range(round(_ENDS / self._period)):
-                reading = self._reading
-                sent, _, _ = self._loop.sample(self.measured, self.level, np.nan)
-                run.rows.append((reading.tick - first, self.level, sent, 0.0))
-                run.readings.append(reading.values)
+                run.keep(self._reading, first, self.level, sent, 0.0)
                 self._reading = self._client.exchange((sent,))
                 if sent == 0:
                     return
+                sent, _, _ = self._loop.sample(self.measured, self.level)
         except (LinkLost, KeyboardInterrupt):
             return
 

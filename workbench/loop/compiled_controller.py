@@ -62,6 +62,10 @@ class CompiledController:
         sent, demanded, _ = self._out.tolist()
         return sent, demanded, 0.0
 
+    def stop(self, measured: Mapping[str, float]) -> float:
+        """Trip the guard by a demand that is no number; the command to send."""
+        return self.sample(measured, measured[self._law.measures[0]], np.nan)[0]
+
 
 def controller_on(
     rig: Rig, controller: Controller, signals: tuple[str, ...], noisy: bool

@@ -15,6 +15,8 @@ from ..control.protocol import Controller
 from ..rigs.rig import Rig
 from .guard import Guard
 
+STOPPED = "stopped"
+
 
 class GuardedController:
     """A controller and its guard on a rig, in Python. One that fails, or misses the rig's deadline, trips the guard;
@@ -62,6 +64,11 @@ class GuardedController:
             self._told("update", sent - added)
             self._started = True
         return sent, demanded, (self._now() - began - limited + computed) / 1e3
+
+    def stop(self, measured: Mapping[str, float]) -> float:
+        """Trip the guard without asking the controller; the command to send."""
+        self.guard.watch(measured)
+        return self.guard.limit(nan, STOPPED)
 
     def _is_late(self, spent: float) -> bool:
         """Whether a controller that computed for `spent` [s] missed the rig's deadline; it has failed then."""
