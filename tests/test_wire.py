@@ -116,7 +116,7 @@ def test_a_trip_of_the_rig_and_a_lost_link_end_a_loop_with_its_record():
 
 @pytest.fixture(scope="module")
 def driven(tmp_path_factory):
-    """A rig that rubs behind the wire, driven by the experiment of the rig that does not, and the same in simulation."""
+    """A rig that rubs behind the wire, driven by the experiment of the rig that does not."""
     folder = tmp_path_factory.mktemp("driven")
     (folder / "hidden.toml").write_text(HIDDEN)
     rubs = replace(RIG, effects=read_effects(folder / "hidden.toml"))
@@ -176,13 +176,14 @@ def test_a_recorded_live_rig_is_explained_by_its_own_file(tmp_path):
 def test_serve_prints_where_it_is_first_and_leaves_its_figures(tmp_path):
     words = [sys.executable, "-m", "workbench.cli", "serve", "jack-10t", "--realtime", "--out", str(tmp_path / "out")]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout and process.stderr
+        assert process.stdout
+        assert process.stderr
         first = process.stdout.readline().strip()
         assert first.startswith("udp://127.0.0.1:")
         with LinkClient(first) as client:
-            reading = client.on()
+            client.on()
             for _ in range(100):
-                reading = client.exchange((0.0,))
+                client.exchange((0.0,))
             client.off()
         process.send_signal(signal.SIGTERM)
         process.wait(20)
@@ -254,7 +255,7 @@ def test_a_flood_makes_a_rig_in_real_time_drop_and_not_stand_still():
         while time.monotonic() - begun < 1.0:
             sequence += 1
             client.command(sequence, 0.0)
-            status, applied, tick, _ = client.reading()
+            _status, applied, tick, _ = client.reading()
         stop.set()
         thread.join()
         lasted = time.monotonic() - begun
