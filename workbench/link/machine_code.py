@@ -41,8 +41,8 @@ class LinkJob(ctypes.Structure):
 
 @dataclass(frozen=True)
 class RigCode:
-    """Its functions, each of a LinkJob: `sample`, `step`, `answer`, the two that serve until Python is needed, and `idle`, which
-    only keeps the clock."""
+    """Its functions, each of a LinkJob: `sample`, `step`, `answer`, the two that serve until Python is needed, and
+    `idle`, which only keeps the clock."""
 
     sample: Callable[[int], None]
     step: Callable[[int], None]

@@ -58,6 +58,11 @@ class RigServer:
         host, port = self._socket.getsockname()
         return host, port
 
+    @property
+    def mode(self) -> str:
+        """Lockstep or realtime."""
+        return "lockstep" if self._lockstep else "realtime"
+
     def wish(self, switch: int) -> None:
         """Switch it from this machine: on, off or reset, in its own thread."""
         self._wishes.append(switch)
