@@ -69,11 +69,14 @@ def _lockstep(rig: Rig) -> dict[str, float]:
 
 def _realtime(rig: Rig, rate: float, seconds: float) -> dict[str, Any]:
     """The rig in service, its client here, and an empty loop beside both in the same minutes."""
-    with _served(rig, "--rate", f"{rate:g}") as (where, left), LinkClient(where) as client:
-        with ThreadPoolExecutor(1) as beside:
-            empty = beside.submit(idle_clock, rate, seconds)
-            _drive(client, round(rate * seconds))
-            idle = empty.result()
+    with (
+        _served(rig, "--rate", f"{rate:g}") as (where, left),
+        LinkClient(where) as client,
+        ThreadPoolExecutor(1) as beside,
+    ):
+        empty = beside.submit(idle_clock, rate, seconds)
+        _drive(client, round(rate * seconds))
+        idle = empty.result()
     floor = {
         "missed": idle.missed,
         "periods": idle.periods,
