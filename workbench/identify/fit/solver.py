@@ -84,17 +84,18 @@ def fit_numbers(
     guess: np.ndarray,
     kappa: np.ndarray,
     rounds: int = ROUNDS,
+    near: bool = False,
 ) -> Fit:
     """Fit the free numbers from distances `start` [k] and initial states `guess` [w, n]; kappa [signals] of the noise.
 
     Every number is held loosely at distance 0. A window may be caught where its first guess led it: once the numbers
-    are known, guesses are made anew, and those that lead further are gone on from. A start that cannot be simulated
-    comes back as it is, with infinite squares.
+    are known, guesses are made anew, and those that lead further are gone on from. `near`: the guess comes of a fit, so
+    that none is far off at first. A start that cannot be simulated comes back as it is, with infinite squares.
 
     Static curves begin stiff; they bend as far as it helps to predict the windows, or parts, that are left out.
     """
     values = dict(zip(model.parameters, p.tolist(), strict=True))
-    descent = _Descent(model, windows, tuple(free), p, prior_of(free, model.plant.bends, values).at(STIFFEST))
+    descent = _Descent(model, windows, tuple(free), p, prior_of(free, model.plant.bends, values).at(STIFFEST), near)
     place, guess = descent.settle(descent.at(np.clip(start, *descent.prior.ends), guess, guess), guess, rounds)
     if descent.prior.bends:
         descent, place, guess = _softened(descent, place, guess, rounds)
@@ -104,17 +105,23 @@ def fit_numbers(
 def _softened(
     descent: "_Descent", place: "_Place", guess: np.ndarray, rounds: int
 ) -> tuple["_Descent", "_Place", np.ndarray]:
-    """Descents with curves of ever other stiffness: the one by which parts that are left out are predicted best."""
-    best, least, tried = (descent, place, guess), np.inf, []
+    """Descents with curves of ever other stiffness: the one by which parts that are left out are predicted best.
+
+    Each goes on from where the one before ended; guesses are made anew at the last.
+    """
+    best, least, tried = (descent, place), np.inf, []
     while np.isfinite(place.squares).all() and descent.prior.stiffness not in tried:
         tried.append(descent.prior.stiffness)
         parts = descent.parts(place, guess)
         unseen = float(parts.unseen(descent.prior, place.x).sum())
         if unseen < least:
-            best, least = (descent, place, guess), unseen
+            best, least = (descent, place), unseen
         descent = descent.as_stiff_as(parts.best_stiffness(descent.prior, place.x))
-        place, guess = descent.settle(place, guess, rounds)
-    return best
+        place = descent.run(place, guess, rounds)
+    descent, place = best
+    if len(tried) > 1:
+        place, guess = descent.refreshed(place, guess, rounds)
+    return descent, place, guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,19 +146,20 @@ class _Descent:
     """
 
     def __init__(
-        self, model: Model, windows: Windows, free: tuple[FreeParameter, ...], p: np.ndarray, prior: Prior
+        self, model: Model, windows: Windows, free: tuple[FreeParameter, ...], p: np.ndarray, prior: Prior, near: bool
     ) -> None:
         self._model, self._windows, self._free, self._p = model, windows, free, p
-        self.prior = prior
+        self.prior, self._near = prior, near or windows.from_rest
         self._linear: WeakKeyDictionary[_Place, _Linear] = WeakKeyDictionary()
 
     def settle(self, place: _Place, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
         """Where a descent from a place ends, with guesses of initial states made anew where others lead further."""
-        unknown = self._windows.free_run and not self._windows.from_rest
-        if unknown:
-            place = self._run(self._missed(place, guess), guess, rounds)
-            place = self._missed(place, guess)
-        place = self._run(place, guess, rounds)
+        if self._windows.free_run and not self._windows.from_rest:
+            place = self._missed(self._run(self._missed(place, guess), guess, rounds), guess)
+        return self.refreshed(self._run(place, guess, rounds), guess, rounds)
+
+    def refreshed(self, place: _Place, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
+        """The place once guesses that lead further are gone on from."""
         for _ in range(REFRESHED):
             if not np.isfinite(place.squares).all():
                 break
@@ -170,12 +178,15 @@ class _Descent:
     def _run(self, place: _Place, guess: np.ndarray, rounds: int) -> _Place:
         """Descend from a place until the cost hardly falls: first past the windows that are far off, then with all.
 
-        A free run from rest has no initial state that could be caught: all count from the start.
+        Where none is far off all count from the start; a free run from rest has no initial state that could be caught.
         """
-        caught = not self._windows.from_rest
-        if caught:
-            place = self._descend(place, guess, rounds, robust=True)
-        return self._descend(place, guess, _LAST_ROUNDS if caught else rounds, robust=False)
+        if self._near:
+            return self.run(place, guess, rounds)
+        return self.run(self._descend(place, guess, rounds, robust=True), guess, _LAST_ROUNDS)
+
+    def run(self, place: _Place, guess: np.ndarray, rounds: int) -> _Place:
+        """Descend from a place until the cost of all windows hardly falls."""
+        return self._descend(place, guess, rounds, robust=False)
 
     def _descend(self, place: _Place, guess: np.ndarray, rounds: int, robust: bool) -> _Place:
         damping = FIRST_DAMPING

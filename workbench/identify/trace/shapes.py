@@ -9,7 +9,7 @@ from ...plant.effects import Effect
 from . import rule as decide
 from .context import TraceContext
 from .left_out import left_out_squares
-from .locate import locate_fault
+from .locate import FaultLocation
 from .problem import EstimationProblem
 from .refit import FittedModel
 from .reshape import REFITS, WORTH, Reshaping, best, offered, refit_reshaped, scored
@@ -21,13 +21,15 @@ _SAME = 1e-6  # of a gain: within that two reshapings do the same
 _TOGETHER = 8  # reshapings that a worker scores at a time: each time it computes what the numbers could do as well
 
 
-def best_reshaping(context: TraceContext, number: int, before: FittedModel) -> tuple[Effect, FittedModel] | None:
+def best_reshaping(
+    context: TraceContext, number: int, before: FittedModel, place: FaultLocation | None
+) -> tuple[Effect, FittedModel] | None:
     """The effect as reshaped, or learned, and the fit with it: the best of the tiers up to the first in which one takes
-    ENOUGH of the misfit; None where none passes."""
+    ENOUGH of the misfit; None where none passes. `place`: where the misfit of `before` sits, if that is known."""
     problem, taken, candidates = context.problem, None, 0
     refits: list[tuple[Reshaping, FittedModel]] = []
     borne_out = _borne_out(context, number)
-    equation = context.stage(f"shapes-{number}", lambda: locate_fault(problem, before).equation)
+    equation = (place or context.location(f"shapes-{number}", before)).equation
     for tier, reshapings in enumerate(offered(problem, before, equation)):
         scores = _scores(context, f"{number}-{tier}", before, reshapings)
         refits += _refits(context, number, before, distinct(scores[:REFITS]))
