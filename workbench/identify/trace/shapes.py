@@ -78,10 +78,11 @@ def _scores(
     context: TraceContext, name: str, before: FittedModel, reshapings: Sequence[Reshaping]
 ) -> list[tuple[Reshaping, float]]:
     def compute() -> list[dict[str, Any]]:
-        context.report_progress(f"shape {name}: {len(reshapings)} reshapings, scored")
+        context.steps.begin(f"shape {name}, scores of {len(reshapings)} reshapings", "reshapings", len(reshapings))
         items = [_packed(each) for each in reshapings]
         parts = {str(first): items[first : first + _TOGETHER] for first in range(0, len(items), _TOGETHER)}
         results = context.workers(_score_part, before, parts, no_checkpoint, lambda _: None)
+        context.steps.done(len(reshapings) or 1)
         return sorted((entry for part in results for entry in part["scores"]), key=lambda entry: -entry["gain"])
 
     return [
@@ -95,11 +96,11 @@ def _refits(
 ) -> list[tuple[Reshaping, FittedModel]]:
     """Reshapings that could be refitted, with their fits."""
     titles = [reshaping.candidate.effect.title for reshaping in reshapings]
-    for title in titles:
-        context.report_progress(f"shape {number}: fit with {title}")
+    if titles:
+        context.steps.begin(f"shape {number}, fits with {', '.join(titles)}", "shapes", len(titles))
     items = {f"shape-{number}-{title}": _packed(each) for title, each in zip(titles, reshapings, strict=True)}
     refits = []
-    results = context.workers(_refit, before, items, context.stage, lambda _: None)
+    results = context.workers(_refit, before, items, context.stage, lambda _: context.steps.done())
     for title, reshaping, stored in zip(titles, reshapings, results, strict=True):
         if "failed" not in stored:
             fitted = unpacked(stored, context.problem, context.library)

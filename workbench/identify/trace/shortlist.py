@@ -37,12 +37,12 @@ def score_effects(
     problem: EstimationProblem,
     model_fit: FittedModel,
     library: Sequence[Effect],
-    report: Callable[[Sequence[str]], None],
+    report: Callable[[Sequence[str], int], None],
     rivals: bool = False,
 ) -> dict[str, Any]:
     """Scores of all effects in the windows where a fit is most wrong, as a stage of a run keeps them.
 
-    `report` hears the names of those that have been scored. `rivals`: of a number that a fit cannot move any further,
+    `report` hears the names of those that have been scored, and how many they are. `rivals`: of a number that a fit cannot move any further,
     so that numbers at an end of their range make up for none of them.
     """
     titles = [effect.title for effect in library]
@@ -50,7 +50,9 @@ def score_effects(
         str(first): {"titles": titles[first : first + _TOGETHER], "rivals": rivals}
         for first in range(0, len(titles), _TOGETHER)
     }
-    results = workers(_score_part, model_fit, parts, no_checkpoint, lambda part: report(part["names"]))
+    results = workers(
+        _score_part, model_fit, parts, no_checkpoint, lambda part: report(part["names"], len(part["gains"]))
+    )
     scores = [
         _unpacked_score(unpacked_candidate(candidate, library), gain, shape, trials)
         for part in results
