@@ -72,9 +72,9 @@ def shortlist_of(
     library = [effect for effect in context.library if effect.name not in names and _may_be(effect, model_fit)]
 
     def compute() -> dict[str, Any]:
-        def report(names: Sequence[str], count: int) -> None:
-            context.steps.done(count)
-            context.steps.say(f"scores of {', '.join(names)}")
+        def report(names: Sequence[str]) -> None:
+            context.steps.done(len(names))
+            context.steps.say(f"scores of {', '.join(dict.fromkeys(names))}")
 
         context.steps.begin(f"pass {number}, scores of {len(library)} effects", "scores", len(library), ahead=2)
         return score_effects(context.workers, context.problem, model_fit, library, report, rivals=bool(besides))

@@ -37,12 +37,12 @@ def score_effects(
     problem: EstimationProblem,
     model_fit: FittedModel,
     library: Sequence[Effect],
-    report: Callable[[Sequence[str], int], None],
+    report: Callable[[Sequence[str]], None],
     rivals: bool = False,
 ) -> dict[str, Any]:
     """Scores of all effects in the windows where a fit is most wrong, as a stage of a run keeps them.
 
-    `report` hears the names of those that have been scored, and how many they are. `rivals`: of a number that a fit cannot move any further,
+    `report` hears the name of each that has been scored. `rivals`: of a number that a fit cannot move any further,
     so that numbers at an end of their range make up for none of them.
     """
     titles = [effect.title for effect in library]
@@ -50,9 +50,7 @@ def score_effects(
         str(first): {"titles": titles[first : first + _TOGETHER], "rivals": rivals}
         for first in range(0, len(titles), _TOGETHER)
     }
-    results = workers(
-        _score_part, model_fit, parts, no_checkpoint, lambda part: report(part["names"], len(part["gains"]))
-    )
+    results = workers(_score_part, model_fit, parts, no_checkpoint, lambda part: report(part["names"]))
     scores = [
         _unpacked_score(unpacked_candidate(candidate, library), gain, shape, trials)
         for part in results
@@ -85,7 +83,7 @@ def _score_part(
     effects = [effect for effect in library if effect.title in part["titles"]]
     scores = [score(problem.rig, model_fit.effects, effect, model_fit.model, windows, fit, rest) for effect in effects]
     return {
-        "names": list(dict.fromkeys(effect.name for effect in effects)),
+        "names": [effect.name for effect in effects],
         "candidates": [packed_candidate(entry.candidate) for entry in scores],
         "gains": [entry.gain for entry in scores],
         "trials": [[packed_trial(trial) for trial in entry.trials] for entry in scores],
