@@ -94,19 +94,37 @@ def _scores(
 def _refits(
     context: TraceContext, number: int, before: FittedModel, reshapings: Sequence[Reshaping]
 ) -> list[tuple[Reshaping, FittedModel]]:
-    """Reshapings that could be refitted, with their fits."""
+    """Reshapings that could be refitted, with their fits, up to the first that leaves no misfit.
+
+    Workers that would wait go ahead; what was refitted in vain is left out, so that the answer does not depend on how
+    many there are.
+    """
     titles = [reshaping.candidate.effect.title for reshaping in reshapings]
     if titles:
         context.steps.begin(f"shape {number}, fits with {', '.join(titles)}", "shapes", len(titles))
-    items = {f"shape-{number}-{title}": _packed(each) for title, each in zip(titles, reshapings, strict=True)}
-    refits = []
-    results = context.workers(_refit, before, items, context.stage, lambda _: context.steps.done())
-    for title, reshaping, stored in zip(titles, reshapings, results, strict=True):
-        if "failed" not in stored:
+    refits: list[tuple[Reshaping, FittedModel]] = []
+    count = context.workers.count
+    for first in range(0, len(titles), count):
+        for title, reshaping, stored in _refitted(context, number, before, reshapings[first : first + count]):
+            if "failed" in stored:
+                continue
             fitted = unpacked(stored, context.problem, context.library)
             context.report_progress(f"shape {number}: {title}: chi2 {fitted.chi2:.4g} on what it did not see")
             refits.append((reshaping, fitted))
+            if not context.is_misfit(fitted):
+                return refits
     return refits
+
+
+def _refitted(
+    context: TraceContext, number: int, before: FittedModel, reshapings: Sequence[Reshaping]
+) -> list[tuple[str, Reshaping, dict[str, Any]]]:
+    """Titles, reshapings and what stages keep of their fits, by workers at once."""
+    titles = [reshaping.candidate.effect.title for reshaping in reshapings]
+    context.steps.say(", ".join(titles))
+    items = {f"shape-{number}-{title}": _packed(each) for title, each in zip(titles, reshapings, strict=True)}
+    results = context.workers(_refit, before, items, context.stage, lambda _: context.steps.done())
+    return list(zip(titles, reshapings, results, strict=True))
 
 
 def _score_part(
