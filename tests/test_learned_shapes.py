@@ -42,14 +42,16 @@ def shaped() -> Outcome:
 def test_what_the_formula_misses_is_learned():
     """That friction goes with the position, which was on one side of mid stroke: a sign of it tells nothing."""
     answer = json.loads(shaped().files["trace.json"])
-    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("incomplete", ["jack.friction"], "force")
+    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("named", ["jack.friction"], "force")
     (learned,) = answer["learned"]
     assert list(learned) == ["slot", "kind", "variables", "chi2"]
     assert (learned["slot"], learned["kind"]) == ("friction", "dependence")
     assert learned["variables"] in (["position"], ["|position|"])
     assert learned["chi2"] == answer["chi2"]["after"] < 1.05
     assert answer["chi2"]["before"] > 10
-    assert "Its shape is learned: jack.friction goes with" in shaped().page.verdict
+    said = shaped().page.verdict
+    assert "of the noise's variance is left, by its formula perhaps." in said
+    assert "Its shape is learned: jack.friction goes with" in said
 
 
 def test_every_command_takes_the_rig_with_its_shape(tmp_path):

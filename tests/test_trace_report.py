@@ -123,6 +123,16 @@ def test_an_unfinished_effect_says_that_more_is_missing_and_where():
         assert ("only falls" in said) == (chi2 > 1.3)
 
 
+def test_a_name_whose_formula_is_not_the_rigs_own_says_how_much_is_left():
+    before, after, _ = found().heldout
+    rest = replace(after, squares=after.squares * 1.29 / after.chi2)
+    said = words.verdict(altered(heldout=(before, rest, rest)), None, None)
+    assert "29.0 % of the noise's variance is left, by its formula perhaps." in said
+    assert "of the noise's variance is left" not in words.verdict(found(), None, None)
+    by_numbers = words.verdict(altered(heldout=(before, rest, rest), by_numbers=True), None, None)
+    assert "Its numbers fitted to all records leave nothing" in by_numbers
+
+
 @pytest.mark.parametrize(
     ("numbers", "says"), [(1, "The interval is that of a model"), (2, "The intervals are those of a model")]
 )

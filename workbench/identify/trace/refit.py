@@ -202,7 +202,7 @@ def numbers_explain(problem: EstimationProblem, model_fit: FittedModel, heldout:
     both = fit_numbers(model_fit.model, windows, fit.free, fit.x, fit.p, guess, problem.kappas)
     parts = (problem.train, both.squares[: problem.train.count]), (problem.heldout, both.squares[problem.train.count :])
     return not any(
-        decide.misfit(float(squares.sum()) / part.samples, part.samples, problem.kappa) for part, squares in parts
+        problem.misses(float(squares.sum()) / part.samples, part.samples) for part, squares in parts
     )
 
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-MISFIT = 0.05  # chi2 above 1 by this, or by four standard deviations of its own, is a misfit
+MISFIT = 0.05  # chi2 above 1 by this, or, where records tell it less well,
+SURE = 4.0  # by so many of its standard deviations, is a misfit: noise alone passes once in 30,000 times
 SIGNIFICANT = 30.0  # kappa: gain in log-likelihood of a disturbance in the best equation
 CHANCE = 0.01  # that the best of all candidates gains as much from noise
 BIC = 10.0  # kappa
@@ -21,6 +22,7 @@ TIED = 0.01  # of the explained share
 PARTIAL = 0.3  # explained share from which an effect may be one of two
 PAIR = 0.95  # explained share of two effects of which neither would be named alone: two can mimic a third
 LATER = 0.1  # of the first misfit: a later effect that takes away less may be what the first formula misses
+FORMULA = 0.3  # of the noise's variance: what a right name may leave whose formula is not the rig's own
 ONE_OF_SEVERAL = 0.1  # explained share of what is left, where a rig is known to lack several effects
 
 
@@ -36,14 +38,21 @@ class Judgement:
     passes: bool
 
 
-def gate(samples: int, kappa: float) -> float:
-    """chi2 on what a fit did not see, above which something is missing."""
-    return 1 + max(MISFIT, 4 * float(np.sqrt(2 * kappa / samples)))
+def gate(deviation: float) -> float:
+    """chi2 on what a fit did not see, above which something is missing; `deviation` is that of chi2 itself where nothing
+    is (see NoiseFloor.deviation)."""
+    return 1 + max(MISFIT, SURE * deviation)
 
 
-def misfit(chi2: float, samples: int, kappa: float) -> bool:
+def misfit(chi2: float, deviation: float) -> bool:
     """Whether chi2 on what a fit did not see says that something is missing."""
-    return chi2 > gate(samples, kappa)
+    return chi2 > gate(deviation)
+
+
+def complete(before: float, deviation: float) -> float:
+    """chi2 of held-out records up to which a name is all that is missing, of `before` without it: the gate, or what its
+    formula may leave. That is FORMULA at most, and less than a later effect would have to take away to count."""
+    return max(gate(deviation), 1 + min(FORMULA, LATER * (before - 1)))
 
 
 def explained(before: float, after: float, samples: int) -> float:
@@ -53,9 +62,9 @@ def explained(before: float, after: float, samples: int) -> float:
     return max(0.0, (before - after) / (before - samples))
 
 
-def confirmed(before: float, after: float, samples: int, kappa: float) -> bool:
+def confirmed(before: float, after: float, samples: int, deviation: float) -> bool:
     """Whether held-out records bear out what was found: with it nothing is missing, or NAMED of the misfit goes."""
-    return not misfit(after / samples, samples, kappa) or explained(before, after, samples) >= NAMED
+    return not misfit(after / samples, deviation) or explained(before, after, samples) >= NAMED
 
 
 def worth_adding(fall: float, first: float, samples: int) -> bool:
