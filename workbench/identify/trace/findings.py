@@ -116,7 +116,7 @@ class Trace:
 
     @property
     def left(self) -> float:
-        """What the named effects leave of the held-out records that noise would not, of the noise's variance; else 0."""
+        """What named effects leave of the held-out records that noise would not, of the noise's variance; else 0."""
         named = self.heldout[1]
         return named.chi2 - 1 if self.problem.misses(named.chi2, named.samples) else 0.0
 

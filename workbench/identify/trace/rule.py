@@ -39,8 +39,8 @@ class Judgement:
 
 
 def gate(deviation: float) -> float:
-    """chi2 on what a fit did not see, above which something is missing; `deviation` is that of chi2 itself where nothing
-    is (see NoiseFloor.deviation)."""
+    """chi2 on what a fit did not see, above which something is missing; `deviation` is that of chi2 itself where
+    nothing is (see NoiseFloor.deviation)."""
     return 1 + max(MISFIT, SURE * deviation)
 
 
