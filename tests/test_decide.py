@@ -12,7 +12,7 @@ from workbench.identify.trace import rule as decide
 from workbench.identify.trace.rule import Judgement, bic_fall, chance, explained, gate, misfit, named, passes
 from workbench.records import Campaign, Record
 
-GOOD = Judgement("jack.friction", "coulomb", 0.95, 1.03, 1, True)
+GOOD = Judgement("jack.friction", "coulomb", 0.95, 1.03, 1, True, "jack.friction")
 
 
 def test_the_gate_is_5_percent_or_four_deviations_of_chi2_itself():
@@ -108,10 +108,31 @@ def test_of_equals_the_one_with_the_fewest_numbers_comes_first():
 
 
 def test_effects_within_one_percent_tie():
-    bias = replace(GOOD, name="load.bias", formula="weight", explained=0.955)
-    spring = replace(GOOD, name="load.spring", formula="linear", explained=0.93)
+    bias = replace(GOOD, name="load.bias", kin="load.bias", formula="weight", explained=0.955)
+    spring = replace(GOOD, name="load.spring", kin="load.spring", formula="linear", explained=0.93)
     assert named([GOOD, bias, spring]) == [bias, GOOD]
     assert named([GOOD, replace(bias, explained=0.93 + decide.TIED), spring])[0] == GOOD
+
+
+def test_a_lead_that_noise_gives_names_nothing():
+    """With a misfit of 1000 in squares 39 candidates differ by 12 from noise alone once in a hundred times."""
+    lead = decide.lead_by_noise(1000.0, 1.0, 39)
+    assert chance(100.0, 100.0 - 1000.0 * lead, 1.0, 39) == pytest.approx(decide.CHANCE)
+    bias = replace(GOOD, name="load.bias", kin="load.bias", formula="weight", explained=GOOD.explained - 0.02)
+    assert named([GOOD, bias]) == [GOOD]
+    assert named([GOOD, bias], lead=decide.lead_by_noise(400.0, 1.0, 39)) == [GOOD, bias]
+
+
+def test_a_neighbour_is_excluded_where_it_leaves_twice_what_the_name_leaves():
+    """What is left shows that the formula is not the rig's: another one of a neighbour might do as well."""
+    lag = Judgement("drive.lag", "two poles", 0.95, 1.2, 2, True, "drive timing")
+    delay = Judgement("drive.delay", "shift", 0.91, 1.4, 1, True, "drive timing")
+    assert named([lag, delay]) == [lag, delay]  # the better one first, although it has more numbers
+    assert named([lag, replace(delay, explained=0.89)]) == [lag]
+    assert named([lag, replace(delay, kin="another")]) == [lag]
+    assert named([lag, replace(delay, passes=False)]) == [lag]
+    exact = replace(lag, explained=1.0)  # nothing is left: the likelihood decides
+    assert named([exact, replace(delay, explained=0.98)]) == [exact]
 
 
 def test_a_name_stands_once():

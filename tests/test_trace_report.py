@@ -104,6 +104,18 @@ def test_a_second_effect_that_ties_is_said_to_tie():
     assert more_json(trace)["tied"] == {"jack.friction": ["load.bias"]}
 
 
+def test_neighbours_that_tie_by_what_their_formulas_leave_are_told_with_both_shares():
+    (each,) = tied().passes
+    friction, bias = each.accepted
+    less = replace(bias, judgement=replace(bias.judgement, name="load.bias", explained=0.9))
+    friction = replace(friction, judgement=replace(friction.judgement, explained=0.95))
+    both = replace(tied(), effects=(friction,), passes=(replace(each, accepted=(friction, less)),))
+    said = words.verdict(both, None, None)
+    assert "they explain 95.0 % and 90.0 %, and other formulas might as much, of what the model misses" in said
+    assert "each explains" not in said
+    assert "each explains" in words.verdict(tied(), None, None)
+
+
 def test_an_effect_that_was_added_ties_with_none():
     (friction,) = tied().effects
     bias = replace(friction, candidate=replace(friction.candidate, effect=find("load.bias", "weight")), tied=())

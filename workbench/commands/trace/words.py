@@ -261,10 +261,19 @@ def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     names = [trace.effects[0].candidate.effect.name, *trace.tied]
     words = listed([ALL_EFFECTS.get(name, f"{name} acts") for name in names], "or")
     return (
-        f"Either {words}: these records cannot tell {listed(names)} apart, each explains "
-        f"{_percent(trace.effects[0].judgement.explained)} of what the model misses, and the held-out error falls from "
+        f"Either {words}: these records cannot tell {listed(names)} apart, {_shares(trace, names)} of what the model "
+        f"misses, and the held-out error falls from "
         f"{_times(before)} to {_times(after)} times the noise. {_advice(trace, 'To tell them apart, record')}"
     )
+
+
+def _shares(trace: Trace, names: Sequence[str]) -> str:
+    """How much each of several names that tie explains."""
+    accepted = {fit.judgement.name: fit.judgement.explained for search in trace.passes for fit in search.accepted}
+    shares = [accepted.get(name, trace.effects[0].judgement.explained) for name in names]
+    if max(shares) - min(shares) <= decide.TIED:
+        return f"each explains {_percent(shares[0])}"
+    return f"they explain {listed([_percent(share) for share in shares])}, and other formulas might as much,"
 
 
 def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:

@@ -184,7 +184,7 @@ def _judged(
     fall = rule.bic_fall(float(before.fit.squares.sum()), float(after.fit.squares.sum()), numbers, n)
     passes = rule.passes(before.squares, after.squares, fall, _KAPPA, candidates)
     explained = rule.explained(before.squares, after.squares, n)
-    return rule.Judgement(effect.name, effect.formula, explained, after.squares / n, numbers, passes)
+    return rule.Judgement(effect.name, effect.formula, explained, after.squares / n, numbers, passes, effect.kin)
 
 
 def _deviation(samples: int) -> float:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 MISFIT = 0.05  # chi2 above 1 by this, or, where records tell it less well,
 SURE = 4.0  # by so many of its standard deviations, is a misfit: noise alone passes once in 30,000 times
@@ -19,6 +19,7 @@ BIC = 10.0  # kappa
 NAMED = 0.8  # explained share of the misfit, or chi2 below
 CLOSED = 1.05
 TIED = 0.01  # of the explained share
+NEIGHBOUR = 1.0  # of what a name leaves: a neighbour in its family ties that leaves no more than so much beyond it
 PARTIAL = 0.3  # explained share from which an effect may be one of two
 PAIR = 0.95  # explained share of two effects of which neither would be named alone: two can mimic a third
 LATER = 0.1  # of the first misfit: a later effect that takes away less may be what the first formula misses
@@ -28,7 +29,8 @@ ONE_OF_SEVERAL = 0.1  # explained share of what is left, where a rig is known to
 
 @dataclass(frozen=True)
 class Judgement:
-    """What one candidate does: `explained` share of the misfit, chi2 with it, numbers it has, and whether it counts."""
+    """What one candidate does: `explained` share of the misfit, chi2 with it, numbers it has, and whether it counts;
+    `kin` is the name of its family."""
 
     name: str
     formula: str
@@ -36,6 +38,7 @@ class Judgement:
     chi2: float
     numbers: int
     passes: bool
+    kin: str
 
 
 def gate(deviation: float) -> float:
@@ -82,6 +85,12 @@ def chance(before: float, after: float, kappa: float, candidates: int) -> float:
     return min(1.0, candidates * float(ndtr(-np.sqrt(max(before - after, 0.0) / kappa))))
 
 
+def lead_by_noise(misfit: float, kappa: float, candidates: int) -> float:
+    """Share of a misfit, in squared errors, by which the best of all candidates leads from noise alone: the other way
+    round than `chance`, at CHANCE."""
+    return kappa * float(ndtri(CHANCE / candidates)) ** 2 / misfit if misfit > 0 else np.inf
+
+
 def passes(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> bool:
     """Whether an effect is no accident: BIC falls on train records, and the gain elsewhere is beyond chance."""
     if not np.isfinite(after) or after >= before:
@@ -99,10 +108,11 @@ def best_pair(explained: Sequence[float], chi2: Sequence[float]) -> int | None:
     return best
 
 
-def named(judgements: Sequence[Judgement], share: float = NAMED) -> list[Judgement]:
+def named(judgements: Sequence[Judgement], share: float = NAMED, lead: float = 0.0) -> list[Judgement]:
     """The best formulas of the effects that explain the misfit, best first; several: they tie; none: unknown.
 
-    Of those within TIED of the best the one with the fewest numbers comes first. `share` is what must be explained.
+    Of those within TIED of the best, or within the `lead` that noise may give, the one with the fewest numbers comes
+    first, then their neighbours. `share` is what must be explained.
     """
     able = [
         judgement
@@ -113,11 +123,24 @@ def named(judgements: Sequence[Judgement], share: float = NAMED) -> list[Judgeme
         return []
     most = max(judgement.explained for judgement in able)
     near = sorted(
-        (judgement for judgement in able if judgement.explained >= most - TIED),
+        (judgement for judgement in able if judgement.explained >= most - max(TIED, lead)),
         key=lambda judgement: (judgement.numbers, -judgement.explained),
     )
+    near += _neighbours(near[0], most, judgements)
     return [
         judgement
         for place, judgement in enumerate(near)
         if judgement.name not in [other.name for other in near[:place]]
     ]
+
+
+def _neighbours(best: Judgement, most: float, judgements: Sequence[Judgement]) -> list[Judgement]:
+    """Those of the best one's family that the records do not exclude, where it explains the `most`.
+
+    A likelihood takes one of the formulas for the truth. What the best one leaves beyond the noise shows that it is
+    not, and another formula of a neighbour might do as well: to be excluded a neighbour must leave NEIGHBOUR of that
+    more.
+    """
+    least = most - NEIGHBOUR * max(0.0, 1.0 - most)
+    kin = [each for each in judgements if each.passes and each.kin == best.kin and each.name != best.name]
+    return sorted((each for each in kin if each.explained >= least), key=lambda judgement: -judgement.explained)
