@@ -70,7 +70,7 @@ class TraceContext:
 
     def is_misfit(self, errors: FittedModel | HeldoutErrors) -> bool:
         """Whether chi2 on what a fit did not see says that something is missing."""
-        return decide.misfit(errors.chi2, errors.samples, self.problem.kappa)
+        return self.problem.misses(errors.chi2, errors.samples)
 
     def is_significant(self, place: FaultLocation) -> bool:
         """Whether a disturbance in the best equation explains more than noise would."""

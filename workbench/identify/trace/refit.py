@@ -201,9 +201,7 @@ def numbers_explain(problem: EstimationProblem, model_fit: FittedModel, heldout:
     guess = np.concatenate((fit.x0, heldout.x0))
     both = fit_numbers(model_fit.model, windows, fit.free, fit.x, fit.p, guess, problem.kappas, near=True)
     parts = (problem.train, both.squares[: problem.train.count]), (problem.heldout, both.squares[problem.train.count :])
-    return not any(
-        decide.misfit(float(squares.sum()) / part.samples, part.samples, problem.kappa) for part, squares in parts
-    )
+    return not any(problem.misses(float(squares.sum()) / part.samples, part.samples) for part, squares in parts)
 
 
 def heldout_errors(problem: EstimationProblem, model_fit: FittedModel) -> HeldoutErrors:

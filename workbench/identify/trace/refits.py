@@ -37,7 +37,9 @@ def run_pass(
     """Shortlist, refit and judge against the misfit of `before`; an effect that explains `share` of it is accepted."""
     shortlist = shortlist_of(context, number, model_fit)
     tried = _Refits(context, number, model_fit, before).of(shortlist.ranked)
-    best = decide.named([candidate_fit.judgement for candidate_fit in tried], share)
+    problem, misfit = context.problem, before.squares - before.samples
+    lead = decide.lead_by_noise(misfit, problem.kappa, len(context.library))
+    best = decide.named([candidate_fit.judgement for candidate_fit in tried], share, lead)
     tried = tuple(_with_ties(candidate_fit, best) for candidate_fit in tried)
     accepted = tuple(next(fit for fit in tried if fit.judgement is judgement) for judgement in best)
     return Pass(model_fit, shortlist.ranked, shortlist.compared, shortlist.cosines, shortlist.pairs, tried, accepted)
@@ -155,7 +157,7 @@ class _Refits:
     def _judged(self, candidate: Candidate, share: float, stored: Mapping[str, Any]) -> CandidateFit:
         context, effect = self._context, candidate.effect
         if "failed" in stored:
-            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
+            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False, effect.kin)
             return CandidateFit(candidate, share, nothing, None, stored["failed"])
         refitted = unpacked(stored, context.problem, context.library)
         judgement = judge(context, effect, self._model_fit, self._before, refitted)
@@ -174,7 +176,8 @@ def judge(
     fall = decide.bic_fall(*squares, len(effect.fitted), context.problem.train.samples)
     passes = decide.passes(model_fit.squares, refitted.squares, fall, context.problem.kappa, len(context.library))
     passes = passes and not is_switched_off(refitted)
-    return decide.Judgement(effect.name, effect.formula, explained, refitted.squares / n, len(effect.fitted), passes)
+    chi2, numbers = refitted.squares / n, len(effect.fitted)
+    return decide.Judgement(effect.name, effect.formula, explained, chi2, numbers, passes, effect.kin)
 
 
 def _lasts(pair: tuple[Candidate, float]) -> float:

@@ -37,12 +37,15 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     if nowhere and context.is_misfit(before) and not context.numbers_explain(alone, before):
         name = f"localise held-out-{len(search.passes)}" if search.passes else "localise held-out"
         place = context.location(name, alone, before)
-    verdict = _verdict(context, named, plain, effects, place)
+    equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
+    by_numbers = bool(effects) and not context.several and context.is_misfit(plain)
+    by_numbers = by_numbers and context.numbers_explain(named, plain)
+    verdict = _verdict(context, before, plain, effects, place, by_numbers)
     final, after, learned = named, plain, ()
-    if verdict in ("unknown", "incomplete") and not (context.several and context.problem.train.from_rest):
+    lacks = context.is_misfit(plain) and not by_numbers if effects else verdict == "unknown"
+    if lacks and not (context.several and context.problem.train.from_rest):
         starts = ((effects[-1].refitted, None),) if effects else _nearest(search)
         final, after, learned = _shaped(context, starts, named, plain)
-    equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
     return Trace(
         problem=context.whole,
         base=alone,
@@ -57,19 +60,23 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
         passes=search.passes,
         refuted=refuted,
         learned=learned,
+        by_numbers=by_numbers,
+        several=context.several,
     )
 
 
 def _verdict(
     context: TraceContext,
-    named: FittedModel,
+    before: HeldoutErrors,
     after: HeldoutErrors,
     effects: tuple[CandidateFit, ...],
     place: FaultLocation | None,
+    by_numbers: bool,
 ) -> str:
+    """`by_numbers`: a misfit that is left is one of numbers alone."""
     if not effects:
         return "unknown" if place is not None and context.is_significant(place) else "none"
-    if context.is_misfit(after) and (context.several or not context.numbers_explain(named, after)):
+    if not by_numbers and after.chi2 > context.problem.complete(before.chi2, after.samples, context.several):
         return "incomplete"
     return "tied" if len(effects) == 1 and effects[0].tied else "named"
 
@@ -98,7 +105,7 @@ def _is_faint(search: SearchResult, effects: tuple[CandidateFit, ...]) -> bool:
 
 def _confirmed(context: TraceContext, before: HeldoutErrors, after: HeldoutErrors) -> bool:
     squares = float(before.squares.sum()), float(after.squares.sum())
-    return decide.confirmed(*squares, after.samples, context.problem.kappa)
+    return decide.confirmed(*squares, after.samples, context.problem.deviation(after.samples))
 
 
 def _nearest(search: SearchResult) -> tuple[tuple[FittedModel, FaultLocation | None], ...]:
