@@ -20,13 +20,14 @@ _FORCE_TIME = 1.0  # s, to bring a force back
 @dataclass(frozen=True)
 class Played:
     """A course as played: the run, the `level` of the controlled signal before it (SI), and the whole recordings, of
-    standing and course and of the way back. `ended`: why it was cut short."""
+    standing and course and of the way back. `ended`: why it was cut short; `seconds`: what all of it took."""
 
     run: WireRun
     level: float
     record: Record
     back: Record | None
     ended: str | None
+    seconds: float
 
 
 def rest_record(client: LinkClient) -> Record:
@@ -71,7 +72,8 @@ def play_course(
         loop.end()
     whole = joined(runs[1:3] or runs)
     back = runs[3].record if len(runs) > 3 else None
-    return Played(runs[min(2, len(runs) - 1)], level, whole, back, runs[-1].ended)
+    seconds = sum(len(run.rows) for run in runs) * period
+    return Played(runs[min(2, len(runs) - 1)], level, whole, back, runs[-1].ended, seconds)
 
 
 def ramp(rig: Rig, signal: str, first: float, last: float) -> np.ndarray:

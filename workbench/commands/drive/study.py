@@ -13,6 +13,7 @@ from ...control.export.sections import identifier
 from ...link.client import LinkClient, LinkLost
 from ...link.course import Played, play_course, rest_record
 from ...link.opc_ua import opc_ua_server, supervised_loop
+from ...loop.conditions import Conditions
 from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup, row
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
@@ -49,7 +50,10 @@ def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage
         name = client.hello.rig
     setup = loop_setup(rig)
     loops = {spec.name: linear_loops(spec, setup) for spec in config.controllers}
-    judged = [_judged(config, spec, scenario, each, setup, loops[spec.name]) for spec, scenario, each in played]
+    judged = [
+        judge_played(config.conditions, spec, scenario, each, setup, loops[spec.name])
+        for spec, scenario, each in played
+    ]
     metrics = {
         "rig": name,
         "rows": [{**each.row, "rig": name} for each in judged],
@@ -125,16 +129,22 @@ def _only_command(scenario: Scenario) -> bool:
     return not (scenario.travel or scenario.load)
 
 
-def _judged(
-    config: StepConfig, spec: ControllerSpec, scenario: Scenario, played: Played, setup: LoopSetup, loops: LinearLoops
+def judge_played(
+    conditions: Conditions,
+    spec: ControllerSpec,
+    scenario: Scenario,
+    played: Played,
+    setup: LoopSetup,
+    loops: LinearLoops,
 ) -> Judged:
+    """What was played at a rig, and the same in simulation."""
     record = played.run.record
     run = LoopRun(record, played.run.demanded, played.ended)
-    values = _averaged(record.signals[scenario.signal], config.rig.period.value)
+    values = _averaged(record.signals[scenario.signal], setup.rig.period.value)
     values[0] = played.level
     calm = replace(run, record=Record("wire", record.t, {**record.signals, scenario.signal: values}))
     own = row(spec, scenario, setup, calm, loops, calm) | {"residual_oscillation": None}  # noise would pass for hunting
-    predicted, prediction = judge(spec, scenario, setup, loops, config.conditions.noise)
+    predicted, prediction = judge(spec, scenario, setup, loops, conditions.noise)
     return Judged(spec.name, scenario, run, predicted, own, prediction)
 
 

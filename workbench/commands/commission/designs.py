@@ -1,0 +1,97 @@
+"""A controller searched for a rig: P, scheduled pressure feedback, the lap inverted, a shaped reference."""
+
+from dataclasses import fields
+from typing import Any
+
+from ...base.checkpoint import Progress, Stage
+from ...base.process_pool import Jobs
+from ...control.controller_spec import ControllerSpec
+from ...control.controller_type import controller
+from ...control.protocol import is_number
+from ...loop.conditions import Conditions
+from ...loop.limits import Limits
+from ...loop.scenarios import SCENARIOS
+from ...rigs.rig import Rig
+from ..tune.config import USUAL_WEIGHTS
+from ..tune.problem import Searched, TuneProblem
+from ..tune.search import nearest_trial, search
+from .automatic import column
+
+DESIGNS = 80
+_RANGE = 4.0  # about a first guess, either way
+_OVERSHOOT = 5.0  # %
+
+
+def searched_design(
+    rig: Rig, start: ControllerSpec, name: str, goal: str, stage: Stage, progress: Progress, jobs: Jobs
+) -> tuple[ControllerSpec, str | None]:
+    """The best design for a rig within what is uncertain of it, from the automatic one, and the hard goal that it
+    misses, if it does."""
+    whole = _structure(rig, start)
+    problem = TuneProblem(
+        rig=rig,
+        controller=whole,
+        searched=_searched(whole),
+        scenarios=(SCENARIOS[goal],),
+        rigs={"nominal": rig},
+        weights={**USUAL_WEIGHTS, "settling": 60.0},
+        trials=DESIGNS,
+        seed=1,
+        conditions=Conditions(),
+        limits=Limits(overshoot_percent=_OVERSHOOT),
+    )
+    best = nearest_trial(search(problem, stage, progress, jobs))
+    return problem.design(best.values).named(name), best.verdict.missed
+
+
+def experiment_of(spec: ControllerSpec, rig_file: str) -> dict[str, Any]:
+    """A step experiment with this controller, which `jackbench run` takes."""
+    return {
+        "experiment": "step",
+        "rig": rig_file,
+        "scenarios": ["position-1mm", "position-10mm", "position-100mm"],
+        "controllers": {spec.name: {**_table(spec), "compensators": [_table(part) for part in spec.compensators]}},
+        "bode": {"low_hz": 0.5, "high_hz": 30.0, "points": 8, "amplitudes_mm": [1.0]},
+    }
+
+
+def _table(part: ControllerSpec) -> dict[str, Any]:
+    numbers = {
+        entry.name: {"value": float(getattr(part.design, entry.name)), "unit": entry.metadata["unit"]}
+        for entry in fields(part.design)
+        if is_number(entry)
+    }
+    return {"use": part.use, **numbers}
+
+
+def _structure(rig: Rig, start: ControllerSpec) -> ControllerSpec:
+    gain = float(start.design.gain)
+    feedback = start.compensators or (
+        controller("controllers.pressure:PressureFeedback", gain=1e-10, corner=0.5, column=column(rig)),
+    )
+    whole = controller("controllers.p:P", gain=gain) + feedback[0]
+    lap = rig["eps"] / rig["z3max"] if {"eps", "z3max"} <= rig.numbers.keys() else None
+    if lap is not None:
+        whole = whole + controller("controllers.lap_inverse:LapInverse", excess=0.9 * lap, width=1.2 * lap)
+    return whole + controller("controllers.shaping:Shaping", corner=25.0, lead=0.005, notch=20.0)
+
+
+def _searched(whole: ControllerSpec) -> tuple[Searched, ...]:
+    units = {"gain": "1/m"}
+    found = [_about(("gain",), units["gain"], float(whole.design.gain))]
+    for i, part in enumerate(whole.compensators):
+        for name, unit in _NUMBERS[part.use.rpartition(":")[2]]:
+            value = float(getattr(part.design, name))
+            found.append(_about(("compensators", i, name), unit, value))
+    return tuple(found)
+
+
+_NUMBERS = {
+    "PressureFeedback": (("gain", "1/Pa"), ("corner", "Hz")),
+    "LapInverse": (("excess", "1"), ("width", "1")),
+    "Shaping": (("corner", "Hz"), ("lead", "s"), ("notch", "Hz")),
+}
+
+
+def _about(path: tuple[str | int, ...], unit: str, value: float) -> Searched:
+    return Searched(path, unit, value / _RANGE, value * _RANGE, value, True)

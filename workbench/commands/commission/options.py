@@ -1,0 +1,38 @@
+"""`jackbench commission RIG.toml --at udp://HOST:PORT`: its arguments."""
+
+import argparse
+from functools import partial
+
+from ...base.errors import InputError, nearest
+from ...loop.scenarios import SCENARIOS
+from ...rigs.rig_file import load_rig
+from ..common.options import computes, finish_in_folder, on_link, processes, works
+
+_LEAST = 2.0  # minutes
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("rig", help="the datasheet's rig: a bundled one or a rig file, whose numbers have bounds")
+    on_link(parser, required=True)
+    parser.add_argument("--minutes", type=float, default=10.0, metavar="M", help="of the rig's time, at most")
+    parser.add_argument("--goal", default="position-10mm", metavar="SCENARIO", help="step that is to settle first")
+    works(parser, cluster=False)
+    computes(parser, _commission, rig=False)
+
+
+def _commission(options: argparse.Namespace, words: list[str]) -> None:
+    if not _LEAST <= options.minutes < 1000:
+        raise InputError(f"--minutes {options.minutes:g}: must be {_LEAST:g} or more, below 1000")
+    steps = [name for name, each in SCENARIOS.items() if each.signal == "position" and each.is_step]
+    if options.goal not in steps:
+        raise InputError(f"--goal {options.goal}: {nearest(options.goal, steps)}")
+    rig = load_rig(options.rig)
+    for name in ("position",):
+        if name not in rig.sensors:
+            raise InputError(f"rig {rig.name}: no {name} sensor, which its loop needs")
+    from .study import Wanted, run_commission
+
+    wanted = Wanted(rig, options.at, options.token, 60 * options.minutes, options.goal, processes(options))
+    identity = {"command": "commission", "rig": rig.table(), "at": options.at, "goal": options.goal}
+    finish_in_folder(options, words, f"commission-{rig.name}", identity, partial(run_commission, wanted))

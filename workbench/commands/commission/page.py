@@ -1,0 +1,75 @@
+"""The report of a commissioning: what each way to a controller brings on the rig itself, then what was found."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...base.signals import SIGNALS
+from ...report import Figure, Page, Section, Table
+from ..common.time_figure import run_columns, time_figure, window
+
+if TYPE_CHECKING:
+    from ..drive.study import Judged
+    from ..trace.answer import TraceAnswer
+
+_WORDS = {
+    "automatic": "no model: rules and small moves",
+    "datasheet": "tuned on the datasheet",
+    "found": "tuned on the rig as found",
+}
+
+
+def commission_page(
+    goal: str, metrics: Mapping[str, Any], judged: Sequence["Judged"], answer: "TraceAnswer"
+) -> tuple[Page, Figure]:
+    """The report and its telling figure: the goal's step by every way, as measured."""
+    figure = _figure(goal, judged)
+    seen = [["record", "for", "seconds"], [list(each.values()) for each in metrics["played"]]]
+    sections = [
+        Section("What each way brings", [_table(metrics), figure]),
+        Section("What was found", [answer.sentence]),
+        Section("What was played", [Table("", seen[0], seen[1], f"In all {metrics['rig_seconds']:.0f} s of the rig.")]),
+    ]
+    return Page("Commissioning", _verdict(goal, metrics), sections), figure
+
+
+def _verdict(goal: str, metrics: Mapping[str, Any]) -> str:
+    rows = {row["way"]: row["settling_s"] for row in metrics["rows"] if row["scenario"] == goal}
+    told = [
+        f"{_WORDS[way]}: {_seconds(pair['measured'])} (predicted {_seconds(pair['predicted'])})"
+        for way, pair in rows.items()
+    ]
+    words = f"{goal} settles, measured on the rig: {'; '.join(told)}."
+    found = ", ".join(metrics["effects"]) or "no effect"
+    words += f" The records say {metrics['verdict']}: {found}."
+    return words + (f" Playing was cut short: {metrics['ended']}." if metrics["ended"] else "")
+
+
+def _seconds(value: float | None) -> str:
+    return "never" if value is None else f"{value:.3g} s"
+
+
+def _table(metrics: Mapping[str, Any]) -> Table:
+    heads = ["way", "scenario", "settling [s], predicted", "measured", "overshoot [%], predicted", "measured"]
+    heads += ["sine error [% of RMS], predicted", "measured"]
+    lines = []
+    for row in metrics["rows"]:
+        sine = [None if value is None else 100 * value for value in row["sine_error"].values()]
+        lines.append(
+            [
+                _WORDS[row["way"]],
+                row["scenario"],
+                *row["settling_s"].values(),
+                *row["overshoot_percent"].values(),
+                *sine,
+            ]
+        )
+    return Table("", heads, lines, "Predicted: in simulation on the rig that the controller was made for.")
+
+
+def _figure(goal: str, judged: Sequence["Judged"]) -> Figure:
+    own = [each for each in judged if each.scenario.name == goal]
+    if not own:
+        return Figure("nothing was verified", "time [s]", [])
+    runs = {_WORDS[each.controller]: run_columns(each.measured.record) for each in own}
+    shown = window(own[0].scenario, [each.row["settling_s"] for each in own])
+    return time_figure(f"{goal}, measured on the rig", SIGNALS["position"], runs, ("command",), shown)

@@ -1,0 +1,87 @@
+"""Scenarios played on the rig by every way to a controller, measured beside predicted."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...control.controller_spec import ControllerSpec
+from ...link.client import LinkClient
+from ...link.course import play_course
+from ...loop.conditions import Conditions
+from ...loop.rows import linear_loops, loop_setup
+from ...loop.sampled_loop import LoopRun
+from ...loop.scenarios import SCENARIOS, Scenario
+from ...rigs.rig import Rig
+from ..common.outcome import Progress
+from ..common.wire_campaign import wire_rig
+from ..drive.study import Judged, judge_played
+
+SINE = "position-sine-5hz"
+STEPS = ("position-1mm", "position-10mm", "position-100mm")
+_WATCHED = 1.0  # s of a step
+
+
+def played_ways(
+    client: LinkClient,
+    rig: Rig,
+    ways: Mapping[str, tuple[ControllerSpec, Rig]],
+    scenarios: Sequence[str],
+    say: Progress,
+) -> tuple[list[Judged], float, str | None]:
+    """Every way's controller, predicted by its rig, in every scenario at the live rig; the seconds that took, and why
+    it was cut short, or None. The measures are the live rig's."""
+    judged, seconds, ended = list[Judged](), 0.0, None
+    for way, (spec, model) in ways.items():
+        setup = loop_setup(wire_rig(model, client))
+        loops = linear_loops(spec, setup)
+        for name in scenarios:
+            scenario = _watched(SCENARIOS[name])
+            if not _fits(scenario, rig):
+                continue
+            say(f"{way}: {name} on the rig")
+            t = np.arange(round(scenario.duration / rig.period.value) + 1) * rig.period.value
+            controller = spec.build(rig.period.value)
+            played = play_course(client, rig, controller, scenario.reference(t), rig.middle)
+            seconds += played.seconds
+            if len(played.run.rows) > 1:
+                judged.append(judge_played(Conditions(), spec.named(way), scenario, played, setup, loops))
+            if played.ended is not None:
+                ended = f"{way}, {name}: {played.ended}"
+                break
+    return judged, seconds, ended
+
+
+def table_row(each: Judged) -> dict[str, Any]:
+    """A row of commission.json."""
+    pairs = {
+        key: {"predicted": each.prediction[key], "measured": each.row[key]}
+        for key in ("settling_s", "overshoot_percent")
+    }
+    sine = {"predicted": None, "measured": None}
+    if each.scenario.frequency is not None:
+        sine = {
+            "predicted": _sine_error(each.predicted, each.scenario),
+            "measured": _sine_error(each.measured, each.scenario),
+        }
+    return {"way": each.controller, "scenario": each.scenario.name, **pairs, "sine_error": sine,
+            "stiffness": {"predicted": None, "measured": None}}  # fmt: skip
+
+
+def _watched(scenario: Scenario) -> Scenario:
+    return scenario if scenario.frequency else replace(scenario, duration=min(scenario.duration, _WATCHED))
+
+
+def _fits(scenario: Scenario, rig: Rig) -> bool:
+    return abs(scenario.size) < 0.9 * rig.limit("stroke")
+
+
+def _sine_error(run: LoopRun, scenario: Scenario) -> float | None:
+    """RMS of the error over the later half, as a share of the reference's."""
+    signals = run.record.signals
+    half = len(run.record.t) // 2
+    if run.tripped is not None or half < 10:
+        return None
+    reference = signals["reference"][half:]
+    return float(np.std(reference - signals[scenario.signal][half:]) / np.std(reference))
