@@ -148,7 +148,8 @@ def c_code(name: str, law: Coefficients) -> dict[str, str]:
 def _body(law: Coefficients) -> Iterable[str]:
     first = 0
     for i, channel in enumerate(law.channels):
-        signal = _off("reference") + f" - ({_off(law.signals[1])})" if channel.signal == "error" else _off(channel.signal)
+        error = f"{_off('reference')} - ({_off(law.signals[1])})"
+        signal = error if channel.signal == "error" else _off(channel.signal)
         part = f"filtered(&sections[{first}], &state->z[{first}], {len(channel.sections)}, {signal})"
         if channel.scale is not None:
             part = f"({part} + {channel.at_rest!r} * state->{channel.signal}0)"
