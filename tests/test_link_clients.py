@@ -1,8 +1,10 @@
 """The clients of examples/link/, written after the page on the link, close a P loop on a served rig."""
 
 import shutil
+import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +14,12 @@ from test_link_program import served, where
 from controllers.p import P
 from workbench.engine import Engine
 from workbench.linear import equilibrium
+from workbench.link import datagrams
+from workbench.link.client import LinkClient
+from workbench.link.hello import CommandRange, Hello, channels_of
 from workbench.loop.sampled_loop import run_loop
 from workbench.plant import build
+from workbench.rigs.rig_file import load_rig
 
 FOLDER = Path(__file__).parents[1] / "examples" / "link"
 GCC = shutil.which("gcc")
@@ -37,7 +43,7 @@ def moved(rig):
     """How far [mm] the workbench's own loop has moved the jack at the last sample."""
     plant = build(rig)
     law = P(P.Design(gain=GAIN), rig.period.value)
-    samples = round(SECONDS / rig.period.value)
+    samples = round(SECONDS / rig.period.value) + 1
     run = run_loop(Engine(plant), rig, law, equilibrium(plant), np.full(samples, STEP))
     return 1e3 * run.record.signals["position"][-1]
 
@@ -57,6 +63,22 @@ def test_a_client_plays_in_real_time(tmp_path, rig, client):
     with served(rig, lockstep=False) as server:
         done = subprocess.run([*command, *place(server)], check=True, capture_output=True, text=True, timeout=60)
     assert float(done.stdout.partition("moved ")[2].split()[0]) == pytest.approx(moved(rig), abs=0.5)
+
+
+def test_the_workbench_s_client_takes_the_long_hello_of_a_platform():
+    """That of six jacks with all their sensors has more bytes than anything that a client sends."""
+    names = tuple(f"leg{leg}.{name}" for leg in range(1, 7) for name in load_rig("jack-10t").sensors)
+    command = CommandRange("command", "1", -1.0, 1.0)
+    hello = Hello("six", 1e-3, True, (command,), channels_of(names), 10, {}, "off")
+    assert len(hello.text()) > datagrams.LARGEST
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
+        rig.bind(("127.0.0.1", 0))
+        answer = datagrams.datagram(datagrams.RIG, hello.text().encode())
+        answering = threading.Thread(target=lambda: rig.sendto(answer, rig.recvfrom(64)[1]))
+        answering.start()
+        with LinkClient("udp://{}:{}".format(*rig.getsockname())) as client:
+            assert client.hello.names == names
+        answering.join()
 
 
 def test_the_python_client_is_short():

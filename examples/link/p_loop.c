@@ -65,15 +65,16 @@ int main(int words, char **word)
     lockstep = strstr(hello, "\"lockstep\"") != NULL;
 
     const char *body = ask(SWITCH, "\1", 1, READING, 0);
-    double y = 0.0, start = 0.0;
+    double y, start;
+    memcpy(&start, body + 13 + 8 * place, 8);
+    y = start;
     for (uint32_t k = 1; k <= samples && !(body[0] & TRIPPED); k++) {
-        memcpy(&y, body + 13 + 8 * place, 8);
-        start = k == 1 ? y : start;
         const double command = gain * (start + step - y);
         char out[12];
         memcpy(out, &k, 4);
         memcpy(out + 4, &command, 8);
         body = ask(COMMAND, out, 12, READING, k);
+        memcpy(&y, body + 13 + 8 * place, 8);
     }
     const int tripped = body[0] & TRIPPED;
     ask(SWITCH, "\0", 1, STATE, 0);

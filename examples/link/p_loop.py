@@ -5,7 +5,6 @@ python examples/link/p_loop.py udp://127.0.0.1:PORT
 """
 
 import json
-import re
 import socket
 import struct
 import sys
@@ -14,7 +13,7 @@ MAGIC, TRIPPED = b"JBRIG\x01", 2
 HELLO, RIG, COMMAND, READING, SWITCH, STATE, REFUSAL = range(7)
 GAIN, STEP, SECONDS = 0.3, 0.01, 1.0  # 1/m, m, s
 
-host, port = re.fullmatch(r"udp://(.+):(\d+)", sys.argv[1]).groups()
+host, port = sys.argv[1].removeprefix("udp://").split(":")
 line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 line.connect((host, int(port)))
 line.settimeout(0.2)
@@ -38,16 +37,20 @@ def ask(kind: int, body: bytes, wanted: int, sequence: int | None = None) -> byt
     sys.exit("the rig does not answer")
 
 
+def position() -> float:
+    """In the last reading [m]."""
+    return struct.unpack_from(f"<{len(channels)}d", reading, 13)[channels.index("position")]
+
+
 rig = json.loads(ask(HELLO, b"", RIG))
 channels, lockstep = [channel["name"] for channel in rig["channels"]], rig["mode"] == "lockstep"
-place = channels.index("position")
-body, start = ask(SWITCH, b"\x01", READING, 0), None
+reading = ask(SWITCH, b"\x01", READING, 0)
+start = position()
 for k in range(1, round(SECONDS / rig["period_s"]) + 1):
-    if body[0] & TRIPPED:
+    command = GAIN * (start + STEP - position())
+    reading = ask(COMMAND, struct.pack("<Id", k, command), READING, k if lockstep else None)
+    if reading[0] & TRIPPED:
         sys.exit("the rig tripped")
-    position = struct.unpack_from(f"<{len(channels)}d", body, 13)[place]
-    start = position if start is None else start
-    command = GAIN * (start + STEP - position)
-    body = ask(COMMAND, struct.pack("<Id", k, command), READING, k if lockstep else None)
+moved = position() - start
 ask(SWITCH, b"\x00", STATE)
-print(f"{rig['rig']}, {rig['mode']}: moved {1e3 * (position - start):.3f} of {1e3 * STEP:g} mm in {SECONDS:g} s")
+print(f"{rig['rig']}, {rig['mode']}: moved {1e3 * moved:.3f} of {1e3 * STEP:g} mm in {SECONDS:g} s")
