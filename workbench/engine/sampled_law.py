@@ -164,6 +164,20 @@ def instant(plant: Plant, shape: LawShape) -> ca.Function:
     return ca.Function("instant", arguments, [ca.cse(ca.vertcat(now, r["others"], after, *put_out))])
 
 
+def controller_instant(shape: LawShape) -> ca.Function:
+    """(state, row, numbers) -> (state after, sent, demanded, trip): an instant of law and guard alone, whose readings
+    come from outside. A row is the reference, the added command, and the readings of `shape.read`."""
+    vectors = (shape.state, places(reference=1, added=1, readings=len(shape.read)), shape.numbers)
+    state, row, numbers = (ca.SX.sym(name, length(of)) for name, of in zip("srq", vectors, strict=True))
+    s, r, q = (parts(vector, of) for vector, of in zip((state, row, numbers), vectors, strict=True))
+    law = _law(shape, s, r, q, {name: r["readings"][i] for i, name in enumerate(shape.read)})
+    kept = {name: s[name] for name in shape.state} | {
+        "held": law["sent"], "command": law["sent"], "guard": law["guard"], "law": law["state"]
+    }  # fmt: skip
+    after = ca.vertcat(*(kept[name] for name in shape.state), law["sent"], law["demanded"], law["trip"])
+    return ca.Function("controller", [state, row, numbers], [ca.cse(after)])
+
+
 def _readings(shape: LawShape, signals: Parts, r: Parts, q: Parts) -> Parts:
     """What the sensors say that law or guard reads."""
     if not shape.noisy:
@@ -238,6 +252,32 @@ def compile_law(plant: Plant, shape: InstantShape) -> SampledLaw:
         write = partial(_module, graph, plant, shape, width, fused)
         addresses += object_cache.functions(key, write, ("sample",))
     return SampledLaw(*addresses)
+
+
+def compile_controller(shape: LawShape) -> int:
+    """Address of the machine code `controller(law, row, numbers, out)` of a law and its guard: the state at `law`
+    changes in place, `out` gets the command sent, the one demanded, and the trip.
+
+    Raises OSError or RuntimeError where this machine cannot compile.
+    """
+    graph, fused = controller_instant(shape), object_cache.fused()
+    key = ("controller", graph.serialize(), str(fused), str(shape))
+    return object_cache.functions(key, partial(_controller_module, graph, shape, fused), ("controller",))[0]
+
+
+def _controller_module(graph: ca.Function, shape: LawShape, fused: bool) -> str:
+    """IR of `controller`."""
+    tape, code, states = divide_less(read(graph), {2}), Code(1, fused), length(shape.state)
+    sources: dict[int, Callable[[int], str]] = {
+        argument: (lambda e, name=name: f"ptr %{name}, i64 {e}")
+        for argument, name in enumerate(("law", "row", "numbers"))
+    }
+    values = emit(code, tape, [node for _, node in tape.results], gathered_inputs(code, tape, sources))
+    for element, node in tape.results:
+        target = f"ptr %law, i64 {element}" if element < states else f"ptr %out, i64 {element - states}"
+        code.write(f"store double {values[node]}, ptr {code.do(f'getelementptr double, {target}')}")
+    head = "define void @controller(ptr %law, ptr %row, ptr %numbers, ptr %out) nounwind {"
+    return "\n".join([head, "entry:", *code.lines, "  ret void", "}", *sorted(code.declared)])
 
 
 def _module(graph: ca.Function, plant: Plant, shape: InstantShape, width: int, fused: bool) -> str:

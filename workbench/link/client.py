@@ -4,6 +4,7 @@ import re
 import socket
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 
 from ..base.errors import InputError
 from . import datagrams
@@ -25,9 +26,10 @@ class LinkClient:
 
     def __init__(self, at: str, token: str = "") -> None:
         self.at = at
+        place = _place(at)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
-            self._socket.connect(_place(at))
+            self._socket.connect(place)
         except OSError as error:
             self._socket.close()
             raise InputError(f"--at {at}: {error.strerror or error}; check host and port") from None
@@ -64,6 +66,11 @@ class LinkClient:
             if reading is None and self.hello.lockstep:
                 self._send(datagrams.datagram(datagrams.SWITCH, bytes([datagrams.ON])))
         raise LinkLost("no reading came after the rig was switched on")
+
+    def off(self) -> None:
+        """Switch it off; a rig that no longer answers has its watchdog."""
+        with suppress(LinkLost):
+            self.switch(datagrams.OFF)
 
     def exchange(self, values: Sequence[float]) -> Reading:
         """Send a command; the next reading. In lockstep what was lost is asked for again. Raises LinkLost."""

@@ -14,7 +14,7 @@ MAGIC = b"JBRIG\x01"
 HELLO, RIG, COMMAND, READING, SWITCH, STATE, REFUSAL = range(7)
 OFF, ON, RESET = range(3)  # what a switch asks for
 STATES = ("off", "on", "tripped")
-LARGEST = 2048  # bytes of a datagram that is looked at
+LARGEST = 65507  # bytes of a datagram
 _HEAD = len(MAGIC) + 1
 _COMMAND, _READING = struct.Struct("<I"), struct.Struct("<BIQ")
 

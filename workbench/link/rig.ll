@@ -584,7 +584,7 @@ refill:
   ret i64 2
 }
 
-; A datagram that came in real time: 1 where Python has to see it, at most one in a period.
+; A datagram that came in real time: 1 where Python has to see it; of strangers at most one in a period.
 define internal i64 @heard(ptr %job, i64 %now) nounwind {
 entry:
   %what = call i64 @judge(ptr %job)
@@ -611,6 +611,17 @@ take:
   set arrived, %now
   ret i64 0
 python:
+  %address = get address
+  %own = get owner
+  %length = get owner_length
+  %differ = call i32 @memcmp(ptr %address, ptr %own, i64 %length)
+  %same = icmp eq i32 %differ, 0
+  %some = icmp sgt i64 %length, 0
+  %owner = and i1 %same, %some
+  br i1 %owner, label %matter, label %stranger
+matter:
+  ret i64 1
+stranger:
   %period = get periods
   %asked = get asked
   %twice = icmp eq i64 %period, %asked

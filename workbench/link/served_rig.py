@@ -12,11 +12,13 @@ from . import datagrams
 from .bench import Bench
 from .machine_code import LinkJob, RigCode, rig_code, set_addresses
 
+_PACKET = 2048  # bytes of a datagram that is looked at, as rig.ll has it
 _ROWS = 256  # readings whose noise is drawn ahead
 _JITTER_BINS, _AGE_BINS = 20_000, 200_000  # microseconds
 _WATCHDOG = 0.05  # s without a command, and at least
 _LEAST_WATCHDOG = 10  # periods
 _RUN_OUT = 1.0  # s that a rig in lockstep runs on after it was switched off
+_FURTHER = 0.005  # of a limit, by which a rig that stands beyond it may go on
 OFF, ON, TRIPPED = range(3)
 
 
@@ -102,6 +104,7 @@ class ServedRig:
         job.normal_row = job.normal_rows
         self.draw_noise()
         self.code.sample(self.address)
+        self._let_back()
         job.sequence = job.tick = job.flags = job.silent = job.fresh = job.overtaken = 0
         job.state = ON
         self.code.sample(self.address)
@@ -121,6 +124,14 @@ class ServedRig:
         rest = self.bench.rest(self.x)
         self.put_at(rest.x, rest.u)
         self.job.trip, self.job.state = 0, OFF
+
+    def _let_back(self) -> None:
+        """A rig that stands beyond a limit may be on there, and no further: it has to get back."""
+        away = np.array(
+            [abs(self.outputs[self.bench.plant.output(each.signal)] - each.middle) for each in self.bench.limits]
+        )
+        size = np.array([each.size for each in self.bench.limits])
+        self._arrays["limit_size"][:] = np.where(away > size, away + _FURTHER * size, size)
 
     def draw_noise(self) -> None:
         """Normal numbers for the readings to come, those that are left first."""
@@ -159,7 +170,7 @@ class ServedRig:
             "valve_open": np.array([plant.p[place] for place in valve]),
             "valve_leak": np.full(m, shut.leak.value if shut else 0.0),
             "valve_time": np.full(m, shut.closing_time.value if shut else 1.0),
-            "packet": np.zeros(datagrams.LARGEST, np.uint8),
+            "packet": np.zeros(_PACKET, np.uint8),
             "address": np.zeros(128, np.uint8),
             "owner": np.zeros(128, np.uint8),
             "reading": np.frombuffer(bytearray(datagrams.reading(datagrams.Reading(0, 0, 0, (0.0,) * c))), np.uint8),

@@ -174,7 +174,7 @@ class FaultyLoop(SampledLoop):
         self._normal = draws(0 if seed is None else seed, 1)
         faulty = cast(Controller, _Faulty(controller, self._changed))
         super().__init__(engine, rig, faulty, start, seed, compiled=False)
-        self._name = type(innermost(controller)).__name__
+        self._guarded.name = type(innermost(controller)).__name__
 
     def _measure(self) -> Signals:
         signals = super()._measure()

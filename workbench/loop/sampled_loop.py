@@ -2,23 +2,18 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import isfinite, nan
-from numbers import Real
 from time import perf_counter_ns
-from typing import Any
 
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.units import from_si
-from ..control.around import innermost
 from ..control.protocol import Controller, fallbacks, preview, sampled_law
 from ..engine import DelayLine, Engine
 from ..linear import Equilibrium
 from ..records import Record
 from ..rigs.rig import Rig
 from .compiled_loop import CompiledLoop
-from .guard import Guard
+from .guarded_controller import GuardedController
 from .sensors import Sensors, check_sensors
 
 SIMULATION_FAILED = "the simulation failed"
@@ -61,20 +56,17 @@ class SampledLoop:
     ) -> None:
         self._engine, self._period, self._controller = engine, rig.period.value, controller
         self._sensors = Sensors(rig, engine.plant.outputs, seed)
-        self._guard = Guard(rig, controller.measures, self._sensors.noisy)
+        self._guarded = GuardedController(rig, controller, self._sensors.noisy, self._now)
+        self._guard = self._guarded.guard
         self._x, self._held = start.x.copy(), start.u.copy()
         self._line = DelayLine(engine.plant.lateness(), self._period, float(start.u[0]), engine.plant.interpolated)
-        self._samples, self._started = 0, False
-        self._failure: str | None = None
+        self._samples = 0
         self._shut_off, self._closing = rig.shut_off, 0
         self._p: np.ndarray | None = None  # parameters of the plant while a shut-off valve closes
-        self._deadline = rig.deadline
-        self._name = type(innermost(controller)).__name__
         check_sensors(rig, controller.measures)
         measured = self._measure()
-        self._guard.reset(float(self._held[0]))
+        self._guarded.reset(measured, float(self._held[0]))
         reference = measured[controller.measures[0]]
-        self._told("reset", reference, measured, float(self._held[0]))
         law = sampled_law(controller) if compiled and engine.back_end == "compiled" and rig.shut_off is None else None
         self.compiled = law and CompiledLoop(
             engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
@@ -107,7 +99,8 @@ class SampledLoop:
         for k, (setpoint, more) in enumerate(samples):
             x[k] = self._x
             self._held[1:] = u[k, 1:]
-            command, demanded[k], spent[k] = self._sample(setpoint, more, known[k : k + ahead + 1] if ahead else None)
+            future = known[k : k + ahead + 1] if ahead else None
+            command, demanded[k], spent[k] = self._guarded.sample(self._measure(), setpoint, more, future)
             arriving = self._send(command)
             self._shut()
             sent[k], u[k, 0] = command, arriving[0][0]
@@ -130,66 +123,9 @@ class SampledLoop:
     def _measure(self) -> dict[str, float]:
         return self._sensors.read(self._engine.observe(self._x, self._held, self._p))
 
-    def _sample(self, reference: float, added: float, future: np.ndarray | None) -> tuple[float, float, float]:
-        """One sampling instant: the command that is sent to the drive now, what was demanded with `added`, and how long
-        the controller took [us], 0 after a trip. `future` is the reference from now on, where it is known ahead."""
-        measured = self._measure()
-        self._guard.watch(measured, reference)
-        if self._guard.tripped is not None:
-            return self._guard.limit(Guard.safe), Guard.safe, 0.0
-        began = self._now()
-        demanded = self._demanded(reference, measured, future) + added
-        computed = self._now()
-        if self._is_late((computed - began) * 1e-9):
-            demanded = nan
-        sent = self._guard.limit(demanded, self._failure)
-        limited = self._now()
-        if self._guard.tripped is None:
-            self._told("update", sent - added)
-            self._started = True
-        return sent, demanded, (self._now() - began - limited + computed) / 1e3
-
     def _now(self) -> int:
         """Time [ns] by which controllers are measured."""
         return perf_counter_ns()
-
-    def _is_late(self, spent: float) -> bool:
-        """Whether a controller that computed for `spent` [s] missed the rig's deadline; it has failed then."""
-        limit = self._deadline
-        if not self._started or limit is None or spent <= limit.value:
-            return False
-        took = float(from_si(spent, limit.unit, limit.si))
-        late = f"the controller missed its deadline of {limit.shown:g} {limit.unit}: it took {took:.3g}"
-        self._failure = self._failure or late
-        return True
-
-    def _demanded(self, reference: float, measured: Mapping[str, float], future: np.ndarray | None) -> float:
-        """What the controller computes. Raises InputError for one that fails, returns what is no number, or starts with
-        one that is not finite; later any of these trips the guard."""
-        if future is not None:
-            self._told("set_preview", future)
-        demanded = self._told("compute", reference, measured)
-        if self._failure:
-            return nan
-        if isinstance(demanded, Real) and (self._started or isfinite(demanded)):
-            return float(demanded)
-        what = f"{demanded} at the start" if isinstance(demanded, Real) else f"{type(demanded).__name__}, no number"
-        self._fail(f"{self._name}.compute: returns {what}", "return the command, -1 to 1")
-        return nan
-
-    def _told(self, method: str, *arguments: Any) -> Any:
-        """A method of the controller, None where it fails."""
-        try:
-            return getattr(self._controller, method)(*arguments)
-        except Exception as error:
-            self._fail(f"{self._name}.{method}: {type(error).__name__}: {error}", "mend the controller", error)
-            return None
-
-    def _fail(self, what: str, advice: str, cause: Exception | None = None) -> None:
-        """The controller failed: at the start an InputError, later a reason to trip."""
-        if not self._started:
-            raise InputError(f"{what}; {advice}") from cause
-        self._failure = self._failure or what
 
     def _send(self, command: float) -> tuple[tuple[float, float], ...]:
         """What arrives at the drive in this period, and for what share of it, where a command is sent now."""

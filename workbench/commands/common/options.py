@@ -77,6 +77,12 @@ def jobs(options: argparse.Namespace) -> "Jobs":
     return cluster_at(options.cluster)
 
 
+def on_link(command: argparse.ArgumentParser, required: bool) -> None:
+    """Where a live rig is."""
+    command.add_argument("--at", required=required, metavar="udp://HOST:PORT", help="where a live rig answers")
+    command.add_argument("--token", default="", help="what the rig wants to hear in a hello")
+
+
 def finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> Outcome:
     """Compute in DIR.partial, then rename it."""
     return finish_in_folder(options, words, name, identity, lambda run, progress: study(run.stage, progress))

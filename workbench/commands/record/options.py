@@ -1,10 +1,10 @@
-"""`jackbench record RIG`: plays excitations on a rig in simulation and leaves a campaign folder."""
+"""`jackbench record RIG`: plays excitations on a rig, in simulation or live, and leaves a campaign folder."""
 
 import argparse
 from functools import partial
 from pathlib import Path
 
-from ..common.options import computes, finish
+from ..common.options import computes, finish, on_link
 from .config import identity, plan
 
 
@@ -15,11 +15,19 @@ def options(parser: argparse.ArgumentParser) -> None:
         "--play", type=Path, nargs="+", default=[], metavar="FILE", help="excitations; the last is held out"
     )
     parser.add_argument("--seed", type=int, default=0, help="of the sensor noise (default: 0)")
+    on_link(parser, required=False)
     computes(parser, _record, rig=False)
 
 
 def _record(options: argparse.Namespace, words: list[str]) -> None:
     planned = plan(options.rig, options.play, options.seed)
+    if options.at is not None:
+        from .live import run_live
+
+        whole = {"command": "record", "rig": planned.rig.table(), "at": options.at, **identity(planned)}
+        study = partial(run_live, planned, options.at, options.token)
+        finish(options, words, f"record-{planned.rig.name}", whole, study)
+        return
     from .study import run_record
 
     whole = {"command": "record", "rig": planned.rig.table(), **identity(planned)}

@@ -61,7 +61,7 @@ def run_record(plan: Plan, stage: Stage, progress: Progress) -> Outcome:
     files = _files(plan, rows, records, played)
 
     def draw() -> tuple[Page, Figure]:
-        return _page(plan, ready, rows, records), _figure(records[-1])
+        return _page(plan, ready, rows, records), recorded_figure(records[-1])
 
     return Outcome(metrics, draw, files=files, subject=Subject(plan.rig))
 
@@ -231,11 +231,16 @@ def _page(plan: Plan, drive: DriveSimulation, rows: list[dict[str, Any]], record
             f"Recorded with {names}. rig.toml, which campaign.toml names, is without; truth.toml is as simulated."
         )
     verdict = f"{len(rows)} simulated records of {plan.rig.name}, seed {plan.seed}; {rows[-1]['record']} is held out."
-    sections = [Section("Records", [table, *notes]), Section("Signals", [_figure(record) for record in records])]
+    sections = [
+        Section("Records", [table, *notes]),
+        Section("Signals", [recorded_figure(record) for record in records]),
+    ]
     return Page(f"Recordings of {plan.rig.name}", verdict, sections)
 
 
-def _figure(record: Record) -> Figure:
+def recorded_figure(record: Record) -> Figure:
+    """All signals of a record."""
+
     def shown(name: str) -> np.ndarray:
         return from_si(record.signals[name], SIGNALS[name].unit, SIGNALS[name].si)
 

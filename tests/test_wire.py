@@ -1,0 +1,263 @@
+"""serve, drive and record at a rig behind a wire: what they leave, and what a rig with hidden effects does."""
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_links import Stranger, at, jack_bench, served
+
+from controllers.p import P
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.commands.common.step_experiment import load_steps
+from workbench.engine import Engine
+from workbench.linear import equilibrium
+from workbench.link import datagrams
+from workbench.link.bench import bench
+from workbench.link.client import LinkClient
+from workbench.link.wire_loop import WireLoop
+from workbench.loop.guarded_controller import GuardedController
+from workbench.loop.sampled_loop import SampledLoop
+from workbench.plant import build
+from workbench.records.campaign import load_campaign
+from workbench.rigs.rig_file import load_rig, read_effects
+
+TUNED = load_steps("experiments/position_tuned.toml")
+RIG = TUNED.rig
+STEP = np.full(200, 1e-3)
+HIDDEN = """
+[[effects]]
+name = "jack.friction"
+Fc = {value = 0.4, unit = "kN"}
+"""
+
+
+@pytest.mark.parametrize("spec", TUNED.controllers, ids=lambda spec: spec.name)
+def test_every_law_at_a_rig_in_lockstep_is_its_simulation(spec):
+    with served(jack_bench(ideal=True)) as server, LinkClient(at(server)) as client:
+        loop = WireLoop(client, RIG, spec.build(RIG.period.value), noisy=False)
+        run = loop.run(STEP)
+        loop.end()
+    plant = build(RIG)
+    wanted = SampledLoop(Engine(plant), RIG, spec.build(RIG.period.value), equilibrium(plant), compiled=False).run(STEP)
+    for name in ("position", "pa", "command"):
+        scale = np.abs(wanted.record.signals[name]).max()
+        np.testing.assert_allclose(run.record.signals[name], wanted.record.signals[name], atol=1e-11 * scale, rtol=0)
+    assert (run.ended, run.late) == (None, 0)
+
+
+def test_a_compiled_law_and_guard_are_those_in_python():
+    spec = next(spec for spec in TUNED.controllers if spec.name == "p-dp")
+    random, signals = np.random.default_rng(1), ("pa", "pb", "position", "spool", "supply")
+    from workbench.loop.compiled_controller import controller_on
+
+    compiled = controller_on(RIG, spec.build(RIG.period.value), signals, noisy=True)
+    plain = GuardedController(RIG, spec.build(RIG.period.value), noisy=True)
+    still = {"pa": 1e7, "pb": 1e7, "position": 0.0, "spool": 0.0, "supply": 2.1e7}
+    for each in (compiled, plain):
+        each.reset(still, 0.0)
+    for k in range(300):
+        noisy = {
+            name: value + random.normal() * (2e4 if name in ("pa", "pb", "supply") else 2e-5)
+            for name, value in still.items()
+        }
+        added = np.nan if k == 200 else 0.0  # what is no number trips both
+        a, b = (each.sample(noisy, 1e-3, added)[0] for each in (compiled, plain))
+        assert a == pytest.approx(b, abs=1e-12)
+    assert compiled.tripped == plain.tripped is not None
+
+
+class Cut(P):
+    """Raises after so many samples, as Ctrl-C would."""
+
+    samples = 0
+
+    def compute(self, reference, measurement):
+        self.samples += 1
+        if self.samples > 50:
+            raise KeyboardInterrupt
+        return super().compute(reference, measurement)
+
+
+def test_an_interrupted_loop_goes_to_zero_by_the_guards_ramp_and_keeps_its_record():
+    with served(jack_bench()) as server, LinkClient(at(server)) as client:
+        loop = WireLoop(client, RIG, Cut(P.Design(gain=10.0), RIG.period.value))
+        run = loop.run(np.full(400, 0.02))
+        loop.end()
+        assert server.rig.state == "off"
+    assert run.ended == "interrupted"
+    command = run.record.signals["command"]
+    assert len(command) > 50
+    assert np.abs(np.diff(command)).max() <= RIG.limit("command_rate") * RIG.period.value + 1e-12
+    assert command[-1] == 0
+
+
+def test_a_trip_of_the_rig_and_a_lost_link_end_a_loop_with_its_record():
+    with served(jack_bench()) as server, LinkClient(at(server)) as client:
+        loop = WireLoop(client, RIG, P(P.Design(gain=2.0), RIG.period.value))
+        loop.run(np.zeros(20))
+        server.rig.job.state, server.rig.job.trip = 2, 1
+        run = loop.run(np.zeros(50))
+        assert run.ended == "the rig has tripped"
+        server.wish(datagrams.RESET)
+        again = WireLoop(client, RIG, P(P.Design(gain=2.0), RIG.period.value))
+        server.stop()
+        time.sleep(0.3)
+        lost = again.run(np.zeros(50))
+    assert "no answer" in lost.ended
+    assert len(lost.record.t) >= 1
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory):
+    """A rig that rubs behind the wire, driven by the experiment of the rig that does not, and the same in simulation."""
+    folder = tmp_path_factory.mktemp("driven")
+    (folder / "hidden.toml").write_text(HIDDEN)
+    rubs = replace(RIG, effects=read_effects(folder / "hidden.toml"))
+    with served(bench(rubs, True)) as server:
+        words = ["drive", "experiments/position_tuned.toml", "--controller", "p-dp-shaped", "--at", at(server)]
+        assert main([*words, "--out", str(folder / "drive")]) == 0
+        assert server.rig.state == "off"
+    (folder / "rubs.toml").write_text(_text(rubs))
+    words = ["run", "experiments/position_tuned.toml", "--rig", str(folder / "rubs.toml")]
+    return folder, json.loads((folder / "drive/metrics.json").read_text())
+
+
+def _text(rig):
+    from workbench.rigs.rig_file import rig_text
+
+    return rig_text(replace(rig, name="rubs"))
+
+
+def test_a_hidden_effect_settles_as_the_loop_in_simulation_on_that_rig(driven):
+    folder, metrics = driven
+    rubs = load_rig(folder / "rubs.toml")
+    from workbench.loop.rig_variations import with_delay
+    from workbench.loop.rows import judge, linear_loops, loop_setup
+
+    spec = next(spec for spec in TUNED.controllers if spec.name == "p-dp-shaped")
+    setup = loop_setup(with_delay(rubs, rubs.computing_delay.value))
+    loops = linear_loops(spec, setup)
+    rows = {row["scenario"]: row for row in metrics["rows"]}
+    assert metrics["ended"] is None
+    assert metrics["left_out"] == ["position-load-20kn"]
+    for scenario in TUNED.scenarios:
+        if scenario.name in ("position-10mm", "position-100mm"):
+            _, want = judge(spec, scenario, setup, loops, 0)
+            assert rows[scenario.name]["settling_s"] == pytest.approx(want["settling_s"], abs=0.01)
+            assert rows[scenario.name]["overshoot_percent"] == pytest.approx(want["overshoot_percent"], abs=1.0)
+
+
+def test_what_was_driven_is_a_campaign_that_shows_the_effect(driven, tmp_path):
+    folder, _ = driven
+    campaign = load_campaign(folder / "drive")
+    assert {record.name for record in campaign.heldout}
+    assert main(["residual", str(folder / "drive"), "--out", str(tmp_path / "residual")]) == 0
+    assert json.loads((tmp_path / "residual/metrics.json").read_text())["chi2"] > 1.5
+
+
+def test_a_recorded_live_rig_is_explained_by_its_own_file(tmp_path):
+    (tmp_path / "play.csv").write_text(
+        "t [s],command [1]\n" + "".join(f"{k / 1000:.3f},{0.05 * (k // 200 % 2)}\n" for k in range(1200)) + "1.2,0\n"
+    )
+    with served(jack_bench()) as server:
+        words = ["record", "jack-10t", "--at", at(server), "--play", str(tmp_path / "play.csv")]
+        assert main([*words, "--out", str(tmp_path / "records")]) == 0
+    assert main(["residual", str(tmp_path / "records"), "--out", str(tmp_path / "residual")]) == 0
+    assert json.loads((tmp_path / "residual/metrics.json").read_text())["chi2"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_serve_prints_where_it_is_first_and_leaves_its_figures(tmp_path):
+    words = [sys.executable, "-m", "workbench.cli", "serve", "jack-10t", "--realtime", "--out", str(tmp_path / "out")]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout and process.stderr
+        first = process.stdout.readline().strip()
+        assert first.startswith("udp://127.0.0.1:")
+        with LinkClient(first) as client:
+            reading = client.on()
+            for _ in range(100):
+                reading = client.exchange((0.0,))
+            client.off()
+        process.send_signal(signal.SIGTERM)
+        process.wait(20)
+        errors = process.stderr.read()
+    assert process.returncode == 0, errors
+    metrics = json.loads((tmp_path / "out/metrics.json").read_text())
+    assert metrics["periods"] >= 100
+    assert metrics["jitter_us"]["p50"] is not None
+    assert metrics["age_us"]["worst"] >= 0
+    assert 0 < metrics["core_load"] < 1
+    assert (metrics["dropped"], metrics["trips"]) == (0, 0)
+    assert (tmp_path / "out/report.html").is_file()
+    assert "its page: http://127.0.0.1:" in errors
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["serve", "jack-10t", "--rate", "9000"], "at most 5000 Hz in real time"),
+        (["serve", "jack-10t", "--rate", "-1"], "must be above 0"),
+        (["serve", "jack-10t", "--port", "99999"], "--port 99999"),
+        (["serve", "jack-10t", "--bind", "0.0.0.0"], "give it a --token"),
+        (["serve", "jack-10t", "--effects", "nowhere.toml"], "nowhere.toml"),
+        (["serve", "hexapod", "--force", "1e7 N/m"], "serve a rig"),
+        (["serve", "jack-10t", "--force", "7 apples"], "apples"),
+        (["serve", "nothing"], "nothing"),
+        (["drive", "first_loop", "--at", "tcp://x:1"], "write udp://HOST:PORT"),
+        (["drive", "first_loop", "--at", "udp://127.0.0.1:9"], "no rig answers there"),
+        (["drive", "first_loop", "--at", "udp://127.0.0.1:9", "--controller", "q"], "--controller q"),
+        (["record", "jack-10t", "--at", "udp://127.0.0.1:9"], "no rig answers there"),
+    ],
+)
+def test_bad_input_is_one_line(words, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("workbench.link.client._TRIES", 2)
+    assert main([*words, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err.splitlines()
+    assert message in error[-1]
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_rig_of_another_period_or_without_a_channel_is_refused():
+    slow = replace(RIG, period=replace(RIG.period, value=2e-3))
+    blind = replace(RIG, sensors={name: s for name, s in RIG.sensors.items() if name != "position"})
+    for other, message in ((slow, "500 Hz"), (blind, "no channel position")):
+        with served(bench(other, True)) as server, LinkClient(at(server)) as client:
+            with pytest.raises(InputError, match=message):
+                WireLoop(client, RIG, P(P.Design(gain=2.0), RIG.period.value))
+            assert server.rig.state == "off"
+
+
+def test_a_flood_makes_a_rig_in_real_time_drop_and_not_stand_still():
+    """Fifty thousand datagrams a second for a second, from another client."""
+    with served(jack_bench(computes=False), lockstep=False) as server, Stranger(server) as client:
+        client.greet()
+        client.switch(1)
+        stop = threading.Event()
+
+        def flood():
+            with Stranger(server) as other:
+                while not stop.is_set():
+                    for _ in range(50):
+                        other.socket.send(b"JBRIG\x02flood")
+                    time.sleep(0.001)
+
+        thread = threading.Thread(target=flood)
+        thread.start()
+        begun, first = time.monotonic(), client.reading()[2]
+        sequence = 0
+        while time.monotonic() - begun < 1.0:
+            sequence += 1
+            client.command(sequence, 0.0)
+            status, applied, tick, _ = client.reading()
+        stop.set()
+        thread.join()
+        lasted = time.monotonic() - begun
+        assert tick - first > 0.9 * lasted / RIG.period.value - 50
+        assert applied > 100
+        assert server.rig.job.dropped > 1000

@@ -1,0 +1,33 @@
+"""Recordings of a live rig as a campaign folder."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from ...base.toml_text import toml_text
+from ...link.client import LinkClient
+from ...link.wire_loop import acts_after
+from ...loop.rig_variations import with_delay
+from ...records import Record
+from ...records.frequency_sheet import table_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import rig_text
+
+OWN = "rig.toml"
+
+
+def wire_rig(rig: Rig, client: LinkClient) -> Rig:
+    """The rig whose commands act as late as they do behind the link: they answer a reading that was taken before."""
+    delay = acts_after(client.hello.period, client.hello.lockstep, rig.computing_delay.value)
+    return with_delay(rig, delay)
+
+
+def wire_campaign(rig: Rig, static: Record, records: Mapping[str, Record], heldout: Sequence[str]) -> dict[str, str]:
+    """Its files by name: `rig` is as late as its commands, `records` by name but for `static` are train or held out."""
+    roles = {
+        "static": ["static.csv"],
+        "train": [f"{name}.csv" for name in records if name not in heldout],
+        "heldout": [f"{name}.csv" for name in heldout],
+    }
+    files = {"campaign.toml": toml_text({"rig": OWN, "records": roles}), OWN: rig_text(replace(rig, name="rig"))}
+    both = {"static": static, **records}
+    return files | {f"{name}.csv": table_text({"t": each.t, **each.signals}) for name, each in both.items()}

@@ -1,0 +1,62 @@
+"""The report of a drive: measured beside predicted, scenario by scenario."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...report import Figure, Page, Section, Table
+from ..common.step_experiment import StepConfig
+from ..common.time_figure import run_columns, time_figure, window, window_words
+
+if TYPE_CHECKING:
+    from .study import Judged
+
+_FIGURES = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", "peak_command": "peak command [1]"}
+
+
+def drive_page(config: StepConfig, metrics: Mapping[str, Any], judged: Sequence["Judged"]) -> tuple[Page, Figure]:
+    """The report and its telling figure, an empty one where nothing was played."""
+    figures = [_figure(config, each) for each in judged]
+    sections = [Section("Measured and predicted", [_table(judged)]), Section("Time responses", figures)]
+    page = Page(f"{config.signal.name.capitalize()} loops at {metrics['rig']}", _verdict(metrics, judged), sections)
+    return page, figures[0] if figures else Figure("nothing was played", "time [s]", [])
+
+
+def _verdict(metrics: Mapping[str, Any], judged: Sequence["Judged"]) -> str:
+    words = f"{len(judged)} scenarios were played at {metrics['rig']}."
+    if judged:
+        first = judged[0]
+        here, there = (_seconds(row["settling_s"]) for row in (first.row, first.prediction))
+        words += f" {first.scenario.name} under {first.controller} settles in {here}; predicted: {there}."
+    if metrics["late"]:
+        words += f" {metrics['late']} readings were lost or late."
+    if metrics["ended"]:
+        words += f" Playing was cut short: {metrics['ended']}."
+    if metrics["left_out"]:
+        words += f" Left out, as a command alone cannot play them: {', '.join(metrics['left_out'])}."
+    return words
+
+
+def _seconds(value: float | None) -> str:
+    return "never" if value is None else f"{value:.3g} s"
+
+
+def _table(judged: Sequence["Judged"]) -> Table:
+    heads = ["scenario", "controller"]
+    heads += [f"{head}, {what}" for head in _FIGURES.values() for what in ("measured", "predicted")]
+    rows = [
+        [each.scenario.name, each.controller]
+        + [row[key] for key in _FIGURES for row in (each.row, each.prediction)]
+        for each in judged
+    ]  # fmt: skip
+    note = (
+        "Measured: what the rig's sensors read, its settling and overshoot from a running mean over 8 ms. Predicted: "
+    )
+    note += "the experiment's rig in simulation, with the delay of the link."
+    return Table("", heads, rows, note)
+
+
+def _figure(config: StepConfig, each: "Judged") -> Figure:
+    runs = {"measured": run_columns(each.measured.record), "predicted": run_columns(each.predicted.record)}
+    shown = window(each.scenario, [each.row["settling_s"], each.prediction["settling_s"]])
+    title = f"{each.scenario.name}, {each.controller}"
+    return time_figure(title, config.signal, runs, ("command", "pa"), shown, window_words(shown, each.scenario))

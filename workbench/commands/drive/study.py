@@ -1,0 +1,145 @@
+"""Controllers of an experiment at a live rig: its scenarios played, judged as `run` judges them, and recorded."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...control.controller_spec import ControllerSpec
+from ...control.export.sections import identifier
+from ...link.client import LinkClient, LinkLost
+from ...link.course import Played, play_course, rest_record
+from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup, row
+from ...loop.sampled_loop import LoopRun
+from ...loop.scenarios import Scenario
+from ...records import Record
+from ..common.design_numbers import Subject
+from ..common.outcome import Outcome, Progress, Stage
+from ..common.step_experiment import StepConfig
+from ..common.wire_campaign import wire_campaign, wire_rig
+from .page import drive_page
+
+_AVERAGED = 8e-3  # s
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A controller in a scenario at the rig and in simulation: runs and rows."""
+
+    controller: str
+    scenario: Scenario
+    measured: LoopRun
+    predicted: LoopRun
+    row: Mapping[str, Any]
+    prediction: Mapping[str, Any]
+
+
+def run_drive(config: StepConfig, at: str, token: str, stage: Stage, progress: Progress) -> Outcome:
+    """`rows` as of `run`, measured at the rig; `predicted`, the same of the experiment's rig in simulation; `late`
+    readings; `ended`, why playing stopped before its end, or None; `left_out`, scenarios that need more than a command.
+    """
+    with LinkClient(at, token) as client:
+        progress(f"{client.hello.rig} at {at}, {'lockstep' if client.hello.lockstep else 'real time'}")
+        rig, static = wire_rig(config.rig, client), rest_record(client)
+        played = list(_played(config, client, progress))
+        name = client.hello.rig
+    setup = loop_setup(rig)
+    loops = {spec.name: linear_loops(spec, setup) for spec in config.controllers}
+    judged = [_judged(config, spec, scenario, each, setup, loops[spec.name]) for spec, scenario, each in played]
+    metrics = {
+        "rig": name,
+        "rows": [{**each.row, "rig": name} for each in judged],
+        "predicted": [each.prediction for each in judged],
+        "late": sum(each.run.late for *_, each in played),
+        "ended": next((each.ended for *_, each in played if each.ended), None),
+        "left_out": [scenario.name for scenario in config.scenarios if not _only_command(scenario)],
+    }
+    records = _records(played)
+    heldout = list(records)[-2:-1] if len(records) > 1 else list(records)
+    files = wire_campaign(rig, static, records, heldout)
+    tables = {
+        f"step-{each.controller}-{each.scenario.name}": {
+            "t [s]": each.measured.record.t,
+            "demanded [1]": each.measured.demanded,
+            **each.measured.record.signals,
+        }
+        for each in judged
+    }
+    subject = Subject(config.rig, config.controllers)
+    return Outcome(metrics, lambda: drive_page(config, metrics, judged), tables, files, subject)
+
+
+def _played(
+    config: StepConfig, client: LinkClient, progress: Progress
+) -> Iterator[tuple[ControllerSpec, Scenario, Played]]:
+    """Every controller in every scenario that a command alone can play, until one is cut short."""
+    period, home = config.rig.period.value, None
+    for spec in config.controllers:
+        for scenario in filter(_only_command, config.scenarios):
+            progress(f"{spec.name}: {scenario.name}")
+            t = np.arange(round(scenario.duration / period) + 1) * period
+            controller = spec.build(period)
+            home = _level(client, controller.measures[0]) if home is None else home
+            start = _start(config, scenario, home)
+            try:
+                each = play_course(
+                    client, config.rig, controller, scenario.reference(t), start, noisy=not config.conditions.ideal
+                )
+            except LinkLost as error:
+                progress(f"the link is lost: {error}")
+                return
+            if len(each.run.rows) > 1:
+                yield spec, scenario, each
+            if each.ended is not None:
+                progress(f"stopped: {each.ended}")
+                return
+
+
+def _level(client: LinkClient, signal: str) -> float:
+    """Where a signal stands now."""
+    value = client.on().values[client.hello.names.index(signal)]
+    client.off()
+    return value
+
+
+def _start(config: StepConfig, scenario: Scenario, home: float) -> float:
+    """Where a scenario starts: where it says, else where the rig stood at first."""
+    position = scenario.position(config.rig.limit("stroke"))
+    return config.rig.middle + position if position and config.signal.name == "position" else home
+
+
+def _only_command(scenario: Scenario) -> bool:
+    """Whether nothing but the jack moves: no far end, no load."""
+    return not (scenario.travel or scenario.load)
+
+
+def _judged(
+    config: StepConfig, spec: ControllerSpec, scenario: Scenario, played: Played, setup: LoopSetup, loops: LinearLoops
+) -> Judged:
+    record = played.run.record
+    run = LoopRun(record, played.run.demanded, played.ended)
+    values = _averaged(record.signals[scenario.signal], config.rig.period.value)
+    values[0] = played.level
+    calm = replace(run, record=Record("wire", record.t, {**record.signals, scenario.signal: values}))
+    own = row(spec, scenario, setup, calm, loops, calm) | {"residual_oscillation": None}  # noise would pass for hunting
+    predicted, prediction = judge(spec, scenario, setup, loops, config.conditions.noise)
+    return Judged(spec.name, scenario, run, predicted, own, prediction)
+
+
+def _averaged(values: np.ndarray, period: float) -> np.ndarray:
+    """A running mean [k] over `_AVERAGED` about each sample: of single readings, one in three hundred is beyond a band
+    of three standard deviations."""
+    half = round(_AVERAGED / 2 / period)
+    padded = np.pad(values, half, mode="edge")
+    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
+
+
+def _records(played: list[tuple[ControllerSpec, Scenario, Played]]) -> dict[str, Record]:
+    records = {}
+    for spec, scenario, each in played:
+        name = f"{identifier(spec.name)}-{scenario.name}"
+        records[name] = each.record
+        if each.back is not None:
+            records[f"{name}-back"] = each.back
+    return records

@@ -1,0 +1,98 @@
+"""A course at a live rig: to where it starts, standing there, what is played, and back to where the rig stood."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..control.protocol import Controller
+from ..records import Record
+from ..rigs.rig import Rig
+from .client import LinkClient
+from .wire_loop import WireLoop, WireRun
+
+_STANDS = 0.4  # s before and after a course, of which the later half says where it stands
+_REST = 1.0  # s of a record at rest
+_SPEED = 0.05  # of the speed limit, on the way to a start
+_FORCE_TIME = 1.0  # s, to bring a force back
+
+
+@dataclass(frozen=True)
+class Played:
+    """A course as played: the run, the `level` of the controlled signal before it (SI), and the whole recordings, of
+    standing and course and of the way back. `ended`: why it was cut short."""
+
+    run: WireRun
+    level: float
+    record: Record
+    back: Record | None
+    ended: str | None
+
+
+def rest_record(client: LinkClient) -> Record:
+    """The rig at rest for a second: on, at command 0."""
+    reading, run = client.on(), WireRun(client.hello.period, client.hello.names)
+    for _ in range(round(_REST / run.period)):
+        run.keep(reading, 0, 0.0, 0.0, 0.0)
+        reading = client.exchange((0.0,))
+    client.off()
+    record = run.record
+    signals = {name: values for name, values in record.signals.items() if name != "reference"}
+    return Record("static", record.t, signals)
+
+
+def play_course(
+    client: LinkClient,
+    rig: Rig,
+    controller: Controller,
+    reference: np.ndarray,
+    start: float,
+    added: np.ndarray | None = None,
+    noisy: bool = True,
+) -> Played:
+    """From where the rig stands to `start` of the controlled signal (SI), and from there along deviations `reference`
+    [k] from it, with a command `added` [k]; then back."""
+    loop = WireLoop(client, rig, controller, noisy)
+    signal, period = controller.measures[0], rig.period.value
+    home, stand = loop.level, round(_STANDS / period)
+    runs: list[WireRun] = []
+    try:
+        runs.append(loop.run(ramp(rig, signal, home, start)))
+        if runs[-1].ended is None:
+            runs.append(loop.run(np.full(stand, start)))
+        standing = runs[-1]
+        level = _level(standing, signal, home)
+        if standing.ended is None:
+            runs.append(loop.run(start + reference, added))
+            if runs[-1].ended is None:
+                back = ramp(rig, signal, float(runs[-1].rows[-1][1]), home)
+                runs.append(loop.run(np.append(back, np.full(stand, home))))
+    finally:
+        loop.end()
+    whole = joined(runs[1:3] or runs)
+    back = runs[3].record if len(runs) > 3 else None
+    return Played(runs[min(2, len(runs) - 1)], level, whole, back, runs[-1].ended)
+
+
+def ramp(rig: Rig, signal: str, first: float, last: float) -> np.ndarray:
+    """A slow way of the controlled signal [k] from one value to another, with no jump of speed."""
+    period = rig.period.value
+    seconds = abs(last - first) / (_SPEED * rig.limit("speed")) if signal == "position" else _FORCE_TIME
+    s = np.arange(1, max(2, round(1.5 * seconds / period)) + 1) * 1.0
+    s /= s[-1]
+    return first + (last - first) * s * s * (3 - 2 * s)
+
+
+def joined(runs: Sequence[WireRun]) -> Record:
+    """Runs one after the other as one recording."""
+    records, begins, names = [run.record for run in runs], [0.0], runs[0].record.names
+    for run in runs:
+        begins.append(begins[-1] + (run.rows[-1][0] + 1) * run.period if run.rows else begins[-1])
+    t = np.concatenate([record.t + begin for record, begin in zip(records, begins, strict=False)])
+    return Record("wire", t, {name: np.concatenate([record.signals[name] for record in records]) for name in names})
+
+
+def _level(run: WireRun, signal: str, else_: float) -> float:
+    """Where the controlled signal stands, over the later half of a run."""
+    values = run.record.signals[signal]
+    return float(values[len(values) // 2 :].mean()) if len(values) else else_

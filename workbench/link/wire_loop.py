@@ -1,0 +1,177 @@
+"""A controller of the workbench at a live rig: behind the guard, from where the rig stands, recorded."""
+
+import gc
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..control.protocol import Controller, preview
+from ..loop.compiled_controller import CompiledController, controller_on
+from ..loop.guarded_controller import GuardedController
+from ..records import Record
+from ..rigs.rig import Rig
+from .client import LinkClient, LinkLost
+from .datagrams import Reading
+
+_ENDS = 1.0  # s within which a stopped loop has brought the command to 0
+_NEVER_LATE = 1e-6  # of a period: a command that answers a reading acts after it
+
+
+class Stopped(Exception):
+    """Why a loop ended before its course did."""
+
+
+@dataclass
+class WireRun:
+    """What a loop at a rig did, [k] each: ticks, reference, command sent and demanded, and the readings by channel.
+
+    `ended`: why it stopped before its course was over, or None. `late`: how many readings were lost or late.
+    """
+
+    period: float
+    names: tuple[str, ...]
+    rows: list[tuple[int, float, float, float]] = field(default_factory=list)
+    readings: list[tuple[float, ...]] = field(default_factory=list)
+    ended: str | None = None
+    late: int = 0
+
+    def keep(self, reading: Reading, first: int, reference: float, sent: float, demanded: float) -> None:
+        """What is sent in answer to a reading, ticks counted from `first`; a reading has one row."""
+        tick = reading.tick - first
+        if not self.rows or tick > self.rows[-1][0]:
+            self.rows.append((tick, reference, sent, demanded))
+            self.readings.append(reading.values)
+
+    @property
+    def record(self) -> Record:
+        """The recording: `t`, `reference`, `command` and the channels, SI; the command answers the reading of its
+        row."""
+        table = np.array(self.rows or np.zeros((0, 4)))
+        signals = dict(zip(self.names, np.array(self.readings).reshape(-1, len(self.names)).T, strict=True))
+        given = {"reference": table[:, 1], "command": table[:, 2]}
+        return Record("wire", table[:, 0] * self.period, given | signals)
+
+    @property
+    def demanded(self) -> np.ndarray:
+        """Of the controller, before the guard [k]."""
+        return np.array([row[3] for row in self.rows])
+
+
+class WireLoop:
+    """A controller, its guard and a rig that is greeted; `run` goes on where the last one ended, `end` switches off.
+
+    A loop that the guard or the rig trips, whose link is lost, that misses readings or that is interrupted goes to
+    command 0 by the guard's ramp, and what was recorded is kept. `noisy`: the rig's sensors have noise and resolution,
+    as every real one has.
+    """
+
+    def __init__(self, client: LinkClient, rig: Rig, controller: Controller, noisy: bool = True) -> None:
+        hello = client.hello
+        self._client, self._period, self._names = client, hello.period, hello.names
+        _check(client, rig, controller)
+        self._preview = preview(controller)
+        self._loop: CompiledController | GuardedController = controller_on(rig, controller, hello.names, noisy)
+        self._reading = client.on()
+        self._loop.reset(self.measured, 0.0)
+        self._controlled = controller.measures[0]
+
+    @property
+    def measured(self) -> Mapping[str, float]:
+        """The newest readings by channel."""
+        return dict(zip(self._names, self._reading.values, strict=True))
+
+    @property
+    def level(self) -> float:
+        """The controlled signal as it was read last."""
+        return self.measured[self._controlled]
+
+    def run(self, reference: np.ndarray, added: np.ndarray | None = None) -> WireRun:
+        """Follow `reference` [k] at the rig's period from now on, with a command `added` [k] to the controller's."""
+        run = WireRun(self._period, self._names)
+        added = np.zeros(len(reference)) if added is None else added
+        ahead = np.append(reference, np.full(self._preview, reference[-1])) if self._preview else None
+        first = self._reading.tick
+        try:
+            with _undisturbed():
+                while (k := self._reading.tick - first) < len(reference):
+                    future = None if ahead is None else ahead[k : k + self._preview + 1]
+                    self._instant(run, first, float(reference[k]), float(added[k]), future)
+        except (Stopped, LinkLost) as error:
+            run.ended = str(error)
+            self._bring_to_rest(run, first)
+        except KeyboardInterrupt:
+            run.ended = "interrupted"
+            self._bring_to_rest(run, first)
+        return run
+
+    def end(self) -> None:
+        """Switch the rig off."""
+        self._client.off()
+
+    def _instant(self, run: WireRun, first: int, reference: float, added: float, future: np.ndarray | None) -> None:
+        """One period: what the newest reading says is answered, and the next one awaited. Raises Stopped, LinkLost."""
+        reading = self._reading
+        if reading.tripped:
+            raise Stopped("the rig has tripped")
+        sent, demanded, _ = self._loop.sample(self.measured, reference, added, future)
+        run.keep(reading, first, reference, sent, demanded)
+        self._advance(sent, run)
+        if self._loop.tripped is not None:
+            raise Stopped(self._loop.tripped)
+
+    def _advance(self, command: float, run: WireRun) -> None:
+        before = self._reading.tick
+        self._reading: Reading = self._client.exchange((command,))
+        missed = self._reading.tick - before - 1
+        run.late += missed
+        if missed > self._client.hello.watchdog_periods:
+            raise Stopped(f"{missed} readings in a row were lost or late")
+
+    def _bring_to_rest(self, run: WireRun, first: int) -> None:
+        """The guard's way to command 0, recorded as long as the rig answers."""
+        try:
+            sent = self._loop.stop(self.measured)
+            for _ in range(round(_ENDS / self._period)):
+                run.keep(self._reading, first, self.level, sent, 0.0)
+                self._reading = self._client.exchange((sent,))
+                if sent == 0:
+                    return
+                sent, _, _ = self._loop.sample(self.measured, self.level)
+        except (LinkLost, KeyboardInterrupt):
+            return
+
+
+def acts_after(hello_period: float, lockstep: bool, computing: float) -> float:
+    """How late [s] a command acts that answers a reading: after the rig's computing delay in lockstep, and after one
+    period in real time; a trifle more, since the reading was taken before."""
+    return (computing if lockstep else hello_period) + _NEVER_LATE * hello_period
+
+
+def _check(client: LinkClient, rig: Rig, controller: Controller) -> None:
+    """Raises InputError for a rig on the wire that is not the one of the experiment."""
+    hello = client.hello
+    if len(hello.commands) != 1:
+        raise InputError(f"--at {client.at}: {hello.rig} takes {len(hello.commands)} commands; a loop here has one")
+    if abs(hello.period / rig.period.value - 1) > 1e-6:
+        own, its = 1 / rig.period.value, 1 / hello.period
+        raise InputError(
+            f"--at {client.at}: {hello.rig} runs at {its:g} Hz, the experiment's rig at {own:g} Hz; set one"
+        )
+    for name in controller.measures:
+        if name not in hello.names:
+            raise InputError(f"--at {client.at}: {hello.rig} has no channel {name}, which the controller needs")
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """No garbage collection between samples."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
