@@ -1,25 +1,19 @@
 """The clients of examples/link/, written after the page on the link, close a P loop on a served rig."""
 
 import shutil
-import socket
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
-from test_link_program import served, where
+from made_links import at, jack_bench, served
 
 from controllers.p import P
 from workbench.engine import Engine
 from workbench.linear import equilibrium
-from workbench.link import datagrams
-from workbench.link.client import LinkClient
-from workbench.link.hello import CommandRange, Hello, channels_of
 from workbench.loop.sampled_loop import run_loop
 from workbench.plant import build
-from workbench.rigs.rig_file import load_rig
 
 FOLDER = Path(__file__).parents[1] / "examples" / "link"
 GCC = shutil.which("gcc")
@@ -27,7 +21,7 @@ GAIN, STEP, SECONDS = 0.3, 0.01, 1.0  # as both clients have them
 
 
 def python(_):
-    return [sys.executable, "-I", str(FOLDER / "p_loop.py")], lambda server: [where(server)]
+    return [sys.executable, "-I", str(FOLDER / "p_loop.py")], lambda server: [at(server)]
 
 
 def c(folder):
@@ -51,7 +45,7 @@ def moved(rig):
 @pytest.mark.parametrize("client", [python, c])
 def test_a_client_moves_the_jack_as_the_workbench_s_loop_does(tmp_path, rig, client):
     command, place = client(tmp_path)
-    with served(rig) as server:
+    with served(jack_bench(ideal=True)) as server:
         done = subprocess.run([*command, *place(server)], check=True, capture_output=True, text=True, timeout=60)
         assert server.rig.state == "off"
     assert f"moved {moved(rig):.3f} of 10 mm in 1 s" in done.stdout
@@ -60,25 +54,9 @@ def test_a_client_moves_the_jack_as_the_workbench_s_loop_does(tmp_path, rig, cli
 @pytest.mark.parametrize("client", [python, c])
 def test_a_client_plays_in_real_time(tmp_path, rig, client):
     command, place = client(tmp_path)
-    with served(rig, lockstep=False) as server:
+    with served(jack_bench(computes=False), lockstep=False) as server:
         done = subprocess.run([*command, *place(server)], check=True, capture_output=True, text=True, timeout=60)
     assert float(done.stdout.partition("moved ")[2].split()[0]) == pytest.approx(moved(rig), abs=0.5)
-
-
-def test_the_workbench_s_client_takes_the_long_hello_of_a_platform():
-    """That of six jacks with all their sensors has more bytes than anything that a client sends."""
-    names = tuple(f"leg{leg}.{name}" for leg in range(1, 7) for name in load_rig("jack-10t").sensors)
-    command = CommandRange("command", "1", -1.0, 1.0)
-    hello = Hello("six", 1e-3, True, (command,), channels_of(names), 10, {}, "off")
-    assert len(hello.text()) > datagrams.LARGEST
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
-        rig.bind(("127.0.0.1", 0))
-        answer = datagrams.datagram(datagrams.RIG, hello.text().encode())
-        answering = threading.Thread(target=lambda: rig.sendto(answer, rig.recvfrom(64)[1]))
-        answering.start()
-        with LinkClient("udp://{}:{}".format(*rig.getsockname())) as client:
-            assert client.hello.names == names
-        answering.join()
 
 
 def test_the_python_client_is_short():

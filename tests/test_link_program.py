@@ -12,6 +12,7 @@ from itertools import count
 
 import numpy as np
 import pytest
+from made_links import at, jack_bench, served
 from test_controllers import EXPERIMENTS
 
 from workbench.cli import main
@@ -19,8 +20,6 @@ from workbench.commands.common.step_experiment import load_steps
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.link.bench import bench
-from workbench.link.rig_server import RigServer
-from workbench.link.served_rig import ServedRig
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
@@ -36,6 +35,7 @@ LAWS = {
     if not spec.name.startswith("mpc")  # which plans, and is not exported
 }
 SIZE = {"position": 1e-3, "force": 2e3}
+JACK = jack_bench(ideal=True)
 SECONDS, SEED = 0.3, 3
 
 
@@ -52,24 +52,10 @@ def programs(tmp_path_factory):
     return made
 
 
-@contextmanager
-def served(rig, position=None, ideal=True, lockstep=True, token=""):
-    """A rig in service, which rests at a position [m]."""
-    made = bench(rig, computes=lockstep, ideal=ideal)
-    start = made.start if position is None else equilibrium(made.plant, position=position)
-    server = RigServer(ServedRig(replace(made, start=start), SEED), lockstep, token=token)
-    thread = threading.Thread(target=server.serve)
-    thread.start()
-    try:
-        yield server
-    finally:
-        server.stop()
-        thread.join()
-        server.close()
-
-
-def where(server):
-    return "udp://{}:{}".format(*server.address)
+def bench_at(rig, position=None, ideal=True):
+    """A rig in lockstep that rests at a position [m]."""
+    made = bench(rig, True, ideal)
+    return made if position is None else replace(made, start=equilibrium(made.plant, position=position))
 
 
 def played(program, *words):
@@ -125,8 +111,8 @@ def test_the_program_s_run_is_the_simulation(programs, name, position):
     spec, rig, experiment = LAWS[name]
     law = law_of(spec, rig)
     signal, plain = law.measures[0], name.replace("-", "_")
-    with served(rig, position) as server:
-        columns = played(programs[experiment], plain, where(server), SIZE[signal], SECONDS)
+    with served(bench_at(rig, position)) as server:
+        columns = played(programs[experiment], plain, at(server), SIZE[signal], SECONDS)
     reference, samples = columns["reference"], round(SECONDS / rig.period.value)
     assert columns["tick"] == pytest.approx(np.arange(samples))
     assert np.ptp(reference) == pytest.approx(SIZE[signal])
@@ -142,8 +128,8 @@ def test_the_program_s_run_is_the_simulation(programs, name, position):
 def test_with_noise_and_computing_delay_too(programs, name):
     """The loop's law begins at a reading before the first sample, the program's at the first: so does this one's."""
     spec, rig, experiment = LAWS[name]
-    with served(rig, ideal=False) as server:
-        columns = played(programs[experiment], name.replace("-", "_"), where(server), SIZE["position"], SECONDS)
+    with served(bench_at(rig, ideal=False), seed=SEED) as server:
+        columns = played(programs[experiment], name.replace("-", "_"), at(server), SIZE["position"], SECONDS)
     run = simulated(rig, StartsAtFirstSample(law_of(spec, rig)), columns["reference"], ideal=False)
     assert columns["command"] == pytest.approx(run.demanded, abs=1e-9 * np.abs(run.demanded).max())
     assert np.abs(columns["position"] - run.record.signals["position"]).max() > 1e-7  # what is measured has noise
@@ -189,25 +175,25 @@ def lossy(address):
 
 
 def test_lost_and_doubled_datagrams_change_nothing(programs):
-    with served(LAWS["p"][1]) as server:
-        whole = played(programs["position_tuned"], "p", where(server), 1e-3, 0.02)
-    with served(LAWS["p"][1]) as server, lossy(server.address) as way:
+    with served(JACK) as server:
+        whole = played(programs["position_tuned"], "p", at(server), 1e-3, 0.02)
+    with served(JACK) as server, lossy(server.address) as way:
         again = played(programs["position_tuned"], "p", way, 1e-3, 0.02)
     assert all(np.array_equal(whole[name], again[name]) for name in whole)
 
 
 def test_in_real_time_the_jack_moves_and_the_rig_is_off_at_the_end(programs):
     """A busy machine makes samples late; that it follows is what can be said."""
-    with served(LAWS["p-dp"][1], lockstep=False) as server:
-        columns = played(programs["position_tuned"], "p_dp", where(server), 1e-2, 0.5)
+    with served(bench(LAWS["p-dp"][1], False), lockstep=False) as server:
+        columns = played(programs["position_tuned"], "p_dp", at(server), 1e-2, 0.5)
         assert server.rig.state == "off"
     assert np.all(np.diff(columns["tick"]) > 0)
     assert 5e-3 < columns["position"][-1] < 1.5e-2
 
 
 def test_ctrl_c_switches_the_rig_off(programs):
-    with served(LAWS["p"][1]) as server:
-        words = [programs["position_tuned"], "p", where(server), "1e-3", "1e6"]
+    with served(JACK) as server:
+        words = [programs["position_tuned"], "p", at(server), "1e-3", "1e6"]
         with subprocess.Popen(words, stdout=subprocess.PIPE) as running:
             assert running.stdout.readline().startswith(b"tick,")
             assert server.rig.state == "on"
@@ -217,18 +203,18 @@ def test_ctrl_c_switches_the_rig_off(programs):
 
 
 @pytest.mark.parametrize(
-    ("words", "rig", "status", "said"),
+    ("words", "token", "status", "said"),
     [
-        (["p"], {}, 2, "usage"),
-        (["q", "AT", "1e-3", "0.1"], {}, 2, "NAME: p p_dp"),
-        (["p", "udp:/127.0.0.1", "1e-3", "0.1"], {}, 2, "write udp://HOST:PORT"),
-        (["p", "AT", "1e-3", "0.1", "wrong"], {"token": "right"}, 1, "the rig refuses: wrong token"),
-        (["p", "AT", "10", "1"], {}, 1, "the rig tripped at tick"),
+        (["p"], "", 2, "usage"),
+        (["q", "AT", "1e-3", "0.1"], "", 2, "NAME: p p_dp"),
+        (["p", "udp:/127.0.0.1", "1e-3", "0.1"], "", 2, "write udp://HOST:PORT"),
+        (["p", "AT", "1e-3", "0.1", "wrong"], "right", 1, "the rig refuses: wrong token"),
+        (["p", "AT", "10", "1"], "", 1, "the rig tripped at tick"),
     ],
 )
-def test_what_does_not_work_is_said(programs, words, rig, status, said):
-    with served(LAWS["p"][1], **rig) as server:
-        words = [where(server) if word == "AT" else word for word in words]
+def test_what_does_not_work_is_said(programs, words, token, status, said):
+    with served(JACK, token=token) as server:
+        words = [at(server) if word == "AT" else word for word in words]
         done = subprocess.run([programs["position_tuned"], *words], capture_output=True, text=True, timeout=60)
     assert done.returncode == status
     assert said in done.stderr
@@ -239,8 +225,8 @@ def test_a_rig_at_another_rate_or_without_a_channel_is_refused(programs):
     faster = replace(rig, period=replace(rig.period, value=5e-4))
     blind = replace(rig, sensors={name: sensor for name, sensor in rig.sensors.items() if name != "pb"})
     for other, said in ((faster, "the rig's period is 0.0005 s"), (blind, "the rig has no channel pb")):
-        with served(other) as server:
-            words = [programs["position_tuned"], "p_dp", where(server), "1e-3", "0.1"]
+        with served(bench_at(other)) as server:
+            words = [programs["position_tuned"], "p_dp", at(server), "1e-3", "0.1"]
             done = subprocess.run(words, capture_output=True, text=True, timeout=60)
         assert done.returncode == 1
         assert said in done.stderr

@@ -13,7 +13,6 @@ from .hello import Hello, read_hello
 
 _PLACE = re.compile(r"udp://([^/:\s]+):(\d{1,5})")
 _TRIES, _PATIENCE = 20, 0.1  # s: how often something is asked again, and after how long
-_ROOM = 2**16  # bytes: of the longest datagram; a platform's hello is longer than anything a rig looks at
 _READINGS_LOST = 10  # periods without a reading, and at least _PATIENCE: the link is lost
 
 
@@ -135,7 +134,7 @@ class LinkClient:
         self._socket.settimeout(patience)
         try:
             while True:
-                if opened := datagrams.opened(self._socket.recv(_ROOM)):
+                if opened := datagrams.opened(self._socket.recv(datagrams.LARGEST)):
                     return opened
         except (TimeoutError, BlockingIOError, ConnectionError):
             if patience:
