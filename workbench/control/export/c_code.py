@@ -116,26 +116,17 @@ int main(void)
 
 def c_code(name: str, law: Coefficients) -> dict[str, str]:
     """The text of NAME.h and NAME.c, by file name."""
-    name = identifier(name)
-    signals, mapped = law.signals, law.command_map is not None
-    points = len(law.command_map.at) if law.command_map else 0
+    name, mapped = identifier(name), law.command_map is not None
     words = {
         "name": name,
         "upper": name.upper(),
         "period": law.period * 1e3,
         "sections": sum(len(channel.sections) for channel in law.channels),
-        "arguments": "".join(f", double {signal}" for signal in signals),
-        "measured": "".join(f", double {signal}" for signal in signals[1:]),
-        "given": "".join(f", {signal}" for signal in signals),
-        "controlled": signals[1],
-        "fields": ", ".join(f"{signal}0" for signal in signals),
-        "kept": "\n".join(f"    state->{signal}0 = {signal};" for signal in signals),
-        "back": f"mapped(map_to, map_at, {points}, command)" if mapped else "command",
-        "forth": f"mapped(map_at, map_to, {points}, command)" if mapped else "command",
-        "inputs": ", ".join(f"vector_{signal}[k]" for signal in signals),
         "samples": len(law.vector["command"]),
         "body": "\n".join("    " + line for line in _body(law)),
-        "vector": "\n".join(_array(f"vector_{signal}", law.vector[signal]) for signal in (*signals, "command")),
+        "vector": "\n".join(_array(f"vector_{signal}", values) for signal, values in law.vector.items()),
+        **_of_signals(law.signals),
+        **_of_map(law),
     }
     head = _HEAD.format(**words)
     helpers = _HELPERS
@@ -143,6 +134,30 @@ def c_code(name: str, law: Coefficients) -> dict[str, str]:
     helpers += _MAP if mapped else ""
     code = f'{head}#include "{name}.h"\n\n{_tables(law)}\n{helpers}{_STEP.format(**words)}{_CHECK.format(**words)}'
     return {f"{name}.h": head + _HEADER.format(**words), f"{name}.c": code}
+
+
+def _of_signals(signals: list[str]) -> dict[str, str]:
+    """What is written for each signal, the reference first."""
+    return {
+        "arguments": "".join(f", double {signal}" for signal in signals),
+        "measured": "".join(f", double {signal}" for signal in signals[1:]),
+        "given": "".join(f", {signal}" for signal in signals),
+        "inputs": ", ".join(f"vector_{signal}[k]" for signal in signals),
+        "controlled": signals[1],
+        "fields": ", ".join(f"{signal}0" for signal in signals),
+        "kept": "\n".join(f"    state->{signal}0 = {signal};" for signal in signals),
+    }
+
+
+def _of_map(law: Coefficients) -> dict[str, str]:
+    """The command through the map, and back."""
+    if law.command_map is None:
+        return {"forth": "command", "back": "command"}
+    points = len(law.command_map.at)
+    return {
+        "forth": f"mapped(map_at, map_to, {points}, command)",
+        "back": f"mapped(map_to, map_at, {points}, command)",
+    }
 
 
 def _body(law: Coefficients) -> Iterable[str]:
