@@ -116,7 +116,7 @@ def test_a_trip_of_the_rig_and_a_lost_link_end_a_loop_with_its_record():
 
 @pytest.fixture(scope="module")
 def driven(tmp_path_factory):
-    """A rig that rubs behind the wire, driven by the experiment of the rig that does not, and the same in simulation."""
+    """A rig that rubs behind the wire, driven by the experiment of the rig that does not."""
     folder = tmp_path_factory.mktemp("driven")
     (folder / "hidden.toml").write_text(HIDDEN)
     rubs = replace(RIG, effects=read_effects(folder / "hidden.toml"))
@@ -176,13 +176,14 @@ def test_a_recorded_live_rig_is_explained_by_its_own_file(tmp_path):
 def test_serve_prints_where_it_is_first_and_leaves_its_figures(tmp_path):
     words = [sys.executable, "-m", "workbench.cli", "serve", "jack-10t", "--realtime", "--out", str(tmp_path / "out")]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout and process.stderr
+        assert process.stdout
+        assert process.stderr
         first = process.stdout.readline().strip()
         assert first.startswith("udp://127.0.0.1:")
         with LinkClient(first) as client:
-            reading = client.on()
+            client.on()
             for _ in range(100):
-                reading = client.exchange((0.0,))
+                client.exchange((0.0,))
             client.off()
         process.send_signal(signal.SIGTERM)
         process.wait(20)
@@ -254,10 +255,49 @@ def test_a_flood_makes_a_rig_in_real_time_drop_and_not_stand_still():
         while time.monotonic() - begun < 1.0:
             sequence += 1
             client.command(sequence, 0.0)
-            status, applied, tick, _ = client.reading()
+            _status, applied, tick, _ = client.reading()
         stop.set()
         thread.join()
         lasted = time.monotonic() - begun
         assert tick - first > 0.9 * lasted / RIG.period.value - 50
         assert applied > 100
         assert server.rig.job.dropped > 1000
+
+
+def test_a_panel_looks_on_by_opc_ua_and_may_switch():
+    asyncua = pytest.importorskip("asyncua")
+    import asyncio
+    import socket
+
+    from workbench.link.opc_ua import NAMESPACE, opc_ua_server, supervised_loop, supervised_rig
+
+    async def look(url, name, nodes, method):
+        async with asyncua.Client(url) as panel:
+            space = await panel.get_namespace_index(NAMESPACE)
+            rig = await panel.nodes.objects.get_child([f"{space}:{name}"])
+            await rig.call_method(f"{space}:{method}")
+            await asyncio.sleep(0.5)
+            found = [await rig.get_child([f"{space}:{node}"]) for node in nodes]
+            unit = await (await found[0].get_child([f"{space}:EngineeringUnits"])).read_value()
+            return unit, [await node.read_value() for node in found]
+
+    def free():
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            return probe.getsockname()[1]
+
+    with served(jack_bench()) as server:
+        with opc_ua_server(supervised_rig(server), free()) as url:
+            unit, values = asyncio.run(look(url, "jack-10t", ["supply", "state", "mode"], "start"))
+        assert (unit, values[1:]) == ("Pa", ["on", "lockstep"])
+        assert values[0] == pytest.approx(2.1e7, rel=0.01)
+        server.wish(datagrams.OFF)
+        stops = []
+        with LinkClient(at(server)) as client:
+            client.on()
+            client.asked = (0.25, 0.0)
+            client.exchange((0.5,))
+            with opc_ua_server(supervised_loop(client, lambda: stops.append(1)), free()) as url:
+                _, values = asyncio.run(look(url, "jack-10t", ["position", "reference", "command", "on"], "stop"))
+        assert values[1:] == [0.25, 0.5, True]
+        assert stops == [1]

@@ -3,6 +3,8 @@
 datagrams     their bytes; hello, what a rig says of itself
 bench         what is served: plant, sensors, ranges, limits
 served_rig    a bench in service; machine_code runs it (rig.ll): a period, and what comes and goes over its socket
+idle_clock    an empty loop, which says what the machine itself misses
+opc_ua        both ends under the eyes of a SCADA panel
 rig_server    who may command it, and what it answers to hellos and switches
 client        the workbench's end: greets, switches, commands; wire_loop, a controller there; course, what it plays
 """

@@ -33,6 +33,8 @@ class LinkClient:
             self._socket.close()
             raise InputError(f"--at {at}: {error.strerror or error}; check host and port") from None
         self._sequence = 0
+        self.latest: Reading | None = None  # for those who look on
+        self.asked = (0.0, 0.0)  # reference and command, of a loop at this rig
         self._token = token.encode()
         try:
             self.hello = self._greet()
@@ -74,7 +76,7 @@ class LinkClient:
     def exchange(self, values: Sequence[float]) -> Reading:
         """Send a command; the next reading. In lockstep what was lost is asked for again. Raises LinkLost."""
         self._sequence += 1
-        packet = datagrams.command(self._sequence, values)
+        packet, self.asked = datagrams.command(self._sequence, values), (self.asked[0], values[0])
         self._send(packet)
         if not self.hello.lockstep:
             reading = self._reading(max(_PATIENCE, _READINGS_LOST * self.hello.period))
@@ -127,6 +129,7 @@ class LinkClient:
             if got[0] == datagrams.READING:
                 reading = datagrams.read_reading(got[1])
                 if reading is not None and len(reading.values) == len(self.hello.channels):
+                    self.latest = reading
                     return reading
 
     def _received(self, patience: float) -> tuple[int, bytes] | None:

@@ -2,6 +2,7 @@
 
 import ctypes
 import re
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -25,6 +26,7 @@ _FIELDS: Fields = (
     *((name, ctypes.c_int64) for name in _NUMBERS.split()),
     *((name, ctypes.c_double) for name in ["period", "part", "first_part", "second_part", "closed"]),
 )
+_TIMER_SLACK = 29  # of prctl
 _GET = re.compile(r"^(\s*)(%[\w.]+) = get (\w+)$")
 _SET = re.compile(r"^(\s*)set (\w+), (\S+)$")
 _AT = re.compile(r"^(\s*)(%[\w.]+) = at (\w+) (\S+), (\S+)$")
@@ -39,22 +41,24 @@ class LinkJob(ctypes.Structure):
 
 @dataclass(frozen=True)
 class RigCode:
-    """Its functions, each of a LinkJob: `sample`, `step`, `answer`, and the two that serve until Python is needed."""
+    """Its functions, each of a LinkJob: `sample`, `step`, `answer`, the two that serve until Python is needed, and
+    `idle`, which only keeps the clock."""
 
     sample: Callable[[int], None]
     step: Callable[[int], None]
     answer: Callable[[int], None]
     lockstep: Callable[[int], int]
     realtime: Callable[[int], int]
+    idle: Callable[[int], None]
 
 
 @cache
 def rig_code() -> RigCode:
     """Compiled, or from the cache. Raises OSError or RuntimeError where this machine cannot compile."""
-    names = ("sample", "step", "answer", "lockstep", "realtime")
+    names = ("sample", "step", "answer", "lockstep", "realtime", "idle")
     text = _written_out((Path(__file__).parent / "rig.ll").read_text(encoding="utf-8"))
     addresses = object_cache.functions(("link", text), lambda: text, names)
-    results = (None, None, None, ctypes.c_int64, ctypes.c_int64)
+    results = (None, None, None, ctypes.c_int64, ctypes.c_int64, None)
     kinds = (ctypes.CFUNCTYPE(result, ctypes.c_void_p) for result in results)
     return RigCode(*(kind(address) for kind, address in zip(kinds, addresses, strict=True)))
 
@@ -63,6 +67,12 @@ def set_addresses(job: LinkJob, **arrays: np.ndarray) -> None:
     """Tell a job where arrays are; who calls keeps them alive."""
     for name, array in arrays.items():
         setattr(job, name, array.ctypes.data)
+
+
+def exact_timers() -> None:
+    """Let this thread wake up when it asked to, where the system would else bundle wake-ups (Linux: 50 us)."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_TIMER_SLACK, 1, 0, 0, 0)
 
 
 def _written_out(text: str) -> str:

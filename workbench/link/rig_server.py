@@ -10,6 +10,7 @@ from hmac import compare_digest
 from ..base.errors import InputError
 from . import datagrams
 from .hello import Hello, channels_of
+from .machine_code import exact_timers
 from .served_rig import OFF, ON, TRIPPED, ServedRig
 
 LOOPBACK = "127.0.0.1"
@@ -57,6 +58,11 @@ class RigServer:
         host, port = self._socket.getsockname()
         return host, port
 
+    @property
+    def mode(self) -> str:
+        """Lockstep or realtime."""
+        return "lockstep" if self._lockstep else "realtime"
+
     def wish(self, switch: int) -> None:
         """Switch it from this machine: on, off or reset, in its own thread."""
         self._wishes.append(switch)
@@ -71,6 +77,7 @@ class RigServer:
         """Until `stop`: machine code, and what it leaves to Python."""
         job, rig = self.rig.job, self.rig
         run = rig.code.lockstep if self._lockstep else rig.code.realtime
+        exact_timers()
         job.due = time.monotonic_ns() + job.period_ns
         job.flags, tripped = 0, False
         while True:

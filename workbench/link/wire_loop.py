@@ -118,6 +118,7 @@ class WireLoop:
             raise Stopped("the rig has tripped")
         sent, demanded, _ = self._loop.sample(self.measured, reference, added, future)
         run.keep(reading, first, reference, sent, demanded)
+        self._client.asked = reference, sent
         self._advance(sent, run)
         if self._loop.tripped is not None:
             raise Stopped(self._loop.tripped)

@@ -16,6 +16,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("experiment", type=experiment, help="a step experiment, such as experiments/first_loop.toml")
     on_link(parser, required=True)
     parser.add_argument("--controller", metavar="NAME", help="only this one of the experiment's controllers")
+    parser.add_argument("--opcua", type=int, metavar="N", help="port on which a SCADA panel may look on by OPC UA")
     computes(parser, _drive)
 
 
@@ -25,7 +26,7 @@ def _drive(options: argparse.Namespace, words: list[str]) -> None:
 
     names = [spec.name for spec in config.controllers]
     identity = {"command": "drive", "experiment": config.source, "rig": config.rig.table(), "at": options.at}
-    study = partial(run_drive, config, options.at, options.token)
+    study = partial(run_drive, config, options.at, options.token, options.opcua)
     finish(options, words, f"drive-{Path(options.experiment).stem}", identity | {"controllers": names}, study)
 
 

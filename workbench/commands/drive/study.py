@@ -1,6 +1,8 @@
 """Controllers of an experiment at a live rig: its scenarios played, judged as `run` judges them, and recorded."""
 
+from _thread import interrupt_main
 from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +12,7 @@ from ...control.controller_spec import ControllerSpec
 from ...control.export.sections import identifier
 from ...link.client import LinkClient, LinkLost
 from ...link.course import Played, play_course, rest_record
+from ...link.opc_ua import opc_ua_server, supervised_loop
 from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup, row
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
@@ -35,11 +38,11 @@ class Judged:
     prediction: Mapping[str, Any]
 
 
-def run_drive(config: StepConfig, at: str, token: str, stage: Stage, progress: Progress) -> Outcome:
+def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage: Stage, progress: Progress) -> Outcome:
     """`rows` as of `run`, measured at the rig; `predicted`, the same of the experiment's rig in simulation; `late`
     readings; `ended`, why playing stopped before its end, or None; `left_out`, scenarios that need more than a command.
     """
-    with LinkClient(at, token) as client:
+    with LinkClient(at, token) as client, _looked_on(client, opc_ua, progress):
         progress(f"{client.hello.rig} at {at}, {'lockstep' if client.hello.lockstep else 'real time'}")
         rig, static = wire_rig(config.rig, client), rest_record(client)
         played = list(_played(config, client, progress))
@@ -94,6 +97,14 @@ def _played(
             if each.ended is not None:
                 progress(f"stopped: {each.ended}")
                 return
+
+
+def _looked_on(client: LinkClient, opc_ua: int | None, progress: Progress) -> AbstractContextManager[object]:
+    """A panel beside the loop, where one is asked for; its stop is that of Ctrl-C."""
+    if opc_ua is None:
+        return nullcontext()
+    progress(f"for a panel: opc.tcp://127.0.0.1:{opc_ua}/")
+    return opc_ua_server(supervised_loop(client, interrupt_main), opc_ua)
 
 
 def _level(client: LinkClient, signal: str) -> float:

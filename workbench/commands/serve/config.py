@@ -28,6 +28,7 @@ class Service:
     host: str
     token: str
     page_port: int
+    opc_ua: int | None = None
 
 
 def service(
@@ -36,6 +37,8 @@ def service(
     """The rig or platform to serve. Raises InputError for what cannot be."""
     if not 0 <= wanted.port <= PORTS:
         raise InputError(f"--port {wanted.port}: must be from 0, a free one, to {PORTS}")
+    if wanted.opc_ua is not None and not 0 < wanted.opc_ua <= PORTS:
+        raise InputError(f"--opcua {wanted.opc_ua}: must be from 1 to {PORTS}")
     if wanted.seed < 0:
         raise InputError(f"--seed {wanted.seed}: must be 0 or more")
     if wanted.host and not wanted.token:

@@ -24,6 +24,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bind", default="", metavar="HOST", help="address to listen on (default: this machine alone)")
     parser.add_argument("--token", default="", help="what a client's hello must bring; needed with --bind")
     parser.add_argument("--page-port", type=int, default=0, metavar="N", help="port of the page (default: a free one)")
+    parser.add_argument("--opcua", type=int, metavar="N", help="port on which a SCADA panel may look on by OPC UA")
     computes(parser, _serve, rig=False, force=False)
 
 
@@ -36,6 +37,7 @@ def _serve(options: argparse.Namespace, words: list[str]) -> None:
         host=options.bind,
         token=options.token,
         page_port=options.page_port,
+        opc_ua=options.opcua,
     )
     options.force = None in options.forced
     specimen = next((text for text in options.forced if text is not None), None)

@@ -6,12 +6,13 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
 from ...base.errors import InputError
 from ...engine.backend import NotCompiled
 from ...link.bench import bench
+from ...link.opc_ua import opc_ua_server, supervised_rig
 from ...link.rig_server import LOOPBACK, RigServer
 from ...link.served_rig import ServedRig
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -33,7 +34,14 @@ def run_service(rig: Rig | Platform, wanted: Service, stage: Stage, progress: Pr
     print("udp://{}:{}".format(*server.address), flush=True)
     page = RigPage(server)
     began = time.perf_counter()
-    with page_server(page_files(page.start()), page.answers, wanted.page_port, "--page-port") as pages, _quiet():
+    with ExitStack() as stack:
+        pages = stack.enter_context(
+            page_server(page_files(page.start()), page.answers, wanted.page_port, "--page-port")
+        )
+        if wanted.opc_ua is not None:
+            panel = opc_ua_server(supervised_rig(server), wanted.opc_ua)
+            progress(f"for a panel: {stack.enter_context(panel)}")
+        stack.enter_context(_quiet())
         threading.Thread(target=pages.serve_forever, daemon=True).start()
         progress(f"{served.bench.name}, {_pace(wanted, served)}; its page: {pages.address} (Ctrl-C ends it)")
         _until_interrupted(server)

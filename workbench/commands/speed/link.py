@@ -1,0 +1,116 @@
+"""How fast a rig behind the wire is: periods in lockstep, and in real time what is late, beside an empty loop."""
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...link.client import LinkClient, LinkLost
+from ...link.idle_clock import idle_clock
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.rig import Rig
+from ...rigs.rig_file import rig_text
+from ..common.design_numbers import Subject
+from ..common.outcome import Outcome, Progress, Stage
+from ..serve.figures import SHARES, quantiles
+
+RATES = (1000.0, 5000.0)  # Hz
+_SLICES = 5  # the empty loop and the service take turns, so that both meet the same machine
+_LOCKSTEP = 20_000  # periods
+
+
+def run_link_speed(rig: Rig, minutes: float, stage: Stage, progress: Progress) -> Outcome:
+    """`lockstep`: periods a second; `realtime`: by rate, shares of readings a whole period late, and what an empty loop
+    misses on this machine in the same minutes."""
+    progress("lockstep")
+    lockstep = stage("lockstep", lambda: _lockstep(rig))
+    rows = []
+    for rate in RATES:
+        progress(f"real time, {rate:g} Hz: {minutes:g} minutes")
+        rows.append(stage(f"realtime-{rate:g}", lambda rate=rate: _realtime(rig, rate, 60 * minutes)))
+    speed = {"lockstep": lockstep, "realtime": rows}
+    return Outcome({"speed": speed}, lambda: (_page(speed), _figure(speed)), subject=Subject(rig))
+
+
+@contextmanager
+def _served(rig: Rig, *words: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Where a rig is served by a process of its own, and what that has left at its end."""
+    left: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        file, out = Path(folder) / "rig.toml", Path(folder) / "out"
+        file.write_text(rig_text(rig), encoding="utf-8")
+        command = [sys.executable, "-m", "workbench.cli", "serve", str(file), *words, "--out", str(out)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+            yield (process.stdout.readline().strip() if process.stdout else ""), left
+            process.send_signal(signal.SIGTERM)
+            process.wait()
+        left |= json.loads((out / "metrics.json").read_text(encoding="utf-8"))
+
+
+def _lockstep(rig: Rig) -> dict[str, float]:
+    """Periods a second that a client in Python drives."""
+    with _served(rig, "--lockstep") as (where, _), LinkClient(where) as client:
+        client.on()
+        began = time.perf_counter()
+        for _ in range(_LOCKSTEP):
+            client.exchange((0.0,))
+        lasted = time.perf_counter() - began
+        client.off()
+    return {"python_periods_per_s": _LOCKSTEP / lasted}
+
+
+def _realtime(rig: Rig, rate: float, seconds: float) -> dict[str, Any]:
+    counts, missed, periods, worst = 0, 0, 0, 0.0
+    with _served(rig, "--rate", f"{rate:g}") as (where, left), LinkClient(where) as client:
+        for _ in range(_SLICES):
+            idle = idle_clock(rate, seconds / _SLICES)
+            counts, missed, periods = counts + idle.counts, missed + idle.missed, periods + idle.periods
+            worst = max(worst, idle.worst_us)
+            _drive(client, round(rate * seconds / _SLICES))
+    floor = {"missed": missed, "periods": periods, "jitter_us": quantiles(counts) | {"worst": worst}}
+    return {"rate_hz": rate, "rig": left, "empty_loop": floor}
+
+
+def _drive(client: LinkClient, periods: int) -> None:
+    """Answer so many readings."""
+    reading = client.on()
+    try:
+        while reading.tick < periods:
+            reading = client.exchange((0.0,))
+    except LinkLost:
+        return
+    client.off()
+
+
+def _figure(speed: dict[str, Any]) -> Figure:
+    curves = [
+        Curve(f"{who} at {row['rate_hz']:g} Hz", np.array([50, 99, 99.9]), _late(row[key]), "points")
+        for row in speed["realtime"]
+        for who, key in (("rig", "rig"), ("empty loop", "empty_loop"))
+    ]
+    return Figure("Lateness", "share of readings [%]", [Panel("late by at most [us]", curves, log_y=True)])
+
+
+def _late(times: dict[str, Any]) -> np.ndarray:
+    return np.array([np.nan if times["jitter_us"][key] is None else times["jitter_us"][key] for key in SHARES])
+
+
+def _page(speed: dict[str, Any]) -> Page:
+    rows = []
+    for row in speed["realtime"]:
+        for who, each in (("rig", row["rig"]), ("empty loop", row["empty_loop"])):
+            jitter = each["jitter_us"]
+            rows.append([row["rate_hz"], who, each["periods"], each["missed"], *(jitter[key] for key in jitter),
+                         100 * each["core_load"] if "core_load" in each else None])  # fmt: skip
+    heads = ["rate [Hz]", "who", "periods", "a period late", "late, median [us]", "99 %", "99.9 %", "worst", "core [%]"]
+    rate = speed["lockstep"]["python_periods_per_s"]
+    verdict = f"In lockstep {rate:,.0f} periods a second with a client in Python."
+    return Page("The rig behind the wire", verdict, [Section("Real time", [Table("", heads, rows), _figure(speed)])])
