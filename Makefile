@@ -19,7 +19,7 @@ test: .venv/dev
 
 fuzz: .venv/dev
 	$(BIN)/python tests/fuzz.py
-	FUZZ_PAGES=10000 $(BIN)/pytest -n 0 tests/test_page_of_traces.py
+	FUZZ_PAGES=10000 $(BIN)/pytest -n 0 tests/test_page_of_traces.py tests/test_made_pages.py tests/test_made_trace_pages.py
 
 lowest:
 	PYTHON=$(PYTHON) bash .ci/lowest

@@ -89,6 +89,24 @@ def test_pressures_that_changed_places_are_exchanged(tmp_path):
     assert metrics["ready"]
 
 
+def test_pressures_that_changed_places_beside_a_turned_position_are_said_to_have_done_so(tmp_path):
+    """The spool tells that from a turned command; without one a jack whose ends are alike may be either, and both are
+    said."""
+    metrics = imported(tmp_path, [german(tmp_path / "triangle.csv", "triangle", sign=-1.0, swapped=True)])
+    assert [metrics["signals"][name]["column"] for name in ("pa", "pb")] == ["p_B", "Druck A"]
+    assert [metrics["signals"][name]["scale"] for name in ("command", "spool", "position")] == [0.1, 1.0, -1.0]
+    said = "pa and pb look swapped, and the sign of position wrong"
+    assert said in guess(metrics, "Weg")["reason"]
+    table = columns("triangle", {"t": "s", "command": "1", "pa": "bar", "pb": "bar", "position": "mm"})
+    names = "t", "command", "pb", "pa", "position"
+    rows = [-table[name] if name == "position" else table[name] for name in names]
+    (tmp_path / "few.csv").write_text(text(["t [s],u [-],p1 [bar],p2 [bar],Weg [mm]"], rows))
+    (tmp_path / "more").mkdir()
+    few = imported(tmp_path / "more", [str(tmp_path / "few.csv")])
+    assert f"the sign of command looks wrong, or as well {said}" in guess(few, "u [-]")["reason"]
+    assert few["signals"]["command"]["scale"] == -1.0
+
+
 def guess(metrics, cell):
     return next(row for row in metrics["columns"] if row["column"] == cell)
 

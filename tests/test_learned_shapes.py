@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 from made_campaigns import campaign, named, none
 
+from workbench.base.process_pool import one_blas_thread
 from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.residual.study import run_residual
 from workbench.commands.trace.study import run_trace
+from workbench.identify.trace import verdict
+from workbench.identify.trace.findings import LearnedShape
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.identify.trace.reshape import TIERS, offered
 from workbench.identify.trace.samples import variable_samples
+from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import find
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
@@ -42,14 +46,35 @@ def shaped() -> Outcome:
 def test_what_the_formula_misses_is_learned():
     """That friction goes with the position, which was on one side of mid stroke: a sign of it tells nothing."""
     answer = json.loads(shaped().files["trace.json"])
-    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("incomplete", ["jack.friction"], "force")
+    assert (answer["verdict"], answer["effects"], answer["equation"]) == ("named", ["jack.friction"], "force")
     (learned,) = answer["learned"]
     assert list(learned) == ["slot", "kind", "variables", "chi2"]
     assert (learned["slot"], learned["kind"]) == ("friction", "dependence")
     assert learned["variables"] in (["position"], ["|position|"])
     assert learned["chi2"] == answer["chi2"]["after"] < 1.05
     assert answer["chi2"]["before"] > 10
-    assert "Its shape is learned: jack.friction goes with" in shaped().page.verdict
+    said = shaped().page.verdict
+    assert "of the noise's variance is left, by its formula perhaps." in said
+    assert "Its shape is learned: jack.friction goes with" in said
+
+
+@pytest.mark.parametrize(
+    ("formulas", "several", "says"),
+    [(("coulomb",), False, "named"), (("coulomb",), True, "incomplete"), ((), False, "unknown")],
+)
+def test_no_learned_piece_says_in_which_equation(monkeypatch, formulas, several, says):
+    """Whatever it is, and wherever it sits: the equation is that of the effect, or of the evidence, before it."""
+    asked = []
+
+    def elsewhere(_context, _starts, named, plain):
+        asked.append(named)
+        return named, plain, (LearnedShape(find("supply.sag", "laminar"), "spline of pressure", 1.0),)
+
+    monkeypatch.setattr(verdict, "_shaped", elsewhere)
+    library = [find("jack.friction", formula) for formula in formulas]
+    with one_blas_thread():
+        answer = trace(estimation_problem(harder_out(), RIG), library, no_checkpoint, lambda _: None, several)
+    assert (answer.verdict, answer.equation, len(asked)) == (says, "force", 1)
 
 
 def test_every_command_takes_the_rig_with_its_shape(tmp_path):

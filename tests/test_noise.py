@@ -12,7 +12,8 @@ from scipy.signal import lfilter
 
 from workbench import identify
 from workbench.base.errors import InputError
-from workbench.identify.data.noise_floor import RepeatedRun, noise_floor, sigma_and_kappa
+from workbench.identify.data.noise_floor import noise_floor
+from workbench.identify.data.signal_noise import RepeatedRun, signal_noise
 from workbench.records import Campaign, Record, load_campaign
 
 SHARED = Path(__file__).parents[2] / "shared"
@@ -56,14 +57,14 @@ def test_white_noise_comes_back_at_any_scale(sigma, seed):
 
 @pytest.mark.parametrize("rho", [0.3, 0.6, 0.8, 0.9])
 def test_autocorrelated_noise_has_the_kappa_of_its_formula(rho):
-    found = [sigma_and_kappa([run(ar1(2000, rho, seed))]) for seed in range(8)]
-    assert np.mean([sigma for sigma, _ in found]) == pytest.approx(1.0, rel=0.06)
-    assert np.mean([kappa for _, kappa in found]) == pytest.approx((1 + rho) / (1 - rho), rel=0.15)
+    found = [signal_noise([run(ar1(2000, rho, seed))]) for seed in range(8)]
+    assert np.mean([noise.sigma for noise in found]) == pytest.approx(1.0, rel=0.06)
+    assert np.mean([noise.kappa for noise in found]) == pytest.approx((1 + rho) / (1 - rho), rel=0.15)
 
 
 def test_kappa_never_falls_below_one():
     alternating = ar1(2000, -0.5)
-    assert sigma_and_kappa([run(alternating)])[1] == 1.0
+    assert signal_noise([run(alternating)])[1] == 1.0
 
 
 def test_runs_are_pooled_and_invalid_samples_do_not_count():
@@ -71,8 +72,8 @@ def test_runs_are_pooled_and_invalid_samples_do_not_count():
     valid = np.ones(2000, dtype=bool)
     valid[::50] = False
     spoilt = np.where(valid, error, 1e3)
-    assert sigma_and_kappa([replace(run(spoilt), valid=valid)])[0] == pytest.approx(np.std(error[valid]), rel=1e-2)
-    assert sigma_and_kappa([run(error), run(3.0 * error)])[0] == pytest.approx(np.sqrt(5.0) * np.std(error), rel=1e-2)
+    assert signal_noise([replace(run(spoilt), valid=valid)])[0] == pytest.approx(np.std(error[valid]), rel=1e-2)
+    assert signal_noise([run(error), run(3.0 * error)])[0] == pytest.approx(np.sqrt(5.0) * np.std(error), rel=1e-2)
 
 
 def test_drift_is_no_noise():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import binom
 
 from workbench.engine import DelayLine, Engine
 from workbench.engine.delay_line import held_commands
@@ -123,20 +124,25 @@ def test_the_slope_to_a_delay_is_that_of_the_simulation(share, monkeypatch):
 
 
 def test_the_intervals_of_fitted_delays_cover_the_truth():
-    """95 % intervals of 30 delays between 0 and 2.5 periods: fewer than 25 hold the truth once in 200 such tests."""
-    random, inside = np.random.default_rng(4), 0
-    for number in range(30):
+    """95 % intervals of 60 delays between 0 and 2.5 periods: fewer than 52 hold the truth once in 200 such tests, and
+    the errors over their stated deviations have deviation 1 and no mean, within three times what 60 of them tell."""
+    count, fewest = 60, 52
+    assert binom.cdf(fewest - 1, count, 0.95) < 1 / 200
+    random, inside, errors = np.random.default_rng(4), 0, []
+    free = Candidate(DELAY, {DELAY.delay: PERIOD}).free()
+    model = model_with(RIG, (DELAY,), tuple(SIGMA), True)
+    p, start = model.plant.parameter_values(**{free[0].name: PERIOD}), np.array([free[0].normalised(PERIOD)])
+    for number in range(count):
         share = random.uniform(0.0, 2.5)
-        record = recorded(late_plant(share), command(240), number)
-        windows = cut_windows(late_plant(1.0), [record], FLOOR)
-        free = Candidate(DELAY, {DELAY.delay: PERIOD}).free()
-        model = model_with(RIG, (DELAY,), windows.names, True)
-        p = model.plant.parameter_values(**{free[0].name: PERIOD})
-        start = np.array([free[0].normalised(PERIOD)])
+        windows = cut_windows(model.plant, [recorded(late_plant(share), command(240), number)], FLOOR)
+        assert windows.names == model.names
         fit = fit_numbers(model, windows, free, start, p, model.starts(windows, p), np.ones(len(SIGMA)))
         low, high = fit.interval(0)
         inside += low <= share * PERIOD <= high
-    assert inside >= 25
+        errors.append((fit.x[0] - free[0].normalised(share * PERIOD)) / np.sqrt(fit.covariance[0, 0]))
+    assert inside >= fewest
+    assert abs(np.mean(errors)) < 3 / np.sqrt(count)
+    assert np.std(errors) == pytest.approx(1.0, abs=3 / np.sqrt(2 * count))
 
 
 @pytest.mark.parametrize("name", dict.fromkeys(e.name for e in EFFECTS))

@@ -10,10 +10,12 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.step_experiment import load_steps
+from workbench.commands.robustness import workers
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.robustness.draw import drawn
-from workbench.commands.robustness.drawn_plants import drawn_plants
+from workbench.commands.robustness.drawn_plants import plants_by_block
 from workbench.commands.robustness.linear_loops import linear_loops, places
 from workbench.commands.robustness.study import run_robustness
 from workbench.engine import Engine
@@ -94,6 +96,30 @@ def test_plants_are_drawn_within_bounds_and_factors_from_the_seed():
     assert np.abs(first.position + config.step / 2).max() <= 0.9 * config.rig.limit("stroke")
 
 
+def test_a_block_of_plants_is_what_it_is_among_all():
+    config = load_robustness(SHIPPED, plants=500)
+    plant = build(config.rig)
+    whole = drawn(config, plant)
+    for block in (range(500), range(7), range(7, 260), range(499, 500)):
+        part = drawn(config, plant, block)
+        assert np.array_equal(part.p, whole.p[block.start : block.stop])
+        assert np.array_equal(part.position, whole.position[block.start : block.stop])
+
+
+def test_results_do_not_depend_on_the_blocks(tmp_path, monkeypatch):
+    """Draws, noise and counts: a plant plays as it does among all."""
+    config = load_robustness(few(tmp_path, '["p-dp", "mpc"]'), plants=25)
+    whole = run_robustness(config, no_checkpoint, lambda _: None)
+    monkeypatch.setattr(workers, "BLOCK", 9)
+    parts = run_robustness(config, no_checkpoint, lambda _: None)
+    assert list(parts.tables) == list(whole.tables)
+    for table, columns in whole.tables.items():
+        for name, values in columns.items():
+            np.testing.assert_allclose(parts.tables[table][name], values, rtol=1e-9, equal_nan=True)
+    for key in ("rows", "linear"):
+        assert metrics_json({key: parts.metrics[key]}) == metrics_json({key: whole.metrics[key]})
+
+
 def few(folder, controllers):
     """The shipped experiment with a few controllers, in a folder; its path."""
     start = SHIPPED.read_text().split("[from]")[0]
@@ -103,7 +129,7 @@ def few(folder, controllers):
 
 def test_linear_loops_at_every_position_are_those_of_the_loop(tmp_path):
     config = load_robustness(few(tmp_path, '["p-dp", "mpc"]'), plants=3)
-    plants = drawn_plants(config, 0.3e-3)
+    plants = plants_by_block(config)(0.3e-3, range(3))
     controllers = {spec.name: spec.build(1e-3) for spec in config.controllers}
     plant, limit = plants.engine.plant, config.rig.limit("stroke")
     positions = {place.position for place in places(config) if place.position is not None}

@@ -9,10 +9,12 @@ from made_campaigns import PERIOD, SIGMA, commands, made
 from workbench.base.errors import InputError
 from workbench.base.signals import MEASURED
 from workbench.identify.data.noise_floor import NoiseFloor
+from workbench.identify.fit import solver
 from workbench.identify.fit.determined import FreeParameter
 from workbench.identify.fit.free_parameters import uncertain
 from workbench.identify.fit.initial_states import fit_states
 from workbench.identify.fit.model import Model
+from workbench.identify.fit.normal_equations import numbers_at, ranges
 from workbench.identify.fit.solver import Fit, fit_numbers
 from workbench.identify.fit.windows import Windows, cut_windows, delayed
 from workbench.identify.trace.shape import shape
@@ -144,6 +146,32 @@ def test_a_fit_finds_the_true_numbers_within_its_intervals(rig, model):
         assert abs(true[free.name] - middle) < 2 * half + 1e-9 * abs(middle), free.name
     assert np.mean(inside) >= 0.8
     assert fit.p[model.plant.parameters.index("K3")] == pytest.approx(VALUES["K3"], rel=5e-3)
+
+
+def test_slopes_at_a_place_are_computed_once(rig, model, monkeypatch):
+    """They are what a fit costs."""
+    windows, asked = windows_of(rig, model, **VALUES), []
+    slopes_of = solver.slopes_of
+
+    def counted(model, windows, x0, p, free, x):
+        asked.append((x.tobytes(), x0.tobytes()))
+        return slopes_of(model, windows, x0, p, free, x)
+
+    monkeypatch.setattr(solver, "slopes_of", counted)
+    fitted(model, windows, uncertain(rig))
+    assert len(asked) > 3
+    assert len(set(asked)) == len(asked)
+
+
+def test_a_fit_that_goes_on_from_a_fit_ends_where_one_from_afar_does(rig, model):
+    windows, free = windows_of(rig, model, **VALUES), uncertain(rig)
+    afar = fitted(model, windows, free)
+    x = np.clip(afar.x + 0.1, *ranges(free)[:2])
+    p = numbers_at(model, free, x, model.plant.p)
+    again = fit_numbers(model, windows, free, x, p, afar.x0, np.ones(len(windows.names)), near=True)
+    assert again.squares.sum() == pytest.approx(afar.squares.sum(), abs=1.0)  # in units of the noise's variance
+    known = np.sqrt(np.diag(afar.covariance))
+    assert np.all(np.abs(again.x - afar.x) < 0.5 * known)
 
 
 def test_a_number_stays_in_its_range_and_is_said_to_be_at_its_end(rig, model):

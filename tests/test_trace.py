@@ -39,7 +39,7 @@ from workbench.identify.trace.context import trace_context
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig, heldout_errors, numbers_explain, refit, with_selection
 from workbench.identify.trace.refits import run_pass
-from workbench.identify.trace.rule import explained, misfit
+from workbench.identify.trace.rule import explained
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
@@ -385,5 +385,5 @@ def test_numbers_explain_what_numbers_miss_and_no_friction(force, numbers_alone)
     x = fit.fit.x + (0.0 if force else 0.3)
     moved = replace(fit, fit=replace(fit.fit, x=x, p=numbers_at(fit.model, fit.fit.free, x, fit.fit.p)))
     errors = heldout_errors(problem, moved)
-    assert misfit(errors.chi2, errors.samples, problem.kappa)
+    assert problem.misses(errors.chi2, errors.samples)
     assert numbers_explain(problem, moved, errors) is numbers_alone

@@ -104,6 +104,18 @@ def test_a_second_effect_that_ties_is_said_to_tie():
     assert more_json(trace)["tied"] == {"jack.friction": ["load.bias"]}
 
 
+def test_neighbours_that_tie_by_what_their_formulas_leave_are_told_with_both_shares():
+    (each,) = tied().passes
+    friction, bias = each.accepted
+    less = replace(bias, judgement=replace(bias.judgement, name="load.bias", explained=0.9))
+    friction = replace(friction, judgement=replace(friction.judgement, explained=0.95))
+    both = replace(tied(), effects=(friction,), passes=(replace(each, accepted=(friction, less)),))
+    said = words.verdict(both, None, None)
+    assert "they explain 95.0 % and 90.0 %, and other formulas might as much, of what the model misses" in said
+    assert "each explains" not in said
+    assert "each explains" in words.verdict(tied(), None, None)
+
+
 def test_an_effect_that_was_added_ties_with_none():
     (friction,) = tied().effects
     bias = replace(friction, candidate=replace(friction.candidate, effect=find("load.bias", "weight")), tied=())
@@ -121,6 +133,16 @@ def test_an_unfinished_effect_says_that_more_is_missing_and_where():
         assert left in said
         assert "most likely in the flows" in said
         assert ("only falls" in said) == (chi2 > 1.3)
+
+
+def test_a_name_whose_formula_is_not_the_rigs_own_says_how_much_is_left():
+    before, after, _ = found().heldout
+    rest = replace(after, squares=after.squares * 1.29 / after.chi2)
+    said = words.verdict(altered(heldout=(before, rest, rest)), None, None)
+    assert "29.0 % of the noise's variance is left, by its formula perhaps." in said
+    assert "of the noise's variance is left" not in words.verdict(found(), None, None)
+    by_numbers = words.verdict(altered(heldout=(before, rest, rest), by_numbers=True), None, None)
+    assert "Its numbers fitted to all records leave nothing" in by_numbers
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 
 from .machine_code import LinkJob, exact_timers, rig_code, set_addresses
 
-_BINS = 20_000  # microseconds
+_BINS = 100_000  # microseconds: later is in the last
 
 
 @dataclass(frozen=True)

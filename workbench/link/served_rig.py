@@ -14,7 +14,7 @@ from .machine_code import LinkJob, RigCode, rig_code, set_addresses
 
 _PACKET = 2048  # bytes of a datagram that is looked at, as rig.ll has it
 _ROWS = 256  # readings whose noise is drawn ahead
-_JITTER_BINS, _AGE_BINS = 20_000, 200_000  # microseconds
+_BINS = 100_000  # microseconds: later is in the last
 _WATCHDOG = 0.05  # s without a command, and at least
 _LEAST_WATCHDOG = 10  # periods
 _RUN_OUT = 1.0  # s that a rig in lockstep runs on after it was switched off
@@ -174,8 +174,8 @@ class ServedRig:
             "address": np.zeros(128, np.uint8),
             "owner": np.zeros(128, np.uint8),
             "reading": np.frombuffer(bytearray(datagrams.reading(datagrams.Reading(0, 0, 0, (0.0,) * c))), np.uint8),
-            "jitter": np.zeros(_JITTER_BINS, np.int64),
-            "ages": np.zeros(_AGE_BINS, np.int64),
+            "jitter": np.zeros(_BINS, np.int64),
+            "ages": np.zeros(_BINS, np.int64),
         }
         own = {"x": buffers.x, "u": buffers.u, "p": buffers.p, "y": buffers.y, "duration": buffers.duration}
         set_addresses(self.job, **self._arrays, **own, failed=buffers.failed, reached=buffers.reached)
@@ -196,5 +196,5 @@ class ServedRig:
         job.limits, job.normal_row, job.normal_rows = len(bench.limits), _ROWS, _ROWS
         job.reading_size, job.asked = len(self._arrays["reading"]), -1
         job.watchdog = max(_LEAST_WATCHDOG, round(_WATCHDOG / bench.period))
-        job.jitter_bins, job.age_bins = _JITTER_BINS, _AGE_BINS
+        job.jitter_bins = job.age_bins = _BINS
         job.clock_id, job.dontwait = time.CLOCK_MONOTONIC, getattr(socket, "MSG_DONTWAIT", 0)

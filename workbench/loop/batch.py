@@ -55,17 +55,18 @@ def run_lanes(
     recorded: tuple[str, ...],
     seed: int | None = None,
     inputs: Mapping[str, np.ndarray] | None = None,
+    first: int = 0,
 ) -> Iterator[tuple[slice, Lanes]]:
     """Loops that start at rest at `points` on plants with parameters p [lanes, j], along deviations `reference` [k].
 
     Or [lanes, k]. One law for all, or one for each lane, such as designs of one controller: see `compiled_law`. A seed
-    switches noise and resolution on, a lane's own by its number; `inputs` [k]: how far other inputs of the plants go
-    from where they are at `points`. Yields chunks of lanes, each as a SampledLoop would have run it; the rig gives
-    limits, sensors and period to all of them.
+    switches noise and resolution on, a lane's own by its number, counted from `first`; `inputs` [k]: how far other
+    inputs of the plants go from where they are at `points`. Yields chunks of lanes, each as a SampledLoop would have
+    run it; the rig gives limits, sensors and period to all of them.
     """
     sensors = Sensors(rig, engine.plant.outputs, seed)
     laws = law if isinstance(law, Sequence) else [law]
-    for lanes, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}):
+    for lanes, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}, first):
         ready = compiled_law(engine, rig, laws, sensors, chunk.p, recorded)
         yield lanes, _run_chunk(engine, ready, laws[lanes] if isinstance(law, Sequence) else laws, sensors, chunk)
 
@@ -94,31 +95,32 @@ def chunks(
     reference: np.ndarray,
     seed: int | None,
     inputs: Mapping[str, np.ndarray],
+    first: int = 0,
 ) -> Iterator[tuple[slice, LaneChunk]]:
-    """The lanes of a run, `CHUNK` at a time."""
+    """The lanes of a run, numbered from `first` for their noise, `CHUNK` at a time."""
     k = reference.shape[-1]
-    for first in range(0, len(p), CHUNK):
-        lanes = slice(first, min(first + CHUNK, len(p)))
+    for begin in range(0, len(p), CHUNK):
+        lanes = slice(begin, min(begin + CHUNK, len(p)))
         at = Equilibria(points.x[lanes], points.u[lanes], points.ok[lanes])
         outputs = engine.outputs(at.x[:, None], at.u[:, None], p[lanes, None])[:, 0]
         others = np.repeat(at.u[:, None, 1:], k, axis=1)
         for name, values in inputs.items():
             others[:, :, engine.plant.input(name) - 1] += values
         asked = np.broadcast_to(reference if reference.ndim == 1 else reference[lanes], (len(at.x), k))
-        normal = _normal(seed, lanes, (k + 1, len(sensors.names)))
+        normal = _normal(seed, range(first + lanes.start, first + lanes.stop), (k + 1, len(sensors.names)))
         yield lanes, LaneChunk(at, p[lanes], outputs, asked, others, normal)
 
 
-def _normal(seed: int | None, lanes: slice, shape: tuple[int, int]) -> np.ndarray:
+def _normal(seed: int | None, lanes: range, shape: tuple[int, int]) -> np.ndarray:
     """What the sensors' noise is made of, [lanes, instants, sensors]: nothing without a seed."""
     if seed is None:
-        return np.zeros((lanes.stop - lanes.start, shape[0], 0))
-    return _drawn(seed, lanes.start, lanes.stop, shape)
+        return np.zeros((len(lanes), shape[0], 0))
+    return _drawn(seed, lanes, shape)
 
 
 @lru_cache(maxsize=2)  # a search draws the same for each design; at rest, and in motion
-def _drawn(seed: int, first: int, last: int, shape: tuple[int, int]) -> np.ndarray:
-    drawn = np.stack([draws(seed, lane).standard_normal(shape) for lane in range(first, last)])
+def _drawn(seed: int, lanes: range, shape: tuple[int, int]) -> np.ndarray:
+    drawn = np.stack([draws(seed, lane).standard_normal(shape) for lane in lanes])
     drawn.setflags(write=False)
     return drawn
 

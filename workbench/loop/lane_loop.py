@@ -35,6 +35,7 @@ def play_lanes(
     recorded: tuple[str, ...],
     seed: int | None = None,
     inputs: Mapping[str, np.ndarray] | None = None,
+    first: int = 0,
 ) -> Iterator[tuple[slice, Lanes]]:
     """`run_lanes` of a controller: compiled where it is data or a graph, else by its form in lanes, period by period.
 
@@ -42,14 +43,14 @@ def play_lanes(
     """
     law, lanes = sampled_law(controller), lane_controller(controller)
     if law is not None:
-        yield from run_lanes(engine, rig, law, points, p, reference, recorded, seed, inputs)
+        yield from run_lanes(engine, rig, law, points, p, reference, recorded, seed, inputs, first)
     elif lanes is not None:
         check_sensors(rig, controller.measures)
         sensors = Sensors(rig, engine.plant.outputs, seed)
         silent = static([0.0, 0.0], controller.measures[:1])  # what the controller demands is added to nothing
         ready = partial(compiled_law, engine, rig, [silent], sensors, recorded=recorded)
         loops = _LaneLoops(engine, ready, silent, lanes, preview(controller), sensors)
-        for part, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}):
+        for part, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}, first):
             yield part, loops.run(chunk)
     else:
         raise ValueError(f"{type(controller).__name__} has no form in lanes")

@@ -137,7 +137,10 @@ def joined(first: PlantLanes, second: PlantLanes) -> PlantLanes:
 
 
 def drawn_evenly(random: np.random.Generator, low: float, high: float, count: int) -> np.ndarray:
-    """Numbers [count] even from low to high; where high is five times as much and more, even in their logarithm."""
+    """Numbers [count] even from low to high; where high is five times as much and more, even in their logarithm.
+
+    Each takes one draw of the generator.
+    """
     if high >= _WIDE * low > 0:
         return np.exp(random.uniform(np.log(low), np.log(high), count))
     return random.uniform(low, high, count)

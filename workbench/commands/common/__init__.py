@@ -8,6 +8,7 @@ run_index   index.html: the finished runs of a folder
 row_table, loop_margins    rows of loops as tables of a report, and their margins
 experiment, step_experiment, bench_experiment, record_experiment    experiment files that several commands read
 record_options, drawn_record, plant_draw    records: arguments, and on plants drawn over what is uncertain of a rig
+kept_columns        columns of many plants, on disk
 envelope_keys       what a loop has to hold on: positions, draws, limits of the goals
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them

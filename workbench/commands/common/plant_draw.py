@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -15,22 +16,24 @@ from ...rigs.rig import Rig
 
 @dataclass(frozen=True)
 class PlantDraw:
-    """Parameters p [plants, k], positions at the start [plants], m from mid stroke, and the drawn numbers [plants] by
-    name, SI."""
+    """Drawn numbers [plants] by name, SI, of a `plant` that has all others, and positions at the start [plants], m from
+    mid stroke."""
 
-    p: np.ndarray
+    of: Plant
     position: np.ndarray
     numbers: dict[str, np.ndarray]
 
+    @cached_property
+    def p(self) -> np.ndarray:
+        """Parameters [plants, k]."""
+        p = np.tile(self.of.p, (len(self.position), 1))
+        for name, values in self.numbers.items():
+            p[:, self.of.parameters.index(name)] = values
+        return p
+
     def table(self, rig: Rig, *further: Sequence[Cell]) -> Table:
         """The least and the largest of each number, for a report; with `further` rows."""
-        described = numbers_of(rig)
-        rows = [
-            [name, float(values.min()), float(values.max()), described[name].si]
-            for name, values in self.numbers.items()
-        ]
-        rows.append(["position", float(self.position.min()), float(self.position.max()), "m"])
-        return Table("Uniform within these ranges", ["number", "least", "largest", "unit"], [*rows, *further])
+        return ranges_table(self.columns(rig), *further)
 
     def plant(self, lane: int, rig: Rig) -> dict[str, float]:
         """Position and numbers of one of them, by name with unit."""
@@ -40,6 +43,16 @@ class PlantDraw:
     def columns(self, rig: Rig) -> dict[str, np.ndarray]:
         """Position and numbers [plants] by name with unit."""
         return {"position [m]": self.position} | _with_units(self.numbers, rig)
+
+
+def ranges_table(columns: Mapping[str, np.ndarray], *further: Sequence[Cell]) -> Table:
+    """The least and the largest of a draw's `columns`, the position last; with `further` rows."""
+    position, *numbers = (
+        [*name.removesuffix("]").rsplit(" [", 1), float(values.min()), float(values.max())]
+        for name, values in columns.items()
+    )
+    rows = [[name, least, largest, unit] for name, unit, least, largest in (*numbers, position)]
+    return Table("Uniform within these ranges", ["number", "least", "largest", "unit"], [*rows, *further])
 
 
 def _with_units(numbers: Mapping[str, np.ndarray], rig: Rig) -> dict[str, np.ndarray]:
@@ -54,22 +67,31 @@ def draw_plants(
     plants: int,
     seed: int,
     span: tuple[float, float],
+    block: range | None = None,
 ) -> PlantDraw:
     """So many plants of a rig, the same for the same seed; the first is the nominal one at mid stroke.
 
     `factors` [low, high] by name; every other number with bounds is drawn within them, the position within `span` [m].
-    A rig without a stroke has none.
+    A rig without a stroke has none. A `block` of them is drawn without the others, and is what it is among all.
     """
-    random = np.random.default_rng(seed)
-    numbers = {}
-    for name, (low, high) in uncertain(rig, plant, factors).items():
-        numbers[name] = drawn_evenly(random, low, high, plants)
-        numbers[name][0] = plant.p[plant.parameters.index(name)]
-    p = np.tile(plant.p, (plants, 1))
-    for name, values in numbers.items():
-        p[:, plant.parameters.index(name)] = values
-    position = random.uniform(*span, plants)
-    position[0] = 0.0
+    block = range(plants) if block is None else block
+    ranges = uncertain(rig, plant, factors)
+    numbers = {
+        name: drawn_evenly(_random(seed, i * plants + block.start), *ends, len(block))
+        for i, (name, ends) in enumerate(ranges.items())
+    }
+    position = _random(seed, len(ranges) * plants + block.start).uniform(*span, len(block))
+    if 0 in block:
+        position[0] = 0.0
+        for name, values in numbers.items():
+            values[0] = plant.p[plant.parameters.index(name)]
     if not rig.is_jack:
         position[:] = 0.0
-    return PlantDraw(p, position, numbers)
+    return PlantDraw(plant, position, numbers)
+
+
+def _random(seed: int, first: int) -> np.random.Generator:
+    """The generator of a seed, past its `first` draws."""
+    counted = np.random.PCG64(seed)
+    counted.advance(first)
+    return np.random.Generator(counted)

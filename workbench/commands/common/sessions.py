@@ -87,7 +87,8 @@ def _pattern(problem: EstimationProblem, difference: SessionDifference) -> str:
     """The records of the group in every role: by what their names begin with, where no other's do, else listed."""
     campaign = problem.campaign
     moving = [*campaign.train, *campaign.select, *campaign.heldout]
-    names = [moving[k].name for k in groups(moving)[difference.group]]
+    every = groups(moving).get(difference.group)  # none where other roles' records carry other signals
+    names = list(difference.records) if every is None else [moving[k].name for k in every]
     begins = (names[0][:end] for end in range(len(names[0]), 0, -1))
     begin = next((part for part in begins if all(name.startswith(part) for name in names)), "")
     others = [record.name for record in moving if record.name not in names]

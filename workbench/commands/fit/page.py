@@ -8,7 +8,6 @@ from scipy.sparse.csgraph import connected_components
 
 from ...base.units import from_si
 from ...identify.fit.sessions import SessionDifference
-from ...identify.trace import rule as decide
 from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
@@ -130,7 +129,7 @@ def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Map
     if chi2 is None:
         return f"{said}some held-out windows cannot be simulated with them."
     said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"
-    missing = decide.misfit(chi2, problem.heldout.samples, problem.kappa)
+    missing = problem.misses(chi2, problem.heldout.samples)
     said += ": the model misses something, and jackbench trace asks what." if missing else ", as it should be."
     if pushed := [entry.number.name for entry in numbers if entry.pushed]:
         said += f" At an end of its range: {', '.join(pushed)}."

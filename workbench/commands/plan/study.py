@@ -9,7 +9,6 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
-from ...identify.trace import rule as decide
 from ...identify.trace.information import EffectInformation, alternatives, effect_information, sharpened
 from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.trace.refit import FittedModel, fit_rig
@@ -91,7 +90,7 @@ def _ranked(
     problem: EstimationProblem, model_fit: FittedModel, library: Sequence[Effect], stage: Stage, progress: Progress
 ) -> Sequence[Any]:
     """Effects with their scores, where something is missing; else nothing says how strong one would be."""
-    if not decide.misfit(model_fit.chi2, model_fit.samples, problem.kappa):
+    if not problem.misses(model_fit.chi2, model_fit.samples):
         return ()
     progress("scores of the effects")
     with trace_workers(1, problem, library, ()) as workers:

@@ -30,15 +30,6 @@ class Place:
         return f"{where} {self.point}"
 
 
-@dataclass(frozen=True)
-class PlaceMargins:
-    """A controller's loops on all plants at one place. A plant without an operating point there has an infinite
-    radius."""
-
-    place: Place
-    margins: LaneMargins
-
-
 def places(config: RobustnessConfig) -> list[Place]:
     """Where each plant was drawn, and at every position; a linear plant has none."""
     stroke = config.rig.limit("stroke")
@@ -49,7 +40,10 @@ def places(config: RobustnessConfig) -> list[Place]:
 def linear_loops(
     plants: DrawnPlants, controllers: Mapping[str, Controller], place: Place
 ) -> dict[str, dict[str, np.ndarray]]:
-    """The loops at a place: the columns of LaneMargins by controller, of its linear view."""
+    """The loops at a place: the columns of LaneMargins by controller, of its linear view.
+
+    A plant without an operating point there has an infinite radius.
+    """
     parts = list(_chunks(plants, controllers, place.position, plants.points[place.point]))
     return {
         name: {column: np.concatenate([getattr(part[name], column) for part in parts]) for column in _COLUMNS}
@@ -57,12 +51,12 @@ def linear_loops(
     }
 
 
-def worst_places(places: list[PlaceMargins]) -> dict[str, np.ndarray]:
+def worst_places(places: list[LaneMargins]) -> dict[str, np.ndarray]:
     """Plant by plant, over all places: `unstable`, and where the poles are furthest out; Ms and gain margin or NaN."""
     radius, ms, gain_margin = (
-        np.stack([getattr(place.margins, name) for place in places]) for name in ("radius", "ms", "gain_margin_db")
+        np.stack([getattr(place, name) for place in places]) for name in ("radius", "ms", "gain_margin_db")
     )
-    unstable = np.any([~place.margins.stable for place in places], axis=0)
+    unstable = np.any([~place.stable for place in places], axis=0)
     return {
         "unstable": unstable,
         "furthest": np.argmax(radius, axis=0),
@@ -71,29 +65,37 @@ def worst_places(places: list[PlaceMargins]) -> dict[str, np.ndarray]:
     }
 
 
-def linear_rows(name: str, places: list[PlaceMargins]) -> list[dict[str, Any]]:
-    """A row a place: how many loops are unstable, and the worst of the others' numbers; SI but for what keys say.
+def of_place(margins: LaneMargins) -> dict[str, np.ndarray]:
+    """What a row needs of a block of plants: Ms of each [plants], infinite of an unstable loop; [1] each, how many are
+    unstable and the worst of the rest."""
+    worst = {
+        "unstable": (~margins.stable).sum(),
+        "gain_margin_db": np.fmin.reduce(margins.gain_margin_db),
+        "phase_margin_deg": np.fmin.reduce(margins.phase_margin_deg),
+        "radius": margins.radius.max(),
+    }
+    return {"ms": np.where(margins.stable, margins.ms, np.inf)} | {key: np.array([x]) for key, x in worst.items()}
+
+
+def linear_row(name: str, place: Place, columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """How many loops of a controller at a place are unstable, and the worst of the others' numbers, of the columns that
+    `of_place` makes of its blocks; SI but for what keys say.
 
     The median of Ms counts an unstable loop as infinite, and is None where it is one; so is the largest Ms, or the
     least margin, where one loop is unstable.
     """
-    return [_row(name, place) for place in places]
-
-
-def _row(name: str, place: PlaceMargins) -> dict[str, Any]:
-    margins, unstable = place.margins, ~place.margins.stable
-    whole = not unstable.any()
+    ms, unstable = columns["ms"], int(columns["unstable"].sum())
     return {
         "controller": name,
-        "plants": len(unstable),
-        "position": place.place.position,
-        "point": place.place.point,
-        "unstable": int(unstable.sum()),
-        "ms_p50": quantile(np.where(unstable, np.inf, margins.ms), 0.5),
-        "ms_worst": finite(margins.ms.max()) if whole else None,
-        "gain_margin_worst_db": finite(np.fmin.reduce(margins.gain_margin_db)) if whole else None,
-        "phase_margin_worst_deg": finite(np.fmin.reduce(margins.phase_margin_deg)) if whole else None,
-        "radius_worst": finite(margins.radius.max()),
+        "plants": len(ms),
+        "position": place.position,
+        "point": place.point,
+        "unstable": unstable,
+        "ms_p50": quantile(ms, 0.5),
+        "ms_worst": None if unstable else finite(ms.max()),
+        "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
+        "phase_margin_worst_deg": None if unstable else finite(np.fmin.reduce(columns["phase_margin_deg"])),
+        "radius_worst": finite(columns["radius"].max()),
     }
 
 

@@ -10,7 +10,7 @@ from ...loop.rows import moving_at
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
-from ..common.plant_draw import PlantDraw
+from ..common.plant_draw import ranges_table
 from .config import RobustnessConfig
 from .linear_page import linear_items
 
@@ -31,7 +31,10 @@ _BEST = ("settling, median [s]", "99 % [s]", "worst [s]", "worst overshoot [%]",
 
 
 def robustness_page(
-    config: RobustnessConfig, metrics: Mapping[str, Any], lanes: Mapping[str, Any], draw: PlantDraw
+    config: RobustnessConfig,
+    metrics: Mapping[str, Any],
+    lanes: Mapping[str, Mapping[str, np.ndarray]],
+    draw: Mapping[str, np.ndarray],
 ) -> Page:
     """One table, the distributions, the worst plant of each controller, and what was drawn."""
     rows, unit = metrics["rows"], config.signal.unit
@@ -84,13 +87,13 @@ def _answer(row: dict[str, Any]) -> str:
     return f"{row['controller']}: {holds}, 99 % settled within {row['settling_p99_s']:.3g} s"
 
 
-def robustness_figure(lanes: Mapping[str, Any]) -> Figure:
+def robustness_figure(lanes: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
     """The share of the plants that have settled, over time."""
     curves = []
     for name, columns in lanes.items():
-        settled = np.sort(columns["settling_s"][~np.isnan(columns["settling_s"])])
-        share = 100 * np.arange(1, len(settled) + 1) / len(columns["settling_s"])
-        curves.append(Curve(name, settled, share))
+        settling = columns["settling_s"]
+        at, plants = np.unique(settling[~np.isnan(settling)], return_counts=True)  # whole periods: few
+        curves.append(Curve(name, at, 100 * np.cumsum(plants) / len(settling)))
     return Figure("Share of the plants that have settled", "time [s]", (Panel("settled [%]", tuple(curves)),))
 
 
@@ -101,6 +104,6 @@ def _worst(rows: list[dict[str, Any]]) -> Table:
     )
 
 
-def _drawn(config: RobustnessConfig, draw: PlantDraw) -> Table:
+def _drawn(config: RobustnessConfig, draw: Mapping[str, np.ndarray]) -> Table:
     delays = [config.conditions.delay(spec, config.rig) for spec in config.controllers]
-    return draw.table(config.rig, ["computing delay", min(delays), max(delays), "s"])
+    return ranges_table(draw, ["computing delay", min(delays), max(delays), "s"])

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from time import process_time
 from typing import Any
 
@@ -15,53 +15,65 @@ from ...loop.lane_loop import play_lanes, plays_in_lanes
 from ...loop.lane_metrics import hunting_lanes, step_lanes
 from ...loop.sensors import settling_band
 from .config import RobustnessConfig
-from .drawn_plants import DrawnPlants, drawn_plants
+from .drawn_plants import DrawnPlants, plants_by_block
 from .linear_loops import Place, linear_loops, places
 
+BLOCK = 1000  # plants at a time: what they need is let go, so that memory does not grow with their number
 _Task = Callable[[RobustnessConfig, DrawnPlants, Mapping[str, Controller]], dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class Item:
-    """A `task` on controllers of one computing delay [s]."""
+    """A `task` on controllers of one computing delay [s] and a block of the drawn plants."""
 
     delay: float
+    block: range
     controllers: Sequence[ControllerSpec]
     task: _Task
 
 
-def items(config: RobustnessConfig) -> dict[str, Item]:
-    """By the names of their stages: all controllers of a computing delay at every place, then the steps of each."""
+def blocks(config: RobustnessConfig) -> list[range]:
+    """The drawn plants, `BLOCK` at a time."""
+    return [range(first, min(first + BLOCK, config.plants)) for first in range(0, config.plants, BLOCK)]
+
+
+def items(config: RobustnessConfig, block: range) -> dict[str, Item]:
+    """Of a block of plants, by the names of their stages: all controllers of a computing delay at every place, then the
+    steps of each."""
     by_delay: dict[float, list[ControllerSpec]] = {}
     for spec in config.controllers:
         by_delay.setdefault(config.conditions.delay(spec, config.rig), []).append(spec)
     listed = {}
     for delay, specs in by_delay.items():
         for place in places(config):
-            listed[linear_stage(place, delay)] = Item(delay, specs, partial(_linear, place=place))
+            listed[linear_stage(place, delay, block)] = Item(delay, block, specs, partial(_linear, place=place))
         for spec in specs:
             if plays_in_lanes(spec.build(config.rig.period.value)):
-                listed[steps_stage(spec, delay)] = Item(delay, [spec], _steps)
+                listed[steps_stage(spec, delay, block)] = Item(delay, block, [spec], _steps)
     return listed
 
 
-def linear_stage(place: Place, delay: float) -> str:
+def linear_stage(place: Place, delay: float, block: range) -> str:
     """The name of a stage."""
-    return f"linear {place} {1e3 * delay:g} ms"
+    return f"linear {place} {_of(delay, block)}"
 
 
-def steps_stage(spec: ControllerSpec, delay: float) -> str:
+def steps_stage(spec: ControllerSpec, delay: float, block: range) -> str:
     """The name of a stage."""
-    return f"{spec.name} {1e3 * delay:g} ms"
+    return f"{spec.name} {_of(delay, block)}"
+
+
+def _of(delay: float, block: range) -> str:
+    return f"{1e3 * delay:g} ms plants {block.start} to {block.stop - 1}"
 
 
 def at_work(config: RobustnessConfig) -> Callable[[Item], dict[str, Any]]:
-    """The work of one process, which draws and balances the plants once for a computing delay."""
-    plants = cache(partial(drawn_plants, config))
+    """The work of one process, which draws and balances a block of plants once for a computing delay."""
+    plants = plants_by_block(config)
 
     def work(item: Item) -> dict[str, Any]:
         controllers = {spec.name: spec.build(config.rig.period.value) for spec in item.controllers}
-        return item.task(config, plants(item.delay), controllers)
+        return item.task(config, plants(item.delay, item.block), controllers)
 
     return work
 
@@ -73,13 +85,14 @@ def _linear(
 
 
 def _steps(config: RobustnessConfig, plants: DrawnPlants, controllers: Mapping[str, Controller]) -> dict[str, Any]:
-    """The steps of one controller, plant by plant, and how many closed-loop seconds a CPU second gave."""
+    """The steps of one controller, plant by plant, and the CPU seconds that they took."""
     (controller,) = controllers.values()
     signal = config.signal.name
     band = settling_band(plants.rig, signal, config.step)
     period, k = config.rig.period.value, round(config.seconds / config.rig.period.value) + 1
     reference, began = np.full(k, config.step), process_time()
-    run = partial(play_lanes, plants.engine, plants.rig, controller, plants.points["null"], plants.draw.p, reference)
+    at = plants.points["null"], plants.draw.p
+    run = partial(play_lanes, plants.engine, plants.rig, controller, *at, reference, first=plants.block.start)
     parts = []
     chambers = ("lowest_pressure",) if plants.rig.is_jack else ()
     for _, lanes in run((signal, *chambers), config.conditions.noise):
@@ -89,7 +102,7 @@ def _steps(config: RobustnessConfig, plants: DrawnPlants, controllers: Mapping[s
         for name in chambers:
             lowest = lanes.signals[name].min(axis=1)
         parts.append((step.settling, step.overshoot, lanes.trip, lanes.failed, lowest))
-    rate = config.plants * config.seconds / (process_time() - began)
+    took = process_time() - began
     settling, overshoot, trip, failed, lowest = (np.concatenate(part) for part in zip(*parts, strict=True))
     calm = (lanes.signals[signal] for _, lanes in run((signal,)))
     hunting = np.concatenate([hunting_lanes(period, y, config.step, HUNTING) for y in calm])
@@ -99,5 +112,5 @@ def _steps(config: RobustnessConfig, plants: DrawnPlants, controllers: Mapping[s
         "hunting": hunting & (trip == 0) & ~failed,
         "tripped": (trip > 0) | failed,
         "lowest_pressure": lowest,
-        "closed_loop_seconds_per_cpu_second": rate,
+        "cpu_seconds": np.array([took]),
     }

@@ -19,4 +19,4 @@ def steps(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The share of times above x [us], for a figure: both [k], of the bins that hold any."""
     held = np.flatnonzero(counts)
     above = 1 - np.cumsum(counts[held]) / max(1, counts.sum())
-    return held.astype(float), np.maximum(above, 0.5 / max(1, int(counts.sum())))
+    return held + 0.5, np.maximum(above, 0.5 / max(1, int(counts.sum())))

@@ -125,7 +125,7 @@ def _page(served: ServedRig, wanted: Service, metrics: dict[str, Any]) -> Page:
     jitter, age = metrics["jitter_us"], metrics["age_us"]
     verdict = f"{served.bench.name}, {_pace(wanted, served)}: {metrics['periods']} periods"
     if jitter["p50"] is not None:
-        verdict += f", {metrics['missed']} readings a whole period late, {jitter['p999']:.0f} us late at p99.9"
+        verdict += f", {metrics['missed']} readings a whole period late, 99.9 % at most {jitter['p999']:.0f} us"
     verdict += f"; {metrics['dropped']} datagrams dropped, {metrics['trips']} trips."
     rows = [[what, *(times[key] for key in ("p50", "p99", "p999", "worst"))] for what, times in
             (("readings after their instant", jitter), ("commands when they act, since they came", age))]  # fmt: skip
@@ -137,4 +137,4 @@ def _page(served: ServedRig, wanted: Service, metrics: dict[str, Any]) -> Page:
 def _figure(served: ServedRig) -> Figure:
     names = {"jitter": "readings after their instant", "ages": "commands when they act, since they came"}
     curves = [Curve(shown, *steps(counts)) for name, shown in names.items() if (counts := served.histogram(name)).sum()]
-    return Figure("How often later", "time [us]", [Panel("share of all", curves, log_y=True)])
+    return Figure("How often later", "time [us]", [Panel("share of all", curves, log_y=True)], log_x=True)

@@ -72,7 +72,7 @@ def _strength(
     plain: Sequence[np.ndarray],
 ) -> float | None:
     """The strength at which the misfit is as large as the gate asks for; None where the numbers' ranges end before."""
-    target = problem.train.samples * (decide.gate(problem.train.samples, problem.kappa) - 1)
+    target = problem.train.samples * (decide.gate(problem.deviation(problem.train.samples)) - 1)
     model = problem.model((*model_fit.effects, effect), brief=True)
     strength = 1.0
     for _ in range(_TRIES):

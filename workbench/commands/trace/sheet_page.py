@@ -66,8 +66,8 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
 def _left(trace: SheetTrace) -> str:
     """Where something is left, and what it looks like."""
     plain = sorted(trace.left, key=lambda band: band.low - band.high)[:_BANDS]
-    where = listed([_band(band, several=len(trace.problem.sheets) > 2) for band in plain])
-    said = f"What is left shows {where}. " if plain else "What is left shows at no frequency plainly. "
+    where = [_band(band, several=len(trace.problem.sheets) > 2) for band in plain]
+    said = f"What is left shows {listed(where) if where else 'at no frequency plainly'}. "
     element = trace.final.model.element
     if element is None:
         return said + "No delay, pole or pair of poles takes it away."

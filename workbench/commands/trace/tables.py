@@ -53,7 +53,7 @@ def candidates_table(trace: Trace) -> Table:
 def rule_table(trace: Trace) -> Table:
     """What the rule asked before it said anything, and what it got."""
     problem, base, heldout = trace.problem, trace.base, trace.problem.heldout.samples
-    gate, last = decide.gate(base.samples, problem.kappa), decide.gate(heldout, problem.kappa)
+    gate, last = (decide.gate(problem.deviation(samples)) for samples in (base.samples, heldout))
     rows: list[list[Cell]] = [
         ["the fitted rig misses something", "chi2, not fitted", base.chi2, f"above {gate:.3g}", base.chi2 > gate]
     ]
@@ -73,7 +73,8 @@ def rule_table(trace: Trace) -> Table:
         enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
         held = share >= decide.NAMED or named <= last
         rows.append(["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0), enough, held])
-        rows.append(["nothing else is missing", "held-out chi2", named, f"at most {last:.3g}", named <= last])
+        most = problem.complete(before, heldout, trace.several)
+        rows.append(["nothing else is missing", "held-out chi2", named, f"at most {most:.3g}", named <= most])
     return Table("What the rule asked", ["that", "test", "value", "asked", "answer"], rows)
 
 

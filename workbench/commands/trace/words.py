@@ -14,7 +14,6 @@ from .pump_words import PUMP_EFFECT
 from .shape import UnexplainedDisturbance
 
 CLUE = 0.5  # R2 below which a signal says nothing of what is missing
-_LITTLE = 0.3  # of the noise's variance: what a formula that is not the rig's own may leave
 _FAR = 0.3  # explained share below which the next best is no rival
 
 RETUNE = (
@@ -187,7 +186,7 @@ def next_records(trace: Trace) -> list[tuple[str, str]]:
     if not trace.effects:
         return [(EQUATION[equation], RECORD[equation]) for equation in trace.equations]
     asked = [fit.candidate.effect for fit in trace.effects]
-    asked += [fit.candidate.effect for search in trace.passes for fit in search.accepted]
+    asked += [fit.candidate.effect for search in trace.passes for fit in search.tried]
     first = {effect.name: RECORD[effect.equation] if effect.shifts else effect.shows for effect in reversed(asked)}
     names = dict.fromkeys((*(fit.candidate.effect.name for fit in trace.effects), *trace.tied))
     return [(name, first[name]) for name in names]
@@ -227,8 +226,10 @@ def accident(trace: Trace, search: Pass, fit: CandidateFit) -> tuple[float, floa
 def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
     said = f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
-    if not trace.at_floor:
+    if trace.by_numbers:
         said += " Its numbers fitted to all records leave nothing: the train records alone tell too little of them."
+    elif trace.left:
+        said += f" {_percent(trace.left)} of the noise's variance is left, by its formula perhaps."
     beside = [(fit, share) for fit, share in ranking(trace) if _other(trace, fit)]
     if beside:
         fit, share = beside[0]
@@ -244,7 +245,7 @@ def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     left = trace.heldout[1].chi2 - 1
     if trace.learned and trace.at_floor:
         rest = "the formula is not all of it"
-    elif after < before and left < _LITTLE:
+    elif after < before and left < decide.FORMULA:
         rest = f"{_percent(left)} of the noise's variance is left, by its formula perhaps, or something else is missing"
     else:
         rest, falls = "something else is missing too", falls.replace("falls", "only falls")
@@ -260,10 +261,19 @@ def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     names = [trace.effects[0].candidate.effect.name, *trace.tied]
     words = listed([ALL_EFFECTS.get(name, f"{name} acts") for name in names], "or")
     return (
-        f"Either {words}: these records cannot tell {listed(names)} apart, each explains "
-        f"{_percent(trace.effects[0].judgement.explained)} of what the model misses, and the held-out error falls from "
+        f"Either {words}: these records cannot tell {listed(names)} apart, {_shares(trace, names)} of what the model "
+        f"misses, and the held-out error falls from "
         f"{_times(before)} to {_times(after)} times the noise. {_advice(trace, 'To tell them apart, record')}"
     )
+
+
+def _shares(trace: Trace, names: Sequence[str]) -> str:
+    """How much each of several names that tie explains."""
+    accepted = {fit.judgement.name: fit.judgement.explained for search in trace.passes for fit in search.accepted}
+    shares = [accepted.get(name, trace.effects[0].judgement.explained) for name in names]
+    if max(shares) - min(shares) <= decide.TIED:
+        return f"each explains {_percent(shares[0])}"
+    return f"they explain {listed([_percent(share) for share in shares])}, and other formulas might as much,"
 
 
 def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:

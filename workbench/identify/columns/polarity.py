@@ -42,15 +42,15 @@ def mended(guesses: Sequence[ColumnGuess], mistake: Mistake, rig: Rig) -> list[C
     before, after = mistake.chi2
     why = f"{mistake.words}: chi2 of {rig.name} as declared falls from {before:.3g} to {after:.3g} without that"
 
-    turns_position = mistake.kind == "turned" and "position" in mistake.signals
+    turns_position = mistake.kind in ("turned", "swapped") and "position" in mistake.signals
 
     def undone(guess: ColumnGuess) -> ColumnGuess:
         if guess.signal not in (*mistake.signals, *(("reference",) if turns_position else ())):
             return guess
-        if mistake.kind == "swapped":
+        if mistake.kind == "swapped" and guess.signal in ("pa", "pb"):
             other = "pb" if guess.signal == "pa" else "pa"
             return replace(guess, signal=other, confidence=LIKELY, reason=f"{guess.reason}; {why}")
-        if mistake.kind == "turned" and guess.signal not in PRESSURES:
+        if mistake.kind != "scaled" and guess.signal not in PRESSURES:
             return guess.turned(rig.middle if guess.signal in ("position", "reference") else 0.0, why)
         return guess.left_out(why)
 

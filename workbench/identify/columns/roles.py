@@ -57,7 +57,7 @@ def _moved(record: Record) -> np.ndarray:
     far = np.zeros(record.t.size)
     for name in [name for name in _MOTION if name in record.signals]:
         values = record.signals[name]
-        noise = max(white_part(name, [record]), _resolution(values))
+        noise = max(white_part(name, [record]).sigma, _resolution(values))
         if noise > 0:
             far = np.maximum(far, np.abs(values - np.median(values[:_REST_ROWS])) / (_NOISE * noise))
     return far

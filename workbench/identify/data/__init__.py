@@ -1,6 +1,6 @@
 """What recordings say by themselves.
 
-noise_floor, white_part, static    how far a perfect model would still be from each signal, and whether it was still
+noise_floor, signal_noise, white_part, static    how far a perfect model would still be from each signal
 scored_floor        what errors are held against, which for free runs is more
 whiteness           whether a residual is noise
 frequency_response  gain, phase, coherence and a 95 % band of a pair of signals

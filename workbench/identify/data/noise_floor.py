@@ -1,7 +1,7 @@
 """The noise floor: how far a perfect model, driven by the recorded command, would still be from each signal."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from ...base.errors import InputError
 from ...base.signals import MEASURED
 from ...records import Campaign, Record
+from .signal_noise import RepeatedRun, SignalNoise, mains, orthonormal, signal_noise, without
 from .static import check_static
 from .white_part import white_part
 
@@ -19,8 +20,6 @@ QUANTISATION = "quantisation"
 REPEATS = "differences between repeats"
 
 PIECE = 2.0  # s, about; drift is what a parabola follows within it
-MAINS = (50.0, 60.0, 100.0, 120.0)  # Hz
-MAINS_SPAN = 0.5  # s; a shorter run cannot tell a mains line from its neighbours
 FEWEST_ROWS = 20
 RINGING_ROWS = 500  # fewer do not resolve a ringing
 RINGING_SHARE = 0.05  # of the variance; less moves sigma by less than 2.5 %
@@ -32,21 +31,30 @@ FED_BACK = ("position", "force")  # their noise is in the command, by the loop, 
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Per measured signal: sigma (SI), kappa (variance of a mean over that of white noise, >= 1), and whence both."""
+    """Per measured signal: sigma (SI), kappa (variance of a mean over that of white noise, >= 1), and whence both.
+
+    `colour` and `known_by` are those of SignalNoise; a signal that is not in them has white noise of exactly sigma.
+    """
 
     sigma: Mapping[str, float]
     kappa: Mapping[str, float]
     source: Mapping[str, str]
+    colour: Mapping[str, float] = field(default_factory=dict)
+    known_by: Mapping[str, float] = field(default_factory=dict)
 
+    def deviation(self, samples: Mapping[str, float]) -> float:
+        """Standard deviation of the chi2 that a perfect model leaves in so many samples of each signal.
 
-@dataclass(frozen=True)
-class RepeatedRun:
-    """Errors [n] of one signal at even times, where they count [n] bool, period in s, numbers fitted to them."""
-
-    error: np.ndarray
-    valid: np.ndarray
-    period: float
-    fitted: int = 0
+        A mean square of n samples scatters by 2 colour/n of itself, squared. sigma^2 is such a mean too, of another
+        record, which all samples of a signal share: however many there are, chi2 is no better known than sigma^2.
+        """
+        scatter = {
+            name: 2.0 * (self.colour.get(name, 1.0) / n + 1.0 / self.known_by.get(name, np.inf))
+            for name, n in samples.items()
+            if n
+        }
+        squares = sum(samples[name] ** 2 * square for name, square in scatter.items())
+        return float(np.sqrt(squares)) / sum(samples.values())
 
 
 def noise_floor(campaign: Campaign) -> NoiseFloor:
@@ -69,38 +77,23 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
     records = campaign.records
     rest = [runs for record in campaign.static for runs in _at_rest(record)]
     again = _repeated((*campaign.train, *campaign.select, *campaign.heldout))
-    sigma, kappa, source = {}, {}, {}
+    noises: dict[str, tuple[SignalNoise, str]] = {}
     for name in MEASURED:
         carriers = [record for record in records if name in record.signals]
         if not carriers:
             continue
         runs = [piece[name] for piece in rest if name in piece]
-        floor = (*sigma_and_kappa(runs), STATIC) if runs else (0.0, 1.0, STATIC)
+        floor = signal_noise(runs) if runs else SignalNoise(0.0, 1.0, 1.0, np.inf), STATIC
         if name in again:
-            floor = max(floor, (*sigma_and_kappa(again[name]), REPEATS))
+            floor = max(floor, (signal_noise(again[name]), REPEATS))
         elif not runs:
-            floor = (white_part(name, carriers), 1.0, ESTIMATED)
-        least = _resolution(campaign, name, carriers) / np.sqrt(12.0)
-        sigma[name], kappa[name], source[name] = floor if floor[0] > least else (least, 1.0, QUANTISATION)
-    return NoiseFloor(sigma, kappa, source)
-
-
-def sigma_and_kappa(runs: Sequence[RepeatedRun]) -> tuple[float, float]:
-    """sigma and kappa = 1 + 2 sum rho_k of one signal's errors, pooled over runs.
-
-    The sum ends at the first lag beyond six times itself (Sokal's window: Madras and Sokal 1988, J. Stat. Phys. 50,
-    appendix C). Mains lines count in sigma, not in the sum: over whole periods they do not move a mean.
-    """
-    squares = sum(float(np.sum(run.error[run.valid] ** 2)) for run in runs)
-    variance = squares / sum(max(1, int(run.valid.sum()) - run.fitted) for run in runs)
-    if variance == 0.0:
-        return 0.0, 1.0
-    kappa = 1.0
-    for lag, covariance in enumerate(_covariances(runs), 1):
-        kappa += 2.0 * float(covariance) / variance
-        if lag >= 6.0 * kappa:
-            break
-    return float(np.sqrt(variance)), max(1.0, kappa)
+            floor = white_part(name, carriers), ESTIMATED
+        least = float(_resolution(campaign, name, carriers) / np.sqrt(12.0))
+        noises[name] = floor if floor[0].sigma > least else (SignalNoise(least, 1.0, 1.0, np.inf), QUANTISATION)
+    sigma, kappa, colour, known_by = (
+        {name: noise[part] for name, (noise, _) in noises.items()} for part in range(len(SignalNoise._fields))
+    )
+    return NoiseFloor(sigma, kappa, {name: source for name, (_, source) in noises.items()}, colour, known_by)
 
 
 def _repeated(records: Sequence[Record]) -> dict[str, list[RepeatedRun]]:
@@ -131,9 +124,9 @@ def _differences(first: Record, second: Record, name: str) -> list[RepeatedRun]:
     error = (first.signals[name][:rows] - second.signals[name][:rows]) / np.sqrt(2.0)
     valid = first.valid[name][:rows] & second.valid[name][:rows]
     pieces = np.array_split(np.arange(rows), max(1, round(rows * first.period / REPEATED)))
-    drifts = {size: _orthonormal(_drift(size)) for size in {piece.size for piece in pieces}}
+    drifts = {size: orthonormal(_drift(size)) for size in {piece.size for piece in pieces}}
     return [
-        RepeatedRun(_without(drifts[piece.size], error[piece]), valid[piece], first.period, drifts[piece.size].shape[1])
+        RepeatedRun(without(drifts[piece.size], error[piece]), valid[piece], first.period, drifts[piece.size].shape[1])
         for piece in pieces
         if valid[piece].all() and piece.size >= FEWEST_ROWS
     ]
@@ -144,32 +137,15 @@ def _calm(runs: list[RepeatedRun]) -> list[RepeatedRun]:
     return [run for run, square in zip(runs, squares, strict=True) if square <= CALM * np.median(squares)]
 
 
-def _covariances(runs: Sequence[RepeatedRun]) -> np.ndarray:
-    """Autocovariance at lags 1, 2 ... over pairs of valid samples, mains lines taken off."""
-    most = max(2, max(run.error.size for run in runs) // 4)
-    products, pairs = np.zeros(most), np.zeros(most)
-    for run in runs:
-        hum = _orthonormal(_mains(run.error.size, run.period))
-        products += _correlate(np.where(run.valid, _without(hum, run.error), 0.0), most)
-        pairs += _correlate(run.valid.astype(float), most)
-    return products[1:] / np.maximum(pairs[1:], 1.0)
-
-
-def _correlate(values: np.ndarray, lags: int) -> np.ndarray:
-    """Sums of values[i] values[i + k], k = 0 .. lags - 1."""
-    length = values.size + lags
-    return np.fft.irfft(np.abs(np.fft.rfft(values, length)) ** 2, length)[:lags]
-
-
 def _at_rest(record: Record) -> list[dict[str, RepeatedRun]]:
     """The errors in a static record, piece by piece: its signals without drift and without the rig's own motion."""
     period, mode, pieces = record.period, None, []
     command = record.signals.get("command", np.zeros(record.t.size))
     for rows in np.array_split(np.arange(record.t.size), max(1, round(record.t.size * period / PIECE))):
-        drift = _orthonormal(_drift(rows.size))
+        drift = orthonormal(_drift(rows.size))
         runs = {
             name: RepeatedRun(
-                _without(drift, values[rows] - values[rows[0]]), record.valid[name][rows], period, drift.shape[1]
+                without(drift, values[rows] - values[rows[0]]), record.valid[name][rows], period, drift.shape[1]
             )
             for name, values in record.signals.items()
             if name in MEASURED and record.valid[name][rows].sum() >= FEWEST_ROWS
@@ -215,30 +191,15 @@ def _answers(command: np.ndarray, period: float, mode: tuple[float, float], othe
     driven = np.asarray(lfilter([0.0, 1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], command))
     free = pole ** np.arange(command.size)
     later = np.concatenate(([0.0], driven[:-1]))
-    return _orthonormal(_without(others, np.column_stack((driven, later, free.real, free.imag))))
+    return orthonormal(without(others, np.column_stack((driven, later, free.real, free.imag))))
 
 
 def _drift_and_mains(rows: int, period: float) -> np.ndarray:
-    return _orthonormal(np.hstack((_drift(rows), _mains(rows, period))))
+    return orthonormal(np.hstack((_drift(rows), mains(rows, period))))
 
 
 def _drift(rows: int) -> np.ndarray:
     return np.vander(np.linspace(-1.0, 1.0, rows), 3)
-
-
-def _mains(rows: int, period: float) -> np.ndarray:
-    """cos and sin [n, 8] of the mains lines, those below the Nyquist frequency; [n, 0] where the run is too short."""
-    lines = [f for f in MAINS if rows * period >= MAINS_SPAN and f * period < 0.5]
-    phase = 2.0 * np.pi * period * np.outer(np.arange(rows), lines)
-    return np.hstack((np.cos(phase), np.sin(phase)))
-
-
-def _orthonormal(columns: np.ndarray) -> np.ndarray:
-    return np.linalg.qr(columns / np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny))[0]
-
-
-def _without(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return values - basis @ (basis.T @ values)
 
 
 def _resolution(campaign: Campaign, name: str, records: Sequence[Record]) -> float:

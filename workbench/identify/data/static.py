@@ -19,7 +19,7 @@ def check_static(campaign: Campaign) -> None:
     for record in campaign.static:
         for name in [name for name in _TELLING if name in record.signals]:
             rest, motion = _spread([record], name), _spread(moving, name)
-            if rest > max(_SHARE * motion, _NOISE * white_part(name, [record])) > 0:
+            if rest > max(_SHARE * motion, _NOISE * white_part(name, [record]).sigma) > 0:
                 there, elsewhere = (SIGNALS[name].text(_short(spread)) for spread in (rest, motion))
                 raise InputError(
                     f"{campaign.path}: static record {record.name} moves: {name} varies by {there} there and by "

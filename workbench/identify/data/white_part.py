@@ -5,16 +5,22 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...records import Record
+from .signal_noise import SignalNoise
 
 BLOCK = 50  # rows
+_THIRD = 2.31  # colour of third differences of white noise: 1 + 2 (15^2 + 6^2 + 1)/20^2
+_MEDIAN = np.pi / 2  # variance of a median over that of a mean
 
 
-def white_part(name: str, records: Iterable[Record]) -> float:
-    """sigma from third differences, as rms over blocks of 50 rows and their median, which passes over moves."""
+def white_part(name: str, records: Iterable[Record]) -> SignalNoise:
+    """White noise by third differences: their rms over blocks of 50 rows, and the blocks' median, which passes over
+    moves."""
     squares = [np.zeros(0)]
     for record in records:
         valid = np.convolve(record.valid[name], np.ones(4), "valid") == 4.0
         third = np.diff(record.signals[name], 3)[valid] ** 2 / 20.0  # 1 + 9 + 9 + 1
         squares.append(third[: third.size // BLOCK * BLOCK].reshape(-1, BLOCK).mean(axis=1))
     blocks = np.concatenate(squares)
-    return float(np.sqrt(np.median(blocks))) if blocks.size else 0.0
+    if not blocks.size:
+        return SignalNoise(0.0, 1.0, 1.0, np.inf)
+    return SignalNoise(float(np.sqrt(np.median(blocks))), 1.0, 1.0, blocks.size * BLOCK / (_THIRD * _MEDIAN))

@@ -7,7 +7,7 @@ signal does, it is the command: turned, it has to make those that it drives foll
 stands still then does not, however much nearer to a jack at rest that is.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -93,10 +93,19 @@ def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:
     if not suspects:
         return None
     plain = _chi2(model, windows)
-    undone, mistake = min(
-        ((_chi2(model, _without(windows, each)), each) for each in suspects), key=lambda pair: pair[0]
-    )
+    undone, mistake = _likeliest([(_chi2(model, _without(windows, each)), each) for each in suspects])
     return replace(mistake, chi2=(plain, undone)) if undone < plain / _FALLS else None
+
+
+def _likeliest(undone: Sequence[tuple[float, Mistake]]) -> tuple[float, Mistake]:
+    """The suspect of the least chi2; but a jack whose ends are alike is mirrored by a turned command: of that and of
+    pressures that changed places beside a turned position the first counts, where the records tell them apart badly."""
+    least, best = min(undone, key=lambda pair: pair[0])
+    mirrored = next((pair for pair in undone if len(pair[1].signals) > 2 and pair[1].kind == "swapped"), None)
+    command = next((pair for pair in undone if pair[1].signals == ("command",)), None)
+    if mirrored is None or command is None or max(mirrored[0], command[0]) > _FALLS * least:
+        return least, best
+    return command[0], replace(command[1], words=f"{command[1].words}, or as well {mirrored[1].words}")
 
 
 def _check_clock(campaign: Campaign, record: Record, rig: Rig) -> None:
@@ -187,15 +196,11 @@ def _turned_or_swapped(correlations: Mapping[str, float]) -> list[Mistake]:
     wrong = [name for name, correlation in correlations.items() if correlation < _WRONG]
     driven = [correlations[name] for name in _DRIVEN if name in correlations]
     suspects = [_turned("command")] if driven and (min(driven) < _FOLLOWS or max(driven) < _WRONG) else []
+    both = {"pa", "pb"} <= set(wrong)
     if wrong == ["pa", "pb"]:
-        exchanged = "exchange the two columns under [signals]"
-        return [
-            Mistake(
-                "swapped", ("pa", "pb"), "pa and pb look swapped", lambda s: {"pa": s["pb"], "pb": s["pa"]}, exchanged
-            ),
-            *suspects,
-        ]
+        return [_swapped(), *suspects]
     own = [_turned(*wrong)] if wrong else []
+    own += [_swapped(*(name for name in wrong if name not in ("pa", "pb")))] if both else []
     return [*suspects, *own] if len(driven) > 1 and max(driven) < _WRONG else [*own, *suspects]
 
 
@@ -207,6 +212,19 @@ def _scaled(name: str, factor: float) -> Mistake:
         f"{name} looks {how}",
         lambda s: {name: s[name] / factor} if name in s else {},
         f"give its unit or scale under [signals.{name}]",
+    )
+
+
+def _swapped(*turned: str) -> Mistake:
+    """Pressures that changed places, and signals whose sign is wrong beside that."""
+    signs = f", and the sign of {' and '.join(turned)} wrong" if turned else ""
+    remedy = f", and turn the other by scale = -1 under [signals.{turned[0]}]" if turned else ""
+    return Mistake(
+        "swapped",
+        ("pa", "pb", *turned),
+        f"pa and pb look swapped{signs}",
+        lambda s: {"pa": s["pb"], "pb": s["pa"]} | {name: -s[name] for name in turned if name in s},
+        f"exchange the two columns under [signals]{remedy}",
     )
 
 

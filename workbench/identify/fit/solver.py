@@ -1,7 +1,9 @@
 """Numbers and initial states that fit windows best, in ranges: damped Gauss-Newton steps (Levenberg, Marquardt)."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -13,8 +15,8 @@ from .normal_equations import (
     FIRST_DAMPING,
     Normal,
     Tangents,
+    accumulate,
     costs,
-    normal_equations,
     number_step,
     numbers_at,
     slopes_of,
@@ -82,18 +84,19 @@ def fit_numbers(
     guess: np.ndarray,
     kappa: np.ndarray,
     rounds: int = ROUNDS,
+    near: bool = False,
 ) -> Fit:
     """Fit the free numbers from distances `start` [k] and initial states `guess` [w, n]; kappa [signals] of the noise.
 
     Every number is held loosely at distance 0. A window may be caught where its first guess led it: once the numbers
-    are known, guesses are made anew, and those that lead further are gone on from. A start that cannot be simulated
-    comes back as it is, with infinite squares.
+    are known, guesses are made anew, and those that lead further are gone on from. `near`: the guess comes of a fit, so
+    that none is far off at first. A start that cannot be simulated comes back as it is, with infinite squares.
 
     Static curves begin stiff; they bend as far as it helps to predict the windows, or parts, that are left out.
     """
     values = dict(zip(model.parameters, p.tolist(), strict=True))
-    descent = _Descent(model, windows, tuple(free), p, prior_of(free, model.plant.bends, values).at(STIFFEST))
-    place, guess = descent.settle(np.clip(start, *descent.prior.ends), guess, guess, rounds)
+    descent = _Descent(model, windows, tuple(free), p, prior_of(free, model.plant.bends, values).at(STIFFEST), near)
+    place, guess = descent.settle(descent.at(np.clip(start, *descent.prior.ends), guess, guess), guess, rounds)
     if descent.prior.bends:
         descent, place, guess = _softened(descent, place, guess, rounds)
     return descent.finished(place, guess, kappa)
@@ -102,17 +105,23 @@ def fit_numbers(
 def _softened(
     descent: "_Descent", place: "_Place", guess: np.ndarray, rounds: int
 ) -> tuple["_Descent", "_Place", np.ndarray]:
-    """Descents with curves of ever other stiffness: the one by which parts that are left out are predicted best."""
-    best, least, tried = (descent, place, guess), np.inf, []
+    """Descents with curves of ever other stiffness: the one by which parts that are left out are predicted best.
+
+    Each goes on from where the one before ended; guesses are made anew at the last.
+    """
+    best, least, tried = (descent, place), np.inf, []
     while np.isfinite(place.squares).all() and descent.prior.stiffness not in tried:
         tried.append(descent.prior.stiffness)
         parts = descent.parts(place, guess)
         unseen = float(parts.unseen(descent.prior, place.x).sum())
         if unseen < least:
-            best, least = (descent, place, guess), unseen
-        descent = descent.at(parts.best_stiffness(descent.prior, place.x))
-        place, guess = descent.settle(place.x, place.x0, guess, rounds)
-    return best
+            best, least = (descent, place), unseen
+        descent = descent.as_stiff_as(parts.best_stiffness(descent.prior, place.x))
+        place = descent.run(place, guess, rounds)
+    descent, place = best
+    if len(tried) > 1:
+        place, guess = descent.refreshed(place, guess, rounds)
+    return descent, place, guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,24 +135,31 @@ class _Place:
     costs: np.ndarray
 
 
+_Linear = tuple[list[np.ndarray], list[np.ndarray]]
+"""Slopes and errors of each group at a place."""
+
+
 class _Descent:
-    """Damped Gauss-Newton steps in numbers and initial states together (Levenberg, Marquardt)."""
+    """Damped Gauss-Newton steps in numbers and initial states together (Levenberg, Marquardt).
+
+    Slopes are what a descent costs: those at a place serve every weight, stiffness and guess, as long as it is held.
+    """
 
     def __init__(
-        self, model: Model, windows: Windows, free: tuple[FreeParameter, ...], p: np.ndarray, prior: Prior
+        self, model: Model, windows: Windows, free: tuple[FreeParameter, ...], p: np.ndarray, prior: Prior, near: bool
     ) -> None:
         self._model, self._windows, self._free, self._p = model, windows, free, p
-        self.prior = prior
+        self.prior, self._near = prior, near or windows.from_rest
+        self._linear: WeakKeyDictionary[_Place, _Linear] = WeakKeyDictionary()
 
-    def settle(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
-        """Where a descent from x and x0 ends, with guesses of initial states made anew where others lead further."""
-        unknown = self._windows.free_run and not self._windows.from_rest
-        if unknown:
-            self._windows = self._windows.missed(self._at(x, x0, guess).squares)
-        place = self.run(x, x0, guess, rounds)
-        if unknown:
-            self._windows = self._windows.missed(place.squares)
-            place = self.run(place.x, place.x0, guess, rounds)
+    def settle(self, place: _Place, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
+        """Where a descent from a place ends, with guesses of initial states made anew where others lead further."""
+        if self._windows.free_run and not self._windows.from_rest:
+            place = self._missed(self._run(self._missed(place, guess), guess, rounds), guess)
+        return self.refreshed(self._run(place, guess, rounds), guess, rounds)
+
+    def refreshed(self, place: _Place, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
+        """The place once guesses that lead further are gone on from."""
         for _ in range(REFRESHED):
             if not np.isfinite(place.squares).all():
                 break
@@ -151,25 +167,32 @@ class _Descent:
             if not better.any():
                 break
             guess = np.where(better[:, None], anew, guess)
-            place = self.run(place.x, x0, guess, rounds)
+            place = self._run(self.at(place.x, x0, guess), guess, rounds)
         return place, guess
 
-    def run(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray, rounds: int) -> _Place:
-        """Descend from x and x0 until the cost hardly falls: first past the windows that are far off, then with all.
+    def _missed(self, place: _Place, guess: np.ndarray) -> _Place:
+        """A place once free runs count the misfit that is left there."""
+        self._windows = self._windows.missed(place.squares)
+        return self.at(place.x, place.x0, guess)
 
-        A free run from rest has no initial state that could be caught: all count from the start.
+    def _run(self, place: _Place, guess: np.ndarray, rounds: int) -> _Place:
+        """Descend from a place until the cost hardly falls: first past the windows that are far off, then with all.
+
+        Where none is far off all count from the start; a free run from rest has no initial state that could be caught.
         """
-        place, caught = self._at(x, x0, guess), not self._windows.from_rest
-        if caught:
-            place = self._descend(place, guess, rounds, robust=True)
-        return self._descend(place, guess, _LAST_ROUNDS if caught else rounds, robust=False)
+        if self._near:
+            return self.run(place, guess, rounds)
+        return self.run(self._descend(place, guess, rounds, robust=True), guess, _LAST_ROUNDS)
+
+    def run(self, place: _Place, guess: np.ndarray, rounds: int) -> _Place:
+        """Descend from a place until the cost of all windows hardly falls."""
+        return self._descend(place, guess, rounds, robust=False)
 
     def _descend(self, place: _Place, guess: np.ndarray, rounds: int, robust: bool) -> _Place:
         damping = FIRST_DAMPING
         for _ in range(rounds if np.isfinite(place.costs).all() else 0):
             weights = _trust(place.costs) if robust else np.ones(len(place.costs))
-            at = place.x0, place.p, guess
-            normal = normal_equations(self._model, self._windows, *at, self._free, place.x).weighted(weights)
+            normal = accumulate(self._model, self._windows, *self._linearised(place), place.x0, guess).weighted(weights)
             cost = self._total(place, weights)
             ahead, total = place, cost
             for _ in range(_TRIES):
@@ -192,10 +215,10 @@ class _Descent:
         prior, exactly = self.prior, self._windows.free_run or self.prior.bends
         dx0, dx = number_step(normal, place.x, prior.gradient(place.x), prior.matrix, prior.ends, damping, exactly)
         x = np.clip(place.x + dx, *prior.ends)
-        moved = self._at(x, place.x0 + dx0 * self._model.plant.scale, guess)
+        moved = self.at(x, place.x0 + dx0 * self._model.plant.scale, guess)
         if self._windows.from_rest or np.all(moved.costs < place.costs):
             return moved
-        stayed = self._at(x, place.x0, guess)
+        stayed = self.at(x, place.x0, guess)
         better = moved.costs < stayed.costs
         return _Place(
             x,
@@ -205,7 +228,8 @@ class _Descent:
             np.where(better, moved.costs, stayed.costs),
         )
 
-    def _at(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray) -> _Place:
+    def at(self, x: np.ndarray, x0: np.ndarray, guess: np.ndarray) -> _Place:
+        """The place at distances x, from initial states x0."""
         p = numbers_at(self._model, self._free, x, self._p)
         cost, squares = costs(self._model, self._windows, x0, p, guess)
         return _Place(x, p, x0, squares, cost)
@@ -213,9 +237,17 @@ class _Descent:
     def _total(self, place: _Place, weights: np.ndarray) -> float:
         return float(weights @ place.costs + self.prior.cost(place.x))
 
-    def at(self, stiffness: float) -> "_Descent":
+    def as_stiff_as(self, stiffness: float) -> "_Descent":
         """The same with curves of another stiffness."""
-        return _Descent(self._model, self._windows, self._free, self._p, self.prior.at(stiffness))
+        other = copy(self)
+        other.prior = self.prior.at(stiffness)
+        return other
+
+    def _linearised(self, place: _Place) -> _Linear:
+        if place not in self._linear:
+            slopes = slopes_of(self._model, self._windows, place.x0, place.p, self._free, place.x)
+            self._linear[place] = slopes, self._model.errors(self._windows, place.x0, place.p)
+        return self._linear[place]
 
     def parts(self, place: _Place, guess: np.ndarray) -> Parts:
         """What the parts of the windows say at a place."""
@@ -223,10 +255,7 @@ class _Descent:
 
     def tangents(self, place: _Place, guess: np.ndarray) -> Tangents:
         """The windows to first order at a place, by the exact slopes."""
-        model, windows = self._model, self._windows
-        slopes = slopes_of(model, windows, place.x0, place.p, self._free, place.x)
-        errors = model.errors(windows, place.x0, place.p)
-        return tangents_at(model, windows, slopes, errors, place.x0, guess)
+        return tangents_at(self._model, self._windows, *self._linearised(place), place.x0, guess)
 
     def finished(self, place: _Place, guess: np.ndarray, kappa: np.ndarray) -> Fit:
         """The fit with its covariance."""

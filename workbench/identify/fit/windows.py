@@ -78,6 +78,12 @@ class Windows:
         return sum(int(np.count_nonzero(group.weight)) for group in self.groups)
 
     @cached_property
+    def samples_by_signal(self) -> dict[str, int]:
+        """Number of compared samples of each signal."""
+        counts = np.sum([np.count_nonzero(group.weight, axis=(0, 1)) for group in self.groups], axis=0)
+        return dict(zip(self.names, counts.tolist(), strict=True))
+
+    @cached_property
     def from_rest(self) -> bool:
         """Whether all are free runs of records that rest in their first rows: their initial states are no unknowns,
         since a jack at rest is where it is measured to be."""

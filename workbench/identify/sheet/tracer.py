@@ -184,11 +184,16 @@ def _judged(
     fall = rule.bic_fall(float(before.fit.squares.sum()), float(after.fit.squares.sum()), numbers, n)
     passes = rule.passes(before.squares, after.squares, fall, _KAPPA, candidates)
     explained = rule.explained(before.squares, after.squares, n)
-    return rule.Judgement(effect.name, effect.formula, explained, after.squares / n, numbers, passes)
+    return rule.Judgement(effect.name, effect.formula, explained, after.squares / n, numbers, passes, effect.kin)
+
+
+def _deviation(samples: int) -> float:
+    """Standard deviation of the chi2 of white errors of a size that is known."""
+    return float(np.sqrt(2 / samples))
 
 
 def _misfit(problem: SheetProblem, fit: SheetFit) -> bool:
-    return rule.misfit(fit.squares / problem.samples, problem.samples, _KAPPA)
+    return rule.misfit(fit.squares / problem.samples, _deviation(problem.samples))
 
 
 def _partial(tried: Sequence[SheetCandidate]) -> list[SheetCandidate]:
@@ -233,7 +238,7 @@ def _borne_out(before: JudgedFit, after: JudgedFit) -> bool:
 
 
 def _missing(judged: JudgedFit) -> bool:
-    return rule.misfit(judged.chi2, judged.samples, _KAPPA)
+    return rule.misfit(judged.chi2, _deviation(judged.samples))
 
 
 def _learned(search: _Search, named: SheetFit, plain: JudgedFit) -> tuple[SheetFit, JudgedFit]:

@@ -3,6 +3,7 @@
 tracer              a whole trace: a search, then its verdict
 context             its problem, library and stages
 search, refits      effects one after the other; one pass: shortlist, refit, judge
+steps               which step of how many, and the time left
 workers             processes that share scores and refits
 verdict             what held-out records make of it
 localise, locate    in which equation the residual sits

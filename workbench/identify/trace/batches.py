@@ -43,7 +43,8 @@ def search_batches(context: TraceContext, base: FittedModel) -> tuple[tuple[Cand
         batch = _batch(shortlists[-1].ranked)
         if not batch:
             break
-        context.report_progress(f"batch {number}: fit with {', '.join(each.effect.title for each in batch)}")
+        context.steps.begin(f"batch {number}", "batches", ahead=1)
+        context.steps.say(f"fit with {', '.join(each.effect.title for each in batch)}")
         fitted = context.fit(f"batch-{number}", partial(refit_batch, context.problem, model_fit, batch))
         fitted = _thinned(context, f"batch-{number}", fitted, _SPARED)
         gain = _explained(model_fit, fitted)

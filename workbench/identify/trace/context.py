@@ -12,6 +12,7 @@ from . import rule as decide
 from .locate import FaultLocation, locate_fault
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors, heldout_errors, numbers_explain, refit_all_windows
+from .steps import Steps
 from .stored import packed, unpacked
 from .workers import Workers, trace_workers
 
@@ -27,6 +28,7 @@ class TraceContext:
     report_progress: Progress
     several: bool
     workers: Workers
+    steps: Steps
 
     def fit(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:
         """A fit on the windows of the search, kept as a stage."""
@@ -49,12 +51,15 @@ class TraceContext:
         stored = self.stage(name, lambda: {"explained": numbers_explain(self.whole, model_fit, heldout)})
         return bool(stored["explained"])
 
-    def location(self, name: str, model_fit: FittedModel, heldout: HeldoutErrors | None = None) -> FaultLocation:
-        """In which equation the misfit of a fit sits, kept as a stage."""
+    def location(
+        self, name: str, model_fit: FittedModel, heldout: HeldoutErrors | None = None, ahead: int = 1
+    ) -> FaultLocation:
+        """In which equation the misfit of a fit sits, kept as a stage; so many steps are known to be `ahead`."""
 
         def compute() -> dict[str, Any]:
-            self.report_progress("in which equation")
+            self.steps.begin("in which equation", "equation", ahead=ahead)
             location = locate_fault(self.whole if heldout else self.problem, model_fit, heldout)
+            self.steps.done()
             evidence = [list(gain) for gain in location.evidence]  # a stage keeps no tuples
             return asdict(location) | {"evidence": evidence}
 
@@ -65,7 +70,7 @@ class TraceContext:
 
     def is_misfit(self, errors: FittedModel | HeldoutErrors) -> bool:
         """Whether chi2 on what a fit did not see says that something is missing."""
-        return decide.misfit(errors.chi2, errors.samples, self.problem.kappa)
+        return self.problem.misses(errors.chi2, errors.samples)
 
     def is_significant(self, place: FaultLocation) -> bool:
         """Whether a disturbance in the best equation explains more than noise would."""
@@ -89,4 +94,4 @@ def trace_context(
     able = [effect for effect in with_apart(library) if applies(effect, problem.rig)]
     able += number_effects(problem.rig) if several else ()
     with trace_workers(jobs, search, able, files) as workers:
-        yield TraceContext(problem, search, able, stage, report_progress, several, workers)
+        yield TraceContext(problem, search, able, stage, report_progress, several, workers, Steps(report_progress))

@@ -10,7 +10,7 @@ from ..fit.free_parameters import Candidate
 from .localise import likely_equations
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors
-from .rule import PARTIAL, SIGNIFICANT, Judgement, misfit
+from .rule import PARTIAL, SIGNIFICANT, Judgement
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,8 @@ class Trace:
     `heldout` are the errors of `base`, `named` and `final` on the held-out records. `refuted` are effects that
     explained what was selected by, but not the held-out records: nothing is named. `evidence`: gain in log-likelihood
     of a disturbance in each equation, most first; `parity_residuals`: chi2 of the equations that measured signals test
-    by themselves. Both are empty where chi2 is at the floor.
+    by themselves. Both are empty where chi2 is at the floor. `by_numbers`: what the named effects leave of the held-out
+    records is gone once their numbers are fitted to these too. `several`: the rig is known to lack more than one.
     """
 
     problem: EstimationProblem
@@ -91,6 +92,8 @@ class Trace:
     passes: tuple[Pass, ...]
     refuted: tuple[CandidateFit, ...] = ()
     learned: tuple[LearnedShape, ...] = ()
+    by_numbers: bool = False
+    several: bool = False
 
     @property
     def tied(self) -> tuple[str, ...]:
@@ -112,7 +115,13 @@ class Trace:
         return list(dict.fromkeys((self.equation, *likely_equations(self.evidence, self.parity_residuals, clear))))
 
     @property
+    def left(self) -> float:
+        """What named effects leave of the held-out records that noise would not, of the noise's variance; else 0."""
+        named = self.heldout[1]
+        return named.chi2 - 1 if self.problem.misses(named.chi2, named.samples) else 0.0
+
+    @property
     def at_floor(self) -> bool:
         """Whether the held-out records show nothing missing from the last fit."""
         after = self.heldout[-1]
-        return not misfit(after.chi2, after.samples, self.problem.kappa)
+        return not self.problem.misses(after.chi2, after.samples)

@@ -11,7 +11,7 @@ from . import rule as decide
 from .context import TraceContext
 from .findings import CandidateFit, Pass
 from .refit import FittedModel, refit, refit_together
-from .refits import judge
+from .refits import FITS, judge
 
 
 def refit_pairs(context: TraceContext, search: Pass) -> tuple[Pass, ...]:
@@ -20,6 +20,7 @@ def refit_pairs(context: TraceContext, search: Pass) -> tuple[Pass, ...]:
     Nothing where no pair of the shortlist explains enough, where another explains as much, or where one of the two
     does without the other.
     """
+    context.steps.begin(f"fits of {len(search.pairs)} pairs", FITS, len(search.pairs), ahead=1)
     fits = [
         (candidates, share, model_fit)
         for candidates, share in search.pairs
@@ -51,11 +52,13 @@ def without_false_first(
 def _refitted(context: TraceContext, base: FittedModel, candidates: tuple[Candidate, ...]) -> FittedModel | None:
     """The fit with all of the candidates; None where it fails."""
     titles = [candidate.effect.title for candidate in candidates]
-    context.report_progress(f"fit with {' and '.join(titles)}")
+    context.steps.say(f"fit with {' and '.join(titles)}")
     try:
         fit = context.fit(f"together-{'-'.join(titles)}", lambda: refit_together(context.problem, base, candidates))
     except (InputError, np.linalg.LinAlgError, RuntimeError):
         return None
+    finally:
+        context.steps.done()
     explained = decide.explained(base.squares, fit.squares, fit.samples)
     context.report_progress(f"{' and '.join(titles)} explain {100 * explained:.1f} %")
     return fit

@@ -40,9 +40,11 @@ def update(
         gain = cross / variance[..., None]
         miss = e[..., j] - np.einsum("...i,...i->...", h, x)
         x = x + gain * miss[..., None]
-        half = covariance - gain[..., :, None] * cross[..., None, :]
+        half = gain[..., :, None] * cross[..., None, :]
+        np.subtract(covariance, half, out=half)
         kept = gain - (half @ h[..., None])[..., 0]
-        covariance = half + kept[..., :, None] * gain[..., None, :]
+        covariance = kept[..., :, None] * gain[..., None, :]
+        covariance += half
         told.append(Measured(h, miss, variance, gain))
     return x, covariance, told
 

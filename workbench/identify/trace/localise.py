@@ -8,7 +8,7 @@ log-likelihood over no disturbance is the evidence of that equation (Kristensen,
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -68,35 +68,40 @@ def localise(groups: Mapping[str, Sequence[LinearTimeVaryingModel]], period: flo
 
     A disturbance's amplitude may differ from window to window: effects come in bursts.
     """
-    plain = next(iter(groups.values()))
+    plain = together(next(iter(groups.values())))
     with np.errstate(over="ignore", invalid="ignore"):
-        nothing = [likelihood(part.inputs([]), np.zeros(1), period, 1.0)[0] for part in plain]
+        nothing = likelihood(plain.inputs([]), np.zeros(1), period, 1.0)[0]
     evidence = []
     for equation, parts in groups.items():
         sizes = np.array(AMPLITUDES) * _unit(parts, period)
         times = (_FOREVER,) if equation == "sensor" else TIMES
-        tried = [_gain(parts, nothing, sizes, period, time) for time in times]
-        best = int(np.argmax([gain for gain, _ in tried]))
-        evidence.append(Evidence(equation, tried[best][0], times[best], tried[best][1]))
+        gains = _gains(together(parts), nothing, sizes, period, times)
+        over_all = np.maximum(gains.max(axis=1), 0.0).sum(axis=1)
+        best = int(np.argmax(over_all))
+        amplitudes = sizes[np.argmax(gains[best], axis=0)]
+        evidence.append(Evidence(equation, float(over_all[best]), times[best], amplitudes))
     return sorted(evidence, key=lambda item: -item.gain)
 
 
-def _gain(
-    parts: Sequence[LinearTimeVaryingModel],
-    nothing: Sequence[np.ndarray],
-    sizes: np.ndarray,
-    period: float,
-    time: float,
-) -> tuple[float, np.ndarray]:
-    """Gain over all windows, each at its best amplitude, and those amplitudes; a window along which the linear model
-    explodes says nothing."""
-    gain, amplitudes = 0.0, []
-    for part, before in zip(parts, nothing, strict=True):
-        with np.errstate(over="ignore", invalid="ignore"):
-            gains = np.nan_to_num(likelihood(part, sizes, period, time) - before, posinf=0.0, neginf=0.0)
-        gain += float(np.maximum(gains.max(axis=0), 0.0).sum())
-        amplitudes.append(sizes[np.argmax(gains, axis=0)])
-    return gain, np.concatenate(amplitudes)
+def together(parts: Sequence[LinearTimeVaryingModel]) -> LinearTimeVaryingModel:
+    """The windows of all groups as one; shorter ones end in rows that tell of nothing."""
+    rows = max(part.e.shape[1] for part in parts)
+
+    def padded(arrays: Sequence[np.ndarray]) -> np.ndarray:
+        return np.concatenate([np.pad(x, ((0, 0), (0, rows - x.shape[1]), *((0, 0),) * (x.ndim - 2))) for x in arrays])
+
+    return LinearTimeVaryingModel(
+        *(padded([getattr(part, of.name) for part in parts]) for of in fields(LinearTimeVaryingModel))
+    )
+
+
+def _gains(
+    windows: LinearTimeVaryingModel, nothing: np.ndarray, sizes: np.ndarray, period: float, times: Sequence[float]
+) -> np.ndarray:
+    """Gain of each window [times, sizes, w]; one along which the linear model explodes says nothing."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        gains = likelihood(windows, sizes, period, np.reshape(times, (-1, 1, 1))) - nothing
+    return np.nan_to_num(gains, posinf=0.0, neginf=0.0)
 
 
 def _unit(parts: Sequence[LinearTimeVaryingModel], period: float) -> float:
@@ -112,12 +117,16 @@ def _unit(parts: Sequence[LinearTimeVaryingModel], period: float) -> float:
     return 1.0 / max(most, 1e-12)
 
 
-def likelihood(windows: LinearTimeVaryingModel, sizes: np.ndarray, period: float, time: float) -> np.ndarray:
-    """Log-likelihood [h, w] of the errors with disturbances of amplitudes `sizes` [h]; correlation `time` in s."""
-    decay = float(np.exp(-period / time))
+def likelihood(
+    windows: LinearTimeVaryingModel, sizes: np.ndarray, period: float, time: float | np.ndarray
+) -> np.ndarray:
+    """Log-likelihood [h, w] of the errors with disturbances of amplitudes `sizes` [h]; correlation `time` in s, or
+    several [t, 1, 1] at once: [t, h, w]."""
+    decay = np.exp(-period / np.asarray(time))
     n, m = windows.a.shape[-1], windows.b.shape[-1]
-    x, covariance, noise = _at_first(n, m, np.tile(sizes[:, None], (1, windows.e.shape[0])), decay)
-    total = np.zeros(x.shape[:-1])
+    lanes = np.broadcast_shapes(decay.shape, (len(sizes), windows.e.shape[0]))
+    x, covariance, noise = _at_first(n, m, np.broadcast_to(sizes[:, None], lanes), decay)
+    total = np.zeros(lanes)
     for k in range(windows.e.shape[1]):
         x, covariance, told = update(x, covariance, _output(windows, k), windows.e[:, k])
         total += sum(one.log_likelihood for one in told)
@@ -127,7 +136,7 @@ def likelihood(windows: LinearTimeVaryingModel, sizes: np.ndarray, period: float
 
 def smoothed(windows: LinearTimeVaryingModel, size: np.ndarray, period: float, time: float) -> np.ndarray:
     """The disturbance [w, rows, m], over the inputs' scales, that the errors tell of; amplitudes `size` [w]."""
-    decay = float(np.exp(-period / time))
+    decay = np.exp(-period / np.asarray(time))
     n, m = windows.a.shape[-1], windows.b.shape[-1]
     x, covariance, noise = _at_first(n, m, size, decay)
     rows = []
@@ -144,7 +153,7 @@ def smoothed(windows: LinearTimeVaryingModel, size: np.ndarray, period: float, t
     return -disturbance
 
 
-def _at_first(n: int, m: int, sizes: np.ndarray, decay: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _at_first(n: int, m: int, sizes: np.ndarray, decay: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """State and covariance of a model of n states and m disturbances of amplitudes `sizes` [...] at its first row, and
     the variances [..., n + m] that every row adds."""
     noise = np.zeros((*sizes.shape, n + m))
@@ -152,7 +161,7 @@ def _at_first(n: int, m: int, sizes: np.ndarray, decay: float) -> tuple[np.ndarr
     covariance = np.zeros((*noise.shape, n + m))
     covariance[..., range(n), range(n)] = 1.0
     covariance[..., range(n, n + m), range(n, n + m)] = noise[..., n:]
-    return np.zeros_like(noise), covariance, noise * (1 - decay**2)
+    return np.zeros_like(noise), covariance, noise * (1 - decay[..., None] ** 2)
 
 
 def _output(windows: LinearTimeVaryingModel, k: int) -> np.ndarray:
@@ -160,11 +169,12 @@ def _output(windows: LinearTimeVaryingModel, k: int) -> np.ndarray:
     return np.concatenate((windows.c[:, k], windows.d[:, k]), axis=-1)
 
 
-def _step(windows: LinearTimeVaryingModel, k: int, decay: float) -> np.ndarray:
+def _step(windows: LinearTimeVaryingModel, k: int, decay: np.ndarray) -> np.ndarray:
+    """[..., w, n + m, n + m], the first of those of `decay`."""
     n, m = windows.a.shape[-1], windows.b.shape[-1]
-    step = np.zeros((windows.e.shape[0], n + m, n + m))
-    step[:, :n, :n], step[:, :n, n:] = windows.a[:, k], windows.b[:, k]
-    step[:, range(n, n + m), range(n, n + m)] = decay
+    step = np.zeros((*np.broadcast_shapes(decay.shape, (windows.e.shape[0],)), n + m, n + m))
+    step[..., :n, :n], step[..., :n, n:] = windows.a[:, k], windows.b[:, k]
+    step[..., range(n, n + m), range(n, n + m)] = decay[..., None]
     return step
 
 

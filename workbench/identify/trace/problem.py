@@ -29,6 +29,7 @@ from ..fit.mistaken import check_columns
 from ..fit.model import Model
 from ..fit.session_numbers import SessionNumber, session_numbers
 from ..fit.windows import BLOCKS, WINDOW, Windows, cut_windows
+from . import rule as decide
 from .samples import variable_samples
 
 _SHORTEST = 4  # windows of train and of heldout records: with fewer, numbers and initial states are one
@@ -104,6 +105,22 @@ class EstimationProblem:
     def kappas(self) -> np.ndarray:
         """Autocorrelation factor of each compared signal of the train windows [signals]."""
         return np.array([self.floor.kappa[name] for name in self.train.names])
+
+    def deviation(self, samples: int) -> float:
+        """Standard deviation of the chi2 that noise alone leaves in so many samples, with the floor's own error; the
+        signals share them as they do the train windows."""
+        counts = self.train.samples_by_signal
+        return self.floor.deviation({name: samples * n / self.train.samples for name, n in counts.items()})
+
+    def misses(self, chi2: float, samples: int) -> bool:
+        """Whether chi2 of so many samples that a fit did not see says that something is missing."""
+        return decide.misfit(chi2, self.deviation(samples))
+
+    def complete(self, before: float, samples: int, several: bool) -> float:
+        """chi2 of so many held-out samples up to which names are all that is missing, of `before` without them; where a
+        rig is known to lack `several` effects, nothing but noise is."""
+        deviation = self.deviation(samples)
+        return decide.gate(deviation) if several else decide.complete(before, deviation)
 
     @property
     def kappa(self) -> float:

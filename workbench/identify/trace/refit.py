@@ -199,11 +199,9 @@ def numbers_explain(problem: EstimationProblem, model_fit: FittedModel, heldout:
     to both, the same model leaves no misfit in either."""
     fit, windows = model_fit.fit, problem.train.and_those_of(problem.heldout)
     guess = np.concatenate((fit.x0, heldout.x0))
-    both = fit_numbers(model_fit.model, windows, fit.free, fit.x, fit.p, guess, problem.kappas)
+    both = fit_numbers(model_fit.model, windows, fit.free, fit.x, fit.p, guess, problem.kappas, near=True)
     parts = (problem.train, both.squares[: problem.train.count]), (problem.heldout, both.squares[problem.train.count :])
-    return not any(
-        decide.misfit(float(squares.sum()) / part.samples, part.samples, problem.kappa) for part, squares in parts
-    )
+    return not any(problem.misses(float(squares.sum()) / part.samples, part.samples) for part, squares in parts)
 
 
 def heldout_errors(problem: EstimationProblem, model_fit: FittedModel) -> HeldoutErrors:
@@ -227,7 +225,8 @@ def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, ca
     start, _ = follower.best(_WEAKER)
 
     def by_tangents(at: Start | Fit) -> FittedModel:
-        fit = fit_numbers(model, problem.train, follower.free, at.x, at.p, at.x0, problem.kappas, _REFIT_ROUNDS)
+        start = follower.free, at.x, at.p, at.x0
+        fit = fit_numbers(model, problem.train, *start, problem.kappas, _REFIT_ROUNDS, near=True)
         return with_selection(problem, model, fit, ())
 
     if any(candidate.effect.has_memory for candidate in candidates):

@@ -17,12 +17,14 @@ from .several import best_of_several
 from .shortlist import Shortlist, score_effects, unpacked_shortlist
 from .stored import packed_candidate, packed_refit, unpacked, unpacked_candidate
 
+FITS = "fits"  # steps of this kind take as long as one another, item by item
 NAMES = 4  # effects on the shortlist
 NUMBERS = 2  # and described numbers that may be others
 _BESIDE = 2  # beside effects added before: about a fit that lacks little a score says what a refit will
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is a rival of the best
 _RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
+_WITH_MEMORY = 6.0  # fits without: what one with memory takes, about
 _LOST = 0.05  # explained share below which a formula with memory says nothing of the name's other ones
 
 Ranked = Sequence[tuple[Candidate, float]]
@@ -35,7 +37,9 @@ def run_pass(
     """Shortlist, refit and judge against the misfit of `before`; an effect that explains `share` of it is accepted."""
     shortlist = shortlist_of(context, number, model_fit)
     tried = _Refits(context, number, model_fit, before).of(shortlist.ranked)
-    best = decide.named([candidate_fit.judgement for candidate_fit in tried], share)
+    problem, misfit = context.problem, before.squares - before.samples
+    lead = decide.lead_by_noise(misfit, problem.kappa, len(context.library))
+    best = decide.named([candidate_fit.judgement for candidate_fit in tried], share, lead)
     tried = tuple(_with_ties(candidate_fit, best) for candidate_fit in tried)
     accepted = tuple(next(fit for fit in tried if fit.judgement is judgement) for judgement in best)
     return Pass(model_fit, shortlist.ranked, shortlist.compared, shortlist.cosines, shortlist.pairs, tried, accepted)
@@ -71,8 +75,10 @@ def shortlist_of(
 
     def compute() -> dict[str, Any]:
         def report(names: Sequence[str]) -> None:
-            context.report_progress(f"pass {number}: scores of {', '.join(names)}")
+            context.steps.done(len(names))
+            context.steps.say(f"scores of {', '.join(dict.fromkeys(names))}")
 
+        context.steps.begin(f"pass {number}, scores of {len(library)} effects", "scores", len(library), ahead=2)
         return score_effects(context.workers, context.problem, model_fit, library, report, rivals=bool(besides))
 
     return unpacked_shortlist(context.stage(f"scores-{number}", compute), library)
@@ -91,7 +97,11 @@ class _Refits:
         what was refitted in vain is left out of the answer, which so does not depend on how many workers there are.
         """
         tried: dict[str, CandidateFit] = {}
+        steps, planned = self._context.steps, self._planned(ranked, tried)
+        what = f"pass {self._number}, fits of {len(planned)} candidates or more"
+        steps.begin(what, FITS, sum(map(_lasts, planned)), ahead=1)
         while ahead := [pair for pair in self._planned(ranked, tried) if pair[0].effect.title not in tried]:
+            steps.remain(sum(map(_lasts, ahead)))
             tried |= self._refitted(ahead[: self._context.workers.count], first=not tried)
         fits = [tried[candidate.effect.title] for candidate, _ in self._planned(ranked, tried)]
         return tuple(sorted(fits, key=lambda candidate_fit: -candidate_fit.judgement.explained))
@@ -137,16 +147,17 @@ class _Refits:
         items: dict[str, Any] = {}
         for place, (candidate, _) in enumerate(pairs):
             effect = candidate.effect
-            context.report_progress(f"pass {number}: fit with {effect.title}")
+            context.steps.say(f"fit with {effect.title}")
             name = f"refit-{number}-{effect.name}-{effect.formula}"
             items[name] = packed_candidate(candidate) | {"again": first and place == 0}
         results = context.workers(_refit, self._model_fit, items, context.stage, lambda _: None)
+        context.steps.done(sum(map(_lasts, pairs)))
         return {pair[0].effect.title: self._judged(*pair, result) for pair, result in zip(pairs, results, strict=True)}
 
     def _judged(self, candidate: Candidate, share: float, stored: Mapping[str, Any]) -> CandidateFit:
         context, effect = self._context, candidate.effect
         if "failed" in stored:
-            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False)
+            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False, effect.kin)
             return CandidateFit(candidate, share, nothing, None, stored["failed"])
         refitted = unpacked(stored, context.problem, context.library)
         judgement = judge(context, effect, self._model_fit, self._before, refitted)
@@ -165,7 +176,13 @@ def judge(
     fall = decide.bic_fall(*squares, len(effect.fitted), context.problem.train.samples)
     passes = decide.passes(model_fit.squares, refitted.squares, fall, context.problem.kappa, len(context.library))
     passes = passes and not is_switched_off(refitted)
-    return decide.Judgement(effect.name, effect.formula, explained, refitted.squares / n, len(effect.fitted), passes)
+    chi2, numbers = refitted.squares / n, len(effect.fitted)
+    return decide.Judgement(effect.name, effect.formula, explained, chi2, numbers, passes, effect.kin)
+
+
+def _lasts(pair: tuple[Candidate, float]) -> float:
+    """About how many fits without memory the fit of a candidate takes as long as."""
+    return _WITH_MEMORY if pair[0].effect.has_memory else 1.0
 
 
 def _others_with_memory(

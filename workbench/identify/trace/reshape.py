@@ -116,7 +116,7 @@ def refit_reshaped(problem: EstimationProblem, before: FittedModel, reshaping: R
         if squares < before.fit.squares.sum():
             break
         start, p, guess = begin(share)
-    fit = fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _ROUNDS)
+    fit = fit_numbers(model, problem.train, free, start, p, guess, problem.kappas, _ROUNDS, near=True)
     return with_selection(problem, model, fit, known)
 
 

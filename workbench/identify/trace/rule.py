@@ -9,24 +9,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
-MISFIT = 0.05  # chi2 above 1 by this, or by four standard deviations of its own, is a misfit
+MISFIT = 0.05  # chi2 above 1 by this, or, where records tell it less well,
+SURE = 4.0  # by so many of its standard deviations, is a misfit: noise alone passes once in 30,000 times
 SIGNIFICANT = 30.0  # kappa: gain in log-likelihood of a disturbance in the best equation
 CHANCE = 0.01  # that the best of all candidates gains as much from noise
 BIC = 10.0  # kappa
 NAMED = 0.8  # explained share of the misfit, or chi2 below
 CLOSED = 1.05
 TIED = 0.01  # of the explained share
+NEIGHBOUR = 1.0  # of what a name leaves: a neighbour in its family ties that leaves no more than so much beyond it
 PARTIAL = 0.3  # explained share from which an effect may be one of two
 PAIR = 0.95  # explained share of two effects of which neither would be named alone: two can mimic a third
 LATER = 0.1  # of the first misfit: a later effect that takes away less may be what the first formula misses
+FORMULA = 0.3  # of the noise's variance: what a right name may leave whose formula is not the rig's own
 ONE_OF_SEVERAL = 0.1  # explained share of what is left, where a rig is known to lack several effects
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """What one candidate does: `explained` share of the misfit, chi2 with it, numbers it has, and whether it counts."""
+    """What one candidate does: `explained` share of the misfit, chi2 with it, numbers it has, and whether it counts;
+    `kin` is the name of its family."""
 
     name: str
     formula: str
@@ -34,16 +38,24 @@ class Judgement:
     chi2: float
     numbers: int
     passes: bool
+    kin: str
 
 
-def gate(samples: int, kappa: float) -> float:
-    """chi2 on what a fit did not see, above which something is missing."""
-    return 1 + max(MISFIT, 4 * float(np.sqrt(2 * kappa / samples)))
+def gate(deviation: float) -> float:
+    """chi2 on what a fit did not see, above which something is missing; `deviation` is that of chi2 itself where
+    nothing is (see NoiseFloor.deviation)."""
+    return 1 + max(MISFIT, SURE * deviation)
 
 
-def misfit(chi2: float, samples: int, kappa: float) -> bool:
+def misfit(chi2: float, deviation: float) -> bool:
     """Whether chi2 on what a fit did not see says that something is missing."""
-    return chi2 > gate(samples, kappa)
+    return chi2 > gate(deviation)
+
+
+def complete(before: float, deviation: float) -> float:
+    """chi2 of held-out records up to which a name is all that is missing, of `before` without it: the gate, or what its
+    formula may leave. That is FORMULA at most, and less than a later effect would have to take away to count."""
+    return max(gate(deviation), 1 + min(FORMULA, LATER * (before - 1)))
 
 
 def explained(before: float, after: float, samples: int) -> float:
@@ -53,9 +65,9 @@ def explained(before: float, after: float, samples: int) -> float:
     return max(0.0, (before - after) / (before - samples))
 
 
-def confirmed(before: float, after: float, samples: int, kappa: float) -> bool:
+def confirmed(before: float, after: float, samples: int, deviation: float) -> bool:
     """Whether held-out records bear out what was found: with it nothing is missing, or NAMED of the misfit goes."""
-    return not misfit(after / samples, samples, kappa) or explained(before, after, samples) >= NAMED
+    return not misfit(after / samples, deviation) or explained(before, after, samples) >= NAMED
 
 
 def worth_adding(fall: float, first: float, samples: int) -> bool:
@@ -71,6 +83,12 @@ def bic_fall(before: float, after: float, numbers: int, samples: int) -> float:
 def chance(before: float, after: float, kappa: float, candidates: int) -> float:
     """At most how likely the best of all candidates gains as much from noise, on what a fit did not see."""
     return min(1.0, candidates * float(ndtr(-np.sqrt(max(before - after, 0.0) / kappa))))
+
+
+def lead_by_noise(misfit: float, kappa: float, candidates: int) -> float:
+    """Share of a misfit, in squared errors, by which the best of all candidates leads from noise alone: the other way
+    round than `chance`, at CHANCE."""
+    return kappa * float(ndtri(CHANCE / candidates)) ** 2 / misfit if misfit > 0 else np.inf
 
 
 def passes(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> bool:
@@ -90,10 +108,11 @@ def best_pair(explained: Sequence[float], chi2: Sequence[float]) -> int | None:
     return best
 
 
-def named(judgements: Sequence[Judgement], share: float = NAMED) -> list[Judgement]:
+def named(judgements: Sequence[Judgement], share: float = NAMED, lead: float = 0.0) -> list[Judgement]:
     """The best formulas of the effects that explain the misfit, best first; several: they tie; none: unknown.
 
-    Of those within TIED of the best the one with the fewest numbers comes first. `share` is what must be explained.
+    Of those within TIED of the best, or within the `lead` that noise may give, the one with the fewest numbers comes
+    first, then their neighbours. `share` is what must be explained.
     """
     able = [
         judgement
@@ -104,11 +123,24 @@ def named(judgements: Sequence[Judgement], share: float = NAMED) -> list[Judgeme
         return []
     most = max(judgement.explained for judgement in able)
     near = sorted(
-        (judgement for judgement in able if judgement.explained >= most - TIED),
+        (judgement for judgement in able if judgement.explained >= most - max(TIED, lead)),
         key=lambda judgement: (judgement.numbers, -judgement.explained),
     )
+    near += _neighbours(near[0], most, judgements)
     return [
         judgement
         for place, judgement in enumerate(near)
         if judgement.name not in [other.name for other in near[:place]]
     ]
+
+
+def _neighbours(best: Judgement, most: float, judgements: Sequence[Judgement]) -> list[Judgement]:
+    """Those of the best one's family that the records do not exclude, where it explains the `most`.
+
+    A likelihood takes one of the formulas for the truth. What the best one leaves beyond the noise shows that it is
+    not, and another formula of a neighbour might do as well: to be excluded a neighbour must leave NEIGHBOUR of that
+    more.
+    """
+    least = most - NEIGHBOUR * max(0.0, 1.0 - most)
+    kin = [each for each in judgements if each.passes and each.kin == best.kin and each.name != best.name]
+    return sorted((each for each in kin if each.explained >= least), key=lambda judgement: -judgement.explained)

@@ -12,7 +12,7 @@ from .findings import CandidateFit, Pass, partial_effect
 from .joint import refit_pairs, without_false_first
 from .locate import FaultLocation
 from .refit import FittedModel, fit_rig, refit_from_declared, refit_without_last_effect
-from .refits import run_pass
+from .refits import FITS, run_pass
 from .several import best_of_several
 
 _PASSES = 6  # effects at most
@@ -42,13 +42,15 @@ class _Search:
     def run(self) -> SearchResult:
         """The whole search."""
         context = self._context
+        context.steps.begin("fit of the rig alone", FITS, ahead=1)
         base = context.fit("base", lambda: fit_rig(context.problem))
+        context.steps.done()
         while True:
             context.report_progress(f"rig alone: chi2 {base.chi2:.4g} on what it did not see")
             if not context.is_misfit(base):
                 return SearchResult(base, (), None, tuple(self._passes))
             name = f"localise-{len(self._passes)}" if self._passes else "localise"
-            place = context.location(name, base)
+            place = context.location(name, base, ahead=3)
             if context.several and context.problem.train.from_rest:
                 effects, passes = search_batches(context, base)
                 return SearchResult(base, effects, place, passes)

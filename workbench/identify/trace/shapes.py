@@ -9,7 +9,7 @@ from ...plant.effects import Effect
 from . import rule as decide
 from .context import TraceContext
 from .left_out import left_out_squares
-from .locate import locate_fault
+from .locate import FaultLocation
 from .problem import EstimationProblem
 from .refit import FittedModel
 from .reshape import REFITS, WORTH, Reshaping, best, offered, refit_reshaped, scored
@@ -21,13 +21,15 @@ _SAME = 1e-6  # of a gain: within that two reshapings do the same
 _TOGETHER = 8  # reshapings that a worker scores at a time: each time it computes what the numbers could do as well
 
 
-def best_reshaping(context: TraceContext, number: int, before: FittedModel) -> tuple[Effect, FittedModel] | None:
+def best_reshaping(
+    context: TraceContext, number: int, before: FittedModel, place: FaultLocation | None
+) -> tuple[Effect, FittedModel] | None:
     """The effect as reshaped, or learned, and the fit with it: the best of the tiers up to the first in which one takes
-    ENOUGH of the misfit; None where none passes."""
+    ENOUGH of the misfit; None where none passes. `place`: where the misfit of `before` sits, if that is known."""
     problem, taken, candidates = context.problem, None, 0
     refits: list[tuple[Reshaping, FittedModel]] = []
     borne_out = _borne_out(context, number)
-    equation = context.stage(f"shapes-{number}", lambda: locate_fault(problem, before).equation)
+    equation = (place or context.location(f"shapes-{number}", before)).equation
     for tier, reshapings in enumerate(offered(problem, before, equation)):
         scores = _scores(context, f"{number}-{tier}", before, reshapings)
         refits += _refits(context, number, before, distinct(scores[:REFITS]))
@@ -76,10 +78,11 @@ def _scores(
     context: TraceContext, name: str, before: FittedModel, reshapings: Sequence[Reshaping]
 ) -> list[tuple[Reshaping, float]]:
     def compute() -> list[dict[str, Any]]:
-        context.report_progress(f"shape {name}: {len(reshapings)} reshapings, scored")
+        context.steps.begin(f"shape {name}, scores of {len(reshapings)} reshapings", "reshapings", len(reshapings))
         items = [_packed(each) for each in reshapings]
         parts = {str(first): items[first : first + _TOGETHER] for first in range(0, len(items), _TOGETHER)}
         results = context.workers(_score_part, before, parts, no_checkpoint, lambda _: None)
+        context.steps.done(len(reshapings) or 1)
         return sorted((entry for part in results for entry in part["scores"]), key=lambda entry: -entry["gain"])
 
     return [
@@ -91,19 +94,37 @@ def _scores(
 def _refits(
     context: TraceContext, number: int, before: FittedModel, reshapings: Sequence[Reshaping]
 ) -> list[tuple[Reshaping, FittedModel]]:
-    """Reshapings that could be refitted, with their fits."""
+    """Reshapings that could be refitted, with their fits, up to the first that leaves no misfit.
+
+    Workers that would wait go ahead; what was refitted in vain is left out, so that the answer does not depend on how
+    many there are.
+    """
     titles = [reshaping.candidate.effect.title for reshaping in reshapings]
-    for title in titles:
-        context.report_progress(f"shape {number}: fit with {title}")
-    items = {f"shape-{number}-{title}": _packed(each) for title, each in zip(titles, reshapings, strict=True)}
-    refits = []
-    results = context.workers(_refit, before, items, context.stage, lambda _: None)
-    for title, reshaping, stored in zip(titles, reshapings, results, strict=True):
-        if "failed" not in stored:
+    if titles:
+        context.steps.begin(f"shape {number}, fits with {', '.join(titles)}", "shapes", len(titles))
+    refits: list[tuple[Reshaping, FittedModel]] = []
+    count = context.workers.count
+    for first in range(0, len(titles), count):
+        for title, reshaping, stored in _refitted(context, number, before, reshapings[first : first + count]):
+            if "failed" in stored:
+                continue
             fitted = unpacked(stored, context.problem, context.library)
             context.report_progress(f"shape {number}: {title}: chi2 {fitted.chi2:.4g} on what it did not see")
             refits.append((reshaping, fitted))
+            if not context.is_misfit(fitted):
+                return refits
     return refits
+
+
+def _refitted(
+    context: TraceContext, number: int, before: FittedModel, reshapings: Sequence[Reshaping]
+) -> list[tuple[str, Reshaping, dict[str, Any]]]:
+    """Titles, reshapings and what stages keep of their fits, by workers at once."""
+    titles = [reshaping.candidate.effect.title for reshaping in reshapings]
+    context.steps.say(", ".join(titles))
+    items = {f"shape-{number}-{title}": _packed(each) for title, each in zip(titles, reshapings, strict=True)}
+    results = context.workers(_refit, before, items, context.stage, lambda _: context.steps.done())
+    return list(zip(titles, reshapings, results, strict=True))
 
 
 def _score_part(

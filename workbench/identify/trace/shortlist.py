@@ -42,7 +42,7 @@ def score_effects(
 ) -> dict[str, Any]:
     """Scores of all effects in the windows where a fit is most wrong, as a stage of a run keeps them.
 
-    `report` hears the names of those that have been scored. `rivals`: of a number that a fit cannot move any further,
+    `report` hears the name of each that has been scored. `rivals`: of a number that a fit cannot move any further,
     so that numbers at an end of their range make up for none of them.
     """
     titles = [effect.title for effect in library]
@@ -83,7 +83,7 @@ def _score_part(
     effects = [effect for effect in library if effect.title in part["titles"]]
     scores = [score(problem.rig, model_fit.effects, effect, model_fit.model, windows, fit, rest) for effect in effects]
     return {
-        "names": list(dict.fromkeys(effect.name for effect in effects)),
+        "names": [effect.name for effect in effects],
         "candidates": [packed_candidate(entry.candidate) for entry in scores],
         "gains": [entry.gain for entry in scores],
         "trials": [[packed_trial(trial) for trial in entry.trials] for entry in scores],

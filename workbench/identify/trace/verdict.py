@@ -18,6 +18,7 @@ from .shapes import ROUNDS, best_reshaping
 def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     """The answer of a trace. Raises InputError where the rig cannot follow the held-out records."""
     place = search.place
+    context.steps.begin("held-out records", "held-out")
     alone = context.fit_all_windows("base, all windows", search.base)
     before = context.heldout("before", alone)
     if not np.isfinite(before.chi2):
@@ -36,12 +37,15 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     if nowhere and context.is_misfit(before) and not context.numbers_explain(alone, before):
         name = f"localise held-out-{len(search.passes)}" if search.passes else "localise held-out"
         place = context.location(name, alone, before)
-    verdict = _verdict(context, named, plain, effects, place)
-    final, after, learned = named, plain, ()
-    if verdict in ("unknown", "incomplete") and not (context.several and context.problem.train.from_rest):
-        starts = (effects[-1].refitted,) if effects else _nearest(search)
-        final, after, learned = _shaped(context, starts, named, plain)
     equation = effects[0].candidate.effect.equation if effects else place.equation if place else None
+    by_numbers = bool(effects) and not context.several and context.is_misfit(plain)
+    by_numbers = by_numbers and context.numbers_explain(named, plain)
+    verdict = _verdict(context, before, plain, effects, place, by_numbers)
+    final, after, learned = named, plain, ()
+    lacks = context.is_misfit(plain) and not by_numbers if effects else verdict == "unknown"
+    if lacks and not (context.several and context.problem.train.from_rest):
+        starts = ((effects[-1].refitted, None),) if effects else _nearest(search)
+        final, after, learned = _shaped(context, starts, named, plain)
     return Trace(
         problem=context.whole,
         base=alone,
@@ -56,19 +60,23 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
         passes=search.passes,
         refuted=refuted,
         learned=learned,
+        by_numbers=by_numbers,
+        several=context.several,
     )
 
 
 def _verdict(
     context: TraceContext,
-    named: FittedModel,
+    before: HeldoutErrors,
     after: HeldoutErrors,
     effects: tuple[CandidateFit, ...],
     place: FaultLocation | None,
+    by_numbers: bool,
 ) -> str:
+    """`by_numbers`: a misfit that is left is one of numbers alone."""
     if not effects:
         return "unknown" if place is not None and context.is_significant(place) else "none"
-    if context.is_misfit(after) and (context.several or not context.numbers_explain(named, after)):
+    if not by_numbers and after.chi2 > context.problem.complete(before.chi2, after.samples, context.several):
         return "incomplete"
     return "tied" if len(effects) == 1 and effects[0].tied else "named"
 
@@ -97,32 +105,44 @@ def _is_faint(search: SearchResult, effects: tuple[CandidateFit, ...]) -> bool:
 
 def _confirmed(context: TraceContext, before: HeldoutErrors, after: HeldoutErrors) -> bool:
     squares = float(before.squares.sum()), float(after.squares.sum())
-    return decide.confirmed(*squares, after.samples, context.problem.kappa)
+    return decide.confirmed(*squares, after.samples, context.problem.deviation(after.samples))
 
 
-def _nearest(search: SearchResult) -> tuple[FittedModel, ...]:
-    """What an unknown's shape is sought from: the effect that passes and explains most of it, and the rig alone."""
+def _nearest(search: SearchResult) -> tuple[tuple[FittedModel, FaultLocation | None], ...]:
+    """What an unknown's shape is sought from: the effect that passes and explains most of it, and the rig alone, each
+    with where its misfit sits if that is known."""
     part = partial_effect(search.passes[0]) if search.passes else None
-    return (part.refitted, search.base) if part else (search.base,)
+    alone = search.base, search.place
+    return ((part.refitted, None), alone) if part else (alone,)
 
 
-def _reshaped(context: TraceContext, first: int, start: FittedModel) -> list[tuple[Effect, FittedModel]]:
-    """What one fit is reshaped to, step by step, numbered from `first`."""
+def _reshaped(
+    context: TraceContext, first: int, start: FittedModel, place: FaultLocation | None
+) -> list[tuple[Effect, FittedModel]]:
+    """What one fit, whose misfit sits at a `place` if that is known, is reshaped to, step by step, from `first` on."""
     reshaped: list[tuple[Effect, FittedModel]] = []
     for number in range(first, first + ROUNDS):
-        if not context.is_misfit(start) or (shape := best_reshaping(context, number, start)) is None:
+        if not context.is_misfit(start) or (shape := best_reshaping(context, number, start, place)) is None:
             break
         reshaped.append(shape)
-        start = shape[1]
+        start, place = shape[1], None
     return reshaped
 
 
 def _shaped(
-    context: TraceContext, starts: Sequence[FittedModel], named: FittedModel, plain: HeldoutErrors
+    context: TraceContext,
+    starts: Sequence[tuple[FittedModel, FaultLocation | None]],
+    named: FittedModel,
+    plain: HeldoutErrors,
 ) -> tuple[FittedModel, HeldoutErrors, tuple[LearnedShape, ...]]:
     """The fit with what can be learned of the rig's shape, from the start that leads to the least error on what a fit
-    does not see, if the held-out records bear it out; else as named."""
-    ways = [_reshaped(context, 1 + place * ROUNDS, start) for place, start in enumerate(starts)]
+    does not see, if the held-out records bear it out; else as named. Where one start leaves no misfit the others need
+    not be tried."""
+    ways: list[list[tuple[Effect, FittedModel]]] = []
+    for number, (start, place) in enumerate(starts):
+        ways.append(_reshaped(context, 1 + number * ROUNDS, start, place))
+        if ways[-1] and not context.is_misfit(ways[-1][-1][1]):
+            break
     reshaped = min((way for way in ways if way), key=lambda way: way[-1][1].squares, default=[])
     if not reshaped:
         return named, plain, ()
