@@ -18,6 +18,7 @@ _BINARY = {
     ">": operator.gt,
     ">=": operator.ge,
     "AND": lambda a, b: a and b,
+    "OR": lambda a, b: a or b,
 }
 _FUNCTIONS = {"MAX": max, "ABS": abs}
 _START = {"BOOL": False, "INT": 0, "LREAL": 0.0}

@@ -14,7 +14,7 @@ from test_coefficients import LAP, SCHEDULED, SHAPING, around
 from test_controllers import CONTROLLERS, PERIOD, make
 
 from workbench.cli import main
-from workbench.control.export import coefficients
+from workbench.control.export import coefficients, replay
 from workbench.control.export.c_code import c_code
 from workbench.control.export.sections import identifier
 from workbench.control.export.structured_text import structured_text
@@ -54,25 +54,73 @@ def test_the_check_in_c_notices_a_wrong_coefficient(tmp_path):
     assert compiled(tmp_path, "pid-lead", wrong).returncode == 1
 
 
-def test_the_structured_text_of_a_law_gives_its_vector():
-    """A law with sections from several signals, a schedule and a map, through the grammar of another project."""
+@pytest.fixture(scope="module")
+def resting():
+    """A law with a schedule over low-passes, whose outputs count at rest, and a map."""
     law = coefficients(around("p", SCHEDULED, LAP), PERIOD)
-    expected = law.vector["command"]
-    few = replace(law, vector={name: values[:4] for name, values in law.vector.items()})  # the grammar takes its time
-    text = structured_text("p-dp", few)
-    units = units_of(text["p_dp.st"])
-    block = Instance(units["p_dp"], units)
+    low_pass = np.array([[1e-10, 1e-10, 0.0, 1.0, -0.8, 0.0]])  # of a step 1e-10 at once, 1e-9 at last
+    law = replace(law, channels=tuple(replace(c, sections=low_pass) if c.scale else c for c in law.channels))
+    return replace(law, vector={**law.vector, "command": replay(law)})
+
+
+@pytest.fixture(scope="module")
+def units(resting):
+    """Its Structured Text through the grammar of another project, which takes its time."""
+    few = replace(resting, vector={name: values[:4] for name, values in resting.vector.items()})
+    return units_of(structured_text("p-dp", few)["p_dp.st"])
+
+
+def test_the_structured_text_of_a_law_gives_its_vector(resting, units):
+    """A law with sections from several signals, a schedule and a map."""
+    block, vector = Instance(units["p_dp"], units), resting.vector
     command = []
     for k in range(200):
-        signals = {name: float(law.vector[name][k]) for name in law.signals[1:]}
-        block(restart=k == 0, setpoint=float(law.vector["reference"][k]), **signals)
+        signals = {name: float(vector[name][k]) for name in resting.signals[1:]}
+        block(restart=k == 0, setpoint=float(vector["reference"][k]), **signals)
         command.append(block.values["command"])
-    assert command == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    assert command == pytest.approx(vector["command"], abs=1e-9 * np.abs(vector["command"]).max())
     check = Instance(units["p_dp_check"], units)
     for _ in range(5):
         check()
     assert check.values["done"]
     assert check.values["passed"]
+
+
+REST = {"position": 0.21, "pa": 8e6, "pb": 5e6}
+MOVED = {"position": 0.23, "pa": 8.1e6, "pb": 5e6}
+HELD = 2e-3
+
+
+def started(law):
+    """A law's commands: two at rest, and one where position and pressure have moved and the reference has not."""
+    gain, factor = law.channels[0].sections[0, 0], law.channels[1].scale
+    still = 1e-9 * (REST["pa"] + REST["pb"])
+    at_once = 1e-10 * (MOVED["pa"] - REST["pa"])
+    total = HELD + law.command_map.back(HELD) - still * factor(REST["position"])
+    total += gain * (REST["position"] - MOVED["position"]) + (still + at_once) * factor(MOVED["position"])
+    return [HELD, HELD, total + law.command_map.shift(total)]
+
+
+@pytest.mark.skipif(GCC is None, reason="no C compiler here")
+def test_the_c_of_a_law_starts_without_a_bump(tmp_path, resting):
+    for file, text in c_code("law", resting).items():
+        (tmp_path / file).write_text(text)
+    rest, moved = (", ".join(str(signals[name]) for name in resting.signals[1:]) for signals in (REST, MOVED))
+    steps = "".join(f'printf("%.17g ", law_step(&s, {REST["position"]}, {at}));' for at in (rest, rest, moved))
+    body = f"law_state s; law_start(&s, {HELD}, {rest}); {steps} return 0;"
+    program, main_c = tmp_path / "program", tmp_path / "main.c"
+    main_c.write_text(f'#include <stdio.h>\n#include "law.h"\nint main(void) {{ {body} }}\n')
+    subprocess.run([GCC, *STRICT, str(main_c), str(tmp_path / "law.c"), "-o", str(program)], check=True)
+    printed = subprocess.run([program], check=True, capture_output=True, text=True).stdout.split()
+    assert [float(word) for word in printed] == pytest.approx(started(resting), abs=1e-12)
+
+
+def test_the_structured_text_of_a_law_starts_without_a_bump(resting, units):
+    block, command = Instance(units["p_dp"], units), []
+    for k, signals in enumerate((REST, REST, MOVED)):
+        block(start=k == 0, held=HELD, setpoint=REST["position"], **signals)
+        command.append(block.values["command"])
+    assert command == pytest.approx(started(resting), abs=1e-12)
 
 
 def test_the_folder_holds_every_law_that_can_be_exported(tmp_path, monkeypatch, capsys):
@@ -81,9 +129,10 @@ def test_the_folder_holds_every_law_that_can_be_exported(tmp_path, monkeypatch, 
     told = capsys.readouterr()
     assert "mpc-force" in told.err
     assert "p-dp-force" in told.out
+    whole = {"plant.mat", "link_main.c", "link_laws.h"}
     endings = {".json", ".c", ".h", ".st", ".mat"}
     assert {path.name for path in (tmp_path / "laws").iterdir()} == {
-        "plant.mat",
+        *whole,
         *(f"p_dp_force{end}" for end in endings),
     }
     printed = json.loads((tmp_path / "laws" / "p_dp_force.json").read_text())

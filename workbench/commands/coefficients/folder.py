@@ -7,6 +7,7 @@ from pathlib import Path
 from ...base.signals import MEASURED
 from ...control.export import Coefficients, as_json
 from ...control.export.c_code import c_code
+from ...control.export.link_program import link_program
 from ...control.export.matlab import mat_file
 from ...control.export.sections import identifier
 from ...control.export.structured_text import structured_text
@@ -33,8 +34,9 @@ def leave_laws(folder: Path, rig: Rig, laws: Laws) -> str:
         files[f"{identifier(name)}.json"] = json.dumps(as_json(law), indent=2) + "\n"
         files |= {**c_code(name, law), **structured_text(name, law)}
         files[f"{identifier(name)}.mat"] = mat_file(linear_view(controller, at))
+    files |= link_program({name: law for name, (_, law) in laws.items()})
     write_folder(folder, files)
     return (
-        f"{folder}: {', '.join(laws)} as .json, .c and .h, .st and .mat; the plant at mid stroke and null, command to "
-        f"{', '.join(outputs)}, as plant.mat; SI units"
+        f"{folder}: {', '.join(laws)} as .json, .c and .h, .st and .mat; link_main.c, which runs them at a rig behind "
+        f"a wire; the plant at mid stroke and null, command to {', '.join(outputs)}, as plant.mat; SI units"
     )

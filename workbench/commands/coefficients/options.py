@@ -13,7 +13,7 @@ from ..common.new_folder import check_new
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     of_controllers(parser, _coefficients)
-    files = "leave each law as JSON, C, Structured Text and .mat, and the plant as .mat"
+    files = "leave each law as JSON, C, Structured Text and .mat, the plant as .mat, and laws at a link as link_main.c"
     parser.add_argument("--out", type=Path, metavar="DIR", help=files)
 
 

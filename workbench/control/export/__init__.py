@@ -4,6 +4,7 @@ sections          second-order sections by input, schedules, the map of the comm
 listing           these as JSON, and as text for people
 c_code            a law in C99
 structured_text   a law in Structured Text of IEC 61131-3
+link_program      a program that runs laws in C99 at a rig behind a wire
 matlab            linear models for MATLAB and python-control
 """
 

@@ -16,10 +16,14 @@ _HEADER = """\
 
 typedef struct {{
     double z[{sections}][2];
+    double {fields}; /* the signals at the start */
+    double offset;
 }} {name}_state;
 
-/* From rest: all states are 0. */
+/* From rest at 0: all states are 0. */
 void {name}_reset({name}_state *state);
+/* Without a bump from rest at these signals: with the reference there too, the next step gives this command. */
+void {name}_start({name}_state *state, double command{measured});
 /* The command of this sample, -1..1; signals in SI units. */
 double {name}_step({name}_state *state{arguments});
 
@@ -52,18 +56,40 @@ static double interpolated(const double *at, const double *to, int points, doubl
     return to[k] + (to[k + 1] - to[k]) * (x - at[k]) / (at[k + 1] - at[k]);
 }
 """
+_MAP = """
+/* Linear between the points, unchanged beyond. */
+static double mapped(const double *at, const double *to, int points, double x)
+{
+    return x >= at[0] && x <= at[points - 1] ? interpolated(at, to, points, x) : x;
+}
+"""
 _STEP = """
 void {name}_reset({name}_state *state)
 {{
-    for (int k = 0; k < {sections}; k++)
-        state->z[k][0] = state->z[k][1] = 0.0;
+    static const {name}_state rest;
+    *state = rest;
+}}
+
+/* The sum of the channels, each filtering what its signal is off its start. */
+static double summed({name}_state *state{arguments})
+{{
+    double command = state->offset;
+{body}
+    return command;
+}}
+
+void {name}_start({name}_state *state, double command{measured})
+{{
+    const double reference = {controlled};
+    {name}_reset(state);
+{kept}
+    state->offset = {back} - summed(state{given});
 }}
 
 double {name}_step({name}_state *state{arguments})
 {{
-    double command = 0.0;
-{body}
-    return command;
+    const double command = summed(state{given});
+    return {forth};
 }}
 """
 _CHECK = """
@@ -90,40 +116,65 @@ int main(void)
 
 def c_code(name: str, law: Coefficients) -> dict[str, str]:
     """The text of NAME.h and NAME.c, by file name."""
-    name = identifier(name)
-    signals = law.signals
+    name, mapped = identifier(name), law.command_map is not None
     words = {
         "name": name,
         "upper": name.upper(),
         "period": law.period * 1e3,
         "sections": sum(len(channel.sections) for channel in law.channels),
-        "arguments": "".join(f", double {signal}" for signal in signals),
-        "inputs": ", ".join(f"vector_{signal}[k]" for signal in signals),
         "samples": len(law.vector["command"]),
         "body": "\n".join("    " + line for line in _body(law)),
-        "vector": "\n".join(_array(f"vector_{signal}", law.vector[signal]) for signal in (*signals, "command")),
+        "vector": "\n".join(_array(f"vector_{signal}", values) for signal, values in law.vector.items()),
+        **_of_signals(law.signals),
+        **_of_map(law),
     }
     head = _HEAD.format(**words)
-    table = _TABLE if law.command_map or any(channel.scale for channel in law.channels) else ""
-    code = (
-        f'{head}#include "{name}.h"\n\n{_tables(law)}\n{_HELPERS}{table}{_STEP.format(**words)}{_CHECK.format(**words)}'
-    )
+    helpers = _HELPERS
+    helpers += _TABLE if mapped or any(channel.scale for channel in law.channels) else ""
+    helpers += _MAP if mapped else ""
+    code = f'{head}#include "{name}.h"\n\n{_tables(law)}\n{helpers}{_STEP.format(**words)}{_CHECK.format(**words)}'
     return {f"{name}.h": head + _HEADER.format(**words), f"{name}.c": code}
 
 
+def _of_signals(signals: list[str]) -> dict[str, str]:
+    """What is written for each signal, the reference first."""
+    return {
+        "arguments": "".join(f", double {signal}" for signal in signals),
+        "measured": "".join(f", double {signal}" for signal in signals[1:]),
+        "given": "".join(f", {signal}" for signal in signals),
+        "inputs": ", ".join(f"vector_{signal}[k]" for signal in signals),
+        "controlled": signals[1],
+        "fields": ", ".join(f"{signal}0" for signal in signals),
+        "kept": "\n".join(f"    state->{signal}0 = {signal};" for signal in signals),
+    }
+
+
+def _of_map(law: Coefficients) -> dict[str, str]:
+    """The command through the map, and back."""
+    if law.command_map is None:
+        return {"forth": "command", "back": "command"}
+    points = len(law.command_map.at)
+    return {
+        "forth": f"mapped(map_at, map_to, {points}, command)",
+        "back": f"mapped(map_to, map_at, {points}, command)",
+    }
+
+
 def _body(law: Coefficients) -> Iterable[str]:
-    first, controlled = 0, law.signals[1]
+    first = 0
     for i, channel in enumerate(law.channels):
-        signal = f"reference - {controlled}" if channel.signal == "error" else channel.signal
+        error = f"{_off('reference')} - ({_off(law.signals[1])})"
+        signal = error if channel.signal == "error" else _off(channel.signal)
         part = f"filtered(&sections[{first}], &state->z[{first}], {len(channel.sections)}, {signal})"
         if channel.scale is not None:
+            part = f"({part} + {channel.at_rest!r} * state->{channel.signal}0)"
             part += f"\n        * interpolated(scale{i}_at, scale{i}_factor, {len(channel.scale.at)}, position)"
         yield f"command += {part};"
         first += len(channel.sections)
-    if law.command_map is not None:
-        last = len(law.command_map.at) - 1
-        yield f"if (command >= map_at[0] && command <= map_at[{last}])"
-        yield f"    command = interpolated(map_at, map_to, {last + 1}, command);"
+
+
+def _off(signal: str) -> str:
+    return f"{signal} - state->{signal}0"
 
 
 def _tables(law: Coefficients) -> str:

@@ -40,6 +40,11 @@ class SectionChannel:
     sections: np.ndarray
     scale: PiecewiseLinear | None = None
 
+    @property
+    def at_rest(self) -> float:
+        """What the sections of a stable filter make of a constant 1."""
+        return float(np.prod(self.sections[:, :3].sum(axis=1) / self.sections[:, 3:].sum(axis=1)))
+
 
 @dataclass(frozen=True)
 class Coefficients:

@@ -5,14 +5,17 @@ from textwrap import indent
 
 import numpy as np
 
-from .sections import Coefficients, identifier
+from .sections import Coefficients, SectionChannel, identifier
 
 _BLOCK = """\
 (* {name}: command of a servo-hydraulic jack's controller, to be called every {period:g} ms. SI units.
-   restart = TRUE: from rest. *)
+   restart = TRUE: from rest at 0. start = TRUE: without a bump from rest at these signals; where the setpoint is there
+   too, the command is `held`. *)
 FUNCTION_BLOCK {name}
 VAR_INPUT
     restart : BOOL;
+    start : BOOL;
+    held : LREAL; (* -1..1 *)
 {inputs}
 END_VAR
 VAR_OUTPUT
@@ -24,19 +27,26 @@ VAR
     x : LREAL;
     y : LREAL;
     part : LREAL;
+{kept}
+    offset : LREAL;
 END_VAR
 VAR CONSTANT
     sections : ARRAY[0..{last}, 0..4] OF LREAL := [
         {sections}
     ]; (* second-order sections, rows of b0 b1 b2 a1 a2 *)
 {tables}END_VAR
-IF restart THEN
+IF restart OR start THEN
     FOR k := 0 TO {last} DO
         z[k, 0] := 0.0;
         z[k, 1] := 0.0;
     END_FOR;
+{zeroed}
+    offset := 0.0;
 END_IF;
-command := 0.0;
+IF start THEN
+{started}
+END_IF;
+command := offset;
 {body}
 END_FUNCTION_BLOCK
 """
@@ -96,6 +106,9 @@ def structured_text(name: str, law: Coefficients) -> dict[str, str]:
         name=name,
         period=law.period * 1e3,
         inputs="\n".join(f"    {_word(signal)} : LREAL;" for signal in signals),
+        kept="\n".join(f"    {_word(signal)}0 : LREAL;" for signal in signals),
+        zeroed="\n".join(f"    {_word(signal)}0 := 0.0;" for signal in signals),
+        started=indent("\n".join(_start(law)), "    "),
         last=len(rows) - 1,
         sections=",\n        ".join(rows),
         tables="".join(_tables(law)),
@@ -110,21 +123,47 @@ def structured_text(name: str, law: Coefficients) -> dict[str, str]:
     return {f"{name}.st": block + check}
 
 
-def _body(law: Coefficients) -> Iterable[str]:
-    first, controlled = 0, _word(law.signals[1])
+def _start(law: Coefficients) -> Iterable[str]:
+    """The signals where the law starts, and the offset that makes up the command there."""
+    controlled = _word(law.signals[1])
+    yield f"{_word('reference')}0 := {controlled};"
+    yield from (f"{signal}0 := {signal};" for signal in map(_word, law.signals[1:]))
+    yield "offset := held;"
+    if law.command_map is not None:
+        yield _mapped("offset", "map_to", "map_points", law.command_map.to)
     for i, channel in enumerate(law.channels):
-        signal = f"{_word('reference')} - {controlled}" if channel.signal == "error" else _word(channel.signal)
+        if channel.scale is not None:
+            yield _interpolate("position", f"scale{i}_points", f"scale{i}_factor", channel.scale.at)
+            yield f"offset := offset - {_still(channel)} * y;"
+
+
+def _body(law: Coefficients) -> Iterable[str]:
+    first = 0
+    for i, channel in enumerate(law.channels):
+        error = f"{_off('reference')} - ({_off(law.signals[1])})"
+        signal = error if channel.signal == "error" else _off(channel.signal)
         yield _FILTER.format(signal=signal, first=first, last=first + len(channel.sections) - 1)
         if channel.scale is not None:
             yield _interpolate("position", f"scale{i}_points", f"scale{i}_factor", channel.scale.at)
-            yield "part := part * y;"
+            yield f"part := (part + {_still(channel)}) * y;"
         yield "command := command + part;"
         first += len(channel.sections)
     if law.command_map is not None:
-        last = len(law.command_map.at) - 1
-        yield f"IF command >= map_points[0] AND command <= map_points[{last}] THEN"
-        yield indent(_interpolate("command", "map_points", "map_to", law.command_map.at), "    ")
-        yield "    command := y;\nEND_IF;"
+        yield _mapped("command", "map_points", "map_to", law.command_map.at)
+
+
+def _off(signal: str) -> str:
+    return f"{_word(signal)} - {_word(signal)}0"
+
+
+def _still(channel: SectionChannel) -> str:
+    """What a channel's sections would give at the start's signal for ever."""
+    return f"{_real(channel.at_rest)} * {_word(channel.signal)}0"
+
+
+def _mapped(x: str, at: str, to: str, points: np.ndarray) -> str:
+    inside = indent(f"{_interpolate(x, at, to, points)}\n{x} := y;", "    ")
+    return f"IF {x} >= {at}[0] AND {x} <= {at}[{len(points) - 1}] THEN\n{inside}\nEND_IF;"
 
 
 def _word(signal: str) -> str:
