@@ -304,3 +304,17 @@ def test_in_real_time_readings_come_by_themselves_and_the_watchdog_closes_the_va
         time.sleep(0.01)
         while not client.silent():
             pass
+
+
+def test_a_client_that_has_switched_the_rig_off_makes_room_at_once():
+    with served(jack_bench()) as server, Stranger(server) as client, Stranger(server) as other:
+        client.greet()
+        client.switch(1)
+        client.switch(0)
+        assert client.switch(1) == "on"
+        client.switch(0)
+        assert other.greet()["state"] == "off"
+        assert other.switch(1) == "on"
+        client.send(4, b"\x00")
+        client.take(6)
+        assert server.rig.state == "on"

@@ -47,6 +47,7 @@ class RigServer:
         rig.job.socket = self._socket.fileno()
         self._owner: Address | None = None
         self._heard, self._seen = 0.0, (0, 0)
+        self._released = False  # by its owner, who has switched it off
         self._wishes: list[int] = []
         self._done = threading.Event()
         self.trips = 0
@@ -121,6 +122,7 @@ class RigServer:
             self._refuse(sender, self._others() if self._owner else "say hello first")
         elif kind == datagrams.SWITCH and len(body) == 1 and body[0] in (datagrams.OFF, datagrams.ON, datagrams.RESET):
             self._heard = time.monotonic()
+            self._released = body[0] == datagrams.OFF
             self._switch(body[0])
             self._send(datagrams.STATE, self.rig.state.encode())
             if body[0] == datagrams.ON and job.state == ON and job.tick == 0 and self._lockstep:
@@ -150,15 +152,16 @@ class RigServer:
             self.rig.job.dropped += 1
             return
         if self._owner not in (None, sender):
-            if now - self._last_heard() < _SILENT:
+            if not self._released and now - self._last_heard() < _SILENT:
                 self._refuse(sender, self._others())
                 self.rig.job.dropped += 1
                 return
-            self._tell(f"{_named(self._owner)} is silent; {_named(sender)} takes over")
+            why = "is done" if self._released else "is silent"
+            self._tell(f"{_named(self._owner)} {why}; {_named(sender)} takes over")
             self._switch(datagrams.OFF)
         elif self._owner is None:
             self._tell(f"{_named(sender)} says hello")
-        self._owner, self._heard = sender, now
+        self._owner, self._heard, self._released = sender, now, False
         self.rig.take_owner()
         self._send(datagrams.RIG, self._hello.in_state(self.rig.state).text().encode())
 

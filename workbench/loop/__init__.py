@@ -1,6 +1,7 @@
 """Closed loops, and every number that is measured on one.
 
 sampled_loop, guard       a sampled controller on the plant, behind the rig's limits
+guarded_controller, compiled_controller    a controller with its guard by itself, in Python and compiled
 guard_numbers, faults     a rig's numbers for the guard's rules; faults, and the loop in which one begins
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
 scenarios, reach          what a loop is asked for, and whether a rig can do it

@@ -18,6 +18,7 @@ wrong_numbers       described numbers that records contradict
 scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 fitted_plant        what a report says of a plant that was fitted to a frequency response
 judged              in words: the delay and the noise that loops were judged with
+wire_campaign      recordings of a live rig as a campaign folder
 page_server        pages for the browser of this machine: who may ask
 shipped            experiments and campaigns that come with jackbench, by name
 """
