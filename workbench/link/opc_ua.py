@@ -96,7 +96,7 @@ def opc_ua_server(shown: Supervised, port: int, host: str = "127.0.0.1") -> Iter
 
 
 async def _serve(shown: Supervised, endpoint: str, ready: threading.Event, over: threading.Event) -> None:
-    from asyncua import Server
+    from asyncua.server.server import Server
 
     server = Server()
     await server.init()

@@ -5,27 +5,27 @@ feedback, Merritt, Hydraulic Control Systems, 1967, ch. 6); the loop gain is a s
 damping ratio zeta becomes unstable, 2 zeta w (ibid.).
 """
 
-from math import pi
+from math import pi, sqrt
 
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
+from ...loop.capability import oil_stiffness
 from ...rigs.rig import Rig
 from .looks import SmallMoves
 
 DAMPING = 0.35  # wanted of the mode: about null a lap may double it
 SHARE = 0.25  # of the greatest loop gain: again a lap, and a valve that is late
-_UNSEEN = 3.0  # 1/s: loop gain where nothing rings
 _CORNER = 0.5  # Hz above which pressures are fed back
 
 
 def automatic(rig: Rig, moves: SmallMoves) -> ControllerSpec:
-    """The controller that small moves give."""
-    if moves.mode_hz is None or moves.speed_per_pressure is None or "pa" not in rig.sensors:
-        return controller("controllers.p:P", gain=_UNSEEN / moves.speed_gain).named("automatic")
-    wanted = max(0.0, DAMPING - (moves.mode_damping or 0.0))
-    pressure = 2 * wanted * moves.speed_per_pressure / moves.speed_gain
-    gain = SHARE * 2 * DAMPING * 2 * pi * moves.mode_hz / moves.speed_gain
+    """The controller that small moves give; where nothing rings after them, for the oil of the datasheet."""
+    w = 2 * pi * moves.mode_hz if moves.mode_hz else sqrt(oil_stiffness(rig) / rig["M"])
+    gain = SHARE * 2 * DAMPING * w / moves.speed_gain
     law = controller("controllers.p:P", gain=float(f"{gain:.3g}"))
+    if "pa" not in rig.sensors or "pb" not in rig.sensors:
+        return law.named("automatic")
+    pressure = 2 * DAMPING * min(rig.areas) / (rig["M"] * w) / moves.speed_gain
     feedback = controller(
         "controllers.pressure:PressureFeedback", gain=float(f"{pressure:.3g}"), corner=_CORNER, column=column(rig)
     )

@@ -17,7 +17,7 @@ from ..tune.problem import Searched, TuneProblem
 from ..tune.search import nearest_trial, search
 from .automatic import column
 
-DESIGNS = 80
+DESIGNS = 300
 _RANGE = 4.0  # about a first guess, either way
 _OVERSHOOT = 5.0  # %
 

@@ -17,18 +17,17 @@ GAP = 0.25  # s at rest between pulses
 _LARGEST_PULSE = 0.2  # of full command
 _SUPPLY = 0.3  # by which the supply may be off the datasheet's
 _MOVED = 0.2  # of what the datasheet says that a pulse moves: less is no motion
+_SLOWEST, _RINGS = 4.0, 20.0  # Hz of a mode, and its power over that of other frequencies
 _EARLY = 0.03  # s after an edge in which pressures accelerate the mass
 
 
 @dataclass(frozen=True)
 class SmallMoves:
-    """What small moves tell: speed per unit of command [m/s], and of the mode in which the pressures ring after them,
-    frequency [Hz], damping ratio, and speed per load pressure [m/s/Pa]; None where nothing rings."""
+    """What small moves tell: speed per unit of command [m/s], and the frequency [Hz] at which the pressures ring after
+    them; None where nothing rings."""
 
     speed_gain: float
     mode_hz: float | None
-    mode_damping: float | None
-    speed_per_pressure: float | None
 
 
 def check_rest(rig: Rig, rest: Record) -> None:
@@ -92,7 +91,7 @@ def small_moves(rig: Rig, record: Record, size: float) -> SmallMoves:
     way, push = float(np.mean(moved)), float(np.mean(pushed)) if pushed else None
     _check_sides(rig, way, push, MOVE)
     speed = way / PULSE
-    return SmallMoves(speed / size, *_ringing(rig, record, ends))
+    return SmallMoves(speed / size, _ringing(rig, record, ends))
 
 
 def _check_sides(rig: Rig, way: float, push: float | None, wanted: float) -> None:
@@ -112,22 +111,16 @@ def _check_sides(rig: Rig, way: float, push: float | None, wanted: float) -> Non
         raise InputError("pa and pb are swapped: the jack goes where it should, the pressures push against it")
 
 
-def _ringing(rig: Rig, record: Record, ends: np.ndarray) -> tuple[float | None, float | None, float | None]:
-    """Frequency, damping ratio and speed per pressure of the mode in which load and oil swing after pulses."""
+def _ringing(rig: Rig, record: Record, ends: np.ndarray) -> float | None:
+    """Frequency [Hz] of the mode in which load and oil swing after the pulses that end at these rows."""
     if not {"pa", "pb"} <= record.signals.keys():
-        return None, None, None
+        return None
     period, rows = rig.period.value, round(GAP / rig.period.value)
     load = record.signals["pa"] - record.signals["pb"]
     parts = [load[end + 5 : end + rows - 5] for end in ends if end + rows <= len(load)]
     swings = np.array([part - part[len(part) // 2 :].mean() for part in parts])
     spectrum = np.mean(np.abs(np.fft.rfft(swings * np.hanning(swings.shape[1]), 8 * swings.shape[1])) ** 2, axis=0)
     f = np.fft.rfftfreq(8 * swings.shape[1], period)
-    seen = (f > 4.0) & (f < 0.25 / period)
+    seen = (f > _SLOWEST) & (f < 0.25 / period)
     peak = int(np.argmax(np.where(seen, spectrum, 0.0)))
-    floor = float(np.median(spectrum[seen]))
-    if spectrum[peak] < 20 * floor:
-        return None, None, None
-    width = np.flatnonzero(spectrum[seen] > spectrum[peak] / 2)
-    hz = float(f[peak])
-    damping = max(0.02, float((f[1] - f[0]) * len(width)) / (2 * hz) - 0.7 / (hz * GAP))
-    return hz, damping, min(rig.areas) / (rig["M"] * 2 * np.pi * hz)
+    return float(f[peak]) if spectrum[peak] > _RINGS * np.median(spectrum[seen]) else None

@@ -17,7 +17,7 @@ from ...link.course import play_course, rest_record
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
-from ..common.outcome import Outcome, Progress
+from ..common.outcome import Outcome, Progress, Stage
 from ..common.run_folder import Run
 from ..common.wire_campaign import wire_campaign, wire_rig
 from ..excite.study import drive
@@ -125,14 +125,24 @@ def _ways(
         progress(f"searches a controller for the rig as the {name} has it" if name == "datasheet" else
                  "searches a controller for the rig as it was found")  # fmt: skip
 
-        def stage(key: str, compute: Any, name: str = name) -> Any:
-            return run.stage(f"{name}-{key}", compute)
-
-        spec, missed = searched_design(model, plain_law, name, wanted.goal, stage, progress, wanted.jobs)
+        stage = _named_stage(run, name)
+        spec, missed = searched_design(model, plain_law, name, wanted.goal, stage, _few(progress), wanted.jobs)
         if missed:
             progress(f"no design meets every goal on the {name} rig: {missed}")
         designs[name] = spec, model
     return {"automatic": (plain_law, rig), **designs}
+
+
+def _named_stage(run: Run, name: str) -> Stage:
+    """Stages of one of several searches."""
+    return lambda key, compute: run.stage(f"{name}-{key}", compute)
+
+
+def _few(progress: Progress) -> Progress:
+    """Of a search, every fiftieth trial."""
+    return lambda text: (
+        progress(text) if not text.startswith("trial ") or text.split()[1].endswith(("00", "50")) else None
+    )
 
 
 def _without_link_delay(found: Rig, declared: Rig) -> Rig:

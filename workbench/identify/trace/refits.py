@@ -107,7 +107,7 @@ class _Refits:
         return tuple(sorted(fits, key=lambda candidate_fit: -candidate_fit.judgement.explained))
 
     def _planned(self, ranked: Ranked, tried: Mapping[str, CandidateFit]) -> list[tuple[Candidate, float]]:
-        """The best formula of each name, then all its others; what is not `tried` explains as much as its score says.
+        """The best formula of each name, then its others; what is not `tried` explains as much as its score says.
 
         Scores do not choose among a name's formulas: a lag below a sample period is far from linear in its strength.
         """
@@ -128,10 +128,22 @@ class _Refits:
                 continue
             planned.append(own[0])
             if not self._context.several and explains(own[0]) >= _FORMULAS * max(explained, decide.PARTIAL):
-                planned += [pair for pair in ranked if pair[0].effect.name == name and pair is not own[0]]
+                planned += self._other_formulas(own[0], ranked, tried)
             elif not self._context.several and own[0][0].effect.has_memory and explains(own[0]) < _LOST:
                 planned += _others_with_memory(own[0][0].effect, ranked, explains)
         return planned + self._formulas_of_best(ranked, [tried.get(pair[0].effect.title) for pair in planned])
+
+    def _other_formulas(
+        self, first: tuple[Candidate, float], ranked: Ranked, tried: Mapping[str, CandidateFit]
+    ) -> list[tuple[Candidate, float]]:
+        """A name's other formulas, those with memory last, and only while the others leave a misfit: they take several
+        times as long, and with more numbers the rule would not prefer them."""
+        own = [pair for pair in ranked if pair[0].effect.name == first[0].effect.name and pair is not first]
+        plain = [pair for pair in own if not pair[0].effect.has_memory]
+        fits = [tried.get(pair[0].effect.title) for pair in (first, *plain) if not pair[0].effect.has_memory]
+        if any(fit is not None and fit.refitted and not self._context.is_misfit(fit.refitted) for fit in fits):
+            return plain
+        return plain + [pair for pair in own if pair[0].effect.has_memory]
 
     def _formulas_of_best(self, ranked: Ranked, fits: Sequence[CandidateFit | None]) -> list[tuple[Candidate, float]]:
         """Where several effects are missing: the other formulas of the one to add, once it is known."""
