@@ -16,6 +16,7 @@ from ..rigs.rig import Rig
 from .client import LinkClient, LinkLost
 from .datagrams import Reading
 
+INTERRUPTED = "interrupted"
 _ENDS = 1.0  # s within which a stopped loop has brought the command to 0
 _NEVER_LATE = 1e-6  # of a period: a command that answers a reading acts after it
 
@@ -103,7 +104,7 @@ class WireLoop:
             run.ended = str(error)
             self._bring_to_rest(run, first)
         except KeyboardInterrupt:
-            run.ended = "interrupted"
+            run.ended = INTERRUPTED
             self._bring_to_rest(run, first)
         return run
 

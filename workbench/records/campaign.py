@@ -26,7 +26,7 @@ from .sessions import Drift, Session, read_drifts, read_sessions
 
 FILE = "campaign.toml"
 _APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
-_KEYS = ("rig", "corrector", "records", "signals", "unused", "mean", "sheets", "score", "sessions", "drifts")
+_KEYS = ("rig", "corrector", "records", "signals", "unused", "mean", "sheets", "score", "sessions", "drifts", "late")
 ROLES = ("static", "train", "select", "heldout")
 WINDOWS, FREE_RUN = "windows", "free-run"
 
@@ -109,7 +109,7 @@ def load_campaign(folder: str | Path) -> Campaign:
     score = top.word("score", (WINDOWS, FREE_RUN), WINDOWS)
     signals = top.optional_table("signals")
     mapping = {name: _mapped(signals.table(name), name) for name in signals.allow(*SIGNALS)}
-    reading = _Reading(file.parent, mapping, frozenset(top.words("unused", "current", ())), _mean(top))
+    reading = _Reading(file.parent, mapping, frozenset(top.words("unused", "current", ())), _mean(top), _late(top))
     listed = top.optional_table("records", *ROLES)
     entries = _entries(listed)
     _check_copies(listed, entries, file.parent)
@@ -154,20 +154,29 @@ def judged_by(campaign: Campaign, patterns: Sequence[str]) -> Campaign:
 
 @dataclass(frozen=True)
 class _Reading:
-    """How records are read: columns, signals left out, and the time [s] over which rows are averaged."""
+    """How records are read: columns, signals left out, the time [s] over which rows are averaged, and how late [s]
+    commands act after their rows."""
 
     folder: Path
     mapping: Mapping[str, ColumnMap]
     unused: frozenset[str]
     mean: float | None
+    late: float
 
     def record(self, entry: _Entry) -> Record:
         """A record with its constants as signals."""
         record = read_record(self.folder / entry.file, self.mapping, entry.start, entry.stop, self.unused)
         constants = {name: np.full(record.t.size, value) for name, value in entry.constants}
-        record = replace(record, name=entry.name, signals={**record.signals, **constants})
+        record = replace(record, name=entry.name, signals={**record.signals, **constants}, late=self.late)
         rows = 1 if self.mean is None else round(self.mean / record.period)
         return record if rows <= 1 else centred_means(record, rows)
+
+
+def _late(top: Table) -> float:
+    """How late commands act after the rows that log them, where these were sampled before."""
+    return (
+        top.quantity("late", Spec("s", 0.0, 1.0, "time from a row to its command's effect")) if "late" in top else 0.0
+    )
 
 
 def _mean(top: Table) -> float | None:

@@ -16,6 +16,7 @@ class Record:
     signals  name -> [n] in the SI unit of `workbench.base.signals.SIGNALS`, finite everywhere
     valid    name -> [n] bool; False where a sample is filled or clipped and not to be compared; left out: all True
     notes    what was mended on reading, one sentence each
+    late     s, by which every command acts after the row that logs it, which was sampled before; 0: as it is sampled
     """
 
     name: str
@@ -23,6 +24,7 @@ class Record:
     signals: Mapping[str, np.ndarray]
     valid: Mapping[str, np.ndarray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    late: float = 0.0
 
     def __post_init__(self) -> None:
         t = _frozen(self.t, float)
@@ -60,6 +62,7 @@ class Record:
             {name: values[rows] for name, values in self.signals.items()},
             {name: mask[rows] for name, mask in self.valid.items()},
             self.notes,
+            self.late,
         )
 
 
@@ -80,6 +83,7 @@ def block_mean(record: Record, rows: int) -> Record:
         {name: values[:, 0] if name in commands else values.mean(axis=1) for name, values in blocked.items()},
         {name: np.all(mask[: blocks * rows].reshape(blocks, rows), axis=1) for name, mask in record.valid.items()},
         (*record.notes, f"means over blocks of {rows} rows"),
+        record.late,
     )
 
 
@@ -102,6 +106,7 @@ def centred_means(record: Record, rows: int) -> Record:
         {name: blocks(values, early[name]).mean(axis=1) for name, values in record.signals.items()},
         {name: np.all(blocks(mask, early[name]), axis=1) for name, mask in record.valid.items()},
         (*record.notes, f"means over {rows} rows"),
+        record.late,
     )
 
 

@@ -50,7 +50,7 @@ def _seconds(value: float | None) -> str:
 
 def _table(metrics: Mapping[str, Any]) -> Table:
     heads = ["way", "scenario", "settling [s], predicted", "measured", "overshoot [%], predicted", "measured"]
-    heads += ["sine error [% of RMS], predicted", "measured"]
+    heads += ["sine error [%], predicted", "measured"]
     lines = []
     for row in metrics["rows"]:
         sine = [None if value is None else 100 * value for value in row["sine_error"].values()]
@@ -63,7 +63,12 @@ def _table(metrics: Mapping[str, Any]) -> Table:
                 *sine,
             ]
         )
-    return Table("", heads, lines, "Predicted: in simulation on the rig that the controller was made for.")
+    return Table(
+        "",
+        heads,
+        lines,
+        "Predicted: in simulation on the rig that the controller was made for. Sine error: RMS over the reference's.",
+    )
 
 
 def _figure(goal: str, judged: Sequence["Judged"]) -> Figure:

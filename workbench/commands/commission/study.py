@@ -2,24 +2,27 @@
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...base.toml_text import toml_text
 from ...control.controller_spec import ControllerSpec
 from ...control.export import coefficients
 from ...control.export.c_code import c_code
 from ...link.client import LinkClient
 from ...link.course import play_course, rest_record
+from ...records import Record
+from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.run_folder import Run
-from ..common.wire_campaign import wire_campaign, wire_rig
+from ..common.wire_campaign import wire_campaign
 from ..excite.study import drive
 from ..trace.study import trace_campaign
 from .automatic import automatic
@@ -27,7 +30,9 @@ from .designs import experiment_of, searched_design
 from .looks import SmallMoves, check_rest, pulses, small_moves
 from .motions import safe_records
 from .page import commission_page
-from .verify import SINE, STEPS, played_ways, table_row
+from .verify import SINE, STEPS, check_ended, played_ways, table_row
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -45,49 +50,41 @@ class Wanted:
 def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     """commission.json: `verdict` and `effects` of the trace, `rows` of every way in every scenario, `rig_seconds`,
     `computing_seconds`, `trips`, what was `played`, and the `controller`'s file."""
-    began, played = time.process_time(), list[dict[str, Any]]()
-    rig, clock = wanted.rig, _Clock(wanted.seconds)
+    began, rig = time.process_time(), wanted.rig
     with LinkClient(wanted.at, wanted.token) as client:
+        rig_time = _RigTime(client, rig, wanted.seconds, run)
         progress("looks at the rig at rest: noise, dead or impossible readings")
-        rest = rest_record(client)
+        rest = rig_time.kept("static", "look", lambda: rest_record(client))
         check_rest(rig, rest)
-        clock.spend("static", "rest", rest.t[-1], played)
         progress("moves it by a millimetre: directions, speed, the mode of its oil")
-        moves = _small(client, rig, clock, played)
+        moves = _small(rig_time)
         progress("designs records that every plant within the bounds takes")
         ready, waves = safe_records(rig)
         records = {}
         for wave in waves:
             progress(f"plays {wave.name} on the rig, {wave.t[-1]:.3g} s")
-            loop, start = ready.loop.build(wave.period), float(wave.reference[0])
-            done = play_course(client, rig, loop, wave.reference - start, start, wave.command)
-            records[wave.name] = done.record
-            clock.spend(wave.name, "excitation", done.seconds, played)
-            if done.ended is not None:
-                progress(f"{wave.name} was cut short: {done.ended}")
-                break
-        declared = wire_rig(rig, client)
+            records[wave.name] = rig_time.played(wave, ready.loop, "excitation")
         folder = run.dir / "campaign"
         folder.mkdir(exist_ok=True)
-        for name, text in wire_campaign(declared, rest, records, list(records)[-1:]).items():
+        for name, text in wire_campaign(rig, client, rest, records, list(records)[-1:]).items():
             (folder / name).write_text(text, encoding="utf-8")
         progress("asks what the records say that the datasheet does not")
         answer = trace_campaign(folder, stage=run.stage, progress=progress, jobs=wanted.jobs)
         progress(answer.sentence)
-        found = _without_link_delay(answer.rig, rig)
+        found = replace(answer.rig, name=f"{rig.name}-found")
         ways = _ways(wanted, moves, rig, found, run, progress)
         judged, seconds, ended = played_ways(client, rig, ways, (*STEPS, SINE), progress)
-        clock.spend("verification", "verify", seconds, played)
+        rig_time.spend("steps and a sine", "verification", seconds)
     rows = [table_row(each) for each in judged]
     best = ways["found"][0]
     metrics = {
         "verdict": answer.verdict,
         "effects": list(answer.effects),
         "rows": rows,
-        "rig_seconds": clock.spent,
+        "rig_seconds": rig_time.spent,
         "trips": sum("tripped" in str(each.row["tripped"]) for each in judged),
         "ended": ended,
-        "played": played,
+        "played": rig_time.log,
         "controller": "controller.toml",
         "timing": {"computing_seconds": time.process_time() - began},
     }
@@ -96,23 +93,52 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     return Outcome(metrics, lambda: commission_page(wanted.goal, metrics, judged, answer), {}, files, subject)
 
 
-class _Clock:
-    """The rig's seconds."""
+class _RigTime:
+    """What is played on the rig, and for how long: no longer than is allowed. A record that was kept is not played
+    again."""
 
-    def __init__(self, seconds: float) -> None:
-        self._seconds, self.spent = seconds, 0.0
+    def __init__(self, client: LinkClient, rig: Rig, seconds: float, run: Run) -> None:
+        self.client, self.rig, self._seconds, self._run = client, rig, seconds, run
+        self.spent, self.log = 0.0, list[dict[str, Any]]()
 
-    def spend(self, what: str, why: str, seconds: float, played: list[dict[str, Any]]) -> None:
-        """Note what was played."""
+    def spend(self, what: str, why: str, seconds: float) -> None:
+        """Note what was played. Raises InputError where it was more than is allowed."""
         self.spent += float(seconds)
-        played.append({"record": what, "for": why, "seconds": float(seconds)})
+        self.log.append({"record": what, "for": why, "seconds": float(seconds)})
+        if self.spent > self._seconds:
+            raise InputError(f"--minutes: {self.spent / 60:.2g} are over after {what}; allow more")
+
+    def kept(self, name: str, why: str, play: Callable[[], Record]) -> Record:
+        """A record, of this run or of the one that it resumes."""
+
+        def compute() -> dict[str, Any]:
+            record = play()
+            return {"t": record.t, "signals": dict(record.signals)}
+
+        stored = self._run.stage(f"played-{name}", compute)
+        record = Record(name, np.asarray(stored["t"]), {key: np.asarray(x) for key, x in stored["signals"].items()})
+        self.spend(name, why, record.t[-1])
+        return record
+
+    def played(self, wave: Excitation, loop: ControllerSpec, why: str) -> Record:
+        """An excitation under the slow loop of the drive. Raises InputError where the rig or its guard stops it, and
+        KeyboardInterrupt."""
+
+        def play() -> Record:
+            start = float(wave.reference[0])
+            controller = loop.build(wave.period)
+            done = play_course(self.client, self.rig, controller, wave.reference - start, start, wave.command)
+            check_ended(wave.name, done.ended)
+            return done.record
+
+        return self.kept(wave.name, why, play)
 
 
-def _small(client: LinkClient, rig: Rig, clock: _Clock, played: list[dict[str, Any]]) -> SmallMoves:
-    wave, size = pulses(rig)
-    done = play_course(client, rig, drive(rig).loop.build(rig.period.value), np.zeros(len(wave)), rig.middle, wave)
-    clock.spend("small moves", "looks", done.seconds, played)
-    return small_moves(rig, done.run.record, size)
+def _small(rig_time: _RigTime) -> SmallMoves:
+    rig = rig_time.rig
+    command, size = pulses(rig)
+    wave = Excitation("small-moves", rig.period.value, np.full(len(command), rig.middle), command)
+    return small_moves(rig, rig_time.played(wave, drive(rig).loop, "look"), size)
 
 
 def _ways(
@@ -133,9 +159,13 @@ def _ways(
     return {"automatic": (plain_law, rig), **designs}
 
 
-def _named_stage(run: Run, name: str) -> Stage:
+def _named_stage(run: Run, search: str) -> Stage:
     """Stages of one of several searches."""
-    return lambda key, compute: run.stage(f"{name}-{key}", compute)
+
+    def stage(name: str, compute: Callable[[], T]) -> T:
+        return run.stage(f"{search}-{name}", compute)
+
+    return stage
 
 
 def _few(progress: Progress) -> Progress:
@@ -143,13 +173,6 @@ def _few(progress: Progress) -> Progress:
     return lambda text: (
         progress(text) if not text.startswith("trial ") or text.split()[1].endswith(("00", "50")) else None
     )
-
-
-def _without_link_delay(found: Rig, declared: Rig) -> Rig:
-    """The rig as found without the delay that the link adds, which every loop there has added anew."""
-    own = {use.name: use for use in declared.effects}
-    effects = [own.get(use.name) if use.name == "drive.delay" else use for use in found.effects]
-    return replace(found, name=f"{declared.name}-found", effects=tuple(use for use in effects if use is not None))
 
 
 def _files(spec: ControllerSpec, rig: Rig, found: Rig, metrics: Mapping[str, Any]) -> dict[str, str]:

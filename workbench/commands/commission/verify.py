@@ -1,14 +1,16 @@
 """Scenarios played on the rig by every way to a controller, measured beside predicted."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
 from ...link.client import LinkClient
 from ...link.course import play_course
+from ...link.wire_loop import INTERRUPTED
 from ...loop.conditions import Conditions
 from ...loop.rows import linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
@@ -20,6 +22,7 @@ from ..drive.study import Judged, judge_played
 
 SINE = "position-sine-5hz"
 STEPS = ("position-1mm", "position-10mm", "position-100mm")
+_ELSEWHERE = "position-10mm"
 _WATCHED = 1.0  # s of a step
 
 
@@ -36,19 +39,20 @@ def played_ways(
     for way, (spec, model) in ways.items():
         setup = loop_setup(wire_rig(model, client))
         loops = linear_loops(spec, setup)
-        for name in scenarios:
-            scenario = _watched(SCENARIOS[name])
-            if not _fits(scenario, rig):
-                continue
-            say(f"{way}: {name} on the rig")
+        for scenario in _places(scenarios, rig):
+            say(f"{way}: {scenario.name} on the rig")
             t = np.arange(round(scenario.duration / rig.period.value) + 1) * rig.period.value
             controller = spec.build(rig.period.value)
-            played = play_course(client, rig, controller, scenario.reference(t), rig.middle)
+            played = play_course(
+                client, rig, controller, scenario.reference(t), rig.middle + scenario.position(rig.limit("stroke"))
+            )
             seconds += played.seconds
             if len(played.run.rows) > 1:
                 judged.append(judge_played(Conditions(), spec.named(way), scenario, played, setup, loops))
+            if played.ended == INTERRUPTED:
+                raise KeyboardInterrupt
             if played.ended is not None:
-                ended = f"{way}, {name}: {played.ended}"
+                ended = f"{way}, {scenario.name}: {played.ended}"
                 break
     return judged, seconds, ended
 
@@ -67,6 +71,27 @@ def table_row(each: Judged) -> dict[str, Any]:
         }
     return {"way": each.controller, "scenario": each.scenario.name, **pairs, "sine_error": sine,
             "stiffness": {"predicted": None, "measured": None}}  # fmt: skip
+
+
+def check_ended(what: str, ended: str | None) -> None:
+    """Raises KeyboardInterrupt for what a person interrupted, InputError for what the rig or its guard stopped."""
+    if ended == INTERRUPTED:
+        raise KeyboardInterrupt
+    if ended is not None:
+        raise InputError(f"{what} on the rig was cut short: {ended}; look at the rig before the next try")
+
+
+def _places(names: Sequence[str], rig: Rig) -> Iterator[Scenario]:
+    """Scenarios at mid stroke, and the step of 10 mm at two more places, as far as they fit into the stroke."""
+    for name in names:
+        scenario = _watched(SCENARIOS[name])
+        if _fits(scenario, rig):
+            yield scenario
+        if name == _ELSEWHERE:
+            for share in (-0.5, 0.5):
+                elsewhere = replace(scenario, name=f"{name}-at{100 * share:+.0f}", start_share=share)
+                if abs(elsewhere.position(rig.limit("stroke"))) + abs(scenario.size) < 0.9 * rig.limit("stroke"):
+                    yield elsewhere
 
 
 def _watched(scenario: Scenario) -> Scenario:

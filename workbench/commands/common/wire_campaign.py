@@ -16,18 +16,28 @@ OWN = "rig.toml"
 
 
 def wire_rig(rig: Rig, client: LinkClient) -> Rig:
-    """The rig whose commands act as late as they do behind the link: they answer a reading that was taken before."""
-    delay = acts_after(client.hello.period, client.hello.lockstep, rig.computing_delay.value)
-    return with_delay(rig, delay)
+    """The rig as a loop behind the link meets it: its commands act as late as they do there."""
+    return with_delay(rig, _late(rig, client))
 
 
-def wire_campaign(rig: Rig, static: Record, records: Mapping[str, Record], heldout: Sequence[str]) -> dict[str, str]:
-    """Its files by name: `rig` is as late as its commands, `records` by name but for `static` are train or held out."""
+def _late(rig: Rig, client: LinkClient) -> float:
+    return acts_after(client.hello.period, client.hello.lockstep, rig.computing_delay.value)
+
+
+def wire_campaign(
+    rig: Rig, client: LinkClient, static: Record, records: Mapping[str, Record], heldout: Sequence[str]
+) -> dict[str, str]:
+    """Its files by name: `records` by name but for `static` are train or held out; campaign.toml says how late their
+    commands act, which answer readings that were taken before."""
     roles = {
         "static": ["static.csv"],
         "train": [f"{name}.csv" for name in records if name not in heldout],
         "heldout": [f"{name}.csv" for name in heldout],
     }
-    files = {"campaign.toml": toml_text({"rig": OWN, "records": roles}), OWN: rig_text(replace(rig, name="rig"))}
+    late = {"value": 1e3 * _late(rig, client), "unit": "ms"}
+    files = {
+        "campaign.toml": toml_text({"rig": OWN, "late": late, "records": roles}),
+        OWN: rig_text(replace(rig, name="rig")),
+    }
     both = {"static": static, **records}
     return files | {f"{name}.csv": table_text({"t": each.t, **each.signals}) for name, each in both.items()}

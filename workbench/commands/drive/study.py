@@ -64,7 +64,7 @@ def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage
     }
     records = _records(played)
     heldout = list(records)[-2:-1] if len(records) > 1 else list(records)
-    files = wire_campaign(rig, static, records, heldout)
+    files = wire_campaign(config.rig, client, static, records, heldout)
     tables = {
         f"step-{each.controller}-{each.scenario.name}": {
             "t [s]": each.measured.record.t,

@@ -13,7 +13,7 @@ from ...report import Figure, Page, Section, Table
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from ..common.wire_campaign import wire_campaign, wire_rig
+from ..common.wire_campaign import wire_campaign
 from ..excite.study import drive, trouble
 from ..excite.study import play as simulated
 from .config import Plan
@@ -32,7 +32,7 @@ def run_live(plan: Plan, at: str, token: str, stage: Stage, progress: Progress) 
             raise InputError(f"{wave.name}: on {plan.rig.name} in simulation, {reason}; make it smaller")
     records, late, ended = dict[str, Record](), 0, None
     with LinkClient(at, token) as client:
-        static, rig = rest_record(client), wire_rig(plan.rig, client)
+        static = rest_record(client)
         for wave in waves:
             progress(f"{wave.name}: {wave.t[-1]:.3g} s")
             try:
@@ -46,7 +46,7 @@ def run_live(plan: Plan, at: str, token: str, stage: Stage, progress: Progress) 
         name = client.hello.rig
     rows = [_row(name, record, plan.rig, list(records)) for name, record in records.items()]
     metrics: dict[str, Any] = {"rig": name, "rows": rows, "late": late, "ended": ended}
-    files = wire_campaign(rig, static, records, list(records)[-1:])
+    files = wire_campaign(plan.rig, client, static, records, list(records)[-1:])
     files |= {f"played-{wave.name}.csv": excitation_text(wave) for wave in waves}
 
     def draw() -> tuple[Page, Figure]:
@@ -82,7 +82,7 @@ def _page(metrics: dict[str, Any], records: dict[str, Record]) -> Page:
         verdict += f" Playing was cut short: {metrics['ended']}."
     heads = ["record", "role", "duration [s]", "position within [mm]", "command [1]"]
     note = "The rig was held by a slow position loop, to whose command the played one was added. rig.toml is the "
-    note += "declared rig, as late as commands are behind the link."
+    note += "declared rig; campaign.toml says how late its commands act behind the link."
     table = Table("What was recorded", heads, [list(row.values()) for row in rows], note)
     figures = [recorded_figure(record) for record in records.values()]
     return Page(f"Recordings of {metrics['rig']}", verdict, [Section("Records", [table]), Section("Signals", figures)])

@@ -53,4 +53,5 @@ def fingerprint(campaign: Campaign) -> dict[str, Any]:
 
 def _digest(record: Record) -> str:
     arrays = [record.t, *(record.signals[n] for n in sorted(record.signals)), *record.valid.values()]
-    return sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()[:16]
+    late = [np.array([record.late])] if record.late else []
+    return sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in (*arrays, *late))).hexdigest()[:16]

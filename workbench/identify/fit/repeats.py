@@ -64,6 +64,7 @@ def mean_of(group: Sequence[Record]) -> Record:
         first.t,
         {"command": first.signals["command"], **further_inputs(first), **means},
         valid,
+        late=first.late,
     )
 
 
@@ -106,6 +107,7 @@ def _shortest(group: Sequence[Record]) -> list[Record]:
             record.t[:rows],
             {name: values[:rows] for name, values in record.signals.items()},
             {name: mask[:rows] for name, mask in record.valid.items()},
+            late=record.late,
         )
         for record in group
     ]

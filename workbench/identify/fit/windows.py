@@ -206,9 +206,10 @@ def row_blocks(rows: int) -> np.ndarray:
 
 
 def delayed(record: Record, delay: float, interpolated: bool = False) -> HeldCommands:
-    """What a plant holds in the rows [n] of a record whose commands arrive `delay` s late."""
+    """What a plant holds in the rows [n] of a record whose commands arrive `delay` s late, and later yet where the
+    record says that they act after their rows."""
     edges = np.append(record.t, record.t[-1] + record.period)
-    return held_commands(edges, record.signals["command"], delay, interpolated)
+    return held_commands(edges, record.signals["command"], delay + record.late, interpolated)
 
 
 def further_inputs(record: Record) -> dict[str, np.ndarray]:
