@@ -13,6 +13,7 @@ from ...base.toml_text import toml_text
 from ...control.controller_spec import ControllerSpec
 from ...control.export import coefficients
 from ...control.export.c_code import c_code
+from ...control.export.link_program import link_program
 from ...link.client import LinkClient
 from ...link.course import play_course, rest_record
 from ...records import Record
@@ -88,6 +89,7 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
         "controller": "controller.toml",
         "timing": {"computing_seconds": time.process_time() - began},
     }
+    (run.dir / "c").mkdir(exist_ok=True)
     files = _files(best, rig, found, metrics)
     subject = Subject(found, [spec for spec, _ in ways.values()])
     return Outcome(metrics, lambda: commission_page(wanted.goal, metrics, judged, answer), {}, files, subject)
@@ -182,5 +184,5 @@ def _files(spec: ControllerSpec, rig: Rig, found: Rig, metrics: Mapping[str, Any
         "commission.json": json.dumps(whole, indent=2) + "\n",
         "controller.toml": toml_text(experiment_of(spec, "found.toml")),
         "found.toml": rig_text(found),
-        **c_code("found", law),
+        **{f"c/{name}": text for name, text in {**c_code("found", law), **link_program({"found": law})}.items()},
     }

@@ -1,0 +1,134 @@
+"""Commissioning on rigs that are served: what is wrong is named before anything large moves, and the whole way."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_links import at, jack_bench, served
+
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.commands.commission import designs
+from workbench.commands.commission.automatic import automatic
+from workbench.commands.commission.looks import SmallMoves, check_rest, pulses, small_moves
+from workbench.commands.commission.motions import corners, safe_records
+from workbench.commands.excite.study import drive
+from workbench.link.client import LinkClient
+from workbench.link.course import play_course, rest_record
+from workbench.loop.capability import oil_stiffness
+from workbench.loop.rig_variations import with_delay
+from workbench.loop.rows import linear_loops, loop_setup
+from workbench.records import Record
+from workbench.rigs.rig_file import load_rig
+
+RIG = load_rig("jack-10t")
+MODE = np.sqrt(oil_stiffness(RIG) / RIG["M"]) / (2 * np.pi)
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    """The rig at rest and in small moves, and the size of these."""
+    command, size = pulses(RIG)
+    with served(jack_bench()) as server, LinkClient(at(server)) as client:
+        rest = rest_record(client)
+        loop = drive(RIG).loop.build(RIG.period.value)
+        moved = play_course(client, RIG, loop, np.zeros(len(command)), RIG.middle, command)
+    return rest, moved.run.record, size
+
+
+def changed(record, **signals):
+    return Record(record.name, record.t, {**record.signals, **signals})
+
+
+def test_a_rig_that_is_as_declared_passes_and_rings_at_its_mode(recorded):
+    rest, moved, size = recorded
+    check_rest(RIG, rest)
+    moves = small_moves(RIG, moved, size)
+    assert moves.mode_hz == pytest.approx(MODE, rel=0.1)
+    assert moves.speed_gain == pytest.approx(10.0, rel=0.3)  # between null, where the lap doubles it, and beyond
+
+
+@pytest.mark.parametrize(
+    ("signal", "change", "message"),
+    [
+        ("pa", lambda x: np.full_like(x, 1e7), "pa at rest: every reading is 100 bar; it is dead"),
+        ("pb", lambda x: 4 * x, "pb at rest reads"),
+        ("supply", lambda x: 0.1 * x, "the datasheet's supply is 210 bar"),
+        ("position", lambda x: x + 0.3, "beyond its stroke limit"),
+    ],
+)
+def test_a_dead_or_impossible_channel_is_named(recorded, signal, change, message):
+    rest, _, _ = recorded
+    with pytest.raises(InputError, match=message):
+        check_rest(RIG, changed(rest, **{signal: change(rest.signals[signal])}))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda s: {"pa": s["pb"], "pb": s["pa"]}, "pa and pb are swapped"),
+        (lambda s: {"position": -s["position"]}, "position is reversed"),
+        (lambda s: {"command": -s["command"]}, "the command is reversed"),
+        (lambda s: {"position": 0.01 * s["position"]}, "it sticks"),
+    ],
+)
+def test_what_is_the_wrong_way_round_is_named(recorded, change, message):
+    _, moved, size = recorded
+    with pytest.raises(InputError, match=message):
+        small_moves(RIG, changed(moved, **change(moved.signals)), size)
+
+
+def test_the_automatic_controller_is_stable_with_margins_on_every_corner():
+    law = automatic(RIG, SmallMoves(speed_gain=10.3, mode_hz=float(MODE)))
+    for rig in corners(RIG):
+        loops = linear_loops(law, loop_setup(with_delay(rig, rig.computing_delay.value)))
+        assert loops.stable
+        assert loops.worst(min, "gain_margin_db") > 3.0
+
+
+def test_records_stay_within_the_limits_of_every_corner():
+    _, waves = safe_records(RIG)
+    assert [wave.name for wave in waves] == ["steps", "triangle", "multisine"]
+    assert all(np.abs(wave.reference - RIG.middle).max() < 0.95 * RIG.limit("stroke") for wave in waves)
+
+
+def test_the_whole_way_on_a_rig_of_other_numbers(tmp_path, monkeypatch):
+    monkeypatch.setattr(designs, "DESIGNS", 12)
+    from workbench.link.bench import bench
+
+    other = replace(RIG.with_values(M=1080.0, beta=0.9e9, K3=RIG["K3"] * 0.97), name="jack-10t")
+    with served(bench(other, True)) as server:
+        words = ["commission", "jack-10t", "--at", at(server), "--jobs", "1", "--out", str(tmp_path / "out")]
+        assert main(words) == 0
+        assert server.rig.state == "off"
+        assert server.trips == 0
+    told = json.loads((tmp_path / "out/commission.json").read_text())
+    assert (told["verdict"], told["effects"], told["trips"], told["ended"]) == ("none", [], 0, None)
+    assert {row["way"] for row in told["rows"]} == {"automatic", "datasheet", "found"}
+    for row in told["rows"]:
+        if row["scenario"] == "position-10mm" and row["way"] == "found":
+            assert row["settling_s"]["measured"] == pytest.approx(row["settling_s"]["predicted"], rel=0.15, abs=0.004)
+    found = load_rig(tmp_path / "out/found.toml")
+    assert found["M"] == pytest.approx(1080.0, rel=0.02)
+    assert found["beta"] == pytest.approx(0.9e9, rel=0.02)
+    assert told["rig_seconds"] < 600
+    assert main(["run", str(tmp_path / "out/controller.toml"), "--out", str(tmp_path / "run")]) == 0
+    assert (tmp_path / "out/c/found.c").is_file()
+    assert (tmp_path / "out/c/link_main.c").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--minutes", "0.1"], "--minutes 0.1"),
+        (["--goal", "position-ramp"], "--goal position-ramp"),
+        (["--at", "udp://127.0.0.1:9"], "no rig answers"),
+    ],
+)
+def test_bad_input_is_one_line(words, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("workbench.link.client._TRIES", 2)
+    whole = ["commission", "jack-10t", *([] if "--at" in words else ["--at", "udp://127.0.0.1:9"]), *words]
+    assert main([*whole, "--out", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err.splitlines()[-1]
+    assert not (tmp_path / "out").exists()
