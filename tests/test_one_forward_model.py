@@ -2,8 +2,10 @@
 
 The recording is made period by period, as a loop makes it: a DelayLine says what the drive holds, the engine advances.
 The prediction is that of fits, in windows and through whole records. Everything is enumerated from the library.
+Platforms are not here: nothing is fitted to recordings of a platform.
 """
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom
 
+from workbench.base.errors import InputError
 from workbench.engine import DelayLine, Engine
 from workbench.engine.delay_line import held_commands
 from workbench.engine.jobs import Stepping
@@ -24,14 +27,16 @@ from workbench.identify.fit.solver import fit_numbers
 from workbench.identify.fit.windows import cut_windows
 from workbench.linear import equilibrium
 from workbench.plant import build
-from workbench.plant.effects import applies, known_effects, with_apart
+from workbench.plant.effects import EQUATIONS, acts, applies, known_effects, learned, refinements, with_apart
+from workbench.plant.effects.grammar import GRAMMAR
+from workbench.plant.effects.reshape import SEPARATOR
 from workbench.records import Record
 from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("jack-10t")
 PERIOD = RIG.period.value
 SIGMA = {"current": 1e-5, "spool": 2e-6, "pa": 3e4, "pb": 3e4, "position": 2e-5}
-FLOOR = NoiseFloor(dict(SIGMA), dict.fromkeys(SIGMA, 1.0), "made up")
+PUMP_SIGMA = {"pa": 3e4, "pb": 3e4, "position": 2e-5, "pump_speed": 0.1}
 ROWS = 560
 DELAYS = (0.0, 1 / 3, 1.0, 1.7, 2.5)  # periods
 EFFECTS = [e for e in with_apart(known_effects()) if applies(e, RIG) and not e.shifts]
@@ -44,15 +49,28 @@ def command(rows: int = ROWS) -> np.ndarray:
     return 0.02 * np.sign(np.sin(0.11 * np.arange(rows))) + 0.01 * random.standard_normal(rows)
 
 
-def recorded(plant, sent: np.ndarray, seed: int, tolerance: float = 1e-7) -> Record:
-    """What a rig of this plant records of commands, sent one a period from rest, with white noise."""
-    engine, rest = Engine(plant, tolerance=tolerance, brief=True), equilibrium(plant)
+def begins(plant) -> tuple[np.ndarray, np.ndarray]:
+    """State and inputs at rest, or as a plant starts that rests nowhere: the shaft of a pump that leaks creeps."""
+    try:
+        rest = equilibrium(plant)
+    except InputError:
+        return plant.start.copy(), np.zeros(len(plant.inputs))
+    return rest.x.copy(), rest.u.copy()
+
+
+def recorded(plant, sent: np.ndarray, seed: int, tolerance: float = 1e-7, sigma=SIGMA, **further: np.ndarray) -> Record:
+    """What a rig of this plant records of commands, sent one a period from rest, and of further inputs, held from row
+    to row, with white noise of `sigma`."""
+    engine, (x, u) = Engine(plant, tolerance=tolerance, brief=True), begins(plant)
+    inputs = {plant.input(name): values for name, values in further.items()}
     late = plant.lateness()
     line = DelayLine(late, PERIOD, float(sent[0]), plant.interpolated)
     place, whole = plant.input("command"), int(late / PERIOD + 1e-9)
-    x, u, rows = rest.x.copy(), rest.u.copy(), []
+    rows = []
     u[place] = sent[0]
     for k, each in enumerate(sent):
+        for column, values in inputs.items():
+            u[column] = values[k]
         parts = line.send(float(each))
         arrived = sent[max(k - whole - (late / PERIOD - whole > 1e-9), 0)]
         u[place] = parts[0][0] if plant.interpolated else arrived
@@ -61,23 +79,27 @@ def recorded(plant, sent: np.ndarray, seed: int, tolerance: float = 1e-7) -> Rec
             u[place] = held
             x = engine.advance(x, u, share * PERIOD)
     y, random = np.array(rows), np.random.default_rng(seed)
-    signals = {name: y[:, plant.output(name)] + s * random.standard_normal(len(y)) for name, s in SIGMA.items()}
-    return Record("made", np.arange(len(sent)) * PERIOD, {"command": sent, **signals})
+    signals = {name: y[:, plant.output(name)] + s * random.standard_normal(len(y)) for name, s in sigma.items()}
+    return Record("made", np.arange(len(sent)) * PERIOD, {"command": sent, **further, **signals})
 
 
-def late_plant(share: float, *effects):
+def late_plant(share: float, *effects, rig=RIG):
     """The rig with effects at their typical numbers, whose command is late by so many periods."""
-    plant = build(RIG, also=(*effects, DELAY))
+    plant = build(rig, also=(*effects, DELAY))
     return replace(plant, p=plant.parameter_values(**{DELAY.key(DELAY.delay): share * PERIOD}))
 
 
-def squares(plant, record: Record) -> tuple[float, float, int]:
+def floor(sigma) -> NoiseFloor:
+    return NoiseFloor(dict(sigma), dict.fromkeys(sigma, 1.0), "made up")
+
+
+def squares(plant, record: Record, sigma=SIGMA) -> tuple[float, float, int]:
     """chi2 of windows with their states fitted and of one run from rest through the whole record, and the samples."""
-    windows = cut_windows(plant, [record], FLOOR)
+    windows = cut_windows(plant, [record], floor(sigma))
     model = Model(plant, windows.names, brief=True)
     _, left = predicted_states(model, windows, plant.p)
-    whole = model.run_through(record, equilibrium(plant).x, plant.p)
-    errors = [(whole[:, k] - record.signals[name]) / SIGMA[name] for k, name in enumerate(windows.names)]
+    whole = model.run_through(record, begins(plant)[0], plant.p)
+    errors = [(whole[:, k] - record.signals[name]) / sigma[name] for k, name in enumerate(windows.names)]
     return float(left.sum()) / windows.samples, float(np.mean(np.square(errors))), windows.samples
 
 
@@ -109,7 +131,7 @@ def test_the_slope_to_a_delay_is_that_of_the_simulation(share, monkeypatch):
     """Against a difference over a thousandth of a period ahead, both with fine steps."""
     monkeypatch.setattr(model_of_windows, "_STEPPING", Stepping(1e-6, 2e-5, 20_000))
     plant, record = late_plant(share), recorded(late_plant(share), command(), 3)
-    windows = cut_windows(plant, [record], FLOOR)
+    windows = cut_windows(plant, [record], floor(SIGMA))
     model = Model(plant, windows.names, brief=True, tolerance=1e-9)
     x0, place, step = model.starts(windows, plant.p), plant.parameters.index(DELAY.key(DELAY.delay)), 1e-3 * PERIOD
     along = np.zeros((1, len(plant.p)))
@@ -134,7 +156,7 @@ def test_the_intervals_of_fitted_delays_cover_the_truth():
     p, start = model.plant.parameter_values(**{free[0].name: PERIOD}), np.array([free[0].normalised(PERIOD)])
     for number in range(count):
         share = random.uniform(0.0, 2.5)
-        windows = cut_windows(model.plant, [recorded(late_plant(share), command(240), number)], FLOOR)
+        windows = cut_windows(model.plant, [recorded(late_plant(share), command(240), number)], floor(SIGMA))
         assert windows.names == model.names
         fit = fit_numbers(model, windows, free, start, p, model.starts(windows, p), np.ones(len(SIGMA)))
         low, high = fit.interval(0)
@@ -159,6 +181,71 @@ def test_every_effect_beside_a_delay_is_predicted_to_its_noise(name):
         assert whole == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02), effect.title
         if effect.kin != "spool stick":
             assert windows == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02), effect.title
+
+
+def some_refinement(words: re.Pattern[str], share: float):
+    """A refinement that a formula says in these words, of the effect at a share of the way through the library."""
+    plain = (e for e in EFFECTS if e.laws and not sticks(e) and SEPARATOR not in e.formula)
+    refined = [e for each in plain for e in refinements(each) if words.fullmatch(e.formula.rpartition(SEPARATOR)[2])]
+    return refined[int(share * len(refined))]
+
+
+def learned_places():
+    """One piece for each place where something can be learned: a name and the first word of its formula."""
+    pieces = (piece for equation in EQUATIONS for piece in learned(equation) if applies(piece, RIG))
+    return {(piece.name, piece.formula.split()[0]): piece for piece in pieces}.values()
+
+
+def packed(effects, most: int = 5):
+    """Effects in few plants: no name and no slot twice in one, and so many at most."""
+    plants: list[list] = []
+    for effect in effects:
+        for others in plants:
+            if len(others) < most and all(e.name != effect.name and not e.laws.keys() & effect.laws for e in others):
+                others.append(effect)
+                break
+        else:
+            plants.append([effect])
+    return plants
+
+
+def sticks(effect) -> bool:
+    """Whether it rubs dry on the main spool: of a spool that sticks no sample tells where its force is."""
+    return effect.equation == "main" and any(number.dry for number in effect.numbers)
+
+
+ADDED = [*(some_refinement(each.words, i / len(GRAMMAR)) for i, each in enumerate(GRAMMAR)), *learned_places()]
+SHAPES = [*packed([e for e in ADDED if not sticks(e)]), *([e] for e in ADDED if sticks(e))]
+PUMPS = [
+    (rig, effects)
+    for rig in map(load_rig, ("pump-rig", "two-way-pump-rig"))
+    for effects in packed([e for e in known_effects() if acts(e, rig) and not acts(e, RIG) and not e.shifts])
+]
+
+
+def titles(case) -> str:
+    return ", ".join(effect.title for effect in case)
+
+
+@pytest.mark.parametrize("effects", SHAPES, ids=titles)
+def test_refinements_and_learned_pieces_beside_a_delay_are_predicted_to_their_noise(effects):
+    plant = late_plant(DELAYS[len(effects[0].title) % len(DELAYS)], *effects)
+    windows, whole, samples = squares(plant, recorded(plant, command(), 3))
+    assert whole == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02)
+    if not any(map(sticks, effects)):
+        assert windows == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02)
+
+
+@pytest.mark.parametrize(("rig", "effects"), PUMPS, ids=lambda case: getattr(case, "name", None) or titles(case))
+def test_pump_drives_with_their_selectors_are_predicted_to_their_noise(rig, effects):
+    """Both directions and the load are switched while the pump turns."""
+    plant, rows = late_plant(DELAYS[len(effects) % len(DELAYS)], *effects, rig=rig), np.arange(ROWS)
+    further = {"direction": np.sign(np.sin(0.02 * rows)), "load_setting": np.where(rows % 200 < 120, 0.0, 2e6)}
+    further = {name: values for name, values in further.items() if name in [each.name for each in plant.inputs]}
+    record = recorded(plant, 10 * command(), 3, sigma=PUMP_SIGMA, **further)
+    windows, whole, samples = squares(plant, record, PUMP_SIGMA)
+    assert whole == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02)
+    assert windows == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02)
 
 
 def is_chaotic(plant, record: Record) -> bool:

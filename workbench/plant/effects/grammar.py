@@ -43,7 +43,7 @@ class _Refinement:
     make: Callable[[Effect, tuple[str, ...], Sequence[float]], Effect]
 
 
-_GRAMMAR = (
+GRAMMAR = (
     _Refinement(re.compile(f"sign of {_WORD}"), "sign of velocity", "sign", lambda e, w, _: by_sign(e, w[0])),
     _Refinement(OVER, "over position", "dependence", lambda e, w, places: over(e, w[0], places)),
     _Refinement(re.compile("apart"), "apart", "apart", lambda e, *_: apart(e)),
@@ -54,6 +54,7 @@ _GRAMMAR = (
     _Refinement(re.compile(r"linear (\d+)"), "linear 2", "linear", lambda e, w, _: linear_element(e, int(w[0]))),
     _Refinement(SPLINE, "spline 5 in |velocity|", "curve", lambda e, w, places: bent(e, int(w[0]), w[1], places)),
 )
+"""Every kind of refinement."""
 
 
 def refine(effect: Effect, words: str, places: Sequence[float] = ()) -> Effect:
@@ -63,12 +64,12 @@ def refine(effect: Effect, words: str, places: Sequence[float] = ()) -> Effect:
     """
     if not effect.laws:
         raise InputError(f'{effect.title}: it has no law in the plant that "{words}" could refine')
-    for refinement in _GRAMMAR:
+    for refinement in GRAMMAR:
         if match := refinement.words.fullmatch(words):
             refined = refinement.make(effect, match.groups(), places)
             check(refined)
             return refined
-    examples = ", ".join(f'"{refinement.example}"' for refinement in _GRAMMAR)
+    examples = ", ".join(f'"{refinement.example}"' for refinement in GRAMMAR)
     raise InputError(f'{effect.title}: no refinement "{words}"; write one like {examples}')
 
 
@@ -88,7 +89,7 @@ def formula_shape(effect: Effect) -> FormulaShape | None:
     """The shape that a refined or learned effect has by its formula; None for a plain one."""
     words = [part.strip() for part in effect.formula.split(SEPARATOR.strip())]
     words = words if effect.name.startswith(LEARNED) else words[1:]
-    matches = [(each.kind, match) for part in words for each in _GRAMMAR if (match := each.words.fullmatch(part))]
+    matches = [(each.kind, match) for part in words for each in GRAMMAR if (match := each.words.fullmatch(part))]
     if not matches:
         return None
     variables = (match["variable"] for _, match in matches if "variable" in match.groupdict())
