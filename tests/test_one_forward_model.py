@@ -191,9 +191,9 @@ def some_refinement(words: re.Pattern[str], share: float):
 
 
 def learned_places():
-    """One piece for each place where something can be learned: a name and the first word of its formula."""
-    pieces = (piece for equation in EQUATIONS for piece in learned(equation) if applies(piece, RIG))
-    return {(piece.name, piece.formula.split()[0]): piece for piece in pieces}.values()
+    """The piece of fewest numbers for each place where something can be learned: a name and a formula's first word."""
+    pieces = [piece for equation in EQUATIONS for piece in learned(equation, knots=3) if applies(piece, RIG)]
+    return {(piece.name, piece.formula.split()[0]): piece for piece in reversed(pieces)}.values()
 
 
 def packed(effects, most: int = 5):
