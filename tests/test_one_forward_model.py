@@ -248,6 +248,17 @@ def test_pump_drives_with_their_selectors_are_predicted_to_their_noise(rig, effe
     assert windows == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02)
 
 
+@pytest.mark.parametrize("name", [each.name for each in build(RIG).inputs if each.name != "command"])
+def test_a_further_input_of_a_recording_is_what_the_plant_held(name):
+    """As the far end of a specimen that moves, or a force on the mass."""
+    plant = late_plant(1 / 3, rig=RIG.with_values(ks=1e7, cs=1e4))
+    size = {"specimen_position": 2e-3, "specimen_velocity": 0.05, "disturbance": 3e3}[name]
+    record = recorded(plant, command(), 3, **{name: size * np.sin(0.03 * np.arange(ROWS))})
+    windows, whole, samples = squares(plant, record)
+    assert windows == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02)
+    assert whole == pytest.approx(1.0, abs=4 * np.sqrt(2 / samples) + 0.02)
+
+
 def is_chaotic(plant, record: Record) -> bool:
     """Whether the same run, its steps a little longer, ends elsewhere: no model can then repeat a recording."""
     other = recorded(plant, record.signals["command"], 3, tolerance=1e-6)

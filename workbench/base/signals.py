@@ -72,7 +72,7 @@ def output_signal(name: str) -> Signal:
     return PLATFORM[name] if name in PLATFORM else SIGNALS[name.rpartition(".")[2]]
 
 
-FURTHER_INPUTS = ("direction", "load_setting")
+FURTHER_INPUTS = ("direction", "load_setting", "specimen_position", "specimen_velocity", "disturbance")
 """What a record may carry besides the command as an input of the plant."""
 
 MEASURED = (
