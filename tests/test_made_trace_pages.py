@@ -49,7 +49,8 @@ def sheets() -> tuple[SheetProblem, list[SheetFit]]:
 
 
 def sheet_fit(problem: SheetProblem, effects: Any, element: Any = None) -> SheetFit:
-    model = problem.model(effects, element)
+    model = problem.model(effects)
+    model = model if element is None else model.behind(element)
     free = [
         *problem.uncertain(problem.model()),
         *(free for each in effects for free in Candidate(each, at_strength(each, 1.0)).free()),

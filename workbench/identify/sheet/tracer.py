@@ -110,6 +110,8 @@ class _Search:
         """Fill in `effects`."""
         first, n = self.base.squares, self.problem.samples
         while len(self.effects) < _PASSES and _misfit(self.problem, self.last):
+            if not rule.worth_adding(self.last.squares, first, n):
+                return  # not even an effect that left nothing
             tried = self._pass()
             accepted = rule.named([candidate.judgement for candidate in tried])
             best = [candidate for candidate in tried if candidate.judgement in accepted[:1]]
