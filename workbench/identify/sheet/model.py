@@ -20,7 +20,7 @@ from ...rigs.rig import EffectUse, Rig
 from .element import Element
 
 FAILED = 1e3  # dB and degrees: the deviation of a sine that cannot be simulated
-_CYCLES, _JACK_CYCLES = 20, 60  # a jack rings longer than a valve
+_CYCLES, _JACK_CYCLES = (2, 20), (4, 60)  # a jack rings longer than a valve
 _PILOT_SLOTS = {"motor_current"}
 Build = Callable[[Rig], Plant]
 
@@ -28,13 +28,13 @@ Build = Callable[[Rig], Plant]
 @dataclass(frozen=True, eq=False)
 class Bench:
     """What sheets are measured on: how it is built, where it rests (states by name, inputs `offset` [m]), and after how
-    many cycles a sine of it counts as settled."""
+    many cycles, at least and at most, a sine of it counts as settled."""
 
     rig: Rig
     build: Build
     rest: Mapping[str, float]
     offset: np.ndarray
-    cycles: int
+    cycles: tuple[int, int]
 
     def has_room(self, effect: Effect) -> bool:
         """Whether an effect acts on what is here of the rig."""
@@ -80,7 +80,7 @@ class SheetModel:
         self.plant = bench.build(rig_with(bench.rig, effects))
         self.parameters = self.plant.parameters
         self._engine = Engine(self.plant, brief=True)
-        self._offset, self._most = bench.offset, bench.cycles
+        self._offset, self._cycles = bench.offset, bench.cycles
         self._start = np.array([bench.rest.get(state.name, state.start) for state in self.plant.states])
 
     def behind(self, element: Element) -> "SheetModel":
@@ -115,7 +115,7 @@ class SheetModel:
         starts = np.tile(self._start, (lanes * k, 1))
         sines = stepped_sines(
             self._engine, starts, self._offset, np.tile(sheet.f, lanes), sheet.amplitude, [self._output], None,
-            np.repeat(p, k, axis=0), self._most,
+            np.repeat(p, k, axis=0), self._cycles,
         )  # fmt: skip
         response = sines.response[self._output].reshape(lanes, k)
         gain, phase = gain_db(response) - sheet.gain, np.degrees(np.angle(response)) - sheet.phase

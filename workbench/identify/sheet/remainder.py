@@ -31,15 +31,19 @@ class Band:
 
 
 def bands(sheets: Sequence[SheetPoints], deviations: Sequence[np.ndarray], sigma: tuple[float, float]) -> list[Band]:
-    """Where deviations [k, 2] (dB, degrees) of each sheet are plain."""
+    """Where deviations [k, 2] (dB, degrees) of each sheet are plain; parts of one name are one sheet."""
     found = []
-    for sheet, deviation in zip(sheets, deviations, strict=True):
+    for name in dict.fromkeys(sheet.name for sheet in sheets):
+        own = [place for place, sheet in enumerate(sheets) if sheet.name == name]
+        f = np.concatenate([sheets[place].f for place in own])
+        order = np.argsort(f)
+        f, deviation = f[order], np.concatenate([deviations[place] for place in own])[order]
         size = np.where(np.abs(np.nan_to_num(deviation)) > _PLAIN * np.array(sigma), np.abs(deviation), 0.0)
         plain = np.concatenate(([False], size.any(axis=1), [False]))
         starts, ends = np.flatnonzero(plain[1:] > plain[:-1]), np.flatnonzero(plain[1:] < plain[:-1])
         for first, end in zip(starts, ends, strict=True):
             gain, phase = size[first:end].max(axis=0).tolist()
-            found.append(Band(sheet.name, float(sheet.f[first]), float(sheet.f[end - 1]), gain, phase))
+            found.append(Band(name, float(f[first]), float(f[end - 1]), gain, phase))
     return found
 
 
@@ -50,7 +54,7 @@ def with_element(problem: SheetProblem, before: SheetFit) -> SheetFit | None:
     model's own numbers following by their slopes. The one that is taken is then fitted with the model itself.
     """
     n = problem.samples
-    told = [_fitted(each) for each in _behind(problem, before)]
+    told = [fitted_behind(each) for each in behind_elements(problem, before)]
     able = [fit for fit in told if _worth(before, fit, n)]
     for best in sorted(able, key=lambda fit: float(fit.fit.squares.sum()) + _numbers(fit) * float(np.log(n))):
         fit = fitted_sheets(problem, Errors(problem, best.model, best.fit.free, best.fit.p), best.fit.x)
@@ -70,7 +74,7 @@ def _worth(before: SheetFit, after: SheetFit, n: int) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class _Behind(Errors):
+class Behind(Errors):
     """The errors of a finished fit with an `element` behind it: the model's own numbers follow by their slopes.
 
     `own` are its deviations [1, k, 2] of every sheet at distances `x`, `along` the slopes [points, 2, x] there.
@@ -90,7 +94,7 @@ class _Behind(Errors):
         return behind + np.einsum("psi,li->lps", self.along, x[:, :there] - self.x)
 
 
-def _behind(problem: SheetProblem, before: SheetFit) -> list[_Behind]:
+def behind_elements(problem: SheetProblem, before: SheetFit) -> list[Behind]:
     """The errors with every element behind a fit."""
     model, fit = before.model, before.fit
     own = model.deviations(problem.train, fit.p[None])
@@ -100,11 +104,11 @@ def _behind(problem: SheetProblem, before: SheetFit) -> list[_Behind]:
     for element in ELEMENTS:
         free = (*fit.free, *(number.free for number in element.numbers))
         p = np.append(fit.p, [number.tried[0] for number in element.numbers])
-        behind.append(_Behind(problem, model.behind(element), free, p, element, own, fit.x, along))
+        behind.append(Behind(problem, model.behind(element), free, p, element, own, fit.x, along))
     return behind
 
 
-def _fitted(behind: _Behind) -> SheetFit:
+def fitted_behind(behind: Behind) -> SheetFit:
     """The fit of the errors with an element, from the numbers of it that leave least when the model's follow."""
     there = len(behind.x)
     tried = [
