@@ -75,7 +75,7 @@ def test_the_page_of_any_sheets_is_drawn(data):
     ]
     tried = tuple(
         SheetCandidate(effect, Judgement(effect.name, effect.formula, draw(st.sampled_from((0.0, 0.7, 1.7))), draw(
-            st.sampled_from((0.9, np.inf))), 1, draw(st.booleans())), fit)
+            st.sampled_from((0.9, np.inf))), 1, draw(st.booleans()), effect.kin), fit)
         for fit in odd[1:] for effect in fit.model.effects
     )  # fmt: skip
     effects = tried[: draw(st.integers(0, 1))]
