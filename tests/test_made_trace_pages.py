@@ -139,7 +139,7 @@ def test_the_page_of_any_trace_of_a_pump_is_drawn(data):
     for k in range(len(some)):
         fitted_model, effect = pump_fit(draw, tuple(some[: k + 1])), some[k].effect
         judged = Judgement(
-            effect.name, effect.formula, draw(st.sampled_from((0.0, 0.7, 1.7))), 1.1, 1, draw(st.booleans())
+            effect.name, effect.formula, draw(st.sampled_from((0.0, 0.7, 1.7))), 1.1, 1, draw(st.booleans()), effect.kin
         )
         failed = draw(st.integers(0, 4)) == 0
         tied = tuple(draw(st.lists(st.sampled_from([each.effect.name for each in some]), max_size=1)))
