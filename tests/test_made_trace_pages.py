@@ -49,7 +49,8 @@ def sheets() -> tuple[SheetProblem, list[SheetFit]]:
 
 
 def sheet_fit(problem: SheetProblem, effects: Any, element: Any = None) -> SheetFit:
-    model = problem.model(effects, element)
+    model = problem.model(effects)
+    model = model if element is None else model.behind(element)
     free = [
         *problem.uncertain(problem.model()),
         *(free for each in effects for free in Candidate(each, at_strength(each, 1.0)).free()),
@@ -74,7 +75,7 @@ def test_the_page_of_any_sheets_is_drawn(data):
     ]
     tried = tuple(
         SheetCandidate(effect, Judgement(effect.name, effect.formula, draw(st.sampled_from((0.0, 0.7, 1.7))), draw(
-            st.sampled_from((0.9, np.inf))), 1, draw(st.booleans())), fit)
+            st.sampled_from((0.9, np.inf))), 1, draw(st.booleans()), effect.kin), fit)
         for fit in odd[1:] for effect in fit.model.effects
     )  # fmt: skip
     effects = tried[: draw(st.integers(0, 1))]
@@ -138,7 +139,7 @@ def test_the_page_of_any_trace_of_a_pump_is_drawn(data):
     for k in range(len(some)):
         fitted_model, effect = pump_fit(draw, tuple(some[: k + 1])), some[k].effect
         judged = Judgement(
-            effect.name, effect.formula, draw(st.sampled_from((0.0, 0.7, 1.7))), 1.1, 1, draw(st.booleans())
+            effect.name, effect.formula, draw(st.sampled_from((0.0, 0.7, 1.7))), 1.1, 1, draw(st.booleans()), effect.kin
         )
         failed = draw(st.integers(0, 4)) == 0
         tied = tuple(draw(st.lists(st.sampled_from([each.effect.name for each in some]), max_size=1)))

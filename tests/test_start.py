@@ -65,6 +65,8 @@ def test_a_list_imports_no_solver(kind):
         ["residual", "nothere"],
         ["fit", "nothere"],
         ["trace", "nothere"],
+        ["trace", "experiments/maker_main_stage.csv", "--output", "flow", "--amplitude", "1"],
+        ["trace", "experiments/maker_main_stage.csv", "--output", "flow", "--rig", "jack"],
         ["trace-study", "--campaigns", "nothere"],
         ["frequency", "nothere", "--output", "spool"],
         ["excite", "jack", "steps", "--amplitude", "1", "--seconds", "1", "--out", "x.csv"],

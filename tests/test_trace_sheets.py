@@ -13,10 +13,10 @@ from workbench.cli import main
 from workbench.commands.trace.sheet_page import model_curve, sheet_page, sheet_sentence
 from workbench.commands.trace.sheets import sheet_json
 from workbench.identify.sheet.element import ELEMENTS, Element
-from workbench.identify.sheet.fit import SheetFit
+from workbench.identify.sheet.fit import Errors, SheetFit, fitted_sheets
 from workbench.identify.sheet.model import SheetModel, bench_of, offsets
 from workbench.identify.sheet.problem import sheet_problem
-from workbench.identify.sheet.remainder import Band, bands
+from workbench.identify.sheet.remainder import Band, bands, behind_elements, fitted_behind, with_element
 from workbench.identify.sheet.tracer import trace_sheets
 from workbench.plant.effects import LIBRARY, Effect, find
 from workbench.records.sheet_points import SheetPoints, read_points
@@ -233,3 +233,34 @@ def test_where_an_error_is_plain():
     sheet = SheetPoints("s", "command", "flow", 1.0, f, nothing, nothing, True)
     deviation = np.array([[0.0, 0.0], [1.0, np.nan], [-2.0, 5.0], [0.1, -1.0]])
     assert bands([sheet], [deviation], (0.2, 2.0)) == [Band("s", 2.0, 4.0, 2.0, 5.0)]
+
+
+def test_neighbours_of_both_roles_are_one_band():
+    f = np.arange(1.0, 7.0)
+    parts = [np.array([0, 1, 3, 4]), np.array([2, 5])]
+    sheets = [SheetPoints("s", "command", "flow", 1.0, f[at], 0 * f[at], 0 * f[at], True) for at in parts]
+    deviation = np.where(f < 2, 0.0, -f)[:, None] * [1.0, 10.0]
+    assert bands(sheets, [deviation[at] for at in parts], (0.2, 2.0)) == [Band("s", 2.0, 6.0, 6.0, 60.0)]
+
+
+def test_an_element_is_told_with_the_same_numbers_by_slopes_as_by_the_model(monkeypatch):
+    pole = ELEMENTS[1]
+    sheet = behind(pole, (60.0,), made((), {}, 1.0))
+    problem = sheet_problem(rig(), "made", [sheet])
+    model = problem.model()
+    errors = Errors(problem, model, problem.uncertain(model), model.plant.p)
+    base = fitted_sheets(problem, errors, np.zeros(len(errors.free)))
+    runs: list[int] = []
+    simulated = SheetModel.deviations
+    monkeypatch.setattr(
+        SheetModel, "deviations", lambda self, sheets, p: runs.append(len(p)) or simulated(self, sheets, p)
+    )
+    told = [fitted_behind(each) for each in behind_elements(problem, base)]
+    assert runs == [1, len(errors.free)]  # the fit itself and its slopes: what is behind it only filters
+    best = min(told, key=lambda fit: fit.squares)
+    assert best.model.element is pole
+    learned = with_element(problem, base)
+    assert learned is not None
+    assert learned.model.element is pole
+    assert best.fit.p[-1] == pytest.approx(learned.fit.p[-1], rel=0.2)
+    assert learned.fit.p[-1] == pytest.approx(60.0, rel=0.2)

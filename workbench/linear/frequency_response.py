@@ -94,11 +94,12 @@ def stepped_sines(
     outputs: Sequence[str],
     limits: Mapping[str, float] | None,
     p: np.ndarray,
-    most: int = _CYCLES[1],
+    span: tuple[int, int] = _CYCLES,
 ) -> SteppedSine:
     """`stepped_sine` of many plants: each point f [k] with its own start [k, n] and parameters [k, np].
 
-    The response of a point whose run fails is NaN; one that has not settled after `most` cycles is left there.
+    The response of a point whose run fails is NaN; one settles after so many cycles as `span`
+    says, at least and at most; where it has not, it is left there.
     """
     sine = SteppedSine(
         f=f,
@@ -111,7 +112,7 @@ def stepped_sines(
     )
     points = _points_per_cycle(f)
     for k in np.unique(points):
-        _run_lanes(engine, start, offset, sine, np.flatnonzero(points == k), int(k), limits or {}, p, most)
+        _run_lanes(engine, start, offset, sine, np.flatnonzero(points == k), int(k), limits or {}, p, span)
     late = engine.plant.lane_lateness(p)
     for values in sine.response.values():  # all that repeats comes late as a whole
         values *= np.exp(-2j * np.pi * f * late)
@@ -133,7 +134,7 @@ def _run_lanes(
     k: int,
     limits: Mapping[str, float],
     p: np.ndarray,
-    most: int,
+    span: tuple[int, int],
 ) -> None:
     """Cycle after cycle for the points `lanes` of `sine`, which it fills in; settled and failed ones drop out."""
     plant, names = engine.plant, list(sine.response)
@@ -143,12 +144,13 @@ def _run_lanes(
     columns = [plant.output(name) for name in names]
     forced = held_harmonic(sine.amplitude, k)
     x, before = start[lanes], np.full((len(lanes), len(names)), np.nan, complex)
+    least, most = span
     for cycle in range(1, most + 1):
         batch = engine.run_batch(x, t, u, p[lanes])
         outputs = engine.outputs(batch.x, u, p[lanes, None])
         now = first_harmonic(np.moveaxis(outputs[:, :, columns], 0, 1)) / forced
         now[~batch.ok] = np.nan
-        settled = np.all(np.abs(now - before) < AGREE * np.abs(now), axis=1) & (cycle >= _CYCLES[0])
+        settled = np.all(np.abs(now - before) < AGREE * np.abs(now), axis=1) & (cycle >= least)
         for name, values in zip(names, now.T, strict=True):
             sine.response[name][lanes] = values
         sine.cycles[lanes], sine.settled[lanes] = cycle, settled

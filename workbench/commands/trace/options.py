@@ -41,9 +41,12 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
     paths: list[Path] = options.campaign
     trust.allow(*options.effects)
     if all(path.is_file() and path.suffix != ".toml" for path in paths):
+        from .sheet_files import read_sheets
+
+        rig, sheets = read_sheets(options)
         from .sheets import trace_command
 
-        return trace_command(options, words)
+        return trace_command(options, words, rig, sheets)
     if missing := [path for path in paths if not path.exists()]:
         raise InputError(f"{missing[0]}: no such file; check the path")
     if len(paths) > 1:

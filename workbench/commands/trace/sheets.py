@@ -5,23 +5,19 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError, nearest
 from ...base.process_pool import one_blas_thread
-from ...base.signals import SIGNALS
-from ...base.units import quantity, to_si
 from ...identify.fit.solver import Fit
 from ...identify.sheet.element import Element
 from ...identify.sheet.problem import SIGMA, SheetProblem, sheet_problem
 from ...identify.sheet.tracer import SheetCandidate, SheetTrace, trace_sheets
 from ...plant.effects import Effect
-from ...records.sheet_points import SheetPoints, named_apart, read_points
+from ...records.sheet_points import SheetPoints
 from ...rigs.rig import Rig
-from ...rigs.rig_file import load_rig, rig_text
+from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.fit_result import base_intervals, effect_intervals, rig_as_fitted
 from ..common.numbers import finite
@@ -34,12 +30,9 @@ from .study import digest, effects_for
 KINDS = ("gain [dB]", "phase [deg]")
 
 
-def trace_command(options: argparse.Namespace, words: list[str]) -> None:
-    """Trace the sheets that the command line names."""
-    rig, sheets = _read(options)
+def trace_command(options: argparse.Namespace, words: list[str], rig: Rig, sheets: tuple[SheetPoints, ...]) -> None:
+    """Trace the sheets that the command line names, as read."""
     sigma = SIGMA if options.sigma is None else tuple(options.sigma)
-    if not all(0 < value < np.inf for value in sigma):
-        raise InputError(f"--sigma {sigma[0]:g} {sigma[1]:g}: both must be above 0")
     files = [str(file.resolve()) for file in options.effects]
     rig = replace(rig, effect_files=tuple(dict.fromkeys((*rig.effect_files, *files))))
     library = effects_for(rig, (), options.without)
@@ -127,43 +120,6 @@ def _mean(deviations: np.ndarray) -> float | None:
 def _by_sheet(trace: SheetTrace) -> dict[str, Any]:
     judges = trace.problem.heldout or trace.problem.train
     return {sheet.name: _rms(trace, [index]) for index, sheet in enumerate(judges)}
-
-
-def _read(options: argparse.Namespace) -> tuple[Rig, tuple[SheetPoints, ...]]:
-    """The rig and the sheets, each at its amplitude."""
-    paths: list[Path] = options.campaign
-    for name, option in ((options.input, "--input"), (options.output, "--output")):
-        if name is None or name not in SIGNALS or name == "t":
-            known = nearest(name or "", [signal for signal in SIGNALS if signal != "t"])
-            raise InputError(f'{paths[0]}: a sheet needs {option}, a signal, not "{name}"; {known}')
-    if options.rig is None:
-        raise InputError(f"{paths[0]}: a sheet names no rig; add --rig")
-    for given, option in ((options.several, "--several"), (options.jobs, "--jobs")):
-        if given:
-            raise InputError(f"{paths[0]}: {option} is of campaigns; leave it out")
-    sizes = options.amplitude or [None]
-    if len(sizes) not in (1, len(paths)):
-        raise InputError(f"--amplitude: {len(sizes)} for {len(paths)} sheets; give one, or one a sheet")
-    rig = load_rig(options.rig)
-    sizes = [None if size is None else _size(size, options.input, rig) for size in sizes]
-    sizes = sizes * len(paths) if len(sizes) == 1 else sizes
-    sheets = tuple(
-        read_points(path, size, options.input, options.output) for path, size in zip(paths, sizes, strict=True)
-    )
-    named_apart(sheets)
-    return rig, sheets
-
-
-def _size(text: str, input: str, rig: Rig) -> float:
-    """An amplitude [SI of the input]: a share of full input, text with a unit, or a number in the unit shown."""
-    signal = SIGNALS[input]
-    if text.strip().endswith("%"):
-        full = rig["imax"] if input == "current" else 1.0
-        return full * quantity(text, "1")
-    try:
-        return float(to_si(float(text), signal.unit, signal.si))
-    except ValueError:
-        return quantity(text, signal.si)
 
 
 def _digest(sheet: SheetPoints) -> str:

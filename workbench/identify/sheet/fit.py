@@ -143,6 +143,13 @@ def _finished(problem: SheetProblem, errors: Errors, x: np.ndarray, here: np.nda
     return Fit(errors.free, x, p, none, squares, problem.samples, covariance, matrices, gradients, unseen, at_bounds)
 
 
+def train_deviations(problem: SheetProblem, fit: SheetFit) -> list[np.ndarray]:
+    """Deviations [k, 2] (dB, degrees) of each fitted sheet."""
+    own = fit.model.deviations(problem.train, fit.fit.p[None])
+    shifts = zip([sheet.name for sheet in problem.train], offsets(problem.train, own)[0].tolist(), strict=True)
+    return _taken(problem.train, own, dict(shifts))
+
+
 def heldout_squares(problem: SheetProblem, fit: SheetFit) -> tuple[np.ndarray, list[np.ndarray]]:
     """Squared errors [points] on the points that judge, and the deviations [k, 2] (dB, degrees) of each sheet.
 

@@ -1,6 +1,7 @@
 """The model of a frequency-response sheet: stepped sines of its amplitude on the plant on which it was measured."""
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -19,7 +20,7 @@ from ...rigs.rig import EffectUse, Rig
 from .element import Element
 
 FAILED = 1e3  # dB and degrees: the deviation of a sine that cannot be simulated
-_CYCLES, _JACK_CYCLES = 20, 60  # a jack rings longer than a valve
+_CYCLES, _JACK_CYCLES = (2, 20), (4, 60)  # a jack rings longer than a valve
 _PILOT_SLOTS = {"motor_current"}
 Build = Callable[[Rig], Plant]
 
@@ -27,13 +28,13 @@ Build = Callable[[Rig], Plant]
 @dataclass(frozen=True, eq=False)
 class Bench:
     """What sheets are measured on: how it is built, where it rests (states by name, inputs `offset` [m]), and after how
-    many cycles a sine of it counts as settled."""
+    many cycles, at least and at most, a sine of it counts as settled."""
 
     rig: Rig
     build: Build
     rest: Mapping[str, float]
     offset: np.ndarray
-    cycles: int
+    cycles: tuple[int, int]
 
     def has_room(self, effect: Effect) -> bool:
         """Whether an effect acts on what is here of the rig."""
@@ -69,17 +70,25 @@ def rig_with(rig: Rig, effects: Sequence[Effect]) -> Rig:
 
 
 class SheetModel:
-    """A rig with effects on the bench of its sheets, and a learned element behind it; compiled once, then run with
-    parameters in lanes: those of the plant, then those of the element."""
+    """A rig with effects on the bench of its sheets, compiled once, then run with parameters in lanes: those of the
+    plant, then those of the `element` learned behind it, where there is one."""
 
-    def __init__(self, bench: "Bench", effects: Sequence[Effect], output: str, element: Element | None = None) -> None:
-        self.effects, self.element, self._output = tuple(effects), element, output
+    element: Element | None = None
+
+    def __init__(self, bench: "Bench", effects: Sequence[Effect], output: str) -> None:
+        self.effects, self._output = tuple(effects), output
         self.plant = bench.build(rig_with(bench.rig, effects))
-        numbers = element.numbers if element else ()
-        self.parameters = (*self.plant.parameters, *(number.free.name for number in numbers))
+        self.parameters = self.plant.parameters
         self._engine = Engine(self.plant, brief=True)
-        self._offset, self._most = bench.offset, bench.cycles
+        self._offset, self._cycles = bench.offset, bench.cycles
         self._start = np.array([bench.rest.get(state.name, state.start) for state in self.plant.states])
+
+    def behind(self, element: Element) -> "SheetModel":
+        """The same compiled plant with an element behind it."""
+        model = copy(self)
+        model.element = element
+        model.parameters = (*self.plant.parameters, *(number.free.name for number in element.numbers))
+        return model
 
     def depends_on(self) -> frozenset[str]:
         """Names of the parameters that say anything of the output."""
@@ -99,23 +108,23 @@ class SheetModel:
         if self.element is None:
             return deviations
         added = self.element.deviations(sheets, p[:, own:])
-        return [np.where(a == FAILED, a, _in_half_a_turn(a + b)) for a, b in zip(deviations, added, strict=True)]
+        return [np.where(a == FAILED, a, in_half_a_turn(a + b)) for a, b in zip(deviations, added, strict=True)]
 
     def _deviation(self, sheet: SheetPoints, p: np.ndarray) -> np.ndarray:
         lanes, k = len(p), sheet.f.size
         starts = np.tile(self._start, (lanes * k, 1))
         sines = stepped_sines(
             self._engine, starts, self._offset, np.tile(sheet.f, lanes), sheet.amplitude, [self._output], None,
-            np.repeat(p, k, axis=0), self._most,
+            np.repeat(p, k, axis=0), self._cycles,
         )  # fmt: skip
         response = sines.response[self._output].reshape(lanes, k)
         gain, phase = gain_db(response) - sheet.gain, np.degrees(np.angle(response)) - sheet.phase
-        deviation = _in_half_a_turn(np.stack((gain, phase), axis=-1))
+        deviation = in_half_a_turn(np.stack((gain, phase), axis=-1))
         lost = ~np.isfinite(gain_db(response))[..., None] & np.isfinite(sheet.values)
         return np.where(lost, FAILED, deviation)
 
 
-def _in_half_a_turn(deviation: np.ndarray) -> np.ndarray:
+def in_half_a_turn(deviation: np.ndarray) -> np.ndarray:
     """Deviations [..., 2] in dB and degrees with the phase between -180 and 180."""
     return np.stack((deviation[..., 0], (deviation[..., 1] + 180) % 360 - 180), axis=-1)
 

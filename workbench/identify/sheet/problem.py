@@ -15,7 +15,6 @@ from ...records.sheet_points import SheetPoints
 from ...rigs.rig import Rig
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import uncertain
-from .element import Element
 from .model import Bench, SheetModel, bench_of
 
 SIGMA = (0.2, 2.0)  # dB, degrees: a curve that is read off a printed sheet
@@ -61,9 +60,9 @@ class SheetProblem:
             return self
         return replace(self, train=tuple(at_rows(sheet, slice(None, None, 2)) for sheet in self.train))
 
-    def model(self, effects: Sequence[Effect] = (), element: Element | None = None) -> SheetModel:
-        """The rig with effects, where the sheets were measured, and a learned element behind it."""
-        return SheetModel(self.bench, effects, self.train[0].output, element)
+    def model(self, effects: Sequence[Effect] = ()) -> SheetModel:
+        """The rig with effects, where the sheets were measured."""
+        return SheetModel(self.bench, effects, self.train[0].output)
 
     def uncertain(self, model: SheetModel) -> tuple[FreeParameter, ...]:
         """The numbers of the rig that have bounds and act there."""

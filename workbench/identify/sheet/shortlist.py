@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...plant.effects import Effect
+from ..fit.determined import FreeParameter
 from ..fit.free_parameters import Candidate, at_strength, extend_parameters, strengths
 from ..fit.normal_equations import ranges
 from .fit import Errors
@@ -28,15 +29,14 @@ class SheetScore:
     change: np.ndarray
 
 
-class _Rest:
+class Rest:
     """What is left of errors or of their change when the rig's numbers follow, as one vector."""
 
-    def __init__(self, errors: Errors, x: np.ndarray, here: np.ndarray) -> None:
-        *_, width = ranges(errors.free)
-        slopes = errors.slopes(x, here)
-        columns = np.concatenate((slopes.reshape(-1, len(x)), np.diag(1 / width)))
+    def __init__(self, free: Sequence[FreeParameter], slopes: np.ndarray) -> None:
+        *_, width = ranges(free)
+        self._numbers = len(free)
+        columns = np.concatenate((slopes.reshape(-1, self._numbers), np.diag(1 / width)))
         self._basis = np.linalg.qr(columns)[0]
-        self._numbers = len(x)
 
     def __call__(self, change: np.ndarray) -> np.ndarray:
         """Of a change [points, 2] of the errors."""
@@ -49,7 +49,7 @@ def scores(
 ) -> list[SheetScore]:
     """The scores of a library beside a model with numbers at distances x [free], best first."""
     here = errors.at(x[None])[0]
-    rest = _Rest(errors, x, here)
+    rest = Rest(errors.free, errors.slopes(x, here))
     left = rest(here)
     ranked = []
     for effect in library:
@@ -63,7 +63,7 @@ def _score(
     x: np.ndarray,
     effect: Effect,
     here: np.ndarray,
-    rest: _Rest,
+    rest: Rest,
     left: np.ndarray,
 ) -> SheetScore:
     """The best of an effect's trials; a trial that cannot be simulated says nothing."""

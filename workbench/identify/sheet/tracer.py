@@ -12,7 +12,7 @@ from ...base.errors import InputError
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, at_strength, extend_parameters
 from ..trace import rule
-from .fit import Errors, SheetFit, fitted_sheets, heldout_squares
+from .fit import Errors, SheetFit, fitted_sheets, heldout_squares, train_deviations
 from .problem import SheetProblem
 from .remainder import Band, bands, with_element
 from .shortlist import SheetScore, scores
@@ -110,6 +110,8 @@ class _Search:
         """Fill in `effects`."""
         first, n = self.base.squares, self.problem.samples
         while len(self.effects) < _PASSES and _misfit(self.problem, self.last):
+            if not rule.worth_adding(self.last.squares, first, n):
+                return  # not even an effect that left nothing
             tried = self._pass()
             accepted = rule.named([candidate.judgement for candidate in tried])
             best = [candidate for candidate in tried if candidate.judgement in accepted[:1]]
@@ -217,17 +219,23 @@ def _result(search: _Search) -> SheetTrace:
             named, plain = search.last, last
         else:
             effects, tied = (), ()
-    missing = _missing(plain)
+    missing = _missing(plain) or _misfit(problem, named)  # few points that judge may miss what the others show
     verdict = (
         "tied" if tied else ("incomplete" if missing else "named") if effects else "unknown" if missing else "none"
     )
     final, after = _learned(search, named, plain) if missing else (named, plain)
-    left = bands(problem.heldout or problem.train, plain.deviations, problem.sigma) if missing else []
+    left = _left(problem, named, plain) if missing else []
     equation = effects[0].effect.equation if effects else _place(search) if verdict == "unknown" else None
     return SheetTrace(
         problem, search.base, named, final, (before, plain, after), tuple(left), verdict, effects, tied, equation,
         search.tried, search.shortlist,
     )  # fmt: skip
+
+
+def _left(problem: SheetProblem, named: SheetFit, judged: JudgedFit) -> list[Band]:
+    """Where a fit is plainly wrong, on all points: fitted ones lie between those that judge."""
+    fitted = train_deviations(problem, named) if problem.heldout else []
+    return bands(problem.sheets, [*fitted, *judged.deviations], problem.sigma)
 
 
 def _borne_out(before: JudgedFit, after: JudgedFit) -> bool:
