@@ -301,3 +301,17 @@ def test_a_panel_looks_on_by_opc_ua_and_may_switch():
                 _, values = asyncio.run(look(url, "jack-10t", ["position", "reference", "command", "on"], "stop"))
         assert values[1:] == [0.25, 0.5, True]
         assert stops == [1]
+
+
+def test_a_rig_is_served_with_effects_at_another_rate_and_on_a_specimen(tmp_path):
+    from workbench.commands.serve.config import Service, service
+
+    (tmp_path / "hidden.toml").write_text(HIDDEN)
+    wanted = Service(lockstep=True, seed=0, ideal=False, port=0, host="", token="", page_port=0)
+    rig = service(wanted, "jack-10t", 2000.0, tmp_path / "hidden.toml", "10 kN/mm")
+    assert [use.name for use in rig.effects] == ["jack.friction"]
+    assert (rig.period.value, rig["ks"]) == (5e-4, 1e7)
+    assert service(wanted, "jack-10t", None, None, "stiffness-1e6")["ks"] == 1e6
+    six = service(wanted, "hexapod", 2000.0, tmp_path / "hidden.toml", None)
+    assert six.period == 5e-4
+    assert all(leg.rig.effects for leg in six.legs)

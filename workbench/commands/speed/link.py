@@ -14,6 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.errors import InputError
+from ...control.controller_type import controller
+from ...control.export import coefficients
+from ...control.export.c_code import c_code
+from ...control.export.link_program import link_program
 from ...link.client import LinkClient, LinkLost
 from ...link.idle_clock import idle_clock
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -21,6 +26,7 @@ from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
+from ..fmu.compiler import compiler
 from ..serve.figures import SHARES, quantiles
 
 RATES = (1000.0, 5000.0)  # Hz
@@ -55,8 +61,8 @@ def _served(rig: Rig, *words: str) -> Iterator[tuple[str, dict[str, Any]]]:
         left |= json.loads((out / "metrics.json").read_text(encoding="utf-8"))
 
 
-def _lockstep(rig: Rig) -> dict[str, float]:
-    """Periods a second that a client in Python drives."""
+def _lockstep(rig: Rig) -> dict[str, float | None]:
+    """Periods a second that a client in Python drives, and the exported C program, None where nothing compiles it."""
     with _served(rig, "--lockstep") as (where, _), LinkClient(where) as client:
         client.on()
         began = time.perf_counter()
@@ -64,7 +70,29 @@ def _lockstep(rig: Rig) -> dict[str, float]:
             client.exchange((0.0,))
         lasted = time.perf_counter() - began
         client.off()
-    return {"python_periods_per_s": _LOCKSTEP / lasted}
+    return {"python_periods_per_s": _LOCKSTEP / lasted, "c_periods_per_s": _compiled_client(rig)}
+
+
+def _compiled_client(rig: Rig) -> float | None:
+    """Of a P loop at rest, its start not counted."""
+    law = coefficients(controller("controllers.p:P", gain=0.3).build(rig.period.value), rig.period.value)
+    try:
+        cc = compiler()
+    except InputError:
+        return None
+    with tempfile.TemporaryDirectory() as folder, _served(rig, "--lockstep") as (where, _):
+        for name, text in {**c_code("p", law), **link_program({"p": law})}.items():
+            (Path(folder) / name).write_text(text, encoding="utf-8")
+        program = Path(folder) / "link_main"
+        sources = [str(file) for file in Path(folder).glob("*.c")]
+        subprocess.run([cc, "-std=c99", "-O2", *sources, "-o", str(program), "-lm"], check=True)
+        spent = []
+        for periods in (1, _LOCKSTEP):
+            began = time.perf_counter()
+            seconds = f"{periods * rig.period.value:g}"
+            subprocess.run([str(program), "p", where, "0.001", seconds], stdout=subprocess.DEVNULL, check=True)
+            spent.append(time.perf_counter() - began)
+    return (_LOCKSTEP - 1) / (spent[1] - spent[0])
 
 
 def _realtime(rig: Rig, rate: float, seconds: float) -> dict[str, Any]:
@@ -118,5 +146,7 @@ def _page(speed: dict[str, Any]) -> Page:
                          100 * each["core_load"] if "core_load" in each else None])  # fmt: skip
     heads = ["rate [Hz]", "who", "periods", "a period late", "late, median [us]", "99 %", "99.9 %", "worst", "core [%]"]
     rate = speed["lockstep"]["python_periods_per_s"]
-    verdict = f"In lockstep {rate:,.0f} periods a second with a client in Python."
+    verdict = f"In lockstep {rate:,.0f} periods a second with a client in Python"
+    c_rate = speed["lockstep"]["c_periods_per_s"]
+    verdict += "." if c_rate is None else f", {c_rate:,.0f} with the exported C program."
     return Page("The rig behind the wire", verdict, [Section("Real time", [Table("", heads, rows), _figure(speed)])])
