@@ -188,8 +188,8 @@ def test_a_formula_with_memory_that_starts_far_off_is_fitted_from_short_windows(
 def test_a_refit_that_harms_is_made_again_from_where_no_number_follows(monkeypatch):
     starts: list[np.ndarray] = []
 
-    def caught(model, windows, free, start, *others):
-        fit = fit_numbers(model, windows, free, start, *others)
+    def caught(model, windows, free, start, *others, **how):
+        fit = fit_numbers(model, windows, free, start, *others, **how)
         starts.append(start)
         return replace(fit, unseen=1e4 * fit.unseen) if len(starts) == 1 else fit
 

@@ -186,7 +186,7 @@ def next_records(trace: Trace) -> list[tuple[str, str]]:
     if not trace.effects:
         return [(EQUATION[equation], RECORD[equation]) for equation in trace.equations]
     asked = [fit.candidate.effect for fit in trace.effects]
-    asked += [fit.candidate.effect for search in trace.passes for fit in search.tried]
+    asked += [fit.candidate.effect for search in trace.passes for fit in (*search.accepted, *search.tried)]
     first = {effect.name: RECORD[effect.equation] if effect.shifts else effect.shows for effect in reversed(asked)}
     names = dict.fromkeys((*(fit.candidate.effect.name for fit in trace.effects), *trace.tied))
     return [(name, first[name]) for name in names]

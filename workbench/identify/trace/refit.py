@@ -226,7 +226,7 @@ def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, ca
 
     def by_tangents(at: Start | Fit) -> FittedModel:
         start = follower.free, at.x, at.p, at.x0
-        fit = fit_numbers(model, problem.train, *start, problem.kappas, _REFIT_ROUNDS, near=True)
+        fit = fit_numbers(model, problem.train, *start, problem.kappas, _REFIT_ROUNDS, near=not problem.free_run)
         return with_selection(problem, model, fit, ())
 
     if any(candidate.effect.has_memory for candidate in candidates):

@@ -88,7 +88,7 @@ def chance(before: float, after: float, kappa: float, candidates: int) -> float:
 def lead_by_noise(misfit: float, kappa: float, candidates: int) -> float:
     """Share of a misfit, in squared errors, by which the best of all candidates leads from noise alone: the other way
     round than `chance`, at CHANCE."""
-    return kappa * float(ndtri(CHANCE / candidates)) ** 2 / misfit if misfit > 0 else np.inf
+    return kappa * float(ndtri(CHANCE / max(candidates, 1))) ** 2 / misfit if misfit > 0 else np.inf
 
 
 def passes(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> bool:
