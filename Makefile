@@ -19,7 +19,9 @@ test: .venv/dev
 
 fuzz: .venv/dev
 	$(BIN)/python tests/fuzz.py
-	FUZZ_PAGES=10000 $(BIN)/pytest -n 0 tests/test_page_of_traces.py tests/test_made_pages.py tests/test_made_trace_pages.py
+	FUZZ_PAGES=10000 $(BIN)/pytest -n 0 tests/test_page_of_traces.py
+	FUZZ_PAGES=500 $(BIN)/pytest -n 2 tests/test_made_pages.py tests/test_made_trace_pages.py
+	FUZZ_LINK=100000 $(BIN)/pytest -n 0 tests/test_link.py -k strange_datagrams
 
 lowest:
 	PYTHON=$(PYTHON) bash .ci/lowest

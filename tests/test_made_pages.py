@@ -1,6 +1,6 @@
 """The pages of fit, plan and retune are drawn whatever was found: results that nobody computed.
 
-FUZZ_PAGES=10000 in the environment draws as many (`make fuzz`).
+FUZZ_PAGES in the environment says how many are drawn (`make fuzz`).
 """
 
 from dataclasses import replace
