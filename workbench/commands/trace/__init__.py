@@ -7,5 +7,5 @@ shape                     what an unknown disturbance looks like
 law_curves, learned_page  what was learned: curves and gains with their band, beside the library's formulas
 detectability             what would show if it were there
 words, pump_words, tables, figures    what the report is made of
-sheets, sheet_page        the same of frequency-response sheets
+sheets, sheet_files, sheet_page    the same of frequency-response sheets
 """
