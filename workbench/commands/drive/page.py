@@ -22,7 +22,8 @@ def drive_page(config: StepConfig, metrics: Mapping[str, Any], judged: Sequence[
 
 
 def _verdict(metrics: Mapping[str, Any], judged: Sequence["Judged"]) -> str:
-    words = f"{len(judged)} scenarios were played at {metrics['rig']}."
+    many = "1 scenario was" if len(judged) == 1 else f"{len(judged)} scenarios were"
+    words = f"{many} played at {metrics['rig']}."
     if judged:
         first = judged[0]
         here, there = (_seconds(row["settling_s"]) for row in (first.row, first.prediction))
