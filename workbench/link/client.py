@@ -140,8 +140,7 @@ class LinkClient:
                 if opened := datagrams.opened(self._socket.recv(datagrams.LARGEST)):
                     return opened
         except (TimeoutError, BlockingIOError, ConnectionError):
-            if patience:
-                time.sleep(0 if self._socket.gettimeout() is None else min(patience, 0.001))
+            time.sleep(min(patience, 0.001))  # a closed port says so at once
             return None
 
     def _send(self, packet: bytes) -> None:

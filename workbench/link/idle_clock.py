@@ -1,7 +1,6 @@
 """What this machine's clock does by itself: an empty loop on the grid of a rate, against which a service is held."""
 
 import ctypes
-import socket
 import time
 from dataclasses import dataclass
 
@@ -28,7 +27,7 @@ def idle_clock(rate: float, seconds: float) -> IdleClock:
     set_addresses(job, jitter=counts)
     periods = max(1, round(rate * seconds))
     job.jitter_bins, job.period_ns, job.readings = _BINS, round(1e9 / rate), periods
-    job.clock_id, job.dontwait = time.CLOCK_MONOTONIC, getattr(socket, "MSG_DONTWAIT", 0)
+    job.clock_id = time.CLOCK_MONOTONIC
     exact_timers()
     job.due = time.monotonic_ns() + job.period_ns
     rig_code().idle(ctypes.addressof(job))

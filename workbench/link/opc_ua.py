@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 from ..base.errors import InputError
@@ -70,10 +71,8 @@ def supervised_loop(client: LinkClient, stop: Callable[[], None]) -> Supervised:
 def opc_ua_server(shown: Supervised, port: int, host: str = "127.0.0.1") -> Iterator[str]:
     """Nodes under Objects/NAME at opc.tcp://HOST:PORT, as long as the block lasts; the address. Raises InputError where
     the package is missing, or the port cannot be had."""
-    try:
-        import asyncua  # noqa: F401
-    except ImportError:
-        raise InputError("--opcua: needs the package asyncua; pip install 'jackbench[opcua]'") from None
+    if find_spec("asyncua") is None:
+        raise InputError("--opcua: needs the package asyncua; pip install 'jackbench[opcua]'")
     ready, over, failed = threading.Event(), threading.Event(), list[BaseException]()
 
     def run() -> None:

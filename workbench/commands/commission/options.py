@@ -28,9 +28,8 @@ def _commission(options: argparse.Namespace, words: list[str]) -> None:
     if options.goal not in steps:
         raise InputError(f"--goal {options.goal}: {nearest(options.goal, steps)}")
     rig = load_rig(options.rig)
-    for name in ("position",):
-        if name not in rig.sensors:
-            raise InputError(f"rig {rig.name}: no {name} sensor, which its loop needs")
+    if "position" not in rig.sensors:
+        raise InputError(f"rig {rig.name}: no position sensor, which its loop needs; add [sensors.position]")
     from .study import Wanted, run_commission
 
     wanted = Wanted(rig, options.at, options.token, 60 * options.minutes, options.goal, processes(options))

@@ -23,11 +23,12 @@ def commission_page(
 ) -> tuple[Page, Figure]:
     """The report and its telling figure: the goal's step by every way, as measured."""
     figure = _figure(goal, judged)
-    seen = [["record", "for", "seconds"], [list(each.values()) for each in metrics["played"]]]
+    lines = [list(each.values()) for each in metrics["played"]]
+    played = Table("", ["record", "for", "seconds"], lines, f"In all {metrics['rig_seconds']:.0f} s of the rig.")
     sections = [
         Section("What each way brings", [_table(metrics), figure]),
         Section("What was found", [answer.sentence]),
-        Section("What was played", [Table("", seen[0], seen[1], f"In all {metrics['rig_seconds']:.0f} s of the rig.")]),
+        Section("What was played", [played]),
     ]
     return Page("Commissioning", _verdict(goal, metrics), sections), figure
 
