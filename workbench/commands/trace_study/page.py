@@ -11,7 +11,7 @@ from .score import FINE, VISIBLE, Row, TraceScore
 
 
 def page(rows: Sequence[Row], rates: Sequence[TraceScore], confusion: Mapping[str, Any], timing: Sequence[Any]) -> Page:
-    """The page; `timing` has a row of seconds for each campaign."""
+    """The page; `timing` has a row of CPU seconds for each campaign."""
     sections = [
         Section("Scores", [_scores(rates), picture(rows)]),
         Section("Truth and answer", [_confusion(confusion)]),
@@ -102,7 +102,8 @@ def _wrong(rows: Sequence[Row]) -> Table:
 def _all(rows: Sequence[Row], timing: Sequence[Mapping[str, Any]]) -> Table:
     return Table(
         "Campaigns",
-        ["campaign", "noise", "truth", "said", "result", "chi2 before", "chi2 after", "drawn in [s]", "traced in [s]"],
+        ["campaign", "noise", "truth", "said", "result", "chi2 before", "chi2 after",
+         "drawn in [CPU s]", "traced in [CPU s]"],
         [
             [row["id"], row["noise"], _listed(row["truth"]), row["error"] or _listed(row["named"]) or row["verdict"],
              row["result"], row.get("chi2_before"), row.get("chi2_after"), spent["draw_s"], spent["trace_s"]]

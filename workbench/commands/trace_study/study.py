@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 from typing import Any, Protocol
 
 from ...base.process_pool import Jobs, process_pool
@@ -60,18 +60,18 @@ def run_trace_study(
 
 
 def _traced(item: Item, trace: Tracer, keep: Path | None) -> dict[str, Any]:
-    """The work on one item: its truth, its row, and the seconds that drawing and tracing took."""
+    """The work on one item: its truth, its row, and the CPU seconds that drawing and tracing took."""
     with tempfile.TemporaryDirectory() as scratch:
-        began = perf_counter()
+        began = process_time()
         truth = _known(item)
         try:
             folder = item.folder if isinstance(item, Given) else (keep or Path(scratch)) / item.id
             truth = draw(item, folder) if isinstance(item, CampaignPlan) else truth
-            drawn = perf_counter()
+            drawn = process_time()
             row = judged(truth, trace(folder, tuple(truth.get("removed", ()))))
         except Exception as error:  # one campaign that fails is a row of the report, not the end of the study
-            drawn, row = perf_counter(), failed(truth, f"{type(error).__name__}: {error}")
-    timing = {"draw_s": drawn - began, "trace_s": perf_counter() - drawn}
+            drawn, row = process_time(), failed(truth, f"{type(error).__name__}: {error}")
+    timing = {"draw_s": drawn - began, "trace_s": process_time() - drawn}
     return {"truth": truth, "row": row, "timing": timing}
 
 
