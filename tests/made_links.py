@@ -3,13 +3,11 @@
 import json
 import socket
 import struct
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from functools import cache
 
 from workbench.link.bench import Bench, bench
-from workbench.link.rig_server import RigServer
+from workbench.link.rig_server import RigServer, in_background
 from workbench.link.served_rig import ServedRig
 from workbench.rigs.rig_file import load_rig
 
@@ -21,21 +19,12 @@ def jack_bench(ideal: bool = False, computes: bool = True) -> Bench:
     return bench(load_rig("jack-10t"), computes, ideal)
 
 
-@contextmanager
-def served(own: Bench, lockstep: bool = True, seed: int = 3, token: str = "") -> Iterator[RigServer]:
-    server = RigServer(ServedRig(own, seed), lockstep, token=token)
-    thread = threading.Thread(target=server.serve)
-    thread.start()
-    try:
-        yield server
-    finally:
-        server.stop()
-        thread.join()
-        server.close()
+def served(own: Bench, lockstep: bool = True, seed: int = 3, token: str = "") -> AbstractContextManager[RigServer]:
+    return in_background(RigServer(ServedRig(own, seed), lockstep, token=token))
 
 
 def at(server: RigServer) -> str:
-    return "udp://{}:{}".format(*server.address)
+    return server.at
 
 
 class Stranger:

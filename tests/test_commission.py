@@ -11,8 +11,9 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.commission import designs
 from workbench.commands.commission.automatic import automatic
-from workbench.commands.commission.looks import SmallMoves, check_rest, pulses, small_moves
-from workbench.commands.commission.motions import corners, safe_records
+from workbench.commands.commission.looks import MOVE, WAY, SmallMoves, check_rest, check_sides, small_moves
+from workbench.commands.commission.motions import corners, doubted, safe_records
+from workbench.commands.commission.relay import Relay, relay_reference, relay_ways
 from workbench.commands.excite.study import drive
 from workbench.link.client import LinkClient
 from workbench.link.course import play_course, rest_record
@@ -26,15 +27,23 @@ RIG = load_rig("jack-10t")
 MODE = np.sqrt(oil_stiffness(RIG) / RIG["M"]) / (2 * np.pi)
 
 
+def relays(client):
+    """Small and larger moves of a rig, as the command plays them."""
+    loop = drive(RIG).loop
+    records, size = [], 0.0
+    for way in (MOVE, WAY):
+        relay = Relay(loop.build(RIG.period.value), RIG.period.value, size)
+        reference = relay_reference(RIG, way)
+        records.append(play_course(client, RIG, relay, reference, RIG.middle, begins=relay.begin).record)
+        size = relay_ways(records[-1]).command
+    return records
+
+
 @pytest.fixture(scope="module")
 def recorded():
-    """The rig at rest and in small moves, and the size of these."""
-    command, size = pulses(RIG)
+    """The rig at rest and in relays of two sizes."""
     with served(jack_bench()) as server, LinkClient(at(server)) as client:
-        rest = rest_record(client)
-        loop = drive(RIG).loop.build(RIG.period.value)
-        moved = play_course(client, RIG, loop, np.zeros(len(command)), RIG.middle, command)
-    return rest, moved.run.record, size
+        return rest_record(client), *relays(client)
 
 
 def changed(record, **signals):
@@ -42,9 +51,10 @@ def changed(record, **signals):
 
 
 def test_a_rig_that_is_as_declared_passes_and_rings_at_its_mode(recorded):
-    rest, moved, size = recorded
+    rest, near, far = recorded
     check_rest(RIG, rest)
-    moves = small_moves(RIG, moved, size)
+    moves = small_moves(RIG, near, far)
+    assert np.abs(near.signals["position"]).max() < 3 * MOVE
     assert moves.mode_hz == pytest.approx(MODE, rel=0.1)
     assert moves.speed_gain == pytest.approx(10.0, rel=0.3)  # between null, where the lap doubles it, and beyond
 
@@ -70,13 +80,13 @@ def test_a_dead_or_impossible_channel_is_named(recorded, signal, change, message
         (lambda s: {"pa": s["pb"], "pb": s["pa"]}, "pa and pb are swapped"),
         (lambda s: {"position": -s["position"]}, "position is reversed"),
         (lambda s: {"command": -s["command"]}, "the command is reversed"),
-        (lambda s: {"position": 0.01 * s["position"]}, "it sticks"),
+        (lambda s: {"position": 1e-3 * s["position"], "command": np.abs(s["command"])}, "it sticks"),
     ],
 )
 def test_what_is_the_wrong_way_round_is_named(recorded, change, message):
-    _, moved, size = recorded
+    _, near, _ = recorded
     with pytest.raises(InputError, match=message):
-        small_moves(RIG, changed(moved, **change(moved.signals)), size)
+        check_sides(RIG, changed(near, **change(near.signals)))
 
 
 def test_the_automatic_controller_is_stable_with_margins_on_every_corner():
@@ -88,7 +98,7 @@ def test_the_automatic_controller_is_stable_with_margins_on_every_corner():
 
 
 def test_records_stay_within_the_limits_of_every_corner():
-    _, waves = safe_records(RIG)
+    waves = safe_records(doubted(RIG), automatic(RIG, SmallMoves(10.0, float(MODE))))
     assert [wave.name for wave in waves] == ["steps", "triangle", "multisine"]
     assert all(np.abs(wave.reference - RIG.middle).max() < 0.95 * RIG.limit("stroke") for wave in waves)
 

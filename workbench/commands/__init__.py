@@ -39,6 +39,7 @@ COMMANDS = {
     "list": "list what there is",
     "serve": "serve a rig on UDP, in lockstep or real time, for controllers behind a wire",
     "commission": "from a datasheet to a verified controller on a live rig: look, record, trace, tune, verify",
+    "commission-study": "how well are hidden rigs commissioned",
     "drive": "play an experiment's controllers at a live rig on UDP, judged as run does",
     "show": "show a rig and what follows from its numbers",
     "trust": "let code that comes with a rig run",

@@ -1,6 +1,6 @@
 """A course at a live rig: to where it starts, standing there, what is played, and back to where the rig stood."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,9 +50,10 @@ def play_course(
     start: float,
     added: np.ndarray | None = None,
     noisy: bool = True,
+    begins: Callable[[], None] = lambda: None,
 ) -> Played:
-    """From where the rig stands to `start` of the controlled signal (SI), and from there along deviations `reference`
-    [k] from it, with a command `added` [k]; then back."""
+    """From where the rig stands to `start` of the controlled signal (SI), and from there, once it `begins`, along
+    deviations `reference` [k] from it, with a command `added` [k]; then back."""
     loop = WireLoop(client, rig, controller, noisy)
     signal, period = controller.measures[0], rig.period.value
     home, stand = loop.level, round(_STANDS / period)
@@ -64,6 +65,7 @@ def play_course(
         standing = runs[-1]
         level = _level(standing, signal, home)
         if standing.ended is None:
+            begins()
             runs.append(loop.run(start + reference, added))
             if runs[-1].ended is None:
                 back = ramp(rig, signal, float(runs[-1].rows[-1][1]), home)

@@ -4,7 +4,8 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from hmac import compare_digest
 
 from ..base.errors import InputError
@@ -58,6 +59,11 @@ class RigServer:
         """Where it listens."""
         host, port = self._socket.getsockname()
         return host, port
+
+    @property
+    def at(self) -> str:
+        """Where it listens, as a client is told."""
+        return "udp://{}:{}".format(*self.address)
 
     @property
     def mode(self) -> str:
@@ -205,6 +211,19 @@ class RigServer:
             self._socket.sendto(datagrams.datagram(kind, body), socket.MSG_DONTWAIT, target)
         except OSError:
             self.rig.job.dropped += 1
+
+
+@contextmanager
+def in_background(server: RigServer) -> Iterator[RigServer]:
+    """The server at work in a thread of its own, which ends with the context."""
+    thread = threading.Thread(target=server.serve)
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.stop()
+        thread.join()
+        server.close()
 
 
 def _bound(host: str, port: int) -> socket.socket:

@@ -3,6 +3,8 @@
 import ctypes
 import socket
 import time
+from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
@@ -22,22 +24,31 @@ _FURTHER = 0.005  # of a limit, by which a rig that stands beyond it may go on
 OFF, ON, TRIPPED = range(3)
 
 
+class Draws(Protocol):
+    """Where the noise of readings comes from."""
+
+    def standard_normal(self, size: tuple[int, int]) -> np.ndarray:
+        """Numbers [rows, channels] of variance 1, which follow those drawn before."""
+        ...
+
+
 class ServedRig:
-    """A bench in service: off, on or tripped. Noise is drawn from `seed`, anew at each "on".
+    """A bench in service: off, on or tripped. Noise is drawn from `seed`, anew at each "on"; by `noise`, a function of
+    the seed and how often it was switched on, which is white unless another is given.
 
     The plant's state x [n], what its commands [m] are limited to, and the last reading's bytes are those of the machine
     code. Raises NotCompiled, OSError or RuntimeError where this machine cannot compile.
     """
 
-    def __init__(self, bench: Bench, seed: int) -> None:
-        self.bench, self._seed, self._switched = bench, seed, 0
+    def __init__(self, bench: Bench, seed: int, noise: Callable[[int, int], Draws] = draws) -> None:
+        self.bench, self._seed, self._switched, self._noise = bench, seed, 0, noise
         self.code: RigCode = rig_code()
         self._stepping = bench.engine.stepping()
         self.job, self._arrays = LinkJob(), dict[str, np.ndarray]()
         self.address = ctypes.addressof(self.job)
         self._connect()
         self._set_numbers()
-        self._draws = draws(seed)
+        self._draws = noise(seed, 0)
         self.put_at(bench.start.x, bench.start.u)
 
     @property
@@ -98,7 +109,7 @@ class ServedRig:
 
     def switch_on(self) -> None:
         """From where it stands; the reading of tick 0 is there then."""
-        self._draws = draws(self._seed, self._switched)  # as a loop in simulation: one reading is thrown away
+        self._draws = self._noise(self._seed, self._switched)  # as a loop in simulation: one reading is thrown away
         self._switched += 1
         job = self.job
         job.normal_row = job.normal_rows

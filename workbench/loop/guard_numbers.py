@@ -63,7 +63,7 @@ def guard_numbers(rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: b
         "following": _following_error(rig) if tuple(measures[:1]) == ("position",) else _NEVER,
         "patience": math.ceil(FOLLOWING_TIME / period - 1e-9),
         "mass_share": _MASS_SHARE,
-        "flow_share": _KNOWN_FLOW if {"spool", "supply"} <= set(shape.read) else _GUESSED_FLOW,
+        "flow_share": _flow_error(rig, shape),
     }
     return numbers | (_jack_numbers(rig) if rig.is_throttled else _UNKNOWN)
 
@@ -119,6 +119,14 @@ def _following_error(rig: Rig) -> float:
     """Limit of the following error, SI; out of reach where a rig declares none."""
     limit = rig.limits.get("following_error")
     return limit.value if limit else _NEVER
+
+
+def _flow_error(rig: Rig, shape: GuardShape) -> float:
+    """Share of the travel by which it may be other than the flow says: declared, or by what is measured."""
+    limit = rig.limits.get("flow_error")
+    if limit is not None:
+        return limit.value
+    return _KNOWN_FLOW if {"spool", "supply"} <= set(shape.read) else _GUESSED_FLOW
 
 
 def _filter_gains(rig: Rig) -> tuple[float, float]:

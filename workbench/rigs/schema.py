@@ -23,6 +23,7 @@ LIMITS = {
     "force": Spec("N", 1.0, 1e9, "capacity of the load cell"),
     "command_rate": Spec("1/s", 1e-2, 1e6, "allowed rate of the command"),
     "following_error": Spec("m", 1e-6, 100.0, "allowed distance of the position from its reference"),
+    "flow_error": Spec("1", 0.01, 10.0, "share of the travel that spool and pressures say, by which it may be another"),
 }
 FOLLOWING_TIME = 0.02  # s: that a following error beyond its limit may last
 STOPS = ("close", "hold")  # what the guard does after a trip: close the valve, and then hold the jack where it stands
@@ -35,4 +36,4 @@ SHUT_OFF = {
     "closing_time": Spec("s", 1e-6, 10.0, "time from a trip until the shut-off valve is closed"),
     "leak": Spec("1", 0.0, 1.0, "share of the servo-valve's flow that it lets through when closed"),
 }
-OPTIONAL = ("following_error", "computing_delay", "deadline")  # of limits and control: no rule where they are absent
+OPTIONAL = ("following_error", "flow_error", "computing_delay", "deadline")  # of limits and control

@@ -1,24 +1,25 @@
-"""A rig at rest and in moves of a millimetre: what is dead, out of range or the wrong way round, by name."""
+"""A rig at rest and in moves of a few millimetres: what is dead, out of range or the wrong way round, by name."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import butter, detrend, sosfiltfilt
 
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
-from ...linear import equilibrium
-from ...plant import build
 from ...records import Record
 from ...rigs.rig import Rig
+from .relay import relay_ways
 
-MOVE = 1e-3  # m: of a small move
-PULSE = 0.1  # s: how long the command stands on each side
-GAP = 0.25  # s at rest between pulses
-_LARGEST_PULSE = 0.2  # of full command
+MOVE = 1e-3  # m: how far from home the first relay turns
+WAY = 5e-3  # m: how far the second one does
+_APART = 0.2  # of the second's command, by which the first's must be smaller to tell a slope,
+_STEEPEST = 3.0  # and how much steeper than speed over command it may be
 _SUPPLY = 0.3  # by which the supply may be off the datasheet's
-_MOVED = 0.2  # of what the datasheet says that a pulse moves: less is no motion
 _SLOWEST, _RINGS = 4.0, 20.0  # Hz of a mode, and its power over that of other frequencies
-_EARLY = 0.03  # s after an edge in which pressures accelerate the mass
+_RINGS_FOR = 0.4  # s
+_BAND = (8.0, 60.0)  # Hz in which the oil's mode of a loaded jack is
+_CLEAR = 4.0  # standard deviations of a correlation
 
 
 @dataclass(frozen=True)
@@ -56,71 +57,79 @@ def _range(rig: Rig, name: str, mean: float) -> str:
     return ""
 
 
-def pulses(rig: Rig) -> tuple[np.ndarray, float]:
-    """Commands [k] that move the jack a millimetre out and back, twice, and their size."""
-    period = rig.period.value
-    size = _command_of(rig, MOVE / PULSE)
-    on, off = np.full(round(PULSE / period), size), np.zeros(round(GAP / period))
-    return np.concatenate([off, on, off, -on, off, on, off, -on, off]), size
+def small_moves(rig: Rig, near: Record, far: Record) -> SmallMoves:
+    """What the records of a relay with small and with larger moves tell. Raises InputError as `check_sides`.
+
+    Where an overlap or a hysteresis takes the first of the command, its speed goes with what is beyond it: then the
+    slope between both tells the gain, and not speed over command.
+    """
+    check_sides(rig, near)
+    check_sides(rig, far)
+    first, second = relay_ways(near), relay_ways(far)
+    assert first is not None
+    assert second is not None
+    gain, more = second.speed / second.command, second.command - first.command
+    slope = (second.speed - first.speed) / more if more > _APART * second.command else 0.0
+    return SmallMoves(max(gain, min(slope, _STEEPEST * gain)), _ringing(rig, far, second.end))
 
 
-def _command_of(rig: Rig, speed: float) -> float:
-    """The command of a steady speed [m/s] on the declared rig."""
-    plant = build(rig)
-    smooth = plant.without_dry_friction()
-    command = abs(float(equilibrium(plant, speed=speed, p=smooth).u[0]))
-    return float(np.clip(command, 1e-3, _LARGEST_PULSE))
-
-
-def small_moves(rig: Rig, record: Record, size: float) -> SmallMoves:
-    """What the pulses of a record tell. Raises InputError for signals that are swapped or reversed, by name."""
-    period, command = rig.period.value, record.signals["command"]
-    edges = np.flatnonzero(np.abs(np.diff(np.abs(command) > size / 2)))
-    starts, ends = edges[::2], edges[1::2]
-    settle = round(0.6 * GAP / period)
-    moved, pushed = [], []
-    position = record.signals["position"]
-    for start, end in zip(starts, ends, strict=False):
-        side = np.sign(command[start + 2])
-        before = position[max(0, start - settle // 2) : start].mean()
-        moved.append(side * (position[end + settle // 2 : end + settle].mean() - before))
-        if {"pa", "pb"} <= record.signals.keys():
-            load = record.signals["pa"] - record.signals["pb"]
-            early = load[start + 1 : start + 1 + round(_EARLY / period)]
-            pushed.append(side * (early.max() + early.min() - 2 * load[max(0, start - settle // 2) : start].mean()))
-    way, push = float(np.mean(moved)), float(np.mean(pushed)) if pushed else None
-    _check_sides(rig, way, push, MOVE)
-    speed = way / PULSE
-    return SmallMoves(speed / size, _ringing(rig, record, ends))
-
-
-def _check_sides(rig: Rig, way: float, push: float | None, wanted: float) -> None:
-    """Which of command, position and pressures are the wrong way round."""
-    text = SIGNALS["position"].text(way)
-    if abs(way) < _MOVED * wanted:
-        raise InputError(f"a command that should move the jack 1 mm moved it {text}; it sticks, or its valve is closed")
-    if push is None:
-        if way < 0:
-            raise InputError(f"the jack went {text} where 1 mm was commanded: command or position is reversed")
-        return
-    if way < 0 < push:
-        raise InputError("position is reversed: the pressures push where they should, the jack seems to go back")
-    if way < 0 and push < 0:
-        raise InputError("the command is reversed: jack and pressures both go the other way; change its sign")
-    if way > 0 > push:
+def check_sides(rig: Rig, record: Record) -> float:
+    """The command [1] that moved the jack in a relay's record. Raises InputError where a signal is reversed or swapped,
+    or nothing moved, by name."""
+    ways, pushes = relay_ways(record), _pushes(rig, record)
+    if ways is None:
+        raise InputError(_no_turns(record, pushes))
+    if ways.speed < 0:
+        raise InputError(_reversed(pushes))
+    if pushes < 0:
         raise InputError("pa and pb are swapped: the jack goes where it should, the pressures push against it")
+    return ways.command
 
 
-def _ringing(rig: Rig, record: Record, ends: np.ndarray) -> float | None:
-    """Frequency [Hz] of the mode in which load and oil swing after the pulses that end at these rows."""
+def _no_turns(record: Record, pushes: int) -> str:
+    """Of a relay that did not turn: the jack stands, or it goes away from where it should go."""
+    way = float(record.signals["position"][-1] - record.signals["position"][0])
+    if abs(way) > MOVE / 2:
+        return _reversed(pushes)
+    most, text = 100 * np.abs(record.signals["command"]).max(), SIGNALS["position"].text(way)
+    return f"commands up to {most:.2g} % moved the jack {text}; it sticks, or its valve is closed"
+
+
+def _reversed(pushes: int) -> str:
+    if pushes < 0:
+        return "position is reversed: the pressures push where they should, the jack seems to go back"
+    if pushes > 0:
+        return "the command is reversed: jack and pressures both go the other way; change its sign"
+    return "the jack goes back where it should go forward: command or position is reversed"
+
+
+def _pushes(rig: Rig, record: Record) -> int:
+    """1 where the load pressure accelerates the mass as it should, -1 the other way round, 0 where that is not clear.
+
+    The correlation of the load pressure with the second derivative of position, both between _BAND.
+    """
+    if not {"pa", "pb"} <= record.signals.keys():
+        return 0
+    period = rig.period.value
+    band = butter(2, _BAND, "bandpass", fs=1 / period, output="sos")
+    load = sosfiltfilt(band, record.signals["pa"] - record.signals["pb"])
+    acceleration = np.gradient(np.gradient(sosfiltfilt(band, record.signals["position"]), period), period)
+    correlation = float(np.corrcoef(load, acceleration)[0, 1])
+    free = 2 * (_BAND[1] - _BAND[0]) * len(load) * period  # numbers that a signal of this band has
+    return int(np.sign(correlation)) if abs(correlation) > _CLEAR / np.sqrt(free) else 0
+
+
+def _ringing(rig: Rig, record: Record, end: int) -> float | None:
+    """Frequency [Hz] of the mode in which load and oil swing after a row at which the relay came to rest."""
     if not {"pa", "pb"} <= record.signals.keys():
         return None
-    period, rows = rig.period.value, round(GAP / rig.period.value)
-    load = record.signals["pa"] - record.signals["pb"]
-    parts = [load[end + 5 : end + rows - 5] for end in ends if end + rows <= len(load)]
-    swings = np.array([part - part[len(part) // 2 :].mean() for part in parts])
-    spectrum = np.mean(np.abs(np.fft.rfft(swings * np.hanning(swings.shape[1]), 8 * swings.shape[1])) ** 2, axis=0)
-    f = np.fft.rfftfreq(8 * swings.shape[1], period)
+    period = rig.period.value
+    load = (record.signals["pa"] - record.signals["pb"])[end + 5 :][: round(_RINGS_FOR / period)]
+    if len(load) < _RINGS_FOR / period / 2:
+        return None
+    swing = detrend(load - load[len(load) // 2 :].mean()) * np.hanning(len(load))
+    spectrum = np.abs(np.fft.rfft(swing, 8 * len(load))) ** 2
+    f = np.fft.rfftfreq(8 * len(load), period)
     seen = (f > _SLOWEST) & (f < 0.25 / period)
     peak = int(np.argmax(np.where(seen, spectrum, 0.0)))
     return float(f[peak]) if spectrum[peak] > _RINGS * np.median(spectrum[seen]) else None

@@ -6,14 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.errors import InputError
+from ...control.controller_spec import ControllerSpec
 from ...engine import Engine
 from ...plant import build
 from ...records.excitation import Excitation
+from ...rigs.number import Number
 from ...rigs.rig import Rig
 from ..excite.study import SMALLER, TRIES, DriveSimulation, drive, play, trouble
 from ..record.study import standard_set
 
 MARGIN = 0.05  # of a limit, that no plant may come nearer to
+_DOUBT = 1.2  # of the travel that the datasheet's flow says
 _WORST = ("M", "beta", "Ps", "K3")  # whose ends decide how far, how fast and how hard a record moves
 
 
@@ -26,12 +29,19 @@ def corners(rig: Rig) -> Iterator[Rig]:
             yield from (rig.with_values(**{name: end}) for end in (number.low, number.high))
 
 
-def safe_records(rig: Rig) -> tuple[DriveSimulation, list[Excitation]]:
-    """The rig with the loop of its drive, and the standard records as large as every corner takes them. Raises
-    InputError where one is not taken at any size."""
-    ready = drive(rig)
+def doubted(rig: Rig) -> Rig:
+    """The rig with a guard that knows that the valve may have another flow than the datasheet says: none at all, but
+    not the other way."""
+    limit = Number("flow_error", _DOUBT, "1", "1", "commissioning: the valve is not known yet")
+    return replace(rig, limits={**rig.limits, "flow_error": limit})
+
+
+def safe_records(rig: Rig, loop: ControllerSpec) -> list[Excitation]:
+    """The standard records as large as every corner takes them in a loop. Raises InputError where one is not taken at
+    any size."""
+    ready = replace(drive(rig), loop=loop)
     plants = [ready, *(replace(ready, rig=each, engine=Engine(build(each))) for each in list(corners(rig))[1:])]
-    return ready, [_smaller(plants, wave) for wave in standard_set(ready).values()]
+    return [_smaller(plants, wave) for wave in standard_set(ready).values()]
 
 
 def _smaller(plants: Sequence[DriveSimulation], wave: Excitation) -> Excitation:

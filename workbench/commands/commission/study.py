@@ -3,7 +3,8 @@
 import json
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,7 +16,7 @@ from ...control.export import coefficients
 from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
 from ...link.client import LinkClient
-from ...link.course import play_course, rest_record
+from ...link.course import Played, play_course, rest_record
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
@@ -28,9 +29,10 @@ from ..excite.study import drive
 from ..trace.study import trace_campaign
 from .automatic import automatic
 from .designs import experiment_of, searched_design
-from .looks import SmallMoves, check_rest, pulses, small_moves
-from .motions import safe_records
+from .looks import MOVE, WAY, SmallMoves, check_rest, check_sides, small_moves
+from .motions import doubted, safe_records
 from .page import commission_page
+from .relay import Relay, relay_reference
 from .verify import SINE, STEPS, check_ended, played_ways, table_row
 
 T = TypeVar("T")
@@ -51,7 +53,7 @@ class Wanted:
 def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     """commission.json: `verdict` and `effects` of the trace, `rows` of every way in every scenario, `rig_seconds`,
     `computing_seconds`, `trips`, what was `played`, and the `controller`'s file."""
-    began, rig = time.process_time(), wanted.rig
+    began, rig = time.process_time(), doubted(wanted.rig)
     with LinkClient(wanted.at, wanted.token) as client:
         rig_time = _RigTime(client, rig, wanted.seconds, run)
         progress("looks at the rig at rest: noise, dead or impossible readings")
@@ -59,12 +61,13 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
         check_rest(rig, rest)
         progress("moves it by a millimetre: directions, speed, the mode of its oil")
         moves = _small(rig_time)
+        law = automatic(rig, moves)
         progress("designs records that every plant within the bounds takes")
-        ready, waves = safe_records(rig)
+        waves = safe_records(rig, law)
         records = {}
         for wave in waves:
             progress(f"plays {wave.name} on the rig, {wave.t[-1]:.3g} s")
-            records[wave.name] = rig_time.played(wave, ready.loop, "excitation")
+            records[wave.name] = rig_time.played(wave, law, "excitation")
         folder = run.dir / "campaign"
         folder.mkdir(exist_ok=True)
         for name, text in wire_campaign(rig, client, rest, records, list(records)[-1:]).items():
@@ -73,7 +76,7 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
         answer = trace_campaign(folder, stage=run.stage, progress=progress, jobs=wanted.jobs)
         progress(answer.sentence)
         found = replace(answer.rig, name=f"{rig.name}-found")
-        ways = _ways(wanted, moves, rig, found, run, progress)
+        ways = _ways(wanted, law, rig, found, run, progress)
         judged, seconds, ended = played_ways(client, rig, ways, (*STEPS, SINE), progress)
         rig_time.spend("steps and a sine", "verification", seconds)
     rows = [table_row(each) for each in judged]
@@ -83,6 +86,7 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
         "effects": list(answer.effects),
         "rows": rows,
         "rig_seconds": rig_time.spent,
+        "small_moves": asdict(moves),
         "trips": sum("tripped" in str(each.row["tripped"]) for each in judged),
         "ended": ended,
         "played": rig_time.log,
@@ -123,31 +127,42 @@ class _RigTime:
         return record
 
     def played(self, wave: Excitation, loop: ControllerSpec, why: str) -> Record:
-        """An excitation under the slow loop of the drive. Raises InputError where the rig or its guard stops it, and
-        KeyboardInterrupt."""
+        """An excitation under the slow loop of the drive."""
+        start, controller = float(wave.reference[0]), loop.build(wave.period)
+        reference = wave.reference - start
+        play = partial(play_course, self.client, self.rig, controller, reference, start, wave.command)
+        return self._kept_course(wave.name, why, play)
 
-        def play() -> Record:
-            start = float(wave.reference[0])
-            controller = loop.build(wave.period)
-            done = play_course(self.client, self.rig, controller, wave.reference - start, start, wave.command)
-            check_ended(wave.name, done.ended)
+    def relay(self, way: float, size: float) -> Record:
+        """A relay that turns at `way` [m] from the middle, from a command `size` on."""
+        period = self.rig.period.value
+        relay, middle = Relay(drive(self.rig).loop.build(period), period, size), self.rig.middle
+        name, reference = f"relay-{1e3 * way:g}mm", relay_reference(self.rig, way)
+        play = partial(play_course, self.client, self.rig, relay, reference, middle, begins=relay.begin)
+        return self._kept_course(name, "look", play)
+
+    def _kept_course(self, name: str, why: str, play: Callable[[], Played]) -> Record:
+        """Raises InputError where the rig or its guard stops it, and KeyboardInterrupt."""
+
+        def course() -> Record:
+            done = play()
+            check_ended(name, done.ended)
             return done.record
 
-        return self.kept(wave.name, why, play)
+        return self.kept(name, why, course)
 
 
 def _small(rig_time: _RigTime) -> SmallMoves:
-    rig = rig_time.rig
-    command, size = pulses(rig)
-    wave = Excitation("small-moves", rig.period.value, np.full(len(command), rig.middle), command)
-    return small_moves(rig, rig_time.played(wave, drive(rig).loop, "look"), size)
+    """What relays about the middle tell; none is played where the one before found a signal wrong."""
+    near = rig_time.relay(MOVE, 0.0)
+    far = rig_time.relay(WAY, check_sides(rig_time.rig, near))
+    return small_moves(rig_time.rig, near, far)
 
 
 def _ways(
-    wanted: Wanted, moves: SmallMoves, rig: Rig, found: Rig, run: Run, progress: Progress
+    wanted: Wanted, plain_law: ControllerSpec, rig: Rig, found: Rig, run: Run, progress: Progress
 ) -> Mapping[str, tuple[ControllerSpec, Rig]]:
     """A controller by rules, one for the datasheet, one for the rig as found; each with the rig that predicts it."""
-    plain_law = automatic(rig, moves)
     designs = {}
     for name, model in (("datasheet", rig), ("found", found)):
         progress(f"searches a controller for the rig as the {name} has it" if name == "datasheet" else

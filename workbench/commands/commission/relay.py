@@ -1,0 +1,107 @@
+"""A relay with hysteresis on the position, whose command grows until the jack moves: what a rig does at small moves.
+
+No fixed command moves every jack by a millimetre: an overlap or a hysteresis takes the first per cents, and a spool
+that hysteresis keeps open moves on after its command is gone. A relay reverses as soon as the jack is there (Astrom and
+Hagglund, Automatica 20(5), 1984).
+"""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...control.protocol import Controller
+from ...linear.state_space import StateSpace, as_state_space
+from ...records import Record
+from ...rigs.rig import Rig
+
+LARGEST = 0.1  # of full command, up to which it grows
+_GROWTH = 0.02  # 1/s
+_TURNS = 6
+_RINGS = 0.6  # s of rest after them
+
+
+class Relay:
+    """The position loop `inner`; and from `begin` on, while its reference is away from where it was then, a relay about
+    that place. The reference's distance is where it turns.
+
+    The command begins at `size`. After _TURNS turns, or where it has grown to LARGEST, the inner loop has it again.
+    """
+
+    def __init__(self, inner: Controller, period: float, size: float = 0.0) -> None:
+        self._inner, self._period, self.measures = inner, period, inner.measures
+        self._home: float | None = None
+        self._reference = self._position = 0.0
+        self._size, self._side, self._turns = size, 1, 0
+
+    def begin(self) -> None:
+        """Home is where the reference is now."""
+        self._home = self._reference
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """The inner loop has it."""
+        self._reference, self._position = reference, measurement["position"]
+        self._inner.reset(reference, measurement, command)
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """Plus or minus what the command has grown to; the inner loop's where the relay rests."""
+        self._reference, self._position = reference, measurement["position"]
+        if self._works:
+            return self._side * self._size
+        return self._inner.compute(reference if self._home is None else self._home, measurement)
+
+    def update(self, realised: float) -> None:
+        """Grow, and turn where the jack is there."""
+        if self._works and self._home is not None:
+            self._size += _GROWTH * self._period
+            if self._side * (self._position - self._home) > self._reference - self._home:
+                self._side, self._turns = -self._side, self._turns + 1
+        self._inner.update(realised)
+
+    def linear(self) -> StateSpace:
+        """Of the inner loop."""
+        return as_state_space(self._inner.linear())
+
+    @property
+    def _works(self) -> bool:
+        return self._home not in (None, self._reference) and self._turns < _TURNS and self._size < LARGEST
+
+
+def relay_reference(rig: Rig, way: float) -> np.ndarray:
+    """Deviations [k] of the reference with which a relay turns at `way` [m], long enough for any rig; then rest."""
+    longest = LARGEST / _GROWTH
+    return np.append(np.full(round(longest / rig.period.value), way), np.zeros(round(_RINGS / rig.period.value)))
+
+
+@dataclass(frozen=True)
+class Ways:
+    """The ways between a relay's turns, [n] each: signed commands [1] and speeds [m/s], both in their later part, when
+    the valve has turned; `end` is the row of the last turn, after which the jack rings."""
+
+    commands: np.ndarray
+    speeds: np.ndarray
+    end: int
+
+    @property
+    def speed(self) -> float:
+        """Along the command [m/s]; negative where the jack goes the other way."""
+        return float(np.mean(self.speeds * np.sign(self.commands)))
+
+    @property
+    def command(self) -> float:
+        """Its mean size [1]."""
+        return float(np.mean(np.abs(self.commands)))
+
+
+def relay_ways(record: Record) -> Ways | None:
+    """What a relay did in a record; None where it did not turn twice."""
+    command, position = record.signals["command"], record.signals["position"]
+    works = np.abs(command) > np.maximum.accumulate(np.abs(command)) / 2  # the inner loop asks for far less
+    rows = np.flatnonzero(works & (record.signals["reference"] != record.signals["reference"][0]))
+    ends = rows[np.flatnonzero(np.diff(np.sign(command[rows])))]
+    if len(ends) < 2:
+        return None
+    later = [slice(begin + (end - begin) // 3, end + 1) for begin, end in itertools.pairwise(ends)]
+    speeds = [np.polyfit(record.t[part], position[part], 1)[0] for part in later]
+    return Ways(np.array([command[part].mean() for part in later]), np.array(speeds), int(rows[-1]))

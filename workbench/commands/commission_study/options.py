@@ -1,0 +1,36 @@
+"""`jackbench commission-study`: its arguments."""
+
+import argparse
+from dataclasses import asdict
+from functools import partial
+
+from ...base.errors import InputError
+from ...rigs.rig_file import load_rig
+from ..common.options import computes, finish_in_folder, jobs, works
+
+RIG = "jack-10t"
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("--number", type=int, default=20, metavar="N", help="rigs to commission (default: 20)")
+    parser.add_argument("--first", type=int, default=0, metavar="K", help="number of the first (default: 0)")
+    parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
+    works(parser)
+    computes(parser, _commission_study, rig=False)
+
+
+def _commission_study(options: argparse.Namespace, words: list[str]) -> None:
+    for name, least in (("number", 1), ("first", 0), ("seed", 0)):
+        value = getattr(options, name)
+        if value < least:
+            raise InputError(f"--{name} {value}: must be {least} or more")
+    rig = load_rig(RIG)
+    from .plan import hidden_plan
+    from .study import run_commission_study
+
+    numbers = range(options.first, options.first + options.number)
+    plans = [hidden_plan(rig, number, options.seed) for number in numbers]
+    identity = {"command": "commission-study", "plans": [asdict(plan) for plan in plans]}
+    study = partial(run_commission_study, plans, jobs=jobs(options))
+    finish_in_folder(options, words, "commission-study", identity, study)
