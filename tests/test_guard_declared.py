@@ -9,6 +9,7 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
+from workbench.control.controller_type import controller
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.linear.equilibria import equilibria
@@ -18,6 +19,7 @@ from workbench.loop.lane_loop import play_lanes
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build
+from workbench.plant.effects import find
 from workbench.rigs import schema
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import load_rig, rig_text
@@ -162,11 +164,23 @@ def test_declared_limits_are_read_and_written(tmp_path):
         load_rig(tmp_path / "mine.toml")
 
 
+@pytest.mark.parametrize(("share", "trip"), [(None, "the position signal does not move"), (1.2, "")])
+def test_a_jack_that_an_overlap_holds_is_a_fault_unless_its_flow_may_be_another(share, trip):
+    rig = load_rig("jack-10t")
+    if share is not None:
+        rig = replace(rig, limits={**rig.limits, "flow_error": Number("flow_error", share, "1", "1", "")})
+    held = Engine(build(rig, also=[find("main.deadband", "lap")]))
+    law = controller("controllers.p:P", gain=0.5).build(PERIOD)
+    run = SampledLoop(held, rig, law, REST, 1).run(np.full(400, 0.02))
+    assert (run.tripped or "").startswith(trip)
+    assert (run.tripped is None) == (not trip)
+
+
 def test_every_key_of_the_guard_is_in_the_table_of_the_documents(tmp_path):
     section = (EXPERIMENTS / "README.md").read_text().split("## The guard")[1].split("\n## ")[0]
     rows = dict(re.findall(r"^\| `(\w+)` in `\[(?:limits|control)\]`(, optional)? \|", section, re.MULTILINE))
     assert rows.keys() == {*schema.LIMITS, "stop", "deadline"}
-    assert {key for key, optional in rows.items() if optional} == {"following_error", "stop", "deadline"}
+    assert {key for key, optional in rows.items() if optional} == {"following_error", "flow_error", "stop", "deadline"}
     assert all(f'`"{stop}"`' in section for stop in schema.STOPS)
     assert f"for {schema.FOLLOWING_TIME * 1e3:g} ms" in section
     for key, optional in rows.items():
