@@ -17,7 +17,8 @@ from ...records.sheet_points import SheetPoints
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.error_page import AFTER, BEFORE, BETWEEN
 from ..common.fit_result import effect_intervals, fitted
-from .words import EFFECT, EQUATION, RETUNE, listed
+from .effect_words import ALL_EFFECTS
+from .words import EQUATION, RETUNE, listed
 
 _NUMBERS = 6  # candidates whose numbers are listed
 _CURVE = 60  # frequencies of a drawn curve
@@ -52,7 +53,7 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
         where = f", most likely in {EQUATION[trace.equation]}" if trace.equation else ""
         return f"The model misses something{where}; no effect of the library explains it. {_left(trace)}"
     names = listed([each.effect.title for each in trace.effects])
-    causes = listed([EFFECT.get(each.effect.name, each.effect.name) for each in trace.effects])
+    causes = listed([ALL_EFFECTS.get(each.effect.name, each.effect.name) for each in trace.effects])
     said = f"{causes[0].upper()}{causes[1:]} ({names})"
     if trace.tied:
         said += f", or as well {listed(list(trace.tied))}; these sheets cannot tell them apart"
