@@ -186,7 +186,8 @@ FREQUENCIES = np.array([0.1, 10.0, 40.0, 300.0])
     [
         (ELEMENTS[0], (0.004,), [0, 0, 0, 0], [-0.144, -14.4, -57.6, -432.0]),
         (ELEMENTS[1], (40.0,), [0.0, -0.2633, -3.0103, -17.578], [-0.143, -14.036, -45.0, -82.405]),
-        (ELEMENTS[2], (300.0, 10.0), [0.0, 3.0055, 12.228, 26.5367], [0.554, 43.091, 68.369, 43.091]),
+        (ELEMENTS[2], (40.0,), [0.0, 0.2633, 3.0103, 17.578], [0.143, 14.036, 45.0, 82.405]),
+        (ELEMENTS[3], (300.0, 10.0), [0.0, 3.0055, 12.228, 26.5367], [0.554, 43.091, 68.369, 43.091]),
         (PAIR, (40.0, 0.25), [0.0, 0.4840, 6.0206, -34.8666], [-0.072, -7.595, -90.0, -176.117]),
     ],
 )
@@ -216,15 +217,16 @@ def test_a_corrector_before_something_else_is_named_as_incomplete_and_the_rest_i
     assert "behind the model takes away" in render(sheet_page(trace, answer)[0])
 
 
-def test_a_sheet_that_is_late_for_no_known_cause_is_unknown_with_its_delay():
-    sheet = behind(ELEMENTS[0], (2e-3,), made((), {}, 1.0))
+@pytest.mark.parametrize(("element", "number", "true"), [(ELEMENTS[0], "T [s]", 2e-3), (ELEMENTS[2], "fz [Hz]", 100.0)])
+def test_a_sheet_that_is_late_or_early_for_no_known_cause_is_unknown_with_what_is_left(element, number, true):
+    sheet = behind(element, (true,), made((), {}, 1.0))
     trace = trace_sheets(sheet_problem(rig(), "made", [sheet]), (), lambda _: None)
     assert (trace.verdict, trace.effects) == ("unknown", ())
-    assert trace.final.model.element is ELEMENTS[0]
+    assert trace.final.model.element is element
     (learned,) = sheet_json(trace)["learned"]
-    value, low, high = learned["parameters"]["T [s]"]
+    value, low, high = learned["parameters"][number]
     assert low < value < high
-    assert value == pytest.approx(2e-3, rel=0.1)
+    assert value == pytest.approx(true, rel=0.1)
     assert trace.judged[2].chi2 < 1.5 < trace.judged[1].chi2
 
 

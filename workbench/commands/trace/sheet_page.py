@@ -71,7 +71,7 @@ def _left(trace: SheetTrace) -> str:
     said = f"What is left shows {listed(where) if where else 'at no frequency plainly'}. "
     element = trace.final.model.element
     if element is None:
-        return said + "No delay, pole or pair of poles takes it away."
+        return said + "No delay, pole, zero or pair of poles takes it away."
     values = {free.name: free.value(x) for free, x in zip(trace.final.fit.free, trace.final.fit.x, strict=True)}
     _, plain, after = trace.judged
     took = rule.explained(float(plain.squares.sum()), float(after.squares.sum()), plain.samples)
