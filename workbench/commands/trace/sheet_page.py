@@ -11,7 +11,7 @@ from ...base.units import from_si
 from ...identify.sheet.fit import SheetFit
 from ...identify.sheet.model import FAILED, offsets
 from ...identify.sheet.remainder import Band
-from ...identify.sheet.tracer import SheetTrace
+from ...identify.sheet.tracer import SheetCandidate, SheetTrace
 from ...identify.trace import rule
 from ...records.sheet_points import SheetPoints
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -52,7 +52,7 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
     if trace.verdict == "unknown":
         where = f", most likely in {EQUATION[trace.equation]}" if trace.equation else ""
         return f"The model misses something{where}; no effect of the library explains it. {_left(trace)}"
-    names = listed([each.effect.title for each in trace.effects])
+    names = listed([_with_alike(trace, each) for each in trace.effects])
     causes = listed([ALL_EFFECTS.get(each.effect.name, each.effect.name) for each in trace.effects])
     said = f"{causes[0].upper()}{causes[1:]} ({names})"
     if trace.tied:
@@ -62,6 +62,12 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
     if trace.verdict == "incomplete":
         said += f" Something is still missing, or the rig has another formula of it. {_left(trace)}"
     return said
+
+
+def _with_alike(trace: SheetTrace, named: SheetCandidate) -> str:
+    """An effect that was named, and its formulas that these sheets do not tell from the one that was fitted."""
+    alike = [effect.formula for effect in trace.alike(named)]
+    return f"{named.effect.title}, or as well its {listed(alike)}" if alike else named.effect.title
 
 
 def _left(trace: SheetTrace) -> str:
