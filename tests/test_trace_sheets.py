@@ -17,7 +17,7 @@ from workbench.identify.sheet.fit import Errors, SheetFit, fitted_sheets
 from workbench.identify.sheet.model import SheetModel, bench_of, offsets
 from workbench.identify.sheet.problem import sheet_problem
 from workbench.identify.sheet.remainder import Band, bands, behind_elements, fitted_behind, with_element
-from workbench.identify.sheet.tracer import trace_sheets
+from workbench.identify.sheet.tracer import SheetCandidate, trace_sheets
 from workbench.plant.effects import LIBRARY, Effect, find
 from workbench.records.sheet_points import SheetPoints, read_points
 from workbench.report import render
@@ -85,6 +85,35 @@ def test_a_mount_that_gives_shows_in_the_position_far_from_where_a_fit_begins():
     fit = trace.final.fit
     low, high = fit.interval([free.name for free in fit.free].index("load.compliance.c"))
     assert low < true["load.compliance.c"] < high
+    (named,) = trace.effects
+    load = replace(named.effect, formula="load")
+    for worse, said in ((0.001, "(load.compliance mount, or as well its load)"), (0.05, "(load.compliance mount)")):
+        judgement = replace(named.judgement, formula="load", explained=named.judgement.explained - worse)
+        both = replace(trace, tried=(*trace.tried, SheetCandidate(load, judgement, named.fit)))
+        assert said in sheet_sentence(both, sheet_json(both))
+        assert sheet_json(both)["alike"] == ["load.compliance load"] * ("as well" in said)
+
+
+def responses(effect: Effect, numbers: dict[str, float], output: str, f: np.ndarray) -> np.ndarray:
+    """Gain [k] in dB and phase in degrees of a rig with an effect."""
+    nothing = np.zeros(f.size)
+    blank = SheetPoints("", "command", output, 0.1, f, nothing, nothing, False)
+    model = SheetModel(bench_of(rig(), "command", output), (effect,), output)
+    given = {effect.key(name): value for name, value in numbers.items()}
+    return model.deviations([blank], model.plant.parameter_values(None, **given)[None])[0][0]
+
+
+@pytest.mark.parametrize(("output", "told"), [("position", False), ("load_pressure", False), ("acceleration", True)])
+def test_a_mount_and_a_load_that_gives_are_one_from_the_valve_and_two_from_the_rod(output, told):
+    c, f, zeta = 2e-8, 100.0, 0.03
+    moved = c * (2 * np.pi * f) ** 2 * rig()["M"]  # what the mode adds to 1/M at high frequencies, over it
+    alone = 1 / np.sqrt(1 + moved)
+    as_load = {"mu": moved / (1 + moved), "f": f * alone, "zeta": zeta * alone}
+    near = np.array([5.0, 25.0, 60.0])
+    mount = responses(find("load.compliance", "mount"), {"c": c, "f": f, "zeta": zeta}, output, near)
+    load = responses(find("load.compliance", "load"), as_load, output, near)
+    apart = np.abs(load - mount)
+    assert apart.max() > 3.0 if told else apart.max() < 1e-3
 
 
 def test_a_sheet_of_corners_alone_is_drawn_with_the_whole_curve_of_the_model():
@@ -186,7 +215,8 @@ FREQUENCIES = np.array([0.1, 10.0, 40.0, 300.0])
     [
         (ELEMENTS[0], (0.004,), [0, 0, 0, 0], [-0.144, -14.4, -57.6, -432.0]),
         (ELEMENTS[1], (40.0,), [0.0, -0.2633, -3.0103, -17.578], [-0.143, -14.036, -45.0, -82.405]),
-        (ELEMENTS[2], (300.0, 10.0), [0.0, 3.0055, 12.228, 26.5367], [0.554, 43.091, 68.369, 43.091]),
+        (ELEMENTS[2], (40.0,), [0.0, 0.2633, 3.0103, 17.578], [0.143, 14.036, 45.0, 82.405]),
+        (ELEMENTS[3], (300.0, 10.0), [0.0, 3.0055, 12.228, 26.5367], [0.554, 43.091, 68.369, 43.091]),
         (PAIR, (40.0, 0.25), [0.0, 0.4840, 6.0206, -34.8666], [-0.072, -7.595, -90.0, -176.117]),
     ],
 )
@@ -216,15 +246,16 @@ def test_a_corrector_before_something_else_is_named_as_incomplete_and_the_rest_i
     assert "behind the model takes away" in render(sheet_page(trace, answer)[0])
 
 
-def test_a_sheet_that_is_late_for_no_known_cause_is_unknown_with_its_delay():
-    sheet = behind(ELEMENTS[0], (2e-3,), made((), {}, 1.0))
+@pytest.mark.parametrize(("element", "number", "true"), [(ELEMENTS[0], "T [s]", 2e-3), (ELEMENTS[2], "fz [Hz]", 100.0)])
+def test_a_sheet_that_is_late_or_early_for_no_known_cause_is_unknown_with_what_is_left(element, number, true):
+    sheet = behind(element, (true,), made((), {}, 1.0))
     trace = trace_sheets(sheet_problem(rig(), "made", [sheet]), (), lambda _: None)
     assert (trace.verdict, trace.effects) == ("unknown", ())
-    assert trace.final.model.element is ELEMENTS[0]
+    assert trace.final.model.element is element
     (learned,) = sheet_json(trace)["learned"]
-    value, low, high = learned["parameters"]["T [s]"]
+    value, low, high = learned["parameters"][number]
     assert low < value < high
-    assert value == pytest.approx(2e-3, rel=0.1)
+    assert value == pytest.approx(true, rel=0.1)
     assert trace.judged[2].chi2 < 1.5 < trace.judged[1].chi2
 
 

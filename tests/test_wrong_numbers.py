@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from workbench.commands.common.wrong_numbers import corrected, wrong_numbers
-from workbench.commands.trace.pump_words import PUMP_EFFECT
+from workbench.commands.trace.effect_words import ALL_EFFECTS
 from workbench.identify.fit.determined import FreeParameter
 from workbench.identify.fit.solver import Fit
-from workbench.plant.effects import PUMP_LIBRARY, number_effects
+from workbench.plant.effects import known_effects, number_effects
 from workbench.rigs.rig_file import load_rig
 
 
@@ -59,5 +59,5 @@ def test_the_rig_as_found_has_the_number_itself(rig):
     assert numbers["AB"].source.startswith("fitted to records, which contradicts 16.49 cm^2; it was: published")
 
 
-def test_there_are_words_for_every_effect_of_a_pump_drive():
-    assert set(PUMP_EFFECT) == {effect.name for effect in PUMP_LIBRARY}
+def test_there_are_words_for_every_effect_and_no_other():
+    assert set(ALL_EFFECTS) == {effect.name for effect in known_effects()}

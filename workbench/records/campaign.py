@@ -102,8 +102,7 @@ def load_campaign(folder: str | Path) -> Campaign:
     Raises InputError for a bad file, key, record or session, for no heldout record, for one that is also fitted, and
     for a mapped column that no record has.
     """
-    file = Path(folder)
-    file = file / FILE if file.is_dir() else file
+    file = _file(folder)
     top = read_toml(described(file)).allow(*_KEYS)
     rig = _rig(top, file.parent)
     score = top.word("score", (WINDOWS, FREE_RUN), WINDOWS)
@@ -130,6 +129,17 @@ def load_campaign(folder: str | Path) -> Campaign:
         drifts=drifts,
         corrector=top.text("corrector", ""),
     )
+
+
+def campaign_rig(folder: str | Path) -> str:
+    """The rig that a campaign names, without its records: a bundled one, or a file. Raises InputError."""
+    file = _file(folder)
+    return _rig(read_toml(described(file)), file.parent)
+
+
+def _file(folder: str | Path) -> Path:
+    path = Path(folder)
+    return path / FILE if path.is_dir() else path
 
 
 def judged_by(campaign: Campaign, patterns: Sequence[str]) -> Campaign:

@@ -158,11 +158,16 @@ def gain_unit(input: str, output: str) -> str:
     return above if below == "1" else f"({above})/({below})"
 
 
+def amplitude_needed(sheet: Columns, given: float | str | None, si: str) -> None:
+    """Raises InputError where no amplitude is `given`, nor a column of them."""
+    if given is None and "amplitude" not in sheet:
+        raise InputError(f'{sheet.path}: at which amplitude? State it, or add a column "amplitude [{si}]"')
+
+
 def amplitude_stated(sheet: Columns, given: float | None, si: str) -> float:
     """The amplitude of a sheet, in the unit `si`, that is `given` or in a column. Raises InputError."""
-    if "amplitude" not in sheet:
-        if given is None:
-            raise InputError(f'{sheet.path}: at which amplitude? State it, or add a column "amplitude [{si}]"')
+    amplitude_needed(sheet, given, si)
+    if given is not None and "amplitude" not in sheet:
         stated = np.array([given])
     else:
         stated = sheet.values("amplitude", si)

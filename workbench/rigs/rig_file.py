@@ -42,8 +42,23 @@ def load_rig(name: str | Path, beside: Path | None = None, corrector: str = "") 
     where one is given. Raises InputError with file and row."""
     if corrector:
         return load_rig(name, beside).with_corrector(corrector)
+    return _read(*_located(name, beside))
+
+
+def effect_files(name: str | Path) -> tuple[str, ...]:
+    """The Python files with effects that a rig brings, by absolute path, of which nothing else is read or run."""
+    path, shown = _located(name)
+    return _effect_files(read_toml(path, shown), path)
+
+
+def _effect_files(top: Table, path: Path) -> tuple[str, ...]:
+    return tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ()))
+
+
+def _located(name: str | Path, beside: Path | None = None) -> tuple[Path, str]:
+    """The file of a rig, and what messages call it."""
     if str(name) in bundled():
-        return _read(Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name))
+        return Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name)
     path = (beside / name) if beside else Path(name)
     if path.suffix != ".toml":
         from .platform import bundled_platforms
@@ -53,7 +68,7 @@ def load_rig(name: str | Path, beside: Path | None = None, corrector: str = "") 
         hint = nearest(str(name), [*bundled(), *bundled_platforms()])
         end = "" if hint.endswith("?") else "."
         raise InputError(f'no bundled rig "{name}"; {hint}{end} A rig file ends in .toml')
-    return _read(path, str(path))
+    return path, str(path)
 
 
 def _read(path: Path, shown: str) -> Rig:
@@ -95,7 +110,7 @@ def _read(path: Path, shown: str) -> Rig:
         effects=tuple(_effect(use) for use in top.tables("effects")),
         sessions=_sessions(top.optional_table("sessions"), specs),
         recordings=top.text("recordings", ""),
-        effect_files=tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ())),
+        effect_files=_effect_files(top, path),
         computing_delay=_computing_delay(control),
         stop=_stop(top.table("limits")),
         deadline=_deadline(control),

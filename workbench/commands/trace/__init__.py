@@ -6,6 +6,7 @@ steps                     held-out free runs, effect by effect
 shape                     what an unknown disturbance looks like
 law_curves, learned_page  what was learned: curves and gains with their band, beside the library's formulas
 detectability             what would show if it were there
-words, pump_words, tables, figures    what the report is made of
+words, effect_words, tables, figures    what the report is made of
+without     names of effects that are not to be tried
 sheets, sheet_files, sheet_page    the same of frequency-response sheets
 """

@@ -6,10 +6,12 @@ from pathlib import Path
 
 from ...base import trust
 from ...base.errors import InputError
+from ...records.campaign import campaign_rig
 from ..common.options import processes, works
 from ..common.rig_out import finish_with_rig, leaves_rig
 from ..common.shipped import campaign
 from ..residual.config import holds_out, load
+from .without import check_library
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -55,6 +57,7 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
     if options.output or options.amplitude or options.sigma:
         raise InputError("--output, --amplitude and --sigma are of sheets, not of a campaign; take them out")
     options.campaign = paths[0]
+    check_library(options.without, options.rig or campaign_rig(paths[0]), options.effects)
     records, rig = load(options)
     from .study import effects_for, identity, run_trace
 

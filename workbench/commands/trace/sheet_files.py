@@ -7,9 +7,11 @@ from pathlib import Path
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS
 from ...base.units import quantity, to_si
+from ...records.frequency_sheet import Columns, amplitude_needed
 from ...records.sheet_points import SheetPoints, named_apart, read_points
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
+from .without import check_library
 
 
 def read_sheets(options: argparse.Namespace) -> tuple[Rig, tuple[SheetPoints, ...]]:
@@ -29,9 +31,12 @@ def read_sheets(options: argparse.Namespace) -> tuple[Rig, tuple[SheetPoints, ..
     sizes = options.amplitude or [None]
     if len(sizes) not in (1, len(paths)):
         raise InputError(f"--amplitude: {len(sizes)} for {len(paths)} sheets; give one, or one a sheet")
+    sizes = sizes * len(paths) if len(sizes) == 1 else sizes
+    for path, size in zip(paths, sizes, strict=True):
+        amplitude_needed(Columns(path), size, SIGNALS[options.input].si)
+    check_library(options.without, options.rig, options.effects)
     rig = load_rig(options.rig)
     sizes = [None if size is None else _size(size, options.input, rig) for size in sizes]
-    sizes = sizes * len(paths) if len(sizes) == 1 else sizes
     sheets = tuple(
         read_points(path, size, options.input, options.output) for path, size in zip(paths, sizes, strict=True)
     )

@@ -11,13 +11,14 @@ from ...base.units import from_si
 from ...identify.sheet.fit import SheetFit
 from ...identify.sheet.model import FAILED, offsets
 from ...identify.sheet.remainder import Band
-from ...identify.sheet.tracer import SheetTrace
+from ...identify.sheet.tracer import SheetCandidate, SheetTrace
 from ...identify.trace import rule
 from ...records.sheet_points import SheetPoints
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.error_page import AFTER, BEFORE, BETWEEN
 from ..common.fit_result import effect_intervals, fitted
-from .words import EFFECT, EQUATION, RETUNE, listed
+from .effect_words import ALL_EFFECTS
+from .words import EQUATION, RETUNE, listed
 
 _NUMBERS = 6  # candidates whose numbers are listed
 _CURVE = 60  # frequencies of a drawn curve
@@ -51,8 +52,8 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
     if trace.verdict == "unknown":
         where = f", most likely in {EQUATION[trace.equation]}" if trace.equation else ""
         return f"The model misses something{where}; no effect of the library explains it. {_left(trace)}"
-    names = listed([each.effect.title for each in trace.effects])
-    causes = listed([EFFECT.get(each.effect.name, each.effect.name) for each in trace.effects])
+    names = listed([_with_alike(trace, each) for each in trace.effects])
+    causes = listed([ALL_EFFECTS.get(each.effect.name, each.effect.name) for each in trace.effects])
     said = f"{causes[0].upper()}{causes[1:]} ({names})"
     if trace.tied:
         said += f", or as well {listed(list(trace.tied))}; these sheets cannot tell them apart"
@@ -63,6 +64,12 @@ def sheet_sentence(trace: SheetTrace, answer: Mapping[str, Any]) -> str:
     return said
 
 
+def _with_alike(trace: SheetTrace, named: SheetCandidate) -> str:
+    """An effect that was named, and its formulas that these sheets do not tell from the one that was fitted."""
+    alike = [effect.formula for effect in trace.alike(named)]
+    return f"{named.effect.title}, or as well its {listed(alike)}" if alike else named.effect.title
+
+
 def _left(trace: SheetTrace) -> str:
     """Where something is left, and what it looks like."""
     plain = sorted(trace.left, key=lambda band: band.low - band.high)[:_BANDS]
@@ -70,7 +77,7 @@ def _left(trace: SheetTrace) -> str:
     said = f"What is left shows {listed(where) if where else 'at no frequency plainly'}. "
     element = trace.final.model.element
     if element is None:
-        return said + "No delay, pole or pair of poles takes it away."
+        return said + "No delay, pole, zero or pair of poles takes it away."
     values = {free.name: free.value(x) for free, x in zip(trace.final.fit.free, trace.final.fit.x, strict=True)}
     _, plain, after = trace.judged
     took = rule.explained(float(plain.squares.sum()), float(after.squares.sum()), plain.samples)

@@ -71,6 +71,7 @@ def sheet_json(trace: SheetTrace) -> dict[str, Any]:
         "verdict": trace.verdict,
         "effects": [*names, *trace.tied] if trace.verdict == "tied" else names,
         "equation": trace.equation,
+        "alike": [effect.title for named in trace.effects for effect in trace.alike(named)],
         "ranking": [_ranked(trace, candidate) for candidate in trace.tried],
         "chi2": {"before": finite(trace.judged[0].chi2), "after": finite(trace.judged[-1].chi2)},
         "rms": _rms(trace, range(len(trace.judged[0].deviations))),

@@ -6,7 +6,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from ...base.errors import InputError, nearest
 from ...base.process_pool import one_blas_thread
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.tracer import trace
@@ -26,15 +25,13 @@ from .detectability import detectability
 from .metrics import compared, labels, more_json, trace_json
 from .page import trace_page
 from .shape import missing_shape
+from .without import check_names
 
 
 def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
     """Effects of the library, of the rig and of files that act on it, less those it declares and those in `without`."""
     known = known_effects(dict.fromkeys((*rig.effect_files, *map(str, files))))
-    names = {effect.name for effect in known}
-    for name in without:
-        if name not in names:
-            raise InputError(f'--without {name}: no effect "{name}"; {nearest(name, names)}')
+    check_names(without, {effect.name for effect in known})
     gone = {*without, *(use.name for use in rig.effects)}
     return tuple(effect for effect in known if effect.name not in gone and acts(effect, rig))
 

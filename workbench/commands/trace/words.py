@@ -9,8 +9,8 @@ from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...plant.effects import Effect
 from ..common.fit_result import fitted, not_physical
 from .alike import explain_alike
+from .effect_words import ALL_EFFECTS
 from .metrics import MANY, numbers_of, ranking
-from .pump_words import PUMP_EFFECT
 from .shape import UnexplainedDisturbance
 
 CLUE = 0.5  # R2 below which a signal says nothing of what is missing
@@ -60,25 +60,6 @@ RECORD = {
     "pressures, acceleration and force recorded",
     "sensor": "steps and standing still, with a second pressure sensor at the same port",
 }
-EFFECT = {
-    "drive.delay": "the command acts late",
-    "drive.lag": "the drive is slower than the rig file says",
-    "drive.saturation": "the drive has less current than the rig file says",
-    "drive.corrector": "the spool loop has a corrector that the rig file lacks",
-    "pilot.hysteresis": "the torque motor has hysteresis",
-    "main.stiction": "the main spool sticks",
-    "main.deadband": "the main spool has a dead band",
-    "main.asymmetry": "the valve's gain differs between the directions",
-    "supply.sag": "the supply pressure sags under flow",
-    "oil.air": "there is air in the oil",
-    "jack.external_leakage": "a chamber leaks to the outside",
-    "jack.friction": "the jack rubs",
-    "load.bias": "a constant force pushes the jack",
-    "load.spring": "a spring holds the load",
-    "load.compliance": "the mount or the rod gives",
-    "sensor.lag": "the pressure sensors are late",
-}
-ALL_EFFECTS = EFFECT | PUMP_EFFECT
 
 
 def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Sequence[str] | None) -> str:

@@ -14,7 +14,7 @@ prefer rich models that are wrong. There a block is a part of the rows of every 
 one run through all rows whose initial state follows the numbers as it does in the fit.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,10 +117,8 @@ def unseen_squares(
     """
     x, p, x0, squares = place
     parts = parts_of(windows, squares, tangents)
-    unseen = parts.unseen(prior, x)
-    far = np.abs(unseen - parts.squares) > _MOVED * parts.squares
-    if parts.free_run or not far.any():
-        return unseen
+    if parts.free_run:
+        return parts.unseen(prior, x)
     following = tangents.normal.reduced()[2]
 
     def moved(which: np.ndarray, step: np.ndarray) -> tuple[Windows, np.ndarray, np.ndarray]:
@@ -129,15 +127,34 @@ def unseen_squares(
         some = windows.some(np.flatnonzero(which).tolist())
         return some, x0[which] - change, numbers_at(model, free, x + step, p)
 
+    return simulated_where_far(
+        parts, prior, x,
+        lambda others, step: _left(model, *moved(others, step)),
+        lambda own, step: fit_states(model, *moved(own, step))[1],
+    )  # fmt: skip
+
+
+def simulated_where_far(
+    parts: Parts,
+    prior: Prior,
+    x: np.ndarray,
+    left: Callable[[np.ndarray, np.ndarray], float],
+    simulated: Callable[[np.ndarray, np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """The squared errors [parts] with the numbers that the other blocks give, simulated where the quadratic moves them
+    far: `left` and `simulated` are those of some parts, in all and each, after a step of the numbers from x."""
+    unseen = parts.unseen(prior, x)
+    far = np.abs(unseen - parts.squares) > _MOVED * parts.squares
+    if not far.any():
+        return unseen
     for own, step in parts.left_out(prior, x):
         if not np.any(own & far) or own.all():
             continue
-        others, most = ~own, float(squares[~own].sum()) + _HARM
-        while np.any(step) and not _left(model, *moved(others, step)) < most:
+        others, most = ~own, float(parts.squares[~own].sum()) + _HARM
+        while np.any(step) and not left(others, step) < most:
             step = step / 2 if np.abs(step).max() > _SHORTEST else np.zeros_like(step)
-        some, start, numbers = moved(own & far, step)
-        simulated = fit_states(model, some, start, numbers)[1]
-        unseen[own & far] = np.where(np.isfinite(simulated), simulated, unseen[own & far])
+        errors = simulated(own & far, step)
+        unseen[own & far] = np.where(np.isfinite(errors), errors, unseen[own & far])
     return unseen
 
 

@@ -4,8 +4,10 @@ With the relative frequency u = f/f0 its response is
 
     delay     exp(-2 pi i f T)                              a pole with a zero     (1 + i f/fz)/(1 + i f/fp)
     pole      1/(1 + i u)                                   pair                   1/(1 - u^2 + 2 i zeta u)
+    zero      1 + i u
 
-(Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems, sec. 6.1). It stands for no part of a rig.
+(Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems, sec. 6.1). It stands for no part of a rig:
+a zero says that the model has a pole too many, or one that is too slow.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -76,6 +78,10 @@ def _pole(f: np.ndarray, numbers: np.ndarray) -> np.ndarray:
     return 1 / (1 + 1j * f / numbers[:, :1])
 
 
+def _zero(f: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    return 1 + 1j * f / numbers[:, :1]
+
+
 def _pole_and_zero(f: np.ndarray, numbers: np.ndarray) -> np.ndarray:
     return (1 + 1j * f / numbers[:, 1:]) / (1 + 1j * f / numbers[:, :1])
 
@@ -88,6 +94,7 @@ def _pair(f: np.ndarray, numbers: np.ndarray) -> np.ndarray:
 ELEMENTS = (
     Element("delay", (Number("T", "s", 1e-5, 0.1, tuple(np.geomspace(1e-4, 1e-2, _STARTS).tolist())),), _delay),
     Element("pole", (_frequency("fp"),), _pole),
+    Element("zero", (_frequency("fz"),), _zero),
     Element("pole with a zero", (_frequency("fp"), _frequency("fz")), _pole_and_zero),
     Element("pair of poles", (_frequency("f0"), Number("zeta", "", 0.02, 3.0, (0.1, 0.3, 0.7))), _pair),
 )

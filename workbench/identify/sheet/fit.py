@@ -13,7 +13,7 @@ from ...records.sheet_points import SheetPoints
 from ..fit.determined import FreeParameter
 from ..fit.normal_equations import bounded_step, ranges
 from ..fit.prior import prior_of
-from ..fit.rotation import Parts, Selection
+from ..fit.rotation import Parts, Selection, simulated_where_far
 from ..fit.solver import Fit
 from .model import SheetModel, errors, offsets
 from .problem import SheetProblem
@@ -138,9 +138,23 @@ def _finished(problem: SheetProblem, errors: Errors, x: np.ndarray, here: np.nda
         if at_low or at_high
     )  # fmt: skip
     p = errors.parameters(x[None])[0]
+    parts = Parts(squares, matrices, gradients, problem.blocks)
     none = np.zeros((len(squares), 0))  # initial states: a settled sine has none
-    unseen = Parts(squares, matrices, gradients, problem.blocks).unseen(prior_of(errors.free), x)
+    unseen = _unseen(errors, parts, x)
     return Fit(errors.free, x, p, none, squares, problem.samples, covariance, matrices, gradients, unseen, at_bounds)
+
+
+def _unseen(errors: Errors, parts: Parts, x: np.ndarray) -> np.ndarray:
+    """The squared errors [points] of a fit at distances x with the numbers that the other blocks of points give."""
+    known: dict[bytes, np.ndarray] = {}
+
+    def squares(which: np.ndarray, step: np.ndarray) -> np.ndarray:
+        if step.tobytes() not in known:
+            known[step.tobytes()] = np.sum(errors.at((x + step)[None])[0] ** 2, axis=1)
+        return known[step.tobytes()][which]
+
+    prior = prior_of(errors.free)
+    return simulated_where_far(parts, prior, x, lambda which, step: float(squares(which, step).sum()), squares)
 
 
 def train_deviations(problem: SheetProblem, fit: SheetFit) -> list[np.ndarray]:

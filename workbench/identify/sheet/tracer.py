@@ -73,6 +73,12 @@ class SheetTrace:
     tried: tuple[SheetCandidate, ...]
     shortlist: tuple[SheetScore, ...]
 
+    def alike(self, named: SheetCandidate) -> tuple[Effect, ...]:
+        """The other formulas of an effect that was named that explain the sheets as well as its own, within TIED."""
+        least = named.judgement.explained - rule.TIED
+        own = [each for each in self.tried if each.effect.name == named.effect.name and each is not named]
+        return tuple(each.effect for each in own if each.judgement.passes and each.judgement.explained >= least)
+
 
 def trace_sheets(problem: SheetProblem, library: Sequence[Effect], report: Report) -> SheetTrace:
     """Trace sheets to effects of `library`, those that act where the sheets were measured. Raises InputError."""

@@ -1,4 +1,10 @@
-"""load.compliance: something gives that the rig takes as rigid: part of the load, or the mount of the cylinder."""
+"""load.compliance: something gives that the rig takes as rigid: part of the load, or the mount of the cylinder.
+
+From the valve both are one: with a force F between rod and body, and nothing else on the mass M, the rod moves against
+the body by F (1/(M s^2) + A/(s^2 + 2 z w s + w^2)), a mass and one mode. Of the mount w is w0, z its zeta and
+A = c w0^2; of the load w = w0/sqrt(1 - mu), z = zeta/sqrt(1 - mu) and A = mu/((1 - mu) M). So neither the position nor
+the pressures tell them apart; an accelerometer on the rod does.
+"""
 
 from functools import partial
 
