@@ -18,7 +18,7 @@ def _scale(pressure: Any, s: Scope) -> Any:
     return pressure * (1 + s.p("e"))
 
 
-SCALE = "hidden.transducer_scale"
+SCALE = "sensor.scale"
 HIDDEN = (
     *OTHER_FORMULAS,
     *(replace(effect, name=named(effect.name)) for effect in UNNAMED),
