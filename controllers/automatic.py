@@ -16,10 +16,9 @@ from workbench.linear.state_space import StateSpace
 class Automatic:
     """Holds the jack by a slow P, whatever the reference, pulses the command, and hands over to what it has tuned.
 
-    `law` is that controller, by itself, which knows no more of the moves; None until they are over. Where no load
-    pressure swings after the pulses it is the slow P again. At the change it takes the signals that it finds for those
-    that are asked for. The rules are those of workbench.control.automatic_tuning; they are computed in the `update`
-    after the last move, in tens of milliseconds.
+    `law` is that controller, by itself, which knows no more of the moves; None until they are over. At the change it
+    takes the signals that it finds for those that are asked for. The rules are those of
+    workbench.control.automatic_tuning; they are computed in the `update` after the last move, in tens of milliseconds.
     """
 
     measures: ClassVar[tuple[str, ...]] = ("position", "pa", "pb")
@@ -74,7 +73,7 @@ class Automatic:
 
     def _tune(self) -> None:
         command, position, load = np.array(self._rows).T
-        moves = small_moves(command, position, load, self._design.pulse, self._period)
-        self.law = tuned(moves, self._design.hold, self._design.column, self._design.middle)
+        moves = small_moves(command, position, load, self._period)
+        self.law = tuned(moves, self._design.column, self._design.middle)
         self._active = self.law.build(self._period)
         self._active.reset(self._measured["position"], self._measured, self._standing)

@@ -12,6 +12,8 @@ ultimate   What lags the swing by a grows with the frequency as a delay does at 
            (Ziegler and Nichols, Trans. ASME 64, 1942), of which a share is taken. Heavy masses are bound by damping,
            light ones by this.
 loop gain  With a damping ratio d the loop is stable up to the gain 2 d w/Kv (Merritt, ch. 6); a share of it is taken.
+no swing   A load that does not swing, or is damped enough by itself, needs no pressure: a jack that integrates, late by
+           t, gets P of 1/(2 Kv t) (Skogestad, J. Process Control 13, 2003, for integrating processes).
 """
 
 from dataclasses import dataclass
@@ -32,12 +34,15 @@ DAMPING = 0.5  # wanted of the mode
 ULTIMATE = (
     0.2  # of the pressure gain at which what lags excites: a valve lags faster than a delay, and light oil lags more
 )
-SHARE = 0.35  # of the loop gain at which the mode becomes unstable: half, where a lap doubles the gain at null
+SHARE = 0.45  # of the loop gain at which the mode becomes unstable; about null a lap raises both as much
+_MOST_GAIN = 1e3  # 1/m, of P
 _CORNER = 0.5  # Hz above which pressures are fed back
 
 _SLOWEST, _FASTEST = 4.0, 0.25  # Hz of a mode; of the sampling frequency
 _SCANNED, _DAMPINGS = 60, (0.03, 0.2)  # frequencies and damping ratios tried before the fit
 _MOST_DAMPED = 0.9
+_WIDE = 10.0  # of logarithms that are looked at
+_SWINGS = 0.3  # damping ratio above which nothing swings
 _EXPLAINED = 0.5  # of the load pressure's variance: less is no swing of a mode
 
 
@@ -54,10 +59,11 @@ class Mode:
 
 @dataclass(frozen=True)
 class SmallMoves:
-    """What small moves tell: speed per unit of command [m/s], negative where the jack goes the other way; the mode of
-    load and oil, None where nothing swings or no pressures are measured."""
+    """What small moves tell: speed per unit of command [m/s], negative where the jack goes the other way; how `late`
+    [s] it moves; the mode of load and oil, None where nothing swings or no pressures are measured."""
 
     speed_gain: float
+    late: float
     mode: Mode | None
 
 
@@ -67,34 +73,35 @@ def pulses(size: float, period: float) -> np.ndarray:
     return np.concatenate([off, on, off, -on, off, on, off, -on, off])
 
 
-def pulse_edges(command: np.ndarray, size: float) -> list[tuple[int, int, float]]:
-    """The last rows before and of each pulse in commands [k], and its direction."""
-    edges = np.flatnonzero(np.diff(np.abs(command) > size / 2))
-    return [(int(a), int(b), float(np.sign(command[a + 2]))) for a, b in zip(edges[::2], edges[1::2], strict=False)]
+def small_moves(command: np.ndarray, position: np.ndarray, load: np.ndarray | None, period: float) -> SmallMoves:
+    """What pulses tell, of the commands sent less the one that holds the jack, positions [m] and load pressures [Pa],
+    each [k]."""
+    speed_gain, late = _integrated(command, position, period)
+    return SmallMoves(speed_gain, late, None if load is None else swing(command, load, period))
 
 
-def small_moves(
-    command: np.ndarray, position: np.ndarray, load: np.ndarray | None, size: float, period: float
-) -> SmallMoves:
-    """What pulses of a size [1] tell, of the commands sent, positions [m] and load pressures [Pa], each [k]."""
-    settle = round(0.6 * GAP / period)
-    ways = [
-        side
-        * (position[end + settle // 2 : end + settle].mean() - position[max(0, start - settle // 2) : start].mean())
-        for start, end, side in pulse_edges(command, size)
-    ]
-    mode = None if load is None else swing(command, load, period)
-    return SmallMoves(float(np.mean(ways)) / PULSE / size, mode)
+def _integrated(command: np.ndarray, position: np.ndarray, period: float) -> tuple[float, float]:
+    """Speed gain [m/s] and dead time [s] of the integral of the commands that is nearest to the positions."""
+    gone, x = np.cumsum(command) * period, position - position.mean()
+    best = 0.0, 0.0, period
+    for samples in range(1, round(PULSE / period)):
+        way = np.concatenate([np.zeros(samples), gone[:-samples]])
+        way -= way.mean()
+        size, along = float(way @ way), float(way @ x)
+        if size and along**2 / size > best[0]:
+            best = along**2 / size, along / size, samples * period
+    return best[1:]
 
 
 def swing(command: np.ndarray, load: np.ndarray, period: float) -> Mode | None:
-    """The mode whose swing after every change of commands [k] is nearest to load pressures [k], by least squares."""
+    """The mode whose swing after every change of commands [k] is nearest to load pressures [k], by least squares; None
+    where that explains little, or is damped enough."""
     every = float(np.sum((load - load.mean()) ** 2))
     if every == 0:
         return None
 
     def missed(logarithms: np.ndarray) -> float:
-        w, damping = np.exp(logarithms)
+        w, damping = np.exp(np.clip(logarithms, -_WIDE, _WIDE))
         return _fitted(command, load, w * period, min(damping, _MOST_DAMPED))[1] / every
 
     scanned = np.log(2 * pi * np.geomspace(_SLOWEST, _FASTEST / period, _SCANNED))
@@ -103,9 +110,9 @@ def swing(command: np.ndarray, load: np.ndarray, period: float) -> Mode | None:
     corners = first + np.array([[0.0, 0.0], [0.03, 0.0], [0.0, 0.5]])
     options = {"initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
     found = minimize(missed, first, method="Nelder-Mead", options=options)
-    w, damping = float(np.exp(found.x[0])), min(float(np.exp(found.x[1])), _MOST_DAMPED)
-    (sine, cosine), left = _fitted(command, load, w * period, damping)
-    if not left < (1 - _EXPLAINED) * every:
+    w, damping = (float(number) for number in np.exp(np.clip(found.x, -_WIDE, _WIDE)))
+    (sine, cosine), left = _fitted(command, load, w * period, min(damping, _MOST_DAMPED))
+    if damping > _SWINGS or not left < (1 - _EXPLAINED) * every:
         return None
     return Mode(w / (2 * pi), damping, float(np.hypot(sine, cosine)), float(np.arctan2(-cosine, sine)))
 
@@ -125,22 +132,22 @@ def _fitted(command: np.ndarray, load: np.ndarray, angle: float, damping: float)
     return (float(weights[0] / scale[0]), float(weights[1] / scale[1])), left
 
 
-def gains(moves: SmallMoves, hold: float) -> tuple[float, float]:
-    """Gain of P [1/m] and of the pressure feedback [1/Pa] by the rules; where nothing swings, `hold` and 0."""
+def gains(moves: SmallMoves) -> tuple[float, float]:
+    """Gain of P [1/m] and of the pressure feedback [1/Pa] by the rules."""
     mode = moves.mode
     if mode is None:
-        return hold, 0.0
+        return min(1 / (2 * moves.speed_gain * moves.late), _MOST_GAIN), 0.0
     r = pi / 2 / min(max(mode.lag, 1e-3), pi / 2)
     wanted, ultimate = 2 * (DAMPING - mode.damping) / mode.swing, (r - 1 / r) / mode.swing
-    pressure = max(0.0, min(wanted, ULTIMATE * ultimate))
+    pressure = min(wanted, ULTIMATE * ultimate)
     damping = mode.damping + pressure * mode.swing / 2
     return SHARE * 2 * damping * 2 * pi * mode.hz / moves.speed_gain, pressure
 
 
-def tuned(moves: SmallMoves, hold: float, column: float, middle: float) -> ControllerSpec:
-    """P with pressure feedback by the rules, gains to three digits; `hold` [1/m]: the gain of the loop that held the
-    jack, `column` and `middle` [m] as PressureFeedback has them."""
-    gain, pressure = (float(f"{number:.3g}") for number in gains(moves, hold))
+def tuned(moves: SmallMoves, column: float, middle: float) -> ControllerSpec:
+    """P with pressure feedback by the rules, gains to three digits; `column` and `middle` [m] as PressureFeedback has
+    them."""
+    gain, pressure = (float(f"{number:.3g}") for number in gains(moves))
     feedback = controller(
         "controllers.pressure:PressureFeedback", gain=pressure, corner=_CORNER, column=column, middle=middle
     )

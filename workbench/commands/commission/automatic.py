@@ -10,22 +10,20 @@ from .looks import pulses
 
 def automatic(rig: Rig, moves: SmallMoves) -> ControllerSpec:
     """The controller that small moves give; without pressures to feed back the slow loop of the drive."""
-    slow = slow_loop(rig)
     if not {"pa", "pb"} <= rig.sensors.keys():
-        return slow
-    return tuned(moves, slow.design.gain, column(rig), rig.middle)
+        return drive(rig).loop.named("automatic")
+    return tuned(moves, column(rig), rig.middle)
 
 
 def self_tuning(rig: Rig) -> ControllerSpec:
     """The controller that makes these moves itself, sized and held as the datasheet's rig allows."""
-    hold = slow_loop(rig).design.gain
-    numbers = {"hold": hold, "pulse": pulses(rig)[1], "column": column(rig), "middle": rig.middle}
+    numbers = {
+        "hold": drive(rig).loop.design.gain,
+        "pulse": pulses(rig)[1],
+        "column": column(rig),
+        "middle": rig.middle,
+    }
     return controller("controllers.automatic:Automatic", **numbers)
-
-
-def slow_loop(rig: Rig) -> ControllerSpec:
-    """The loop of the drive, by that name."""
-    return drive(rig).loop.named("automatic")
 
 
 def column(rig: Rig) -> float:

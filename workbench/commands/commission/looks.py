@@ -5,7 +5,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
 from ...control import automatic_tuning
-from ...control.automatic_tuning import GAP, MOVE, PULSE, SmallMoves, pulse_edges
+from ...control.automatic_tuning import MOVE, PULSE, SmallMoves
 from ...linear import equilibrium
 from ...plant import build
 from ...records import Record
@@ -14,7 +14,6 @@ from ...rigs.rig import Rig
 _LARGEST_PULSE = 0.2  # of full command
 _SUPPLY = 0.3  # by which the supply may be off the datasheet's
 _MOVED = 0.2  # of what the datasheet says that a pulse moves: less is no motion
-_EARLY = 0.05  # s after an edge in which pressures give the mass its speed
 
 
 def check_rest(rig: Rig, rest: Record) -> None:
@@ -61,22 +60,10 @@ def small_moves(rig: Rig, record: Record, size: float) -> SmallMoves:
     """What the pulses of a record tell. Raises InputError for signals that are swapped or reversed, by name."""
     period, signals = rig.period.value, record.signals
     load = signals["pa"] - signals["pb"] if {"pa", "pb"} <= signals.keys() else None
-    moves = automatic_tuning.small_moves(signals["command"], signals["position"], load, size, period)
-    push = None if load is None else _push(signals["command"], load, size, period)
+    moves = automatic_tuning.small_moves(signals["command"], signals["position"], load, period)
+    push = None if moves.mode is None else float(np.cos(moves.mode.lag))  # of exchanged pressures it is 180 deg late
     _check_sides(rig, moves.speed_gain * size * PULSE, push, MOVE)
     return moves
-
-
-def _push(command: np.ndarray, load: np.ndarray, size: float, period: float) -> float:
-    """The impulse [Pa s] by which load pressures start the pulses: of a mode of any frequency it has the sign of the
-    speed, for what a swing has given it takes back at most."""
-    before, early = round(0.3 * GAP / period), round(_EARLY / period)
-    impulses = []
-    for start, _, side in pulse_edges(command, size):
-        rest = load[max(0, start - before) : start].mean()
-        given = side * np.cumsum(load[start + 1 : start + 1 + early] - rest) * period
-        impulses.append(given.max() + given.min())
-    return float(np.mean(impulses))
 
 
 def _check_sides(rig: Rig, way: float, push: float | None, wanted: float) -> None:

@@ -70,8 +70,8 @@ def tuned_on(config: AutomaticConfig, setup: LoopSetup) -> ControllerSpec:
     controller: Any = config.moving.build(setup.rig.period.value)
     loop = SampledLoop(setup.engine, setup.rig, controller, setup.null, config.drawn.conditions.noise)
     run = loop.run(np.full(len(config.pulses), setup.rig.middle))
-    if run.tripped:
-        raise InputError(f"the small moves on {setup.rig.name} were cut short: {run.tripped}; widen its limits")
+    if run.tripped or controller.law is None:
+        raise InputError(f"the small moves on {setup.rig.name} were cut short: {run.tripped}; look at its limits")
     return controller.law
 
 
@@ -87,8 +87,8 @@ def tuned_lanes(config: AutomaticConfig, plants: DrawnPlants) -> list[Controller
         log = partial(logged_lanes, rig=plants.rig, outputs=plant.outputs, seed=seed, first=first + lanes.start)
         position, pa, pb = (log(done.signals[name], name) for name in READ)
         for sent, x, load in zip(done.sent - at.u[lanes, :1], position, pa - pb, strict=True):
-            moves = small_moves(sent, x, load, numbers.pulse, plants.rig.period.value)
-            specs.append(tuned(moves, numbers.hold, numbers.column, numbers.middle))
+            moves = small_moves(sent, x, load, plants.rig.period.value)
+            specs.append(tuned(moves, numbers.column, numbers.middle))
     return specs
 
 
