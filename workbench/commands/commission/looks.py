@@ -12,6 +12,7 @@ from ...records import Record
 from ...rigs.rig import Rig
 
 _LARGEST_PULSE = 0.2  # of full command
+_OVER_NOISE = 20  # times the position sensor's noise that a move goes at least
 _SUPPLY = 0.3  # by which the supply may be off the datasheet's
 _MOVED = 0.2  # of what the datasheet says that a pulse moves: less is no motion
 
@@ -43,9 +44,14 @@ def _range(rig: Rig, name: str, mean: float) -> str:
 
 
 def pulses(rig: Rig) -> tuple[np.ndarray, float]:
-    """Commands [k] that move the jack a millimetre out and back, twice, and their size."""
-    size = _command_of(rig, MOVE / PULSE)
+    """Commands [k] that move the jack a small way out and back, twice, and their size."""
+    size = _command_of(rig, _way(rig) / PULSE)
     return automatic_tuning.pulses(size, rig.period.value), size
+
+
+def _way(rig: Rig) -> float:
+    """Of a small move [m]: a millimetre, or more where the sensor's noise would hide it."""
+    return max(MOVE, _OVER_NOISE * rig.sensors["position"].noise) if "position" in rig.sensors else MOVE
 
 
 def _command_of(rig: Rig, speed: float) -> float:
@@ -62,18 +68,20 @@ def small_moves(rig: Rig, record: Record, size: float) -> SmallMoves:
     load = signals["pa"] - signals["pb"] if {"pa", "pb"} <= signals.keys() else None
     moves = automatic_tuning.small_moves(signals["command"], signals["position"], load, period)
     push = None if moves.mode is None else float(np.cos(moves.mode.lag))  # of exchanged pressures it is 180 deg late
-    _check_sides(rig, moves.speed_gain * size * PULSE, push, MOVE)
+    _check_sides(rig, moves.speed_gain * size * PULSE, push, _way(rig))
     return moves
 
 
 def _check_sides(rig: Rig, way: float, push: float | None, wanted: float) -> None:
     """Which of command, position and pressures are the wrong way round."""
-    text = SIGNALS["position"].text(way)
+    text, asked = (SIGNALS["position"].text(x) for x in (way, wanted))
     if abs(way) < _MOVED * wanted:
-        raise InputError(f"a command that should move the jack 1 mm moved it {text}; it sticks, or its valve is closed")
+        raise InputError(
+            f"a command that should move the jack {asked} moved it {text}; it sticks, or its valve is closed"
+        )
     if push is None:
         if way < 0:
-            raise InputError(f"the jack went {text} where 1 mm was commanded: command or position is reversed")
+            raise InputError(f"the jack went {text} where {asked} was commanded: command or position is reversed")
         return
     if way < 0 < push:
         raise InputError("position is reversed: the pressures push where they should, the jack seems to go back")
