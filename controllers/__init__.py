@@ -4,6 +4,7 @@ position and force laws
     P, PidLead, FractionalPid           proportional; PID with a lead; PID of fractional orders
     Crone1, Crone2, Crone3              fractional order, three generations
     Tvc                                 three-variable control
+    Automatic                           P with pressure feedback, tuned by its own moves of a millimetre
     Lqg, Mpc                            a Kalman filter, and state feedback or a plan that keeps the limits
     LinearCrone1, LinearCrone, LinearLqg, LinearMpc    the same on any linear plant, of its position alone
 compensators, to be added to a law
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
     AccelerationFeedback: ControllerType
     AmplitudePhase: ControllerType
+    Automatic: ControllerType
     Crone1: ControllerType
     Crone2: ControllerType
     Crone3: ControllerType
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
 _FILES = {
     "AmplitudePhase": "amplitude_phase",
     "AccelerationFeedback": "acceleration",
+    "Automatic": "automatic",
     "Crone1": "crone1",
     "Crone2": "crone2",
     "Crone3": "crone3",
@@ -85,6 +88,7 @@ _FILES = {
 __all__ = [
     "AccelerationFeedback",
     "AmplitudePhase",
+    "Automatic",
     "Crone1",
     "Crone2",
     "Crone3",

@@ -11,10 +11,11 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.commission import designs
 from workbench.commands.commission.automatic import automatic
-from workbench.commands.commission.looks import MOVE, WAY, SmallMoves, check_rest, check_sides, small_moves
+from workbench.commands.commission.looks import WAY, check_rest, check_sides, small_moves
 from workbench.commands.commission.motions import corners, doubted, safe_records
 from workbench.commands.commission.relay import Relay, relay_reference, relay_ways
 from workbench.commands.excite.study import drive
+from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves
 from workbench.link.client import LinkClient
 from workbench.link.course import play_course, rest_record
 from workbench.loop.capability import oil_stiffness
@@ -25,6 +26,7 @@ from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("jack-10t")
 MODE = np.sqrt(oil_stiffness(RIG) / RIG["M"]) / (2 * np.pi)
+AS_DECLARED = SmallMoves(12.9, 0.003, Mode(float(MODE), 0.02, 4.8e8, 0.34))
 
 
 def relays(client):
@@ -55,8 +57,9 @@ def test_a_rig_that_is_as_declared_passes_and_rings_at_its_mode(recorded):
     check_rest(RIG, rest)
     moves = small_moves(RIG, near, far)
     assert np.abs(near.signals["position"]).max() < 3 * MOVE
-    assert moves.mode_hz == pytest.approx(MODE, rel=0.1)
-    assert moves.speed_gain == pytest.approx(10.0, rel=0.3)  # between null, where the lap doubles it, and beyond
+    assert moves.mode is not None
+    assert moves.mode.hz == pytest.approx(MODE, rel=0.1)
+    assert moves.speed_gain == pytest.approx(11.0, rel=0.33)  # between null, where the lap doubles it, and beyond
 
 
 @pytest.mark.parametrize(
@@ -90,7 +93,7 @@ def test_what_is_the_wrong_way_round_is_named(recorded, change, message):
 
 
 def test_the_automatic_controller_is_stable_with_margins_on_every_corner():
-    law = automatic(RIG, SmallMoves(speed_gain=10.3, mode_hz=float(MODE)))
+    law = automatic(RIG, AS_DECLARED)
     for rig in corners(RIG):
         loops = linear_loops(law, loop_setup(with_delay(rig, rig.computing_delay.value)))
         assert loops.stable
@@ -98,7 +101,7 @@ def test_the_automatic_controller_is_stable_with_margins_on_every_corner():
 
 
 def test_records_stay_within_the_limits_of_every_corner():
-    waves = safe_records(doubted(RIG), automatic(RIG, SmallMoves(10.0, float(MODE))))
+    waves = safe_records(doubted(RIG), automatic(RIG, AS_DECLARED))
     assert [wave.name for wave in waves] == ["steps", "triangle", "multisine"]
     assert all(np.abs(wave.reference - RIG.middle).max() < 0.95 * RIG.limit("stroke") for wave in waves)
 

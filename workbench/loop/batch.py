@@ -56,19 +56,22 @@ def run_lanes(
     seed: int | None = None,
     inputs: Mapping[str, np.ndarray] | None = None,
     first: int = 0,
+    added: np.ndarray | float = 0.0,
 ) -> Iterator[tuple[slice, Lanes]]:
     """Loops that start at rest at `points` on plants with parameters p [lanes, j], along deviations `reference` [k].
 
     Or [lanes, k]. One law for all, or one for each lane, such as designs of one controller: see `compiled_law`. A seed
     switches noise and resolution on, a lane's own by its number, counted from `first`; `inputs` [k]: how far other
-    inputs of the plants go from where they are at `points`. Yields chunks of lanes, each as a SampledLoop would have
-    run it; the rig gives limits, sensors and period to all of them.
+    inputs of the plants go from where they are at `points`; `added` [k]: commands on top of what the laws demand.
+    Yields chunks of lanes, each as a SampledLoop would have run it; the rig gives limits, sensors and period to all of
+    them.
     """
     sensors = Sensors(rig, engine.plant.outputs, seed)
     laws = law if isinstance(law, Sequence) else [law]
     for lanes, chunk in chunks(engine, sensors, points, p, reference, seed, inputs or {}, first):
         ready = compiled_law(engine, rig, laws, sensors, chunk.p, recorded)
-        yield lanes, _run_chunk(engine, ready, laws[lanes] if isinstance(law, Sequence) else laws, sensors, chunk)
+        own = laws[lanes] if isinstance(law, Sequence) else laws
+        yield lanes, _run_chunk(engine, ready, own, sensors, chunk, added)
 
 
 @dataclass(frozen=True)
@@ -141,6 +144,7 @@ def _run_chunk(
     laws: Sequence[SampledLaw],
     sensors: Sensors,
     chunk: LaneChunk,
+    added: np.ndarray | float,
 ) -> Lanes:
     plant, points, p, k, measures = engine.plant, chunk.points, chunk.p, chunk.reference.shape[1], laws[0].measures
     readings = sensors.readings(chunk.outputs, chunk.normal[:, 0])
@@ -150,7 +154,7 @@ def _run_chunk(
     state = ready.start(x, points.u[:, :1])
     numbers = ready.numbers(laws, offset)
     level = chunk.outputs[:, [plant.output(measures[0])]]
-    given = np.stack(np.broadcast_arrays(level + chunk.reference, 0.0), axis=2)  # no command is added to the law's
+    given = np.stack(np.broadcast_arrays(level + chunk.reference, added), axis=2)
     rows = np.concatenate((given, chunk.others, chunk.normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)
     return Lanes.of(out, ready.shape.recorded, ~batch.ok)

@@ -1,6 +1,6 @@
 """The linear views of a controller in lanes: one for all plants, or each at its own operating point."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,12 +77,20 @@ def signals_at(engine: Engine, points: Equilibria, p: np.ndarray) -> dict[str, n
     return {**dict(zip(plant.outputs, outputs.T, strict=True)), "command": points.u[:, 0], "stiffness": stiffness}
 
 
-def lane_laws(controller: Controller, points: Mapping[str, np.ndarray]) -> LawLanes:
-    """A controller's linear views at operating points [lanes] by name, SI: what `linear_view` needs of each.
+def lane_laws(controller: Controller | Sequence[Controller], points: Mapping[str, np.ndarray]) -> LawLanes:
+    """A controller's linear views at operating points [lanes] by name, SI: what `linear_view` needs of each. Or those
+    of controllers of one form, one for each lane.
 
     Raises InputError for a controller without a linear view.
     """
-    return lane_views(controller, points).of_loop()
+    if not isinstance(controller, Sequence):
+        return lane_views(controller, points).of_loop()
+    each = [
+        lane_views(own, {name: values[lane : lane + 1] for name, values in points.items()})
+        for lane, own in enumerate(controller)
+    ]
+    a, b, c, d = (np.concatenate([getattr(view, part) for view in each]) for part in "abcd")
+    return LawLanes(a, b, c, d, each[0].measures).of_loop()
 
 
 def lane_views(controller: Controller, points: Mapping[str, np.ndarray]) -> LawLanes:

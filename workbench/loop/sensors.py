@@ -36,13 +36,20 @@ def logged(
     return dict(zip(sensors.names, sensors.readings(true, noise).T, strict=True))
 
 
-def logged_lanes(values: np.ndarray, signal: str, rig: Rig, outputs: tuple[str, ...], seed: int | None) -> np.ndarray:
-    """The readings [lanes, k] of one sensor that loops in lanes with a seed acted on, of its true values [lanes, k]."""
+def logged_lanes(
+    values: np.ndarray, signal: str, rig: Rig, outputs: tuple[str, ...], seed: int | None, first: int = 0
+) -> np.ndarray:
+    """The readings [lanes, k] of one sensor that loops in lanes with a seed acted on, of its true values [lanes, k].
+
+    Lanes are numbered from `first` for their noise.
+    """
     if seed is None:
         return values
     names, sensor = [name for name in outputs if name in rig.sensors], rig.sensors[signal]
     shape = 1 + values.shape[1], len(names)  # a loop measures once before its first sample
-    normal = [draws(seed, lane).standard_normal(shape)[1:, names.index(signal)] for lane in range(len(values))]
+    normal = [
+        draws(seed, lane).standard_normal(shape)[1:, names.index(signal)] for lane in range(first, first + len(values))
+    ]
     return disturbed_readings(values, np.array(normal), sensor.noise, sensor.resolution)
 
 

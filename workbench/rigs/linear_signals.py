@@ -40,14 +40,15 @@ def output_signals(units: Mapping[str, str], si: str) -> dict[str, Signal]:
 
 def limit_specs(si: str) -> Mapping[str, Spec]:
     """Unit, range and meaning of the limits of a plant whose position is in `si`."""
+    shared = {name: spec for name, spec in schema.LIMITS.items() if name != "flow_error"}  # it has no flow
     if si == "m":
-        return schema.LIMITS
+        return shared
     own = {
         "stroke": Spec(si, *_RANGE, "allowed distance from rest"),
         "speed": Spec(f"{si}/s", *_RANGE, "allowed rate of the position"),
         "following_error": Spec(si, *_RANGE, schema.LIMITS["following_error"].meaning),
     }
-    return {**schema.LIMITS, **own}
+    return {**shared, **own}
 
 
 def _converts(unit: str, si: str) -> bool:

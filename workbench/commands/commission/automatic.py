@@ -1,35 +1,44 @@
-"""A controller by rules, from small moves alone: P with pressure feedback, which any model has to beat.
+"""A controller by rules, from small moves alone, which any model has to beat."""
 
-The pressure gain K gives the oil's mode w the damping ratio K Kv w M / (2 A), Kv the speed gain (dynamic pressure
-feedback, Merritt, Hydraulic Control Systems, 1967, ch. 6); the loop gain is a share of the one at which a mode of
-damping ratio zeta becomes unstable, 2 zeta w (ibid.).
-"""
+import numpy as np
 
-from math import pi, sqrt
-
+from ...control.automatic_tuning import MOVE, PULSE, SmallMoves, tuned
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
-from ...loop.capability import oil_stiffness
+from ...linear import equilibrium
+from ...plant import build
 from ...rigs.rig import Rig
-from .looks import SmallMoves
+from ..excite.study import drive
 
-DAMPING = 0.35  # wanted of the mode: about null a lap may double it
-SHARE = 0.25  # of the greatest loop gain: again a lap, and a valve that is late
-_CORNER = 0.5  # Hz above which pressures are fed back
+_LARGEST_PULSE = 0.2  # of full command
+_OVER_NOISE = 20  # times the position sensor's noise that a move goes at least
 
 
 def automatic(rig: Rig, moves: SmallMoves) -> ControllerSpec:
-    """The controller that small moves give; where nothing rings after them, for the oil of the datasheet."""
-    w = 2 * pi * moves.mode_hz if moves.mode_hz else sqrt(oil_stiffness(rig) / rig["M"])
-    gain = SHARE * 2 * DAMPING * w / moves.speed_gain
-    law = controller("controllers.p:P", gain=float(f"{gain:.3g}"))
-    if "pa" not in rig.sensors or "pb" not in rig.sensors:
-        return law.named("automatic")
-    pressure = 2 * DAMPING * min(rig.areas) / (rig["M"] * w) / moves.speed_gain
-    feedback = controller(
-        "controllers.pressure:PressureFeedback", gain=float(f"{pressure:.3g}"), corner=_CORNER, column=column(rig)
-    )
-    return (law + feedback).named("automatic")
+    """The controller that small moves give; without pressures to feed back the slow loop of the drive."""
+    if not {"pa", "pb"} <= rig.sensors.keys():
+        return drive(rig).loop.named("automatic")
+    return tuned(moves, column(rig), rig.middle)
+
+
+def self_tuning(rig: Rig) -> ControllerSpec:
+    """The controller that makes these moves itself, sized and held as the datasheet's rig allows."""
+    numbers = {
+        "hold": drive(rig).loop.design.gain,
+        "pulse": _pulse(rig),
+        "column": column(rig),
+        "middle": rig.middle,
+    }
+    return controller("controllers.automatic:Automatic", **numbers)
+
+
+def _pulse(rig: Rig) -> float:
+    """The command of pulses that move the declared rig a small way: a millimetre, or more where noise would hide it."""
+    way = max(MOVE, _OVER_NOISE * rig.sensors["position"].noise) if "position" in rig.sensors else MOVE
+    plant = build(rig)
+    smooth = plant.without_dry_friction()
+    command = abs(float(equilibrium(plant, speed=way / PULSE, p=smooth).u[0]))
+    return float(np.clip(command, 1e-3, _LARGEST_PULSE))
 
 
 def column(rig: Rig) -> float:

@@ -1,34 +1,23 @@
 """A rig at rest and in moves of a few millimetres: what is dead, out of range or the wrong way round, by name."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
-from scipy.signal import butter, detrend, sosfiltfilt
+from scipy.signal import butter, sosfiltfilt
 
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
+from ...control import automatic_tuning
+from ...control.automatic_tuning import MOVE, SmallMoves
 from ...records import Record
 from ...rigs.rig import Rig
 from .relay import relay_ways
 
-MOVE = 1e-3  # m: how far from home the first relay turns
 WAY = 5e-3  # m: how far the second one does
-_APART = 0.2  # of the second's command, by which the first's must be smaller to tell a slope,
-_STEEPEST = 3.0  # and how much steeper than speed over command it may be
 _SUPPLY = 0.3  # by which the supply may be off the datasheet's
-_SLOWEST, _RINGS = 4.0, 20.0  # Hz of a mode, and its power over that of other frequencies
-_RINGS_FOR = 0.4  # s
+_RINGS_FOR = 0.3  # s after the last turn
 _BAND = (8.0, 60.0)  # Hz in which the oil's mode of a loaded jack is
 _CLEAR = 4.0  # standard deviations of a correlation
-
-
-@dataclass(frozen=True)
-class SmallMoves:
-    """What small moves tell: speed per unit of command [m/s], and the frequency [Hz] at which the pressures ring after
-    them; None where nothing rings."""
-
-    speed_gain: float
-    mode_hz: float | None
 
 
 def check_rest(rig: Rig, rest: Record) -> None:
@@ -58,19 +47,21 @@ def _range(rig: Rig, name: str, mean: float) -> str:
 
 
 def small_moves(rig: Rig, near: Record, far: Record) -> SmallMoves:
-    """What the records of a relay with small and with larger moves tell. Raises InputError as `check_sides`.
+    """What a relay of small moves and one of larger ones tell of a jack whose signals are the right way round.
 
-    Where an overlap or a hysteresis takes the first of the command, its speed goes with what is beyond it: then the
-    slope between both tells the gain, and not speed over command.
+    The speed gain is the greatest of both: a lap raises it about null, a hysteresis or an overlap hides it there.
     """
-    check_sides(rig, near)
-    check_sides(rig, far)
-    first, second = relay_ways(near), relay_ways(far)
-    assert first is not None
-    assert second is not None
-    gain, more = second.speed / second.command, second.command - first.command
-    slope = (second.speed - first.speed) / more if more > _APART * second.command else 0.0
-    return SmallMoves(max(gain, min(slope, _STEEPEST * gain)), _ringing(rig, far, second.end))
+    first, second = _moves(rig, near), _moves(rig, far)
+    return replace(second, speed_gain=max(first.speed_gain, second.speed_gain))
+
+
+def _moves(rig: Rig, record: Record) -> SmallMoves:
+    ways, period, signals = relay_ways(record), rig.period.value, record.signals
+    assert ways is not None
+    rows = slice(0, ways.end + round(_RINGS_FOR / period))
+    load = (signals["pa"] - signals["pb"])[rows] if {"pa", "pb"} <= signals.keys() else None
+    moves = automatic_tuning.small_moves(signals["command"][rows], signals["position"][rows], load, period)
+    return replace(moves, speed_gain=max(moves.speed_gain, ways.speed / ways.command))
 
 
 def check_sides(rig: Rig, record: Record) -> float:
@@ -117,19 +108,3 @@ def _pushes(rig: Rig, record: Record) -> int:
     correlation = float(np.corrcoef(load, acceleration)[0, 1])
     free = 2 * (_BAND[1] - _BAND[0]) * len(load) * period  # numbers that a signal of this band has
     return int(np.sign(correlation)) if abs(correlation) > _CLEAR / np.sqrt(free) else 0
-
-
-def _ringing(rig: Rig, record: Record, end: int) -> float | None:
-    """Frequency [Hz] of the mode in which load and oil swing after a row at which the relay came to rest."""
-    if not {"pa", "pb"} <= record.signals.keys():
-        return None
-    period = rig.period.value
-    load = (record.signals["pa"] - record.signals["pb"])[end + 5 :][: round(_RINGS_FOR / period)]
-    if len(load) < _RINGS_FOR / period / 2:
-        return None
-    swing = detrend(load - load[len(load) // 2 :].mean()) * np.hanning(len(load))
-    spectrum = np.abs(np.fft.rfft(swing, 8 * len(load))) ** 2
-    f = np.fft.rfftfreq(8 * len(load), period)
-    seen = (f > _SLOWEST) & (f < 0.25 / period)
-    peak = int(np.argmax(np.where(seen, spectrum, 0.0)))
-    return float(f[peak]) if spectrum[peak] > _RINGS * np.median(spectrum[seen]) else None

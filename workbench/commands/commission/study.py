@@ -13,6 +13,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.toml_text import toml_text
 from ...base.trust import allow
+from ...control.automatic_tuning import MOVE, SmallMoves
 from ...control.controller_spec import ControllerSpec
 from ...control.export import coefficients
 from ...control.export.c_code import c_code
@@ -31,7 +32,7 @@ from ..excite.study import drive
 from ..trace.study import trace_campaign
 from .automatic import automatic
 from .designs import experiment_of, searched_design
-from .looks import MOVE, WAY, SmallMoves, check_rest, check_sides, small_moves
+from .looks import WAY, check_rest, check_sides, small_moves
 from .motions import doubted, safe_records
 from .page import commission_page
 from .relay import Relay, relay_reference
@@ -160,6 +161,7 @@ def _small(rig_time: _RigTime) -> SmallMoves:
     """What relays about the middle tell; none is played where the one before found a signal wrong."""
     near = rig_time.relay(MOVE, 0.0)
     far = rig_time.relay(WAY, check_sides(rig_time.rig, near))
+    check_sides(rig_time.rig, far)
     return small_moves(rig_time.rig, near, far)
 
 

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from workbench.plant.effects import Scope, effect, number
+from workbench.plant.effects import Scope
+from workbench.plant.effects.decorator import effect, number
 
 _SOURCE = "Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, ch. 3: static calibration, sensitivity"
 _SHOWS = "the pressures at rest and at a load that is known, beside a second gauge"

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.process_pool import Jobs, process_pool
+from ...control.automatic_tuning import Mode, SmallMoves
 from ...link.bench import bench
 from ...link.client import LinkClient
 from ...link.rig_server import RigServer, in_background
@@ -19,7 +20,6 @@ from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..commission.automatic import automatic
 from ..commission.designs import searched_design
-from ..commission.looks import SmallMoves
 from ..commission.study import Wanted, run_commission
 from ..commission.verify import played_ways
 from ..common.outcome import Outcome, Progress, leave, no_checkpoint
@@ -81,7 +81,9 @@ def _told(datasheet: Rig, at: str, out: Path) -> Mapping[str, Any]:
 
 def _known(truth: Rig, told: Mapping[str, Any], at: str) -> float | None:
     """What the goal settles in [s], measured, by the same search on the rig as it is."""
-    law = automatic(truth, SmallMoves(**told["small_moves"]))
+    known = dict(told["small_moves"])
+    mode = known.pop("mode")
+    law = automatic(truth, SmallMoves(**known, mode=mode and Mode(**mode)))
     spec, _ = searched_design(truth, law, "known", GOAL, no_checkpoint, lambda _: None, 1)
     with LinkClient(at, "") as client:
         judged, _, _ = played_ways(client, truth, {"known": (spec, truth)}, (GOAL,), lambda _: None)

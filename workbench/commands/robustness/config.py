@@ -60,6 +60,19 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
     tables = borrowed_controllers(table.table("from"), path.parent)
     controllers = tuple(controller_spec(name, part).knowing(nominal) for name, part in tables.items())
     signal = _signal(table, controllers, nominal)
+    source = {**table.values, "controllers": {name: part.values for name, part in tables.items()}}
+    return read_drawn_steps(table, nominal, signal, controllers, plants, source)
+
+
+def read_drawn_steps(
+    table: Table,
+    nominal: Rig,
+    signal: Signal,
+    controllers: tuple[ControllerSpec, ...],
+    plants: int | None,
+    source: Mapping[str, Any],
+) -> RobustnessConfig:
+    """The step and the drawn plants of a file. Raises InputError with file, line and key."""
     stroke = table.positive("stroke")
     if stroke > 1:
         raise table.complaint("stroke", "a share of the stroke limit, at most 1")
@@ -74,7 +87,7 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
         positions=read_positions(table),
         factors=read_factors(table, nominal),
         controllers=controllers,
-        source={**table.values, "controllers": {name: part.values for name, part in tables.items()}},
+        source=source,
     )
 
 

@@ -1,6 +1,6 @@
 """The linear loops of every controller on the drawn plants: where each was drawn, and all at the same positions."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -38,9 +38,10 @@ def places(config: RobustnessConfig) -> list[Place]:
 
 
 def linear_loops(
-    plants: DrawnPlants, controllers: Mapping[str, Controller], place: Place
+    plants: DrawnPlants, controllers: Mapping[str, Controller | Sequence[Controller]], place: Place
 ) -> dict[str, dict[str, np.ndarray]]:
-    """The loops at a place: the columns of LaneMargins by controller, of its linear view.
+    """The loops at a place: the columns of LaneMargins by controller, or by one's designs for each plant, of the linear
+    view.
 
     A plant without an operating point there has an infinite radius.
     """
@@ -100,10 +101,14 @@ def linear_row(name: str, place: Place, columns: Mapping[str, np.ndarray]) -> di
 
 
 def _chunks(
-    plants: DrawnPlants, controllers: Mapping[str, Controller], position: float | None, points: Equilibria
+    plants: DrawnPlants,
+    controllers: Mapping[str, Controller | Sequence[Controller]],
+    position: float | None,
+    points: Equilibria,
 ) -> Iterator[dict[str, LaneMargins]]:
     plant, period = plants.engine.plant, plants.rig.period.value
-    measures = tuple(dict.fromkeys(name for law in controllers.values() for name in law.measures))
+    one_each = [law[0] if isinstance(law, Sequence) else law for law in controllers.values()]
+    measures = tuple(dict.fromkeys(name for law in one_each for name in law.measures))
     for first in range(0, len(points.ok), _CHUNK):
         lanes = slice(first, first + _CHUNK)
         p = plant.without_dry_friction(plants.draw.p[lanes])
@@ -112,5 +117,6 @@ def _chunks(
             about = moved(plant, p, about, position, specimen_position=position)
         sampled = sampled_lanes(plant, about, p, measures, period)
         at = signals_at(plants.engine, about, p)
-        laws = {name: lane_laws(controller, at) for name, controller in controllers.items()}
+        own = {name: law[lanes] if isinstance(law, Sequence) else law for name, law in controllers.items()}
+        laws = {name: lane_laws(law, at) for name, law in own.items()}
         yield {name: lane_margins(sampled, law).where(about.ok, np.inf) for name, law in laws.items()}

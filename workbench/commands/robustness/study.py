@@ -60,7 +60,7 @@ def _outcome(config: RobustnessConfig, draw: KeptColumns, kept: list[Kept]) -> O
     played = [each for each in kept if each.lanes]
     seconds = config.plants * config.seconds
     metrics = {
-        "rows": [_row(each, config) for each in played],
+        "rows": [kept_row(each, config) for each in played],
         "linear": [row for each in kept for row in each.linear_rows()],
         "band": settling_band(config.rig, config.signal.name, config.step),
         "left_out": [each.spec.name for each in kept if not each.lanes],
@@ -78,7 +78,7 @@ def _outcome(config: RobustnessConfig, draw: KeptColumns, kept: list[Kept]) -> O
     return Outcome(metrics, shown, {"drawn": draw, **tables}, {}, subject)
 
 
-def _row(kept: Kept, config: RobustnessConfig) -> dict[str, Any]:
+def kept_row(kept: Kept, config: RobustnessConfig) -> dict[str, Any]:
     """One row: quantiles count a plant that never settles as the slowest; None where that is one."""
     columns = dict(kept.lanes)
     settling = np.where(np.isnan(columns["settling_s"]) | columns["tripped"], np.inf, columns["settling_s"])

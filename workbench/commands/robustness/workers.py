@@ -1,6 +1,6 @@
 """What worker processes do: the linear loops of the controllers at a place, the steps of one controller."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import process_time
@@ -10,6 +10,7 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
+from ...loop.batch import Lanes
 from ...loop.envelope import HUNTING
 from ...loop.lane_loop import play_lanes, plays_in_lanes
 from ...loop.lane_metrics import hunting_lanes, step_lanes
@@ -19,6 +20,7 @@ from .drawn_plants import DrawnPlants, plants_by_block
 from .linear_loops import Place, linear_loops, places
 
 BLOCK = 1000  # plants at a time: what they need is let go, so that memory does not grow with their number
+LaneRuns = Iterable[tuple[slice, Lanes]]
 _Task = Callable[[RobustnessConfig, DrawnPlants, Mapping[str, Controller]], dict[str, Any]]
 
 
@@ -85,14 +87,19 @@ def _linear(
 
 
 def _steps(config: RobustnessConfig, plants: DrawnPlants, controllers: Mapping[str, Controller]) -> dict[str, Any]:
-    """The steps of one controller, plant by plant, and the CPU seconds that they took."""
+    """The steps of one controller."""
     (controller,) = controllers.values()
+    return played_steps(config, plants, partial(play_lanes, plants.engine, plants.rig, controller))
+
+
+def played_steps(config: RobustnessConfig, plants: DrawnPlants, play: Callable[..., LaneRuns]) -> dict[str, Any]:
+    """The steps plant by plant, and the CPU seconds that they took; `play` runs lanes on plants at rest."""
     signal = config.signal.name
     band = settling_band(plants.rig, signal, config.step)
     period, k = config.rig.period.value, round(config.seconds / config.rig.period.value) + 1
     reference, began = np.full(k, config.step), process_time()
     at = plants.points["null"], plants.draw.p
-    run = partial(play_lanes, plants.engine, plants.rig, controller, *at, reference, first=plants.block.start)
+    run = partial(play, *at, reference, first=plants.block.start)
     parts = []
     chambers = ("lowest_pressure",) if plants.rig.is_jack else ()
     for _, lanes in run((signal, *chambers), config.conditions.noise):

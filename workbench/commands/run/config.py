@@ -11,6 +11,7 @@ from ...control.protocol import design_numbers, number
 from ...rigs.rig import Rig
 from ..common.experiment import MOST_POINTS, read_experiment, rig_of
 from ..common.step_experiment import StepConfig, step_config
+from .automatic_config import AutomaticConfig, automatic_config
 from .platform_config import PlatformConfig, platform_config
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class CorrectorConfig:
     source: Mapping[str, Any]
 
 
-Config = PaperConfig | StepConfig | CorrectorConfig | PlatformConfig
+Config = PaperConfig | StepConfig | CorrectorConfig | PlatformConfig | AutomaticConfig
 
 
 def load_config(path: str | Path, rig: str | None = None) -> Config:
@@ -59,7 +60,7 @@ def load_config(path: str | Path, rig: str | None = None) -> Config:
     top = read_experiment(path)
     if (kind := top.text("experiment")) in ("tune", "bench", "learn", "inverse"):
         raise top.complaint("experiment", f'"{kind}"; jackbench {kind} takes it')
-    kinds = {"paper": _paper, "step": step_config, "corrector": _corrector}
+    kinds = {"paper": _paper, "step": step_config, "corrector": _corrector, "automatic": automatic_config}
     if (kind := top.word("experiment", (*kinds, "platform"))) == "platform":
         return platform_config(top, path, rig)
     return kinds[kind](top, rig_of(top, path, rig))

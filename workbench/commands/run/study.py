@@ -3,6 +3,8 @@
 from collections.abc import Callable
 
 from ..common.outcome import Outcome, Progress, Stage
+from .automatic import run_automatic
+from .automatic_config import AutomaticConfig
 from .config import Config, CorrectorConfig, PaperConfig, PlatformConfig
 from .corrector import run_corrector
 from .paper import run_paper
@@ -20,4 +22,6 @@ def study_of(config: Config) -> Callable[[Stage, Progress], Outcome]:
         return lambda stage, progress: run_corrector(config, stage, progress)
     if isinstance(config, PlatformConfig):
         return lambda stage, progress: run_platform_study(config, stage, progress)
+    if isinstance(config, AutomaticConfig):
+        return lambda stage, progress: run_automatic(config, stage, progress)
     return lambda stage, progress: run_steps(config, stage, progress)

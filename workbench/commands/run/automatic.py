@@ -1,0 +1,142 @@
+"""The automatic tuning run on a set of rigs and on drawn plants: each tunes itself at mid stroke, then it is judged."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...control.automatic_tuning import small_moves, tuned
+from ...control.controller_spec import ControllerSpec
+from ...control.linear_law import static
+from ...control.protocol import sampled_law
+from ...engine import Engine
+from ...linear.equilibria import equilibria
+from ...linear.operating_point import far_end
+from ...loop.batch import run_lanes
+from ...loop.rig_variations import with_delay
+from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup
+from ...loop.sampled_loop import SampledLoop
+from ...loop.sensors import logged_lanes, settling_band
+from ...plant import build
+from ...report import Figure, Page
+from ..common.design_numbers import Subject
+from ..common.kept_columns import KeptColumns
+from ..common.outcome import Outcome, Progress, Stage
+from ..robustness.drawn_plants import DrawnPlants, drawn_plants
+from ..robustness.kept import Kept
+from ..robustness.linear_loops import linear_loops as loops_at
+from ..robustness.linear_loops import places
+from ..robustness.page import robustness_figure
+from ..robustness.study import kept_row
+from ..robustness.workers import blocks, linear_stage, played_steps, steps_stage
+from .automatic_config import READ, AutomaticConfig
+from .automatic_page import automatic_page
+
+
+def run_automatic(config: AutomaticConfig, stage: Stage, progress: Progress) -> Outcome:
+    """`rows` of every rig in every scenario, with its gains; `drawn`: a row of all plants, as robustness has it, with
+    how many `never` settle and how many have `no_swing`, and so no pressure feedback; `linear`, their loops."""
+    rows, specs = [], []
+    for name, rig in config.rigs.items():
+        progress(f"{name}: moves, gains, steps")
+        setup = loop_setup(with_delay(rig, config.delay))
+        spec = tuned_on(config, setup)
+        loops = linear_loops(spec, setup)
+        for scenario in config.scenarios:
+            _, row = judge(spec, scenario, setup, loops, config.drawn.conditions.noise)
+            rows.append({**row, "rig": name, **_gains(spec)})
+        specs.append(spec.named(name))
+    kept, draw, gains = _drawn(config, stage, progress)
+    metrics = {
+        "rows": rows,
+        "drawn": [{**kept_row(kept, config.drawn), **_counts(kept, gains)}],
+        "linear": kept.linear_rows(),
+        "band": settling_band(config.rig, "position", config.drawn.step),
+        "left_out": [],
+    }
+    lanes = {kept.spec.name: kept.lanes}
+
+    def shown() -> tuple[Page, Figure]:
+        return automatic_page(config, metrics, lanes, draw), robustness_figure(lanes)
+
+    tables = {"drawn": draw, "plants": {**kept.lanes, **gains}}
+    return Outcome(metrics, shown, tables, {}, Subject(config.rig, specs))
+
+
+def tuned_on(config: AutomaticConfig, setup: LoopSetup) -> ControllerSpec:
+    """What the controller is in the end that tunes itself on a rig, from mid stroke."""
+    controller: Any = config.moving.build(setup.rig.period.value)
+    loop = SampledLoop(setup.engine, setup.rig, controller, setup.null, config.drawn.conditions.noise)
+    run = loop.run(np.full(len(config.pulses), setup.rig.middle))
+    if run.tripped or controller.law is None:
+        raise InputError(f"the small moves on {setup.rig.name} were cut short: {run.tripped}; look at its limits")
+    return controller.law
+
+
+def tuned_lanes(config: AutomaticConfig, plants: DrawnPlants) -> list[ControllerSpec]:
+    """The same of drawn plants [plants] at mid stroke: the moves in lanes, the rules one by one."""
+    plant, p, numbers = plants.engine.plant, plants.draw.p, config.moving.design
+    seed, first, middle = config.drawn.conditions.noise, plants.block.start, np.zeros(len(plants.draw.p))
+    at = equilibria(plant, p, middle, None, None, **far_end(plant, middle))
+    slow = static([numbers.hold, -numbers.hold], ("position",))
+    run = partial(run_lanes, plants.engine, plants.rig, slow, at, p, np.zeros(len(config.pulses)), READ)
+    specs = []
+    for lanes, done in run(seed, None, first, config.pulses):
+        log = partial(logged_lanes, rig=plants.rig, outputs=plant.outputs, seed=seed, first=first + lanes.start)
+        position, pa, pb = (log(done.signals[name], name) for name in READ)
+        for sent, x, load in zip(done.sent - at.u[lanes, :1], position, pa - pb, strict=True):
+            moves = small_moves(sent, x, load, plants.rig.period.value)
+            specs.append(tuned(moves, numbers.column, numbers.middle))
+    return specs
+
+
+def _drawn(
+    config: AutomaticConfig, stage: Stage, progress: Progress
+) -> tuple[Kept, KeptColumns, Mapping[str, np.ndarray]]:
+    """What is kept of the drawn plants, a stage a block, what was drawn, and the gains [plants]."""
+    kept, draw, gains = Kept.of(config.moving, config.drawn), KeptColumns(), KeptColumns()
+    rig = with_delay(config.rig, config.delay)
+    engine = Engine(build(rig))
+    for block in blocks(config.drawn):
+        name = f"plants {block.start} to {block.stop - 1}"
+        progress(f"{name}: moves, gains, steps, loops")
+        plants = drawn_plants(config.drawn, rig, engine, block)
+        done = stage(name, partial(_judged, config, plants))
+        kept.take(done["results"], block)
+        gains.append(done["gains"])
+        draw.append(plants.draw.columns(config.rig))
+    return kept, draw, gains
+
+
+def _judged(config: AutomaticConfig, plants: DrawnPlants) -> dict[str, Any]:
+    """The gains of a block of plants, and its results as `Kept` takes them."""
+    specs, block, moving = tuned_lanes(config, plants), plants.block, config.moving
+    controllers = [spec.build(plants.rig.period.value) for spec in specs]
+    laws = [law for each in controllers if (law := sampled_law(each)) is not None]
+    play = partial(run_lanes, plants.engine, plants.rig, laws)
+    results: dict[str, Any] = {
+        steps_stage(moving, config.delay, block): played_steps(config.drawn, plants, play),
+        **{
+            linear_stage(place, config.delay, block): loops_at(plants, {moving.name: controllers}, place)
+            for place in places(config.drawn)
+        },
+    }
+    each = [_gains(spec) for spec in specs]
+    return {"gains": {name: np.array([own[name] for own in each]) for name in each[0]}, "results": results}
+
+
+def _gains(spec: ControllerSpec) -> dict[str, float]:
+    """Of a tuned controller, SI."""
+    (feedback,) = spec.compensators
+    return {"gain": spec.design.gain, "pressure_gain": feedback.design.gain}
+
+
+def _counts(kept: Kept, gains: Mapping[str, np.ndarray]) -> dict[str, int]:
+    """Plants that never settle, and those without pressure feedback."""
+    lanes = kept.lanes
+    return {
+        "never": int((np.isnan(lanes["settling_s"]) | lanes["tripped"]).sum()),
+        "no_swing": int((gains["pressure_gain"] == 0).sum()),
+    }
