@@ -16,22 +16,22 @@ _POINTS = 2
 _TIMES = np.array(ca.collocation_points(_POINTS, "radau"))  # of an interval
 _DERIVATIVE = ca.collocation_coeff(_TIMES.tolist())[0]  # of the polynomial through its begin and points, at these
 _FIRST = 0.15  # of the growth of the intervals after the arrival: the first of them
-_QUIET = 0.01  # s of arrival for a second at the full command rate: of many fastest motions the quietest
+_QUIET = 0.01  # s of arrival that a second at the full rate of the command is worth: the quietest of equals
 _STIFF = 1e-3  # s: rates that are faster than this are weighed down
 _IPOPT = {
     "print_time": False,
     "ipopt.print_level": 0,
-    "ipopt.sb": "yes",
-    "ipopt.max_iter": 500,
+    "ipopt.sb": "yes",  # no banner
+    "ipopt.max_iter": 200,
     "ipopt.tol": 1e-6,
-    "ipopt.mu_strategy": "adaptive",
 }
+_NEAR = {"ipopt.mu_init": 1e-4, "ipopt.bound_push": 1e-5, "ipopt.bound_frac": 1e-5}  # of a guess that is a solution
 
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """From rest at x [n], u [m], an output to stay within `band` (low, high) for `hold` [s], at the end of which the
-    plant is at rest.
+    """From rest at x [n], u [m], a step of an output by `size`: it is to stay within `band` (low, high) for `hold` [s],
+    at the end of which the plant is at rest.
 
     The states stay within `low` and `high` [n], the command within +-1; it changes by `rate` [1/s] at most. The other
     inputs are held. All SI.
@@ -41,6 +41,7 @@ class Aim:
     x: np.ndarray
     u: np.ndarray
     output: str
+    size: float
     band: tuple[float, float]
     hold: float
     low: np.ndarray
@@ -59,21 +60,21 @@ class Course:
     arrives: float
 
 
-def fastest(aim: Aim, moving: int, holding: int, guess: Course) -> Course | None:
-    """The course that arrives first, with so many intervals on its way and as many as `holding` after it.
+def fastest_course(aim: Aim, intervals: int, guess: Course, near: bool) -> Course | None:
+    """The course that arrives first, with so many intervals on its way and as many after it.
 
-    Intervals on the way are of one length; those after it grow, for then the plant calms. None where IPOPT finds none from the guess.
+    Intervals on the way are of one length; those after it grow, for then the plant calms. None where IPOPT finds none
+    from the guess; `near`: that is the course on another mesh.
     """
-    unknowns = _Unknowns(aim, moving, holding)
+    unknowns = _Unknowns(aim, intervals)
     rates = unknowns.changes / (aim.rate * unknowns.gaps)
     rows = [_dynamics(aim, unknowns), (rates.T, 1.0), _within(aim, unknowns), _at_rest(aim, unknowns)]
-    quiet = ca.sum2(rates**2 * unknowns.gaps)
     problem = {
         "x": unknowns.column,
-        "f": 100 * (unknowns.arrives + _QUIET * quiet),
+        "f": 100 * (unknowns.arrives + _QUIET * ca.sum2(rates**2 * unknowns.gaps)),
         "g": ca.vertcat(*(expression for expression, _ in rows)),
     }
-    solver = ca.nlpsol("fastest", "ipopt", problem, _IPOPT)
+    solver = ca.nlpsol("fastest", "ipopt", problem, _IPOPT | (_NEAR if near else {}))
     bound = np.concatenate([np.full(expression.numel(), size) for expression, size in rows])
     low, high = unknowns.bounds()
     solution = solver(x0=unknowns.start(guess), lbx=low, ubx=high, lbg=-bound, ubg=bound)
@@ -81,14 +82,17 @@ def fastest(aim: Aim, moving: int, holding: int, guess: Course) -> Course | None
 
 
 class _Unknowns:
-    """Scaled states at both points of each interval, its command, and when the band is reached."""
+    """Scaled states at both points of each interval, its command, and when the band is reached.
 
-    def __init__(self, aim: Aim, moving: int, holding: int) -> None:
-        self.aim, self.moving, self.n, self.k = aim, moving, aim.plant.n, moving + holding
+    As many intervals come after that as before it.
+    """
+
+    def __init__(self, aim: Aim, moving: int) -> None:
+        self.aim, self.moving, self.n, self.k = aim, moving, aim.plant.n, 2 * moving
         self.points = [ca.MX.sym("points", self.n, self.k) for _ in _TIMES]
         self.commands, self.arrives = ca.MX.sym("commands", 1, self.k), ca.MX.sym("arrives")
         self.column = ca.vertcat(*map(ca.vec, self.points), self.commands.T, self.arrives)
-        self.after = aim.hold * _growing(holding)
+        self.after = aim.hold * _growing(moving)
         self.lengths = ca.horzcat(ca.repmat(self.arrives / moving, 1, moving), ca.DM(self.after).T)
 
     @property
@@ -118,7 +122,9 @@ class _Unknowns:
         """The column from a course on another mesh."""
         lengths = np.append(np.full(self.moving, guess.arrives / self.moving), self.after)
         ends = np.cumsum(lengths)
-        states = [_interpolated(guess, at) / self.aim.plant.scale for at in (ends - (1 - tau) * lengths for tau in _TIMES)]
+        states = [
+            _interpolated(guess, at) / self.aim.plant.scale for at in (ends - (1 - tau) * lengths for tau in _TIMES)
+        ]
         held = np.minimum(np.searchsorted(guess.t[1:], ends - lengths / 2), len(guess.u) - 1)
         return np.concatenate([*(part.ravel() for part in states), guess.u[held, 0], [guess.arrives]])
 
@@ -179,7 +185,7 @@ def _within(aim: Aim, unknowns: _Unknowns) -> _Row:
     share = ca.Function("share", [x, command], [(y - (low + high) / 2) * 2 / (high - low)])
     first = unknowns.moving
     on_arrival = share(unknowns.points[-1][:, first - 1], unknowns.commands[first - 1])
-    after = [share.map(unknowns.k - first)(point[:, first:], unknowns.commands[first:]) for point in unknowns.points]
+    after = [share.map(unknowns.k - first)(point[:, first:], unknowns.commands[:, first:]) for point in unknowns.points]
     return ca.horzcat(on_arrival, *after).T, 1.0
 
 

@@ -1,19 +1,23 @@
 """The limit of a step: the soonest that a known rig settles, whatever controls it.
 
 By direct collocation on the plant of every other simulation, on meshes that are halved until the figure stands; what is
-found is then played on the engine, open loop.
+found is played on the engine, open loop.
 """
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 
-from ..engine import Engine
-from ..engine.fastest import Aim, Course, fastest
+from ..base.private_cache import store, stored
+from ..engine import Engine, fastest
+from ..engine.fastest import Aim, Course, fastest_course
 from ..linear import equilibrium
 from ..linear.operating_point import far_end
-from ..plant import Plant, build
+from ..plant import build
 from ..rigs.rig import Rig
 from . import step_metrics as metrics
 from .capability import oil_stiffness
@@ -22,17 +26,19 @@ from .sensors import settling_band
 
 _MESHES = (24, 48, 96)  # intervals on the way, and as many after it
 _STANDS = 0.005  # change of the figure on a mesh of half the length, up to which it stands
+_PLAYS = 0.2  # of the band: how far the engine may be off what was found
 _WATCHED = 1.6  # periods of the mass on the oil that it stays settled before it is at rest
 _EXACT = 1e-7  # tolerance of the engine that plays what was found
+_SIGNALS = ("position", "force", "pa", "pb", "lowest_pressure")
 
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """The least `settling` time [s] of a step, into `band` (SI); None where none was found, and the `reason`.
+    """The least time [s] in which a step settles into `band` (SI); None where none was found, and the `reason`.
 
-    `mesh_difference` [s] is its change from a mesh of twice the length. Of the motion as the engine plays it: its
-    `lowest_pressure` [Pa], its `peak_command`, how far it is off what was found (`played`, percent of the step), its
-    overshoot [percent], and `signals` [k] by name, with the time "t [s]".
+    `mesh_difference` [s] is its change from the mesh before, None where there is but one. Of the motion as the engine
+    plays it: its `lowest_pressure` [Pa], `peak_command` and `overshoot` [percent]; `off`, how far it is off what was
+    found (SI); and `signals` [k] by name, SI, with the time "t [s]".
     """
 
     band: float
@@ -42,92 +48,132 @@ class Limit:
     lowest_pressure: float | None = None
     peak_command: float | None = None
     overshoot: float | None = None
-    played: float | None = None
+    off: float | None = None
     signals: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the mesh matters no more, and the engine agrees."""
+        if self.settling is None or self.mesh_difference is None or self.off is None:
+            return False
+        return self.mesh_difference <= _STANDS * self.settling and self.off <= _PLAYS * self.band
+
+    def times(self, settling: float | None) -> float | None:
+        """How many times the limit a settling time [s] is; None where one of the two is not known."""
+        return None if settling is None or self.settling is None else settling / self.settling
 
 
 def settling_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> Limit:
-    """Of a scenario from where it starts, no chamber below `margin` [Pa] above the vapour's pressure, 0 bar here.
+    """Of a scenario from where it starts, no chamber less than `margin` [Pa] above the vapour's pressure, 0 bar here.
 
     From rest into the band in which a loop counts as settled, there for 1.6 periods of the mass on the oil, and at rest
     at the end of them; the command within +-1 and the rig's rate, the jack within stroke and speed. A drive that is
-    late adds its delay. Raises InputError where the rig has no operating point there.
+    late adds its delay. It is computed once, in some seconds, and kept in the user's cache folder. Raises InputError
+    where the rig has no operating point there.
     """
     band = settling_band(rig, scenario.signal, scenario.size)
     if reason := _no_limit(rig, scenario):
         return Limit(band, reason)
     aim = _aim(rig, scenario, band, margin)
-    courses = _refined(aim, _first_guess(aim, rig, scenario))
-    if not courses:
-        return Limit(band, "the solver finds no motion from its guess")
-    return _judged(aim, scenario, band, courses)
+    if np.any(aim.x < aim.low):
+        return Limit(band, "at rest a chamber is below the margin")
+    name = f"{_digest(aim)}.limit"
+    if content := stored(name):
+        return _read(content)
+    limit = _found(aim, _guess(aim, rig, scenario))
+    store(name, json.dumps(asdict(limit), default=np.ndarray.tolist).encode())
+    return limit
 
 
 def _no_limit(rig: Rig, scenario: Scenario) -> str:
     """Why a scenario has no limit of settling; empty where it has one."""
     if not rig.is_jack:
-        return "a linear plant has no chambers, whose pressure is the limit"
+        return "a linear plant has no chambers, which set the limit"
     if not scenario.is_step:
         return "not a step"
-    start = scenario.position(rig.limit("stroke"))
-    if scenario.signal == "position" and abs(start + scenario.size) > rig.limit("stroke"):
+    end = scenario.position(rig.limit("stroke")) + scenario.size
+    if scenario.signal == "position" and abs(end) > rig.limit("stroke"):
         return "it leads beyond the stroke limit"
     return ""
 
 
 def _aim(rig: Rig, scenario: Scenario, band: float, margin: float) -> Aim:
     plant, position = build(rig), scenario.position(rig.limit("stroke"))
-    start = equilibrium(plant, position=position, **far_end(plant, position))
+    start = equilibrium(plant, None, None, position, None, **far_end(plant, position))
     level = float(plant.observe(start.x, start.u)[0, plant.output(scenario.signal)])
     high = np.full(plant.n, np.inf)
     high[plant.state("x")], high[plant.state("v")] = rig.limit("stroke"), rig.limit("speed")
-    low = np.where([state.unit == "Pa" for state in plant.states], margin, -high)
-    target = level + scenario.size
-    hold = _WATCHED * 2 * np.pi * float(np.sqrt(rig["M"] / oil_stiffness(rig)))
     return Aim(
-        plant, start.x, start.u, scenario.signal, (target - band, target + band), hold, low, high, rig.limit("command_rate")
+        plant=plant,
+        x=start.x,
+        u=start.u,
+        output=scenario.signal,
+        size=scenario.size,
+        band=(level + scenario.size - band, level + scenario.size + band),
+        hold=_WATCHED * 2 * np.pi * float(np.sqrt(rig["M"] / oil_stiffness(rig))),
+        low=np.where([state.unit == "Pa" for state in plant.states], margin, -high),
+        high=high,
+        rate=rig.limit("command_rate"),
     )
 
 
-def _first_guess(aim: Aim, rig: Rig, scenario: Scenario) -> Course:
-    """At a constant speed in half the time that is watched."""
-    way = scenario.size if scenario.signal == "position" else scenario.size / rig.specimen_stiffness
-    there, x = aim.x.copy(), aim.plant.state("x")
-    there[x] += way
+def _guess(aim: Aim, rig: Rig, scenario: Scenario) -> Course:
+    """At a constant speed in half the time that is watched then, without a command."""
+    there = aim.x.copy()
+    there[aim.plant.state("x")] += scenario.size / (rig.specimen_stiffness if scenario.signal == "force" else 1.0)
     t = aim.hold * np.array([0.0, 0.5, 1.5])
     return Course(t, np.array([aim.x, there, there]), np.tile(aim.u, (2, 1)), float(t[1]))
 
 
-def _refined(aim: Aim, guess: Course) -> list[Course]:
-    """The fastest course on every mesh, from the one before, until the figure stands; none where a mesh has none."""
-    courses: list[Course] = []
+def _found(aim: Aim, guess: Course) -> Limit:
+    """On every mesh from what the one before found, until the figure stands and the engine agrees."""
+    band = (aim.band[1] - aim.band[0]) / 2
+    limit = Limit(band, "the solver finds no motion")
     for intervals in _MESHES:
-        found = fastest(aim, intervals, intervals, courses[-1] if courses else guess)
-        if found is None:
+        near = limit.settling is not None
+        course = fastest_course(aim, intervals, guess, near)
+        if course is None:
             break
-        courses.append(found)
-        if len(courses) > 1 and abs(found.arrives - courses[-2].arrives) <= _STANDS * found.arrives:
+        limit, guess = _played(aim, course, band, limit.settling), course
+        if limit.stands:
             break
-    return courses
+    return limit
 
 
-def _judged(aim: Aim, scenario: Scenario, band: float, courses: list[Course]) -> Limit:
-    """The finest course, played by the engine."""
-    course, plant = courses[-1], aim.plant
-    played = Engine(plant, _EXACT, brief=True).run(course.x[0], course.t, course.u)
+def _played(aim: Aim, course: Course, band: float, before: float | None) -> Limit:
+    """A course on the engine; `before` [s] is the limit that the mesh before gave."""
+    plant, settling = aim.plant, course.arrives + aim.plant.lateness()
+    x = Engine(plant, _EXACT, brief=True).run(course.x[0], course.t, course.u).x
     u = np.append(course.u, course.u[-1:], axis=0)
-    outputs, found = (plant.observe(x, u) for x in (played.x, course.x))
-    names = [name for name in ("position", "force", "pa", "pb", "lowest_pressure") if name in plant.outputs]
-    signals = {"t [s]": course.t, "command": u[:, 0]} | {name: outputs[:, plant.output(name)] for name in names}
-    y, column = signals[scenario.signal], plant.output(scenario.signal)
+    outputs = plant.observe(x, u)
+    signals = {name: outputs[:, plant.output(name)] for name in _SIGNALS if name in plant.outputs}
+    y, asked = signals[aim.output], plant.observe(course.x, u)[:, plant.output(aim.output)]
     return Limit(
-        band,
-        "",
-        course.arrives + plant.lateness(),
-        abs(course.arrives - courses[-2].arrives) if len(courses) > 1 else None,
-        float(signals["lowest_pressure"].min()),
-        float(np.abs(course.u[:, 0]).max()),
-        metrics.overshoot(y, float(y[0]), float(y[0]) + scenario.size),
-        100 * float(np.abs(y - found[:, column]).max() / abs(scenario.size)),
-        signals,
+        band=band,
+        settling=settling,
+        mesh_difference=None if before is None else abs(settling - before),
+        lowest_pressure=float(signals["lowest_pressure"].min()),
+        peak_command=float(np.abs(u[:, 0]).max()),
+        overshoot=metrics.overshoot(y, float(y[0]), float(y[0]) + aim.size),
+        off=float(np.abs(y - asked).max()),
+        signals={"t [s]": course.t, "command": u[:, 0], **signals},
     )
+
+
+def _digest(aim: Aim) -> str:
+    """Of all that a limit follows from: the task, and the sources that solve it."""
+    plant = aim.plant
+    numbers = [aim.x, aim.u, aim.band, aim.hold, aim.low, aim.high, aim.rate, aim.size, plant.p, plant.scale]
+    parts = [
+        plant.f.serialize(),
+        plant.h.serialize(),
+        aim.output,
+        *(np.asarray(part).tobytes().hex() for part in numbers),
+    ]
+    parts += [Path(source).read_text() for source in (__file__, fastest.__file__)]
+    return sha256(chr(0).join(parts).encode()).hexdigest()
+
+
+def _read(content: bytes) -> Limit:
+    table = json.loads(content)
+    return Limit(**table | {"signals": {name: np.array(values) for name, values in table["signals"].items()}})
