@@ -22,7 +22,7 @@ _IPOPT = {
     "print_time": False,
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",  # no banner
-    "ipopt.max_iter": 200,
+    "ipopt.max_iter": 150,
     "ipopt.tol": 1e-6,
 }
 _NEAR = {"ipopt.mu_init": 1e-4, "ipopt.bound_push": 1e-5, "ipopt.bound_frac": 1e-5}  # of a guess that is a solution

@@ -5,7 +5,7 @@ found is played on the engine, open loop.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -25,6 +25,7 @@ from .scenarios import Scenario
 from .sensors import settling_band
 
 _MESHES = (24, 48, 96)  # intervals on the way, and as many after it
+_GUESSES = (1.0, 0.25)  # of the time that is watched, in which the jack moves: the second where the first leads nowhere
 _STANDS = 0.005  # change of the figure on a mesh of half the length, up to which it stands
 _PLAYS = 0.2  # of the band: how far the engine may be off what was found
 _WATCHED = 1.6  # periods of the mass on the oil that it stays settled before it is at rest
@@ -58,10 +59,6 @@ class Limit:
             return False
         return self.mesh_difference <= _STANDS * self.settling and self.off <= _PLAYS * self.band
 
-    def times(self, settling: float | None) -> float | None:
-        """How many times the limit a settling time [s] is; None where one of the two is not known."""
-        return None if settling is None or self.settling is None else settling / self.settling
-
 
 def settling_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> Limit:
     """Of a scenario from where it starts, no chamber less than `margin` [Pa] above the vapour's pressure, 0 bar here.
@@ -80,9 +77,19 @@ def settling_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> Limit:
     name = f"{_digest(aim)}.limit"
     if content := stored(name):
         return _read(content)
-    limit = _found(aim, _guess(aim, rig, scenario))
+    limit = _found(aim, _guesses(aim, rig, scenario))
     store(name, json.dumps(asdict(limit), default=np.ndarray.tolist).encode())
     return limit
+
+
+def limits_by_name(rig: Rig, scenarios: Iterable[Scenario]) -> dict[str, float | None]:
+    """Limits [s] of scenarios by name; None where there is none, or it was not found."""
+    return {scenario.name: settling_limit(rig, scenario).settling for scenario in scenarios}
+
+
+def times_limit(settling: float | None, limit: float | None) -> float | None:
+    """How many times a limit [s] a settling time [s] is; None where one of the two is not known."""
+    return None if settling is None or limit is None else settling / limit
 
 
 def _no_limit(rig: Rig, scenario: Scenario) -> str:
@@ -117,30 +124,33 @@ def _aim(rig: Rig, scenario: Scenario, band: float, margin: float) -> Aim:
     )
 
 
-def _guess(aim: Aim, rig: Rig, scenario: Scenario) -> Course:
-    """At a constant speed in half the time that is watched then, without a command."""
+def _guesses(aim: Aim, rig: Rig, scenario: Scenario) -> list[Course]:
+    """At constant speeds, without a command."""
     there = aim.x.copy()
     there[aim.plant.state("x")] += scenario.size / (rig.specimen_stiffness if scenario.signal == "force" else 1.0)
-    t = aim.hold * np.array([0.0, 0.5, 1.5])
-    return Course(t, np.array([aim.x, there, there]), np.tile(aim.u, (2, 1)), float(t[1]))
+    x, u = np.array([aim.x, there, there]), np.tile(aim.u, (2, 1))
+    return [Course(aim.hold * np.array([0.0, share, share + 1]), x, u, aim.hold * share) for share in _GUESSES]
 
 
-def _found(aim: Aim, guess: Course) -> Limit:
+def _found(aim: Aim, guesses: Sequence[Course]) -> Limit:
     """On every mesh from what the one before found, until the figure stands and the engine agrees."""
-    band = (aim.band[1] - aim.band[0]) / 2
-    limit = Limit(band, "the solver finds no motion")
-    for intervals in _MESHES:
-        near = limit.settling is not None
-        course = fastest_course(aim, intervals, guess, near)
-        if course is None:
+    first, *finer = _MESHES
+    found = (fastest_course(aim, first, guess, near=False) for guess in guesses)
+    course = next((course for course in found if course is not None), None)
+    if course is None:
+        return Limit((aim.band[1] - aim.band[0]) / 2, "the solver finds no motion")
+    limit = _played(aim, course, None)
+    for intervals in finer:
+        refined = fastest_course(aim, intervals, course, near=True)
+        if refined is None:
             break
-        limit, guess = _played(aim, course, band, limit.settling), course
+        limit, course = _played(aim, refined, limit.settling), refined
         if limit.stands:
             break
     return limit
 
 
-def _played(aim: Aim, course: Course, band: float, before: float | None) -> Limit:
+def _played(aim: Aim, course: Course, before: float | None) -> Limit:
     """A course on the engine; `before` [s] is the limit that the mesh before gave."""
     plant, settling = aim.plant, course.arrives + aim.plant.lateness()
     x = Engine(plant, _EXACT, brief=True).run(course.x[0], course.t, course.u).x
@@ -149,7 +159,7 @@ def _played(aim: Aim, course: Course, band: float, before: float | None) -> Limi
     signals = {name: outputs[:, plant.output(name)] for name in _SIGNALS if name in plant.outputs}
     y, asked = signals[aim.output], plant.observe(course.x, u)[:, plant.output(aim.output)]
     return Limit(
-        band=band,
+        band=(aim.band[1] - aim.band[0]) / 2,
         settling=settling,
         mesh_difference=None if before is None else abs(settling - before),
         lowest_pressure=float(signals["lowest_pressure"].min()),

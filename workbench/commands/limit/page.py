@@ -56,14 +56,18 @@ def _verdict(rows: Sequence[Mapping[str, Any]]) -> str:
     return f"Nothing settles sooner: {'; '.join(said)}.{none}" if said else "No limit was found; the table says why."
 
 
+def _span(times: Sequence[float]) -> str:
+    return " to ".join(dict.fromkeys(f"{time:.3g}" for time in (min(times), max(times))))
+
+
 def _table(metrics: Mapping[str, Any]) -> Table:
     lines = [
         [row[key] if factor == 1.0 or row[key] is None else row[key] * factor for key, (_, factor) in _COLUMNS.items()]
         for row in metrics["rows"]
     ]
     note = (
-        "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the known "
-        "plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "
+        "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the "
+        "known plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "
         f"{metrics['margin_bar']:g} bar above the vapour's pressure, 0 bar here. Of many motions that arrive as soon, "
         "the one with the quietest command. By the mesh: the change when its intervals were last halved. Pressure, "
         "overshoot and the distance from what was found are of the motion that the engine plays, open loop."
