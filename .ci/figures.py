@@ -1,4 +1,4 @@
-"""Holds the figures of the READMEs to what the commands beside them print; words choose commands that contain them.
+"""Holds the figures of the READMEs and of some pages to what the commands beside them print; words choose commands that contain them.
 
 A comment on a line of its own, `<!-- held: COMMAND: PATH ... -->`, says that each PATH of the command's metrics.json
 (chi2.after, rows[id=main_100_f3db].value) stands in the block that follows, rounded as it is written there. Where the
@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README.md", "experiments/README.md")
+PAGES = ("README.md", "experiments/README.md", "docs/limit.md")
 HELD = re.compile(r"^<!-- held: (jackbench [^:]+): ([^>]+?) -->$", re.MULTILINE)
 NOT_HELD = {
     "How often is a trace right?": "more than an hour",
