@@ -101,11 +101,11 @@ def _row(kept: Kept, config: RobustnessConfig, limit: float | None) -> dict[str,
         "settling_p50_s": p50,
         "settling_p99_s": p99,
         "settling_worst_s": worst,
-        "times_limit": times_limit(p99, limit),
         "overshoot_worst_percent": finite(np.max(columns["overshoot_percent"])),
         "ms_worst": None if unstable else finite(np.max(columns["ms"])),
         "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
         "cavitating": int((columns["lowest_pressure"] < 0).sum()),
+        "times_limit": times_limit(p99, limit),
         "worst": _drawn(lane, config, kept.furthest(lane) if columns["unstable"][lane] else None),
     }
 
