@@ -1,4 +1,4 @@
-"""Holds the figures of the READMEs to what the commands beside them print; words choose commands that contain them.
+"""Holds the figures of PAGES to what the commands beside them print; words choose commands that contain them.
 
 A comment on a line of its own, `<!-- held: COMMAND: PATH ... -->`, says that each PATH of the command's metrics.json
 (chi2.after, rows[id=main_100_f3db].value) stands in the block that follows, rounded as it is written there. Where the
@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README.md", "experiments/README.md")
+PAGES = ("README.md", "experiments/README.md", "docs/limit.md")
 HELD = re.compile(r"^<!-- held: (jackbench [^:]+): ([^>]+?) -->$", re.MULTILINE)
 NOT_HELD = {
     "How often is a trace right?": "more than an hour",
@@ -138,7 +138,7 @@ def misprints(text: str, only: str = "") -> Iterator[str]:
 
 
 def main(only: str) -> int:
-    """Check both pages; 1 where a figure is wrong."""
+    """Check the pages; 1 where a figure is wrong."""
     wrong = [f"{page}: {line}" for page in PAGES for line in misprints((ROOT / page).read_text("utf-8"), only)]
     print("\n".join(wrong) or "every figure is what its command gives")
     return bool(wrong)

@@ -19,6 +19,7 @@ from workbench.commands.run.config import load_config
 from workbench.linear.frequency_response import first_harmonic
 from workbench.loop.envelope import envelope, steps
 from workbench.loop.hard_goals import linear_goals, motion_goals
+from workbench.loop.limit import settling_limit
 from workbench.loop.limits import Limits
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import judge, linear_loops, loop_setup
@@ -96,7 +97,8 @@ def test_a_row_on_the_nominal_rig_is_the_one_of_run(outcome):
         chosen = next(c for c in steps.controllers if c.name == found["controller"])
         setup = loop_setup(with_delay(steps.rig, 0.3e-3))
         _, alone = judge(chosen, wanted, setup, linear_loops(chosen, setup), seed=0)
-        assert found == {**alone, "rig": "nominal"}
+        times = found["settling_s"] / settling_limit(steps.rig, wanted).settling if found["settling_s"] else None
+        assert found == {**alone, "rig": "nominal", "times_limit": times}
 
 
 def test_every_controller_meets_every_rig_and_the_spread_spans_them(outcome):

@@ -159,6 +159,7 @@ def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys
     assert {"x [m]", "beta [Pa]", "M [kg]"} <= row["worst"].keys()
     assert row["plants"] == 40
     assert 0.05 < row["settling_p50_s"] < 0.2
+    assert row["times_limit"] == pytest.approx(row["settling_p99_s"] / metrics["limit_s"], rel=1e-8)
     assert metrics["timing"]["closed_loop_seconds_per_cpu_second"]["p-dp"] > 0
     for name in ("p-dp", "mpc"):
         rows = [row for row in metrics["linear"] if row["controller"] == name]

@@ -11,6 +11,7 @@ COMMANDS = {
     "run": "run an experiment file",
     "bench": "controllers on a set of rigs in scenarios",
     "robustness": "every controller on thousands of drawn plants",
+    "limit": "the soonest that the known rig settles, whatever controls it",
     "faults": "what the guard makes of faults of sensors, controllers, drives and plants",
     "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
     "live": "a page on which a loop's numbers are dragged, and it answers at once",

@@ -9,6 +9,7 @@ capability, trajectories, own_references    what a rig can give a motion; motion
 rig_variations, conditions    on which rigs, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row
 plant_response, margins   a sampled plant's response; poles, sensitivity and margins of loops on it
+limit                     the soonest that a known rig settles, whatever controls it
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
 overshoots                overshoot of a position loop by what the design did not know
 describing_function, sine_points, sine_margins    closed-loop frequency response by stepped sine; margins by it

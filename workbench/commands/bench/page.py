@@ -113,7 +113,10 @@ def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Me
     ]
     for scenario in loop.scenarios:
         lines = [_scenario_line(loop, scenario, spec.name, entries, metrics) for spec in loop.controllers]
-        note = f"{worst} never settles. Energy: what the main lands take beyond their leakage at rest."
+        note = (
+            f"{worst} never settles. The limit: the soonest that the nominal rig settles at all (jackbench limit). "
+            "Energy: what the main lands take beyond their leakage at rest."
+        )
         tables.append(_marked(scenario.name, lines, note))
     return tables
 
@@ -137,6 +140,7 @@ def _scenario_line(
         far = excursion(loop, scenario)
         line |= {
             "settling [s]": row["settling_s"],
+            "times the limit": row["times_limit"],
             "worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
             far.label: far.shown(row[far.key]),
             f"worst {far.label}": far.shown(over[f"{far.key}_most"]),
@@ -176,7 +180,16 @@ def _every(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     names = {controller.name for controller in loop.controllers}
     rows = [row for row in metrics["rows"] if row["controller"] in names]
     maker = RowTable(loop.rig, loop.signal, loop.scenarios)
-    motion = ("settling_s", "overshoot_percent", "rise_s", "iae", "peak_command", "saturated_s", "cavitation_s")
+    motion = (
+        "settling_s",
+        "times_limit",
+        "overshoot_percent",
+        "rise_s",
+        "iae",
+        "peak_command",
+        "saturated_s",
+        "cavitation_s",
+    )
     motion += ("residual_oscillation", "band", "peak_deviation", "tripped")
     note = " ".join(("The rows of metrics.json.", *(line for each in loop.scenarios for line in each.remarks)))
     whose = ("scenario", "rig", "controller")

@@ -9,6 +9,7 @@ import numpy as np
 from ...base.process_pool import Jobs, process_pool
 from ...control.controller_spec import ControllerSpec
 from ...loop.compute_time import summary
+from ...loop.limit import limits_by_name, times_limit
 from ...loop.rig_spread import spread_over_rigs
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, loop_setup
@@ -34,6 +35,7 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs 
     entries: Entries = {
         (c.name, rig): by_rig[c.name, rig] for loop in config.loops for c in loop.controllers for rig in loop.rigs
     }
+    entries = _beside_limits(config, entries, stage)
     rows = [row for entry in entries.values() for row in entry["rows"]]
     metrics = {
         "rows": rows,
@@ -55,6 +57,23 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs 
         return bench_page(config, entries, clouds, metrics), bench_picture(config, entries, metrics)
 
     return Outcome(metrics, draw, _tables(entries), subject=subject)
+
+
+def _beside_limits(config: BenchConfig, entries: Entries, stage: Stage) -> Entries:
+    """The entries whose rows say how many times the limit of the nominal rig their settling is."""
+    limits = {
+        loop.signal.name: stage(f"limits {loop.signal.name}", partial(limits_by_name, loop.rig, loop.scenarios))
+        for loop in config.loops
+    }
+    found = {name: limit for each in limits.values() for name, limit in each.items()}
+    return {
+        key: {**entry, "rows": [_beside_limit(row, found[row["scenario"]]) for row in entry["rows"]]}
+        for key, entry in entries.items()
+    }
+
+
+def _beside_limit(row: dict[str, Any], limit: float | None) -> dict[str, Any]:
+    return row | {"times_limit": times_limit(row["settling_s"], limit)}
 
 
 def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:

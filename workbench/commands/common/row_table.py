@@ -16,6 +16,7 @@ _OF_THE_STEP = {"overshoot_percent": 1.0, "residual_oscillation": 100.0}  # and 
 _STEPS = {"ms": 0.01, "gain_margin_db": 0.01, "phase_margin_deg": 0.1, "peak_db": 0.01}
 _HEADS = {
     "settling_s": "settling [s]",
+    "times_limit": "times the limit [1]",
     "overshoot_percent": "overshoot [%]",
     "rise_s": "rise [s]",
     "peak_command": "peak command [1]",

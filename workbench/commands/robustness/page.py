@@ -22,6 +22,7 @@ _COLUMNS = {
     "settling_p50_s": "settling, median [s]",
     "settling_p99_s": "99 % [s]",
     "settling_worst_s": "worst [s]",
+    "times_limit": "99 % over the limit [1]",
     "overshoot_worst_percent": "worst overshoot [%]",
     "ms_worst": "worst Ms",
     "gain_margin_worst_db": "least gain margin [dB]",
@@ -47,6 +48,7 @@ def robustness_page(
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
         f"{moving_at(config.signal, config.rig.passing_speed)}, where each plant was drawn and at "
         f"{len(config.positions)} positions. "
+        "The limit: the soonest that the nominal rig settles at all, at mid stroke (jackbench limit). "
         f"{judged_words(config.conditions, config.rig)}",
         dict.fromkeys(_BEST, "min"),
     )

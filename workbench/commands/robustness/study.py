@@ -7,6 +7,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...base.process_pool import Jobs, process_pool
+from ...loop.limit import limits_by_name, times_limit
+from ...loop.scenarios import Scenario
 from ...loop.sensors import settling_band
 from ...plant import build
 from ...report import Figure, Page
@@ -42,7 +44,9 @@ def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress, j
                 draw.append(drawn(config, plant, block).columns(config.rig))
                 for each in kept:
                     each.take(results, block)
-    return _outcome(config, draw, kept)
+    step = Scenario("step", config.signal.name, config.step, config.seconds)
+    limit = stage("limit", partial(limits_by_name, config.rig, [step]))[step.name]
+    return _outcome(config, draw, kept, limit)
 
 
 def _told(stage: Stage, progress: Progress) -> Stage:
@@ -56,11 +60,12 @@ def _told(stage: Stage, progress: Progress) -> Stage:
     return tell
 
 
-def _outcome(config: RobustnessConfig, draw: KeptColumns, kept: list[Kept]) -> Outcome:
+def _outcome(config: RobustnessConfig, draw: KeptColumns, kept: list[Kept], limit: float | None) -> Outcome:
     played = [each for each in kept if each.lanes]
     seconds = config.plants * config.seconds
     metrics = {
-        "rows": [kept_row(each, config) for each in played],
+        "rows": [kept_row(each, config, limit) for each in played],
+        "limit_s": limit,
         "linear": [row for each in kept for row in each.linear_rows()],
         "band": settling_band(config.rig, config.signal.name, config.step),
         "left_out": [each.spec.name for each in kept if not each.lanes],
@@ -78,8 +83,11 @@ def _outcome(config: RobustnessConfig, draw: KeptColumns, kept: list[Kept]) -> O
     return Outcome(metrics, shown, {"drawn": draw, **tables}, {}, subject)
 
 
-def kept_row(kept: Kept, config: RobustnessConfig) -> dict[str, Any]:
-    """One row: quantiles count a plant that never settles as the slowest; None where that is one."""
+def kept_row(kept: Kept, config: RobustnessConfig, limit: float | None) -> dict[str, Any]:
+    """One row: quantiles count a plant that never settles as the slowest; None where that is one.
+
+    `times_limit`: the time in which 99 % settle, over the `limit` [s] of the nominal rig at mid stroke.
+    """
     columns = dict(kept.lanes)
     settling = np.where(np.isnan(columns["settling_s"]) | columns["tripped"], np.inf, columns["settling_s"])
     p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
@@ -97,6 +105,7 @@ def kept_row(kept: Kept, config: RobustnessConfig) -> dict[str, Any]:
         "ms_worst": None if unstable else finite(np.max(columns["ms"])),
         "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
         "cavitating": int((columns["lowest_pressure"] < 0).sum()),
+        "times_limit": times_limit(p99, limit),
         "worst": _drawn(lane, config, kept.furthest(lane) if columns["unstable"][lane] else None),
     }
 

@@ -15,9 +15,11 @@ from ...engine import Engine
 from ...linear.equilibria import equilibria
 from ...linear.operating_point import far_end
 from ...loop.batch import run_lanes
+from ...loop.limit import limits_by_name
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup
 from ...loop.sampled_loop import SampledLoop
+from ...loop.scenarios import Scenario
 from ...loop.sensors import logged_lanes, settling_band
 from ...plant import build
 from ...report import Figure, Page
@@ -49,9 +51,11 @@ def run_automatic(config: AutomaticConfig, stage: Stage, progress: Progress) -> 
             rows.append({**row, "rig": name, **_gains(spec)})
         specs.append(spec.named(name))
     kept, draw, gains = _drawn(config, stage, progress)
+    step = Scenario("step", "position", config.drawn.step, config.drawn.seconds)
+    limit = stage("limit", partial(limits_by_name, config.rig, [step]))[step.name]
     metrics = {
         "rows": rows,
-        "drawn": [{**kept_row(kept, config.drawn), **_counts(kept, gains)}],
+        "drawn": [{**kept_row(kept, config.drawn, limit), **_counts(kept, gains)}],
         "linear": kept.linear_rows(),
         "band": settling_band(config.rig, "position", config.drawn.step),
         "left_out": [],

@@ -1,0 +1,95 @@
+"""The report of the limits: a line a step and place, and the motions over time."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.rig import Rig
+
+_COLUMNS = {
+    "scenario": ("scenario", 1.0),
+    "x_m": ("from [mm]", 1e3),
+    "stiffness_n_per_m": ("specimen [kN/mm]", 1e-6),
+    "limit_s": ("limit [s]", 1.0),
+    "mesh_difference_s": ("by the mesh [ms]", 1e3),
+    "lowest_pressure_bar": ("lowest pressure [bar]", 1.0),
+    "peak_command": ("peak command [1]", 1.0),
+    "overshoot_percent": ("overshoot [%]", 1.0),
+    "played_off_percent": ("engine off by [% of the step]", 1.0),
+    "reason": ("why none", 1.0),
+}
+_SHOWN = ("position", "force", "command", "pa", "pb")
+
+Courses = Mapping[str, Mapping[str, np.ndarray]]
+
+
+def limit_page(rig: Rig, metrics: Mapping[str, Any], courses: Courses) -> Page:
+    """One table, and a figure for every scenario."""
+    rows = metrics["rows"]
+    sections = [Section("Limits", [_table(metrics)])]
+    sections += [Section(scenario, [_figure(scenario, courses)]) for scenario in _scenarios(courses)]
+    return Page(f"The limit of {rig.name}", _verdict(rows), sections)
+
+
+def limit_picture(courses: Courses) -> Figure:
+    """The motions of the first scenario; an empty figure where nothing was found."""
+    return _figure(next(iter(_scenarios(courses)), ""), courses)
+
+
+def _verdict(rows: Sequence[Mapping[str, Any]]) -> str:
+    found: dict[str, list[float]] = {}
+    for row in rows:
+        if row["limit_s"] is not None:
+            found.setdefault(row["scenario"], []).append(row["limit_s"])
+    said = [
+        f"{name} in {min(times):.3g} s"
+        if max(times) == min(times)
+        else f"{name} in {min(times):.3g} to {max(times):.3g} s"
+        for name, times in found.items()
+    ]
+    lacking = sum(row["limit_s"] is None for row in rows)
+    none = f" {lacking} of {len(rows)} rows have no limit; the table says why." if lacking else ""
+    return f"Nothing settles sooner: {'; '.join(said)}.{none}" if said else "No limit was found; the table says why."
+
+
+def _span(times: Sequence[float]) -> str:
+    return " to ".join(dict.fromkeys(f"{time:.3g}" for time in (min(times), max(times))))
+
+
+def _table(metrics: Mapping[str, Any]) -> Table:
+    lines = [
+        [row[key] if factor == 1.0 or row[key] is None else row[key] * factor for key, (_, factor) in _COLUMNS.items()]
+        for row in metrics["rows"]
+    ]
+    note = (
+        "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the "
+        "known plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "
+        f"{metrics['margin_bar']:g} bar above the vapour's pressure, 0 bar here. Of many motions that arrive as soon, "
+        "the one with the quietest command. By the mesh: the change when its intervals were last halved. Pressure, "
+        "overshoot and the distance from what was found are of the motion that the engine plays, open loop."
+    )
+    return Table("", [title for title, _ in _COLUMNS.values()], lines, note, fold=True)
+
+
+def _scenarios(courses: Courses) -> list[str]:
+    return list(dict.fromkeys(name.partition(" from ")[0] for name in courses))
+
+
+def _figure(scenario: str, courses: Courses) -> Figure:
+    """Its motions from every place: signals, command and chamber pressures."""
+    runs = {name.partition(" from ")[2]: run for name, run in courses.items() if name.startswith(f"{scenario} from ")}
+    panels = [
+        Panel(SIGNALS[key].label, tuple(_curve(place, key, run) for place, run in runs.items() if key in run))
+        for key in _SHOWN
+        if any(key in run and np.ptp(run[key]) > 0 for run in runs.values())
+    ]
+    return Figure(f"{scenario}: the soonest there is", "time [ms]", panels)
+
+
+def _curve(name: str, key: str, run: Mapping[str, np.ndarray]) -> Curve:
+    values = run[key] - run[key][0] if key == "position" else run[key]
+    return Curve(name, 1e3 * run["t [s]"], from_si(values, SIGNALS[key].unit, SIGNALS[key].si))

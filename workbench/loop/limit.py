@@ -1,0 +1,189 @@
+"""The limit of a step: the soonest that a known rig settles, whatever controls it.
+
+By direct collocation on the plant of every other simulation, on meshes that are halved until the figure stands; what is
+found is played on the engine, open loop.
+"""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from ..base.private_cache import store, stored
+from ..engine import Engine, fastest
+from ..engine.fastest import Aim, Course, fastest_course
+from ..linear import equilibrium
+from ..linear.operating_point import far_end
+from ..plant import build
+from ..rigs.rig import Rig
+from . import step_metrics as metrics
+from .capability import oil_stiffness
+from .scenarios import Scenario
+from .sensors import settling_band
+
+_MESHES = (24, 48, 96)  # intervals on the way, and as many after it
+_GUESSES = (0.5, 1.0)  # of the time that is watched, in which the jack moves: the second where the first leads nowhere
+_STANDS = 0.005  # change of the figure on a mesh of half the length, up to which it stands
+_PLAYS = 0.2  # of the band: how far the engine may be off what was found
+_WATCHED = 1.6  # periods of the mass on the oil that it stays settled before it is at rest
+_EXACT = 1e-7  # tolerance of the engine that plays what was found
+_SIGNALS = ("position", "force", "pa", "pb", "lowest_pressure")
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """The least time [s] in which a step settles into `band` (SI); None where none was found, and the `reason`.
+
+    `mesh_difference` [s] is its change from the mesh before, None where there is but one. Of the motion as the engine
+    plays it: its `lowest_pressure` [Pa], `peak_command` and `overshoot` [percent]; `off`, how far it is off what was
+    found (SI); and `signals` [k] by name, SI, with the time "t [s]".
+    """
+
+    band: float
+    reason: str = ""
+    settling: float | None = None
+    mesh_difference: float | None = None
+    lowest_pressure: float | None = None
+    peak_command: float | None = None
+    overshoot: float | None = None
+    off: float | None = None
+    signals: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the mesh matters no more, and the engine agrees."""
+        if self.settling is None or self.mesh_difference is None or self.off is None:
+            return False
+        return self.mesh_difference <= _STANDS * self.settling and self.off <= _PLAYS * self.band
+
+
+def settling_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> Limit:
+    """Of a scenario from where it starts, no chamber less than `margin` [Pa] above the vapour's pressure, 0 bar here.
+
+    From rest into the band in which a loop counts as settled, there for 1.6 periods of the mass on the oil, and at rest
+    at the end of them; the command within +-1 and the rig's rate, the jack within stroke and speed. A drive that is
+    late adds its delay. It is computed once, in some seconds, and kept in the user's cache folder. Raises InputError
+    where the rig has no operating point there.
+    """
+    band = settling_band(rig, scenario.signal, scenario.size)
+    if reason := _no_limit(rig, scenario):
+        return Limit(band, reason)
+    aim = _aim(rig, scenario, band, margin)
+    if np.any(aim.x < aim.low):
+        return Limit(band, "at rest a chamber is below the margin")
+    name = f"{_digest(aim)}.limit"
+    if content := stored(name):
+        return _read(content)
+    limit = _found(aim, _guesses(aim, rig, scenario))
+    store(name, json.dumps(asdict(limit), default=np.ndarray.tolist).encode())
+    return limit
+
+
+def limits_by_name(rig: Rig, scenarios: Iterable[Scenario]) -> dict[str, float | None]:
+    """Limits [s] of scenarios by name; None where there is none, or it was not found."""
+    return {scenario.name: settling_limit(rig, scenario).settling for scenario in scenarios}
+
+
+def times_limit(settling: float | None, limit: float | None) -> float | None:
+    """How many times a limit [s] a settling time [s] is; None where one of the two is not known."""
+    return None if settling is None or limit is None else settling / limit
+
+
+def _no_limit(rig: Rig, scenario: Scenario) -> str:
+    """Why a scenario has no limit of settling; empty where it has one."""
+    if not rig.is_jack:
+        return "a linear plant has no chambers, which set the limit"
+    if not scenario.is_step:
+        return "not a step"
+    end = scenario.position(rig.limit("stroke")) + scenario.size
+    if scenario.signal == "position" and abs(end) > rig.limit("stroke"):
+        return "it leads beyond the stroke limit"
+    return ""
+
+
+def _aim(rig: Rig, scenario: Scenario, band: float, margin: float) -> Aim:
+    plant, position = build(rig), scenario.position(rig.limit("stroke"))
+    start = equilibrium(plant, None, None, position, None, **far_end(plant, position))
+    level = float(plant.observe(start.x, start.u)[0, plant.output(scenario.signal)])
+    high = np.full(plant.n, np.inf)
+    high[plant.state("x")], high[plant.state("v")] = rig.limit("stroke"), rig.limit("speed")
+    return Aim(
+        plant=plant,
+        x=start.x,
+        u=start.u,
+        output=scenario.signal,
+        size=scenario.size,
+        band=(level + scenario.size - band, level + scenario.size + band),
+        hold=_WATCHED * 2 * np.pi * float(np.sqrt(rig["M"] / oil_stiffness(rig))),
+        low=np.where([state.unit == "Pa" for state in plant.states], margin, -high),
+        high=high,
+        rate=rig.limit("command_rate"),
+    )
+
+
+def _guesses(aim: Aim, rig: Rig, scenario: Scenario) -> list[Course]:
+    """At constant speeds, without a command."""
+    there = aim.x.copy()
+    there[aim.plant.state("x")] += scenario.size / (rig.specimen_stiffness if scenario.signal == "force" else 1.0)
+    x, u = np.array([aim.x, there, there]), np.tile(aim.u, (2, 1))
+    return [Course(aim.hold * np.array([0.0, share, share + 1]), x, u, aim.hold * share) for share in _GUESSES]
+
+
+def _found(aim: Aim, guesses: Sequence[Course]) -> Limit:
+    """On every mesh from what the one before found, until the figure stands and the engine agrees."""
+    first, *finer = _MESHES
+    found = (fastest_course(aim, first, guess, near=False) for guess in guesses)
+    course = next((course for course in found if course is not None), None)
+    if course is None:
+        return Limit((aim.band[1] - aim.band[0]) / 2, "the solver finds no motion")
+    limit = _played(aim, course, None)
+    for intervals in finer:
+        refined = fastest_course(aim, intervals, course, near=True)
+        if refined is None:
+            break
+        limit, course = _played(aim, refined, limit.settling), refined
+        if limit.stands:
+            break
+    return limit
+
+
+def _played(aim: Aim, course: Course, before: float | None) -> Limit:
+    """A course on the engine; `before` [s] is the limit that the mesh before gave."""
+    plant, settling = aim.plant, course.arrives + aim.plant.lateness()
+    x = Engine(plant, _EXACT, brief=True).run(course.x[0], course.t, course.u).x
+    u = np.append(course.u, course.u[-1:], axis=0)
+    outputs = plant.observe(x, u)
+    signals = {name: outputs[:, plant.output(name)] for name in _SIGNALS if name in plant.outputs}
+    y, asked = signals[aim.output], plant.observe(course.x, u)[:, plant.output(aim.output)]
+    return Limit(
+        band=(aim.band[1] - aim.band[0]) / 2,
+        settling=settling,
+        mesh_difference=None if before is None else abs(settling - before),
+        lowest_pressure=float(signals["lowest_pressure"].min()),
+        peak_command=float(np.abs(u[:, 0]).max()),
+        overshoot=metrics.overshoot(y, float(y[0]), float(y[0]) + aim.size),
+        off=float(np.abs(y - asked).max()),
+        signals={"t [s]": course.t, "command": u[:, 0], **signals},
+    )
+
+
+def _digest(aim: Aim) -> str:
+    """Of all that a limit follows from: the task, and the sources that solve it."""
+    plant = aim.plant
+    numbers = [aim.x, aim.u, aim.band, aim.hold, aim.low, aim.high, aim.rate, aim.size, plant.p, plant.scale]
+    parts = [
+        plant.f.serialize(),
+        plant.h.serialize(),
+        aim.output,
+        *(np.asarray(part).tobytes().hex() for part in numbers),
+    ]
+    parts += [Path(source).read_text() for source in (__file__, fastest.__file__)]
+    return sha256(chr(0).join(parts).encode()).hexdigest()
+
+
+def _read(content: bytes) -> Limit:
+    table = json.loads(content)
+    return Limit(**table | {"signals": {name: np.array(values) for name, values in table["signals"].items()}})
