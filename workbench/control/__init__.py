@@ -8,6 +8,7 @@ around, measured_stiffness    what stands around a controller; force loops scale
 lane_compensators      the same around a controller in lanes
 plan, planned          what a reference goes through that is no filter; a controller within one
 reference_plan         a motion planned of a reference, with the command for its flow
+automatic_tuning       gains by rules from small moves, without a model
 sine_control           amplitude, phase and harmonics of sines corrected as measured
 discrete_filter, second_order_sections, section_controller    sampled linear laws
 linear_law             sampled linear laws as data, for compiled loops

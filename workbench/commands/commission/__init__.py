@@ -3,10 +3,13 @@
 options      what it is asked
 relay        a relay whose command grows until the jack moves: small moves of any rig
 looks        the rig at rest and in small moves: is it what the datasheet says, as far as that shows at once?
+transducers  an effect file: pressures that are read too large
 automatic    a controller by rules, from these moves alone: what any model has to beat
+rig_time     what is played on the rig: recorded, kept, no longer than is allowed
 motions      records that the worst of all plants still takes
 designs      a controller searched for a rig and what is uncertain of it
 verify       scenarios played on the rig, measured beside predicted
+rounds       what the records say, a controller for the rig as found, and whether that is enough
 study        the whole way, and commission.json
 page         the report
 """

@@ -1,6 +1,6 @@
 """A controller searched for a rig: P, scheduled pressure feedback, the lap inverted, a shaped reference."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
@@ -11,6 +11,7 @@ from ...control.protocol import is_number
 from ...loop.conditions import Conditions
 from ...loop.limits import Limits
 from ...loop.scenarios import SCENARIOS
+from ...rigs.number import Number
 from ...rigs.rig import Rig
 from ..tune.config import USUAL_WEIGHTS
 from ..tune.problem import Searched, TuneProblem
@@ -42,6 +43,16 @@ def searched_design(
     )
     best = nearest_trial(search(problem, stage, progress, jobs))
     return problem.design(best.values).named(name), best.verdict.missed
+
+
+def exactly(rig: Rig) -> Rig:
+    """The rig were its numbers known as they are given."""
+    uses = tuple(replace(use, numbers={name: _exact(n) for name, n in use.numbers.items()}) for use in rig.effects)
+    return replace(rig, numbers={name: _exact(number) for name, number in rig.numbers.items()}, effects=uses)
+
+
+def _exact(number: Number) -> Number:
+    return replace(number, low=None, high=None, interval=None)
 
 
 def experiment_of(spec: ControllerSpec, rig_file: str) -> dict[str, Any]:

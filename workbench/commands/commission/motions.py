@@ -36,12 +36,16 @@ def doubted(rig: Rig) -> Rig:
     return replace(rig, limits={**rig.limits, "flow_error": limit})
 
 
-def safe_records(rig: Rig, loop: ControllerSpec) -> list[Excitation]:
-    """The standard records as large as every corner takes them in a loop. Raises InputError where one is not taken at
-    any size."""
+def standard_records(rig: Rig, loop: ControllerSpec) -> list[Excitation]:
+    """The standard records in a loop, as `safe` leaves them."""
+    return safe(rig, loop, list(standard_set(replace(drive(rig), loop=loop)).values()))
+
+
+def safe(rig: Rig, loop: ControllerSpec, waves: Sequence[Excitation]) -> list[Excitation]:
+    """Records as large as every corner takes them in a loop. Raises InputError where one is not taken at any size."""
     ready = replace(drive(rig), loop=loop)
     plants = [ready, *(replace(ready, rig=each, engine=Engine(build(each))) for each in list(corners(rig))[1:])]
-    return [_smaller(plants, wave) for wave in standard_set(ready).values()]
+    return [_smaller(plants, wave) for wave in waves]
 
 
 def _smaller(plants: Sequence[DriveSimulation], wave: Excitation) -> Excitation:

@@ -15,6 +15,7 @@ _WORDS = {
     "automatic": "no model: rules and small moves",
     "datasheet": "tuned on the datasheet",
     "found": "tuned on the rig as found",
+    "limit": "the limit: what physics allows the rig as found",
 }
 
 

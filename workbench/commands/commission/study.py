@@ -2,44 +2,38 @@
 
 import json
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
-from functools import partial
-from pathlib import Path
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
 
-import numpy as np
-
-from ...base.errors import InputError
 from ...base.toml_text import toml_text
-from ...base.trust import allow
 from ...control.automatic_tuning import MOVE, SmallMoves
 from ...control.controller_spec import ControllerSpec
 from ...control.export import coefficients
 from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
 from ...link.client import LinkClient
-from ...link.course import Played, play_course, rest_record
+from ...link.course import rest_record
+from ...loop.limit import settling_limit
+from ...loop.scenarios import SCENARIOS
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
-from ..common.outcome import Outcome, Progress, Stage
+from ..common.outcome import Outcome, Progress
 from ..common.run_folder import Run
-from ..common.wire_campaign import wire_campaign
-from ..excite.study import drive
-from ..trace.study import trace_campaign
+from ..drive.study import Judged
 from .automatic import automatic
-from .designs import experiment_of, searched_design
+from .designs import experiment_of
 from .looks import WAY, check_rest, check_sides, small_moves
-from .motions import doubted, safe_records
+from .motions import doubted, safe, standard_records
 from .page import commission_page
-from .relay import Relay, relay_reference
-from .verify import SINE, STEPS, check_ended, played_ways, table_row
+from .rig_time import RigTime
+from .rounds import Found, Searches, campaign_in, found_by, further
+from .verify import SINE, STEPS, best_way, limit_row, played_way, settling_of, table_row
 
-T = TypeVar("T")
-TRANSDUCERS = Path(__file__).with_name("transducers.py")
+_ROUNDS = 2
 
 
 @dataclass(frozen=True)
@@ -56,146 +50,97 @@ class Wanted:
 
 def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     """commission.json: `verdict` and `effects` of the trace, `rows` of every way in every scenario, `rig_seconds`,
-    `computing_seconds`, `trips`, what was `played`, and the `controller`'s file."""
+    `computing_seconds`, `trips`, what was `played`, the `controller`'s file and the `way` that it is, `rounds`: what
+    each left open, and `exact_s`, what the goal would settle in were the numbers known exactly."""
     began, rig = time.process_time(), doubted(wanted.rig)
     with LinkClient(wanted.at, wanted.token) as client:
-        rig_time = _RigTime(client, rig, wanted.seconds, run)
-        progress("looks at the rig at rest: noise, dead or impossible readings")
-        rest = rig_time.kept("static", "look", lambda: rest_record(client))
-        check_rest(rig, rest)
-        progress("moves it by a millimetre: directions, speed, the mode of its oil")
-        moves = _small(rig_time)
+        spent = RigTime(client, rig, wanted.seconds, run)
+        rest, moves = _looks(spent, progress)
         law = automatic(rig, moves)
-        progress("designs records that every plant within the bounds takes")
-        waves = safe_records(rig, law)
-        records = {}
-        for wave in waves:
-            progress(f"plays {wave.name} on the rig, {wave.t[-1]:.3g} s")
-            records[wave.name] = rig_time.played(wave, law, "excitation")
-        folder = run.dir / "campaign"
-        folder.mkdir(exist_ok=True)
-        for name, text in wire_campaign(rig, client, rest, records, list(records)[-1:]).items():
-            (folder / name).write_text(text, encoding="utf-8")
-        progress("asks what the records say that the datasheet does not")
-        allow(TRANSDUCERS)
-        answer = trace_campaign(folder, effects=[TRANSDUCERS], stage=run.stage, progress=progress, jobs=wanted.jobs)
-        progress(answer.sentence)
-        found = replace(answer.rig, name=f"{rig.name}-found")
-        ways = _ways(wanted, law, rig, found, run, progress)
-        judged, seconds, ended = played_ways(client, rig, ways, (*STEPS, SINE), progress)
-        rig_time.spend("steps and a sine", "verification", seconds)
+        searches = Searches(law, wanted.goal, wanted.jobs, run, progress)
+        records = _played(spent, standard_records(rig, law), law, progress)
+        progress("searches a controller for the rig as the datasheet has it")
+        ways = {"automatic": (law, rig), "datasheet": (searches.design(rig, "datasheet"), rig)}
+        judged = [each for way, (spec, model) in ways.items() for each in _verified(spent, way, spec, model, progress)]
+        reasons, heldout = list[str](), list(records)[-1:]
+        while True:
+            number = len(reasons) + 1
+            name = "campaign" if number == 1 else f"campaign-{number}"
+            folder = campaign_in(run.dir / name, rig, client, rest, records, heldout)
+            found = found_by(folder, searches, client, number, wanted.rig.name)
+            own = _verified(spent, "found", found.spec, found.rig, progress)
+            reason = found.again(settling_of(own, wanted.goal))
+            if not reason or number == _ROUNDS:
+                break
+            reasons.append(reason)
+            progress(f"once more: {reason}")
+            waves = safe(rig, law, further(folder, rig, found, run, progress))
+            records |= _played(spent, waves, law, progress)
+    judged += own
+    ways["found"] = (found.spec, found.rig)
+    return _outcome(wanted, found, moves, ways, judged, spent, [*reasons, reason], began)
+
+
+def _looks(spent: RigTime, say: Progress) -> tuple[Record, SmallMoves]:
+    """The rig at rest, and what relays about the middle tell; none is played where the one before found a signal
+    wrong."""
+    say("looks at the rig at rest: noise, dead or impossible readings")
+    rest = spent.kept("static", "look", lambda: rest_record(spent.client))
+    check_rest(spent.rig, rest)
+    say("moves it by millimetres: directions, speed, the mode of its oil")
+    near = spent.relay(MOVE, 0.0)
+    far = spent.relay(WAY, check_sides(spent.rig, near))
+    check_sides(spent.rig, far)
+    return rest, small_moves(spent.rig, near, far)
+
+
+def _played(spent: RigTime, waves: list[Excitation], law: ControllerSpec, say: Progress) -> dict[str, Record]:
+    records = {}
+    for wave in waves:
+        say(f"plays {wave.name} on the rig, {wave.t[-1]:.3g} s")
+        records[wave.name] = spent.played(wave, law, "excitation")
+    return records
+
+
+def _verified(spent: RigTime, way: str, spec: ControllerSpec, model: Rig, say: Progress) -> list[Judged]:
+    """A way's controller, predicted by its rig, in every scenario at the live rig."""
+    judged, seconds = played_way(spent.client, spent.rig, way, spec, model, (*STEPS, SINE), say)
+    spent.spend(f"steps and a sine: {way}", "verification", seconds)
+    return judged
+
+
+def _outcome(
+    wanted: Wanted,
+    found: Found,
+    moves: SmallMoves,
+    ways: Mapping[str, tuple[ControllerSpec, Rig]],
+    judged: list[Judged],
+    spent: RigTime,
+    reasons: list[str],
+    began: float,
+) -> Outcome:
     rows = [table_row(each) for each in judged]
-    best = ways["found"][0]
+    rows += [limit_row(name, settling_limit(found.rig, SCENARIOS[name]).settling) for name in STEPS]
+    way = best_way(rows, wanted.goal)
     metrics = {
-        "verdict": answer.verdict,
-        "effects": list(answer.effects),
+        "verdict": found.answer.verdict,
+        "effects": list(found.answer.effects),
         "rows": rows,
-        "rig_seconds": rig_time.spent,
-        "small_moves": asdict(moves),
-        "trips": sum("tripped" in str(each.row["tripped"]) for each in judged),
-        "ended": ended,
-        "played": rig_time.log,
+        "rig_seconds": spent.spent,
+        "trips": sum(each.row["tripped"] is not None for each in judged),
+        "ended": next((each.row["tripped"] for each in judged if each.row["tripped"]), None),
+        "played": spent.log,
         "controller": "controller.toml",
+        "way": way,
+        "rounds": reasons,
+        "exact_s": found.exact,
+        "small_moves": asdict(moves),
         "timing": {"computing_seconds": time.process_time() - began},
     }
-    (run.dir / "c").mkdir(exist_ok=True)
-    files = _files(best, rig, found, metrics)
-    subject = Subject(found, [spec for spec, _ in ways.values()])
-    return Outcome(metrics, lambda: commission_page(wanted.goal, metrics, judged, answer), {}, files, subject)
-
-
-class _RigTime:
-    """What is played on the rig, and for how long: no longer than is allowed. A record that was kept is not played
-    again."""
-
-    def __init__(self, client: LinkClient, rig: Rig, seconds: float, run: Run) -> None:
-        self.client, self.rig, self._seconds, self._run = client, rig, seconds, run
-        self.spent, self.log = 0.0, list[dict[str, Any]]()
-
-    def spend(self, what: str, why: str, seconds: float) -> None:
-        """Note what was played. Raises InputError where it was more than is allowed."""
-        self.spent += float(seconds)
-        self.log.append({"record": what, "for": why, "seconds": float(seconds)})
-        if self.spent > self._seconds:
-            raise InputError(f"--minutes: {self.spent / 60:.2g} are over after {what}; allow more")
-
-    def kept(self, name: str, why: str, play: Callable[[], Record]) -> Record:
-        """A record, of this run or of the one that it resumes."""
-
-        def compute() -> dict[str, Any]:
-            record = play()
-            return {"t": record.t, "signals": dict(record.signals)}
-
-        stored = self._run.stage(f"played-{name}", compute)
-        record = Record(name, np.asarray(stored["t"]), {key: np.asarray(x) for key, x in stored["signals"].items()})
-        self.spend(name, why, record.t[-1])
-        return record
-
-    def played(self, wave: Excitation, loop: ControllerSpec, why: str) -> Record:
-        """An excitation under the slow loop of the drive."""
-        start, controller = float(wave.reference[0]), loop.build(wave.period)
-        reference = wave.reference - start
-        play = partial(play_course, self.client, self.rig, controller, reference, start, wave.command)
-        return self._kept_course(wave.name, why, play)
-
-    def relay(self, way: float, size: float) -> Record:
-        """A relay that turns at `way` [m] from the middle, from a command `size` on."""
-        period = self.rig.period.value
-        relay, middle = Relay(drive(self.rig).loop.build(period), period, size), self.rig.middle
-        name, reference = f"relay-{1e3 * way:g}mm", relay_reference(self.rig, way)
-        play = partial(play_course, self.client, self.rig, relay, reference, middle, begins=relay.begin)
-        return self._kept_course(name, "look", play)
-
-    def _kept_course(self, name: str, why: str, play: Callable[[], Played]) -> Record:
-        """Raises InputError where the rig or its guard stops it, and KeyboardInterrupt."""
-
-        def course() -> Record:
-            done = play()
-            check_ended(name, done.ended)
-            return done.record
-
-        return self.kept(name, why, course)
-
-
-def _small(rig_time: _RigTime) -> SmallMoves:
-    """What relays about the middle tell; none is played where the one before found a signal wrong."""
-    near = rig_time.relay(MOVE, 0.0)
-    far = rig_time.relay(WAY, check_sides(rig_time.rig, near))
-    check_sides(rig_time.rig, far)
-    return small_moves(rig_time.rig, near, far)
-
-
-def _ways(
-    wanted: Wanted, plain_law: ControllerSpec, rig: Rig, found: Rig, run: Run, progress: Progress
-) -> Mapping[str, tuple[ControllerSpec, Rig]]:
-    """A controller by rules, one for the datasheet, one for the rig as found; each with the rig that predicts it."""
-    designs = {}
-    for name, model in (("datasheet", rig), ("found", found)):
-        progress(f"searches a controller for the rig as the {name} has it" if name == "datasheet" else
-                 "searches a controller for the rig as it was found")  # fmt: skip
-
-        stage = _named_stage(run, name)
-        spec, missed = searched_design(model, plain_law, name, wanted.goal, stage, _few(progress), wanted.jobs)
-        if missed:
-            progress(f"no design meets every goal on the {name} rig: {missed}")
-        designs[name] = spec, model
-    return {"automatic": (plain_law, rig), **designs}
-
-
-def _named_stage(run: Run, search: str) -> Stage:
-    """Stages of one of several searches."""
-
-    def stage(name: str, compute: Callable[[], T]) -> T:
-        return run.stage(f"{search}-{name}", compute)
-
-    return stage
-
-
-def _few(progress: Progress) -> Progress:
-    """Of a search, every fiftieth trial."""
-    return lambda text: (
-        progress(text) if not text.startswith("trial ") or text.split()[1].endswith(("00", "50")) else None
-    )
+    (spent.run.dir / "c").mkdir(exist_ok=True)
+    files = _files(ways[way][0], wanted.rig, found.rig, metrics)
+    subject = Subject(found.rig, [spec for spec, _ in ways.values()])
+    return Outcome(metrics, lambda: commission_page(wanted.goal, metrics, judged, found.answer), {}, files, subject)
 
 
 def _files(spec: ControllerSpec, rig: Rig, found: Rig, metrics: Mapping[str, Any]) -> dict[str, str]:

@@ -24,37 +24,69 @@ SINE = "position-sine-5hz"
 STEPS = ("position-1mm", "position-10mm", "position-100mm")
 _ELSEWHERE = "position-10mm"
 _WATCHED = 1.0  # s of a step
+_OVERSHOOT = 8.0  # %: as far as a controller may go on the rig that was searched for 5 %
 
 
-def played_ways(
+def played_way(
     client: LinkClient,
     rig: Rig,
-    ways: Mapping[str, tuple[ControllerSpec, Rig]],
+    way: str,
+    spec: ControllerSpec,
+    model: Rig,
     scenarios: Sequence[str],
     say: Progress,
-) -> tuple[list[Judged], float, str | None]:
-    """Every way's controller, predicted by its rig, in every scenario at the live rig; the seconds that took, and why
-    it was cut short, or None. The measures are the live rig's."""
-    judged, seconds, ended = list[Judged](), 0.0, None
-    for way, (spec, model) in ways.items():
-        setup = loop_setup(wire_rig(model, client))
-        loops = linear_loops(spec, setup)
-        for scenario in _places(scenarios, rig):
-            say(f"{way}: {scenario.name} on the rig")
-            t = np.arange(round(scenario.duration / rig.period.value) + 1) * rig.period.value
-            controller = spec.build(rig.period.value)
-            played = play_course(
-                client, rig, controller, scenario.reference(t), rig.middle + scenario.position(rig.limit("stroke"))
-            )
-            seconds += played.seconds
-            if len(played.run.rows) > 1:
-                judged.append(judge_played(Conditions(), spec.named(way), scenario, played, setup, loops))
-            if played.ended == INTERRUPTED:
-                raise KeyboardInterrupt
-            if played.ended is not None:
-                ended = f"{way}, {scenario.name}: {played.ended}"
-                break
-    return judged, seconds, ended
+) -> tuple[list[Judged], float]:
+    """A way's controller, predicted by its model, in every scenario at the live rig until it is stopped, and the
+    seconds that took. The measures are the live rig's."""
+    judged, seconds = list[Judged](), 0.0
+    setup = loop_setup(wire_rig(model, client))
+    loops = linear_loops(spec, setup)
+    for scenario in _places(scenarios, rig):
+        say(f"{way}: {scenario.name} on the rig")
+        t = np.arange(round(scenario.duration / rig.period.value) + 1) * rig.period.value
+        controller = spec.build(rig.period.value)
+        start = rig.middle + scenario.position(rig.limit("stroke"))
+        played = play_course(client, rig, controller, scenario.reference(t), start)
+        seconds += played.seconds
+        if len(played.run.rows) > 1:
+            judged.append(judge_played(Conditions(), spec.named(way), scenario, played, setup, loops))
+        if played.ended == INTERRUPTED:
+            raise KeyboardInterrupt
+        if played.ended is not None:
+            say(f"{way}, {scenario.name}: {played.ended}")
+            break
+    return judged, seconds
+
+
+def settling_of(judged: Sequence[Judged], goal: str) -> float | None:
+    """What the goal settled in [s], measured; None where it did not, or was not played."""
+    return next((each.row["settling_s"] for each in judged if each.scenario.name == goal), None)
+
+
+def best_way(rows: Sequence[Mapping[str, Any]], goal: str) -> str:
+    """The way whose controller stays: of those that settled everywhere they were played without too much overshoot the
+    one that did the goal soonest; the found rig's where none did."""
+    held = [
+        (row["settling_s"]["measured"], row["way"])
+        for row in rows
+        if row["scenario"] == goal and row["settling_s"]["measured"] is not None and _held(rows, row["way"])
+    ]
+    return min(held, default=(0.0, "found"))[1]
+
+
+def _held(rows: Sequence[Mapping[str, Any]], way: str) -> bool:
+    steps = [row for row in rows if row["way"] == way and row["scenario"] != SINE]
+    return all(
+        row["settling_s"]["measured"] is not None and (row["overshoot_percent"]["measured"] or 0.0) <= _OVERSHOOT
+        for row in steps
+    )
+
+
+def limit_row(scenario: str, limit: float | None) -> dict[str, Any]:
+    """A row of commission.json: what physics allows the rig as found."""
+    empty = {"predicted": None, "measured": None}
+    return {"way": "limit", "scenario": scenario, "settling_s": {**empty, "predicted": limit},
+            "overshoot_percent": empty, "sine_error": empty, "stiffness": empty}  # fmt: skip
 
 
 def table_row(each: Judged) -> dict[str, Any]:

@@ -20,8 +20,9 @@ from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..commission.automatic import automatic
 from ..commission.designs import searched_design
+from ..commission.motions import doubted
 from ..commission.study import Wanted, run_commission
-from ..commission.verify import played_ways
+from ..commission.verify import played_way, settling_of
 from ..common.outcome import Outcome, Progress, leave, no_checkpoint
 from ..common.run_folder import Run, open_run
 from .colour import ColouredDraws
@@ -86,8 +87,8 @@ def _known(truth: Rig, told: Mapping[str, Any], at: str) -> float | None:
     law = automatic(truth, SmallMoves(**known, mode=mode and Mode(**mode)))
     spec, _ = searched_design(truth, law, "known", GOAL, no_checkpoint, lambda _: None, 1)
     with LinkClient(at, "") as client:
-        judged, _, _ = played_ways(client, truth, {"known": (spec, truth)}, (GOAL,), lambda _: None)
-    return judged[0].row["settling_s"] if judged else None
+        judged, _ = played_way(client, doubted(truth), "known", spec, truth, (GOAL,), lambda _: None)
+    return settling_of(judged, GOAL)
 
 
 def _row(plan: HiddenPlan, told: Mapping[str, Any], known: float | None, trips: int, spent: float) -> Row:
@@ -109,6 +110,9 @@ def _row(plan: HiddenPlan, told: Mapping[str, Any], known: float | None, trips: 
         "settling_s": settling,
         "predicted_s": {way: row["settling_s"]["predicted"] for way, row in ways.items()},
         "ended": told.get("ended"),
+        "rounds": told.get("rounds"),
+        "kept": told.get("way"),
+        "exact_s": told.get("exact_s"),
         "error": told.get("error"),
         "computing_seconds": spent,
     }

@@ -1,0 +1,140 @@
+"""A round of a commissioning: what the records say, a controller for the rig as found, and what it does on the rig."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from ...base.trust import allow
+from ...control.controller_spec import ControllerSpec
+from ...link.client import LinkClient
+from ...loop.rows import judge, linear_loops, loop_setup
+from ...loop.scenarios import SCENARIOS
+from ...records import Record, load_campaign
+from ...records.excitation import Excitation, read_excitation
+from ...rigs.rig import Rig
+from ..common.outcome import Progress, Stage
+from ..common.run_folder import Run
+from ..common.wire_campaign import wire_campaign, wire_rig
+from ..plan.study import run_plan
+from ..trace.study import trace_campaign
+from .designs import exactly, searched_design
+
+if TYPE_CHECKING:
+    from ..trace.answer import TraceAnswer
+
+T = TypeVar("T")
+TRANSDUCERS = Path(__file__).with_name("transducers.py")
+CLOSE = 0.15  # by which a predicted settling may be off the measured one
+WORTH = 0.1  # of the settling, that knowing the numbers must save to ask for more records
+_FURTHER = 2  # records that a plan gives
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a round's records say, the rig as found, its controller, and what the goal would settle in [s] were its
+    numbers known exactly, predicted as `predicted` is; None where it would not."""
+
+    answer: "TraceAnswer"
+    rig: Rig
+    spec: ControllerSpec
+    predicted: float | None
+    exact: float | None
+
+    def again(self, measured: float | None) -> str:
+        """Why the records do not suffice, of the settling [s] measured on the rig; empty where they do."""
+        if measured is None:
+            return "the goal does not settle on the rig"
+        if self.predicted is None or abs(self.predicted / measured - 1) > CLOSE:
+            told = "never" if self.predicted is None else f"{self.predicted:.3g} s"
+            return f"predicted {told}, measured {measured:.3g} s"
+        if self.exact is not None and self.exact < (1 - WORTH) * self.predicted:
+            return f"with exact numbers {self.exact:.3g} s would be in reach, not {self.predicted:.3g} s"
+        return ""
+
+
+@dataclass(frozen=True)
+class Searches:
+    """What searches of controllers need: the first guess, the goal, and who computes."""
+
+    start: ControllerSpec
+    goal: str
+    jobs: int
+    run: Run
+    say: Progress
+
+    def design(self, rig: Rig, name: str) -> ControllerSpec:
+        """The best design for a rig within what is uncertain of it."""
+        stage = named_stage(self.run, name)
+        spec, missed = searched_design(rig, self.start, name, self.goal, stage, _few(self.say), self.jobs)
+        if missed:
+            self.say(f"no design meets every goal on the {name} rig: {missed}")
+        return spec
+
+
+def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, title: str) -> Found:
+    """What the campaign in a folder says, and the controller for it."""
+    run, say = searches.run, searches.say
+    say("asks what the records say that the datasheet does not")
+    allow(TRANSDUCERS)
+    stage = named_stage(run, f"trace-{number}")
+    answer = trace_campaign(folder, effects=[TRANSDUCERS], stage=stage, progress=say, jobs=searches.jobs)
+    say(answer.sentence)
+    rig = replace(answer.rig, name=f"{title}-found")
+    say("searches a controller for the rig as it was found")
+    spec = searches.design(rig, f"found-{number}")
+    say("searches what exact numbers would bring")
+    known = exactly(rig)
+    best = searches.design(known, f"exact-{number}")
+    predicted, exact = (_predicted(each, model, searches.goal, client) for each, model in ((spec, rig), (best, known)))
+    return Found(answer, rig, spec.named("found"), predicted, exact)
+
+
+def campaign_in(
+    folder: Path, rig: Rig, client: LinkClient, rest: Record, records: Mapping[str, Record], heldout: Sequence[str]
+) -> Path:
+    """Leave records as a campaign folder."""
+    folder.mkdir(exist_ok=True)
+    for name, text in wire_campaign(rig, client, rest, records, heldout).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def further(folder: Path, rig: Rig, found: Found, run: Run, say: Progress) -> list[Excitation]:
+    """What is to be recorded next, for what the records in a folder do not tell: of the rig as found where an effect
+    has a name, else of the datasheet's."""
+    say("plans records of what is not known yet")
+    model = found.rig if found.answer.verdict in ("named", "incomplete", "none") else rig
+    outcome = run_plan(load_campaign(folder), model, named_stage(run, "plan"), say)
+    waves = []
+    for row in outcome.metrics["records"][:_FURTHER]:
+        path = folder / f"planned-{row['file']}"
+        text = outcome.files[row["file"]]
+        assert isinstance(text, str)
+        path.write_text(text, encoding="utf-8")
+        waves.append(read_excitation(path, rig.period.value, rig.middle))
+    return waves
+
+
+def named_stage(run: Run, search: str) -> Stage:
+    """Stages of one of several parts."""
+
+    def stage(name: str, compute: Callable[[], T]) -> T:
+        return run.stage(f"{search}-{name}", compute)
+
+    return stage
+
+
+def _predicted(spec: ControllerSpec, rig: Rig, goal: str, client: LinkClient) -> float | None:
+    """What the goal settles in [s] in simulation, with noise."""
+    setup = loop_setup(wire_rig(rig, client))
+    _, row = judge(spec, SCENARIOS[goal], setup, linear_loops(spec, setup), 1)
+    settling: Any = row["settling_s"]
+    return settling
+
+
+def _few(progress: Progress) -> Progress:
+    """Of a search, every fiftieth trial."""
+    return lambda text: (
+        progress(text) if not text.startswith("trial ") or text.split()[1].endswith(("00", "50")) else None
+    )
