@@ -170,10 +170,13 @@ def test_a_faint_second_effect_is_named_where_held_out_records_ask_for_it():
     [(("lags", "lags"), ["jack.friction", "sensor.lag"]), (("lags", "lines"), ["jack.friction"])],
 )
 def test_a_second_effect_may_tie_within_its_family_alone(families: tuple[str, str], names: list[str]):
-    """An effect beside its own copy under another name: nothing tells the two apart."""
+    """An effect beside its own copies under other names: nothing tells them apart, though but two of them are tried
+    for their scores."""
     friction, _, lag = EFFECTS
-    copies = (replace(lag, family=families[0]), replace(lag, name="sensor.late", family=families[1]))
-    with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.004)), (friction, *copies)) as context:
-        effects = search_effects(context).effects
-    assert [fit.judgement.name for fit in effects] == names
-    assert [fit.tied for fit in effects] == [(), ("sensor.late",)][: len(names)]
+    late, later = (replace(lag, name=name, family=families[1]) for name in ("sensor.late", "sensor.later"))
+    library = (friction, replace(lag, family=families[0]), late, later)
+    with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.004)), library) as context:
+        answer = judge_search(context, search_effects(context))
+    assert [fit.judgement.name for fit in answer.effects] == names
+    assert [set(fit.tied) for fit in answer.effects] == [set(), {"sensor.late", "sensor.later"}][: len(names)]
+    assert (answer.verdict == "tied") == (len(names) == 2)

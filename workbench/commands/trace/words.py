@@ -258,6 +258,11 @@ def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
 
 def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
+    if len(trace.effects) > 1:
+        return (
+            f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise. "
+            f"{_advice(trace, 'To tell them apart, record')}"
+        )
     names = [trace.effects[0].candidate.effect.name, *trace.tied]
     words = listed([ALL_EFFECTS.get(name, f"{name} acts") for name in names], "or")
     return (
