@@ -185,14 +185,16 @@ class _Refits:
         return [pair for pair in ranked if best and pair[0].effect.name == best.judgement.name][1:]
 
     def _refitted(self, pairs: Ranked, first: bool) -> dict[str, CandidateFit]:
-        """Refits by title; the `first` one of a pass may take a second start."""
+        """Refits by title; the `first` one of a pass may take a second start, but beside an effect with memory, where
+        each takes several times as long."""
         context, number = self._context, self._number
+        again = first and not any(effect.has_memory for effect in self._model_fit.effects)
         items: dict[str, Any] = {}
         for place, (candidate, _) in enumerate(pairs):
             effect = candidate.effect
             context.steps.say(f"fit with {effect.title}")
             name = f"refit-{number}-{effect.name}-{effect.formula}"
-            items[name] = packed_candidate(candidate) | {"again": first and place == 0}
+            items[name] = packed_candidate(candidate) | {"again": again and place == 0}
         results = context.workers(_refit, self._model_fit, items, context.stage, lambda _: None)
         context.steps.done(sum(map(_lasts, pairs)))
         return {pair[0].effect.title: self._judged(*pair, result) for pair, result in zip(pairs, results, strict=True)}
