@@ -189,7 +189,8 @@ def test_a_second_effect_may_tie_within_its_family_alone(families: tuple[str, st
     late, later = (replace(lag, name=name, family=families[1]) for name in ("sensor.late", "sensor.later"))
     library = (friction, replace(lag, family=families[0]), late, later)
     with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.004)), library) as context:
-        answer = judge_search(context, search_effects(context))
-    assert [fit.judgement.name for fit in answer.effects] == names
-    assert [set(fit.tied) for fit in answer.effects] == [set(), {"sensor.late", "sensor.later"}][: len(names)]
-    assert (answer.verdict == "tied") == (len(names) == 2)
+        search = search_effects(context)
+        verdict = judge_search(context, search).verdict
+    assert [fit.judgement.name for fit in search.effects] == names
+    assert [set(fit.tied) for fit in search.effects] == [set(), {"sensor.late", "sensor.later"}][: len(names)]
+    assert (verdict == "tied") == (len(names) == 2)

@@ -156,7 +156,7 @@ class _Refits:
             return [own[0]]
         if explains(own[0]) >= max(_FORMULAS * max(explained, decide.PARTIAL), self._least):
             return [own[0], *self._other_formulas(own[0], ranked, tried)]
-        if own[0][0].effect.has_memory and explains(own[0]) < _LOST:
+        if own[0][0].effect.has_memory and explains(own[0]) < _LOST and not self._least:
             return [own[0], *_others_with_memory(own[0][0].effect, ranked, explains)]
         return [own[0]]
 
