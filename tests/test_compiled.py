@@ -242,10 +242,20 @@ def test_a_brief_plant_gives_the_same_numbers_bit_for_bit(jack: Plant, compiled:
     t, (x0, u, p) = PERIOD * np.arange(13), lanes_of(jack, 9, 12)
     whole = compiled.run_batch(x0, t, u, p)
     brief = compile_plant(rosenbrock.adaptive_attempt(jack), jack.h, jack.p, STEPPING, brief=True)
-    monkeypatch.setattr(object_cache, "vector_width", lambda: pytest.fail("a brief plant needs no block"))
+    monkeypatch.setattr(object_cache, "compiled", lambda _: False)
+    monkeypatch.setattr(object_cache, "functions", lambda *_: pytest.fail("a brief plant compiles no block"))
     assert brief.run_batch(x0, t, u, p).x.tobytes() == whole.x.tobytes()
     y = brief.outputs(whole.x[:, 1:], u, p[:, None])
     assert y.tobytes() == compiled.outputs(whole.x[:, 1:], u, p[:, None]).tobytes()
+
+
+def test_a_brief_plant_takes_the_block_that_is_there(jack: Plant, compiled: CompiledPlant, monkeypatch) -> None:
+    t, (x0, u, p) = PERIOD * np.arange(13), lanes_of(jack, 9, 12)
+    whole = compiled.run_batch(x0, t, u, p)
+    brief = compile_plant(rosenbrock.adaptive_attempt(jack), jack.h, jack.p, STEPPING, brief=True)
+    monkeypatch.setattr(object_cache, "store", lambda *_: pytest.fail("it was compiled before"))
+    assert brief._block is not brief._single
+    assert brief.run_batch(x0, t, u, p).x.tobytes() == whole.x.tobytes()
 
 
 def test_a_lane_that_fails_is_marked_and_its_neighbours_are_untouched(jack: Plant, compiled: CompiledPlant) -> None:

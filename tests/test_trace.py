@@ -34,7 +34,7 @@ from workbench.identify.fit.free_parameters import Candidate
 from workbench.identify.fit.initial_states import predicted_states
 from workbench.identify.fit.normal_equations import numbers_at
 from workbench.identify.fit.rotation import Selection
-from workbench.identify.fit.solver import fit_numbers
+from workbench.identify.fit.solver import Fit, fit_numbers
 from workbench.identify.trace.context import trace_context
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig, heldout_errors, numbers_explain, refit, with_selection
@@ -183,6 +183,28 @@ def test_a_formula_with_memory_that_starts_far_off_is_fitted_from_short_windows(
         far = Candidate(lugre, {number.name: number.high for number in lugre.numbers})
         refitted = refit(problem, alone, far)
     assert explained(alone.squares, refitted.squares, alone.samples) > 0.9
+
+
+def test_a_formula_with_memory_is_given_up_where_short_windows_lead_to_no_place_near_the_records(monkeypatch):
+    fits: list[Fit] = []
+
+    def counted(*args):
+        fits.append(fit_numbers(*args))
+        return fits[-1]
+
+    def far(model, windows, p):
+        x0, squares = predicted_states(model, windows, p)
+        return x0, 100 * squares
+
+    monkeypatch.setattr("workbench.identify.trace.short_windows.fit_numbers", counted)
+    monkeypatch.setattr("workbench.identify.trace.short_windows.predicted_states", far)
+    with one_blas_thread():
+        problem = estimation_problem(rubbing_campaign(), RIG)
+        alone, lugre = fit_rig(problem), find("jack.friction", "lugre")
+        refitted = refit(problem, alone, Candidate(lugre, {number.name: number.high for number in lugre.numbers}))
+    assert len(fits) == 1
+    assert np.array_equal(refitted.fit.x, fits[0].x)
+    assert explained(alone.squares, refitted.squares, alone.samples) == 0.0
 
 
 def test_a_refit_that_harms_is_made_again_from_where_no_number_follows(monkeypatch):

@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 
 from workbench.base.process_pool import one_blas_thread
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.identify.fit.free_parameters import Candidate
+from workbench.identify.fit.free_parameters import Candidate, at_strength
 from workbench.identify.trace.context import TraceContext, trace_context
 from workbench.identify.trace.findings import CandidateFit, Pass
 from workbench.identify.trace.joint import refit_pairs, without_false_first
@@ -21,8 +21,8 @@ from workbench.identify.trace.problem import EstimationProblem, estimation_probl
 from workbench.identify.trace.refit import FittedModel, fit_rig, refit
 from workbench.identify.trace.refits import judge, run_pass
 from workbench.identify.trace.rule import best_pair, worth_adding
-from workbench.identify.trace.search import search_effects
-from workbench.identify.trace.verdict import judge_search
+from workbench.identify.trace.search import SearchResult, search_effects
+from workbench.identify.trace.verdict import _nearest, judge_search
 from workbench.plant.effects import Effect, find
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
@@ -136,6 +136,19 @@ def test_an_effect_that_the_other_does_without_is_none_of_a_pair():
     assert together(lacking(("Fc", 60.0), ("tau", 0.002))) == ()
 
 
+def test_an_effect_with_memory_whose_partners_were_tried_is_in_no_further_pair():
+    spring, lugre = Candidate(EFFECTS[1], {"k": 1000.0, "x0": 0.0}), find("jack.friction", "lugre")
+    with one_blas_thread(), searching(lacking(("Fc", 60.0))) as context:
+        base = fit_rig(context.problem)
+        first = replace(added(context, base, base, spring), candidate=Candidate(lugre, at_strength(lugre, 1.0)))
+        search = Pass(base, (), (), np.zeros((0, 0)), (((spring, first.candidate), 0.9),), (), ())
+        context = replace(context, stage=lambda name, _: pytest.fail(f"{name} is fitted"))
+        assert refit_pairs(context, search, first) == ()
+        judged = replace(first, judgement=replace(first.judgement, passes=True, explained=0.5))
+        found = SearchResult(base, (), None, (replace(search, tried=(judged,)),))
+        assert [start.known for start, _ in _nearest(found)] == [()]  # nor is a shape sought beside it
+
+
 @pytest.mark.parametrize(
     ("missing", "names"),
     [((("Fc", 60.0),), ["jack.friction"]), ((("Fc", 40.0), ("k", 1000.0)), ["spring", "friction"])],
@@ -170,10 +183,14 @@ def test_a_faint_second_effect_is_named_where_held_out_records_ask_for_it():
     [(("lags", "lags"), ["jack.friction", "sensor.lag"]), (("lags", "lines"), ["jack.friction"])],
 )
 def test_a_second_effect_may_tie_within_its_family_alone(families: tuple[str, str], names: list[str]):
-    """An effect beside its own copy under another name: nothing tells the two apart."""
+    """An effect beside its own copies under other names: nothing tells them apart, though but two of them are tried
+    for their scores."""
     friction, _, lag = EFFECTS
-    copies = (replace(lag, family=families[0]), replace(lag, name="sensor.late", family=families[1]))
-    with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.004)), (friction, *copies)) as context:
-        effects = search_effects(context).effects
-    assert [fit.judgement.name for fit in effects] == names
-    assert [fit.tied for fit in effects] == [(), ("sensor.late",)][: len(names)]
+    late, later = (replace(lag, name=name, family=families[1]) for name in ("sensor.late", "sensor.later"))
+    library = (friction, replace(lag, family=families[0]), late, later)
+    with one_blas_thread(), searching(lacking(("Fc", 60.0), ("tau", 0.004)), library) as context:
+        search = search_effects(context)
+        verdict = judge_search(context, search).verdict
+    assert [fit.judgement.name for fit in search.effects] == names
+    assert [set(fit.tied) for fit in search.effects] == [set(), {"sensor.late", "sensor.later"}][: len(names)]
+    assert (verdict == "tied") == (len(names) == 2)

@@ -64,6 +64,20 @@ def test_an_answer_beside_the_truth(what):
     assert judged(truth(**drawn), answer(*said))["result"] == result
 
 
+@pytest.mark.parametrize(
+    ("said", "ties", "result"),
+    [
+        (("oil.air", "load.bias", "jack.friction"), {"load.bias": ["jack.friction"]}, "tied"),
+        (("oil.air", "load.bias", "load.spring"), {"load.bias": ["load.spring"]}, "one"),
+        (("supply.sag", "oil.air", "jack.friction"), {"oil.air": ["jack.friction"]}, "one"),
+        (("oil.air", "jack.friction"), {"oil.air": ["jack.friction"]}, "one"),
+        (("load.bias", "supply.sag", "load.spring"), {"load.bias": ["load.spring"]}, "wrong"),
+    ],
+)
+def test_two_effects_of_which_one_ties(said, ties, result):
+    assert judged(truth(**PAIR), answer("tied", *said, tied=ties))["result"] == result
+
+
 def test_a_faint_effect_may_be_passed_over_but_not_misnamed():
     for said, result in ((("none",), "right"), (("named", "jack.friction"), "right"), (("named", "oil.air"), "wrong")):
         row = judged(truth(), answer(*said, before=1.19))

@@ -21,20 +21,24 @@ class _Kernel:
     """Machine code of one plant for one number of lanes."""
 
     def __init__(self, attempt: ca.Function, outputs: ca.Function, width: int, commands: int) -> None:
-        fused = object_cache.fused()
-        key = (attempt.serialize(), outputs.serialize(), str(width), str(fused), str(commands))
-        write = partial(module, attempt, outputs, width, fused, commands)
-        addresses = object_cache.functions(key, write, ("run", "outputs"))
+        write = partial(module, attempt, outputs, width, object_cache.fused(), commands)
+        addresses = object_cache.functions(_key(attempt, outputs, width, commands), write, ("run", "outputs"))
         self.run, self.outputs = (ctypes.CFUNCTYPE(None, ctypes.c_void_p)(address) for address in addresses)
+
+
+def _key(attempt: ca.Function, outputs: ca.Function, width: int, commands: int) -> tuple[str, ...]:
+    """What tells the code of one plant for so many lanes from every other."""
+    return attempt.serialize(), outputs.serialize(), str(width), str(object_cache.fused()), str(commands)
 
 
 class CompiledPlant:
     """Runs an attempt (s, u, p, tolerance) -> s, s = [x, time left, step, attempts], and outputs h(x, u, p).
 
     `p` are the parameters where none are given. `brief`: it runs for a few seconds of simulated time only, so that code
-    for blocks of lanes, which takes longer to compile than it would save, is left out; every number is the same to the
-    bit. The first `commands` inputs may change inside the period of a sampled law. `advance` and `observe` reuse their
-    buffers: one thread at a time. Raises RuntimeError or OSError if this machine cannot compile.
+    for blocks of lanes, which takes longer to compile than it would save, is taken only where it was compiled before;
+    every number is the same to the bit. The first `commands` inputs may change inside the period of a sampled law.
+    `advance` and `observe` reuse their buffers: one thread at a time. Raises RuntimeError or OSError if this machine
+    cannot compile.
     """
 
     def __init__(
@@ -54,9 +58,8 @@ class CompiledPlant:
 
     @cached_property
     def _block(self) -> _Kernel:
-        if self._brief:
-            return self._single
-        return _Kernel(self._attempt, self._h, object_cache.vector_width(), self._commands)
+        plant = self._attempt, self._h, object_cache.vector_width(), self._commands
+        return self._single if self._brief and not object_cache.compiled(_key(*plant)) else _Kernel(*plant)
 
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1

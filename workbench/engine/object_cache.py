@@ -24,13 +24,23 @@ _NUMBERS = count()
 
 def functions(key: Sequence[str], write: Callable[[], str], names: Sequence[str]) -> list[int]:
     """Addresses of the named functions of the IR that `write` returns; `key` tells it from every other IR."""
-    digest = hashlib.sha256("\0".join([*key, *_machine_key()]).encode()).hexdigest()
+    digest = _digest(key)
     with _ONE_AT_A_TIME:
         if digest not in _LOADED:
             name = f"{digest}.o"
             code = stored(name) or store(name, _compile(write()))
             _LOADED[digest] = _link(code, names)
     return [_LOADED[digest][name] for name in names]
+
+
+def compiled(key: Sequence[str]) -> bool:
+    """Whether `functions` needs no compiler for a key."""
+    digest = _digest(key)
+    return digest in _LOADED or bool(stored(f"{digest}.o"))
+
+
+def _digest(key: Sequence[str]) -> str:
+    return hashlib.sha256("\0".join([*key, *_machine_key()]).encode()).hexdigest()
 
 
 def vector_width() -> int:

@@ -239,7 +239,13 @@ def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
 
 def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
-    names = [trace.effects[0].candidate.effect.name, *trace.tied]
+    first, *beside = trace.effects
+    if beside:
+        return (
+            f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise. "
+            f"{_advice(trace, 'To tell them apart, record')}"
+        )
+    names = [first.candidate.effect.name, *trace.tied]
     words = listed([ALL_EFFECTS.get(name, f"{name} acts") for name in names], "or")
     return (
         f"Either {words}: these records cannot tell {listed(names)} apart, {_shares(trace, names)} of what the model "

@@ -71,6 +71,7 @@ def judged(truth: Truth, answer: Answer) -> Row:
         "group": _group(truth, chi2["before"]),
         "verdict": verdict,
         "named": names,
+        "tied": answer.get("tied", {}),
         "alike": sorted({title.split()[0] for titles in answer.get("alike", {}).values() for title in titles}),
         "said_equation": answer["equation"],
         "ranked": ranked[:FIRST],
@@ -166,8 +167,8 @@ def _result(row: Row) -> str:
     if verdict == "unknown":
         return "unknown"
     if row["kind"] == "pair":
-        if verdict == "tied":  # one of the tied ones, and nothing of a second effect
-            return "one" if named & truth else "wrong"
+        if verdict == "tied":
+            return _tied_pair(row)
         if not named <= truth:
             return "wrong"
         return "both" if named == truth else "one, incomplete" if verdict == "incomplete" else "one"
@@ -176,6 +177,16 @@ def _result(row: Row) -> str:
     if not truth <= named or (verdict != "tied" and named != truth):
         return "wrong"
     return {"named": "right"}.get(verdict, verdict)
+
+
+def _tied_pair(row: Row) -> str:
+    """Of two effects: "tied" where each was added or ties with one that was, "one" where only one effect was added."""
+    named, truth = set(row["named"]), set(row["truth"])
+    added = named - {name for names in row["tied"].values() for name in names}
+    found = [{name, *row["tied"].get(name, ())} for name in added]
+    if len(found) == len(truth) and truth <= named and all(truth & alike for alike in found):
+        return "tied"
+    return "one" if truth & named else "wrong"
 
 
 def _off_result(row: Row) -> str:

@@ -14,16 +14,20 @@ from .refit import FittedModel, refit, refit_together
 from .refits import FITS, judge
 
 
-def refit_pairs(context: TraceContext, search: Pass) -> tuple[Pass, ...]:
+def refit_pairs(context: TraceContext, search: Pass, first: CandidateFit | None = None) -> tuple[Pass, ...]:
     """The two effects that explain together what the passes before missed, as two passes of one accepted effect each.
 
     Nothing where no pair of the shortlist explains enough, where another explains as much, or where one of the two
-    does without the other.
+    does without the other. `first`: the effect beside which a second was sought in vain. With memory, it takes part in
+    no pair: along hunting loops a score says little, a fit takes several times as long, and its best partners have been
+    tried.
     """
-    context.steps.begin(f"fits of {len(search.pairs)} pairs", FITS, len(search.pairs), ahead=1)
+    tried = first.candidate.effect.name if first and first.candidate.effect.has_memory else ""
+    pairs = [(both, share) for both, share in search.pairs if tried not in [each.effect.name for each in both]]
+    context.steps.begin(f"fits of {len(pairs)} pairs", FITS, len(pairs), ahead=1)
     fits = [
         (candidates, share, model_fit)
-        for candidates, share in search.pairs
+        for candidates, share in pairs
         if (model_fit := _refitted(context, search.before, candidates)) is not None
     ]
     shares = [decide.explained(search.before.squares, fit.squares, fit.samples) for _, _, fit in fits]
@@ -40,13 +44,15 @@ def refit_pairs(context: TraceContext, search: Pass) -> tuple[Pass, ...]:
 def without_false_first(
     context: TraceContext, before: FittedModel, first: CandidateFit, second: CandidateFit
 ) -> tuple[CandidateFit, ...]:
-    """Two effects of which the second was added beside the first; the second alone, where it does without."""
+    """Two effects of which the second was added beside the first; the second alone, with what ties with it, where it
+    does without."""
     candidate = replace(second.candidate, start=_fitted_numbers(second))
     alone = _alone(context, before, candidate)
     if _is_needed(context, before, alone, second.refitted):
         return first, second
     judgement = judge(context, candidate.effect, before, before, alone)
-    return (CandidateFit(candidate, second.score, judgement, alone),) if decide.named([judgement]) else ()
+    second = replace(second, candidate=candidate, judgement=judgement, model_fit=alone)
+    return (second,) if decide.named([judgement]) else ()
 
 
 def _refitted(context: TraceContext, base: FittedModel, candidates: tuple[Candidate, ...]) -> FittedModel | None:

@@ -8,7 +8,7 @@ log-likelihood over no disturbance is the evidence of that equation (Kristensen,
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,14 +68,14 @@ def localise(groups: Mapping[str, Sequence[LinearTimeVaryingModel]], period: flo
 
     A disturbance's amplitude may differ from window to window: effects come in bursts.
     """
-    plain = together(next(iter(groups.values())))
+    plain = [part.inputs([]) for part in next(iter(groups.values()))]
     with np.errstate(over="ignore", invalid="ignore"):
-        nothing = likelihood(plain.inputs([]), np.zeros(1), period, 1.0)[0]
+        nothing = _likelihoods(plain, np.zeros(1), period, 1.0)[0]
     evidence = []
     for equation, parts in groups.items():
         sizes = np.array(AMPLITUDES) * _unit(parts, period)
         times = (_FOREVER,) if equation == "sensor" else TIMES
-        gains = _gains(together(parts), nothing, sizes, period, times)
+        gains = _gains(parts, nothing, sizes, period, times)
         over_all = np.maximum(gains.max(axis=1), 0.0).sum(axis=1)
         best = int(np.argmax(over_all))
         amplitudes = sizes[np.argmax(gains[best], axis=0)]
@@ -83,24 +83,23 @@ def localise(groups: Mapping[str, Sequence[LinearTimeVaryingModel]], period: flo
     return sorted(evidence, key=lambda item: -item.gain)
 
 
-def together(parts: Sequence[LinearTimeVaryingModel]) -> LinearTimeVaryingModel:
-    """The windows of all groups as one; shorter ones end in rows that tell of nothing."""
-    rows = max(part.e.shape[1] for part in parts)
-
-    def padded(arrays: Sequence[np.ndarray]) -> np.ndarray:
-        return np.concatenate([np.pad(x, ((0, 0), (0, rows - x.shape[1]), *((0, 0),) * (x.ndim - 2))) for x in arrays])
-
-    return LinearTimeVaryingModel(
-        *(padded([getattr(part, of.name) for part in parts]) for of in fields(LinearTimeVaryingModel))
-    )
+def _likelihoods(
+    parts: Sequence[LinearTimeVaryingModel], sizes: np.ndarray, period: float, time: float | np.ndarray
+) -> np.ndarray:
+    """`likelihood` of the windows of all groups."""
+    return np.concatenate([likelihood(part, sizes, period, time) for part in parts], axis=-1)
 
 
 def _gains(
-    windows: LinearTimeVaryingModel, nothing: np.ndarray, sizes: np.ndarray, period: float, times: Sequence[float]
+    parts: Sequence[LinearTimeVaryingModel],
+    nothing: np.ndarray,
+    sizes: np.ndarray,
+    period: float,
+    times: Sequence[float],
 ) -> np.ndarray:
     """Gain of each window [times, sizes, w]; one along which the linear model explodes says nothing."""
     with np.errstate(over="ignore", invalid="ignore"):
-        gains = likelihood(windows, sizes, period, np.reshape(times, (-1, 1, 1))) - nothing
+        gains = _likelihoods(parts, sizes, period, np.reshape(times, (-1, 1, 1))) - nothing
     return np.nan_to_num(gains, posinf=0.0, neginf=0.0)
 
 

@@ -24,6 +24,8 @@ _BESIDE = 2  # beside effects added before: about a fit that lacks little a scor
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is a rival of the best
 _RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
+_SECOND = 0.5  # of what the second of a pair must explain: what its best formula must have for the others to be tried
+_GONE = 1e-6  # of the misfit: as good as nothing is left
 _WITH_MEMORY = 6.0  # fits without: what one with memory takes, about
 _LOST = 0.05  # explained share below which a formula with memory says nothing of the name's other ones
 
@@ -36,7 +38,7 @@ def run_pass(
 ) -> Pass:
     """Shortlist, refit and judge against the misfit of `before`; an effect that explains `share` of it is accepted."""
     shortlist = shortlist_of(context, number, model_fit)
-    tried = _Refits(context, number, model_fit, before).of(shortlist.ranked)
+    tried = _Refits(context, number, model_fit, before, share).of(shortlist.ranked)
     problem, misfit = context.problem, before.squares - before.samples
     lead = decide.lead_by_noise(misfit, problem.kappa, len(context.library))
     best = decide.named([candidate_fit.judgement for candidate_fit in tried], share, lead)
@@ -58,6 +60,15 @@ def _shortest(able: Ranked, most: int) -> list[str]:
         for shifts in (False, True)
     )
     return [*effects[:most], *numbers[:NUMBERS]]
+
+
+def _neighbours(able: Ranked, fits: Sequence[CandidateFit]) -> list[str]:
+    """The other names in the family of the refit that explains most, where it may be accepted: they tie with it unless
+    refits exclude them, wherever their scores stand."""
+    best = max(fits, key=lambda fit: fit.judgement.explained, default=None)
+    if best is None or not best.judgement.passes or best.judgement.explained < decide.NAMED:
+        return []
+    return list(dict.fromkeys(pair[0].effect.name for pair in able if pair[0].effect.kin == best.judgement.kin))
 
 
 def _may_be(effect: Effect, model_fit: FittedModel) -> bool:
@@ -87,8 +98,13 @@ def shortlist_of(
 class _Refits:
     """The refits of a pass beside `model_fit`, judged against the misfit of `before`."""
 
-    def __init__(self, context: TraceContext, number: int, model_fit: FittedModel, before: FittedModel) -> None:
+    def __init__(
+        self, context: TraceContext, number: int, model_fit: FittedModel, before: FittedModel, share: float
+    ) -> None:
         self._context, self._number, self._model_fit, self._before = context, number, model_fit, before
+        self._had = decide.explained(before.squares, model_fit.squares, model_fit.samples)
+        self._left = max(1 - self._had, _GONE)
+        self._least = _SECOND * (share - self._had) / self._left if self._had else 0.0
 
     def of(self, ranked: Ranked) -> tuple[CandidateFit, ...]:
         """Refits of the shortlist, most explained first.
@@ -111,27 +127,42 @@ class _Refits:
 
         Scores do not choose among a name's formulas: a lag below a sample period is far from linear in its strength.
         """
-
-        def explains(pair: tuple[Candidate, float]) -> float:
-            candidate_fit = tried.get(pair[0].effect.title)
-            return pair[1] if candidate_fit is None else candidate_fit.judgement.explained
-
         least = min(_FAINT, _RIVAL * ranked[0][1]) if ranked else _FAINT
         able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > least]
         most = _BESIDE if self._model_fit.known and not self._context.several else NAMES
-        names = _shortest(able, most)
-        planned: list[tuple[Candidate, float]] = []
-        for name in names:
-            own = [pair for pair in able if pair[0].effect.name == name]
-            explained = max(map(explains, planned), default=0.0)
-            if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
-                continue
-            planned.append(own[0])
-            if not self._context.several and explains(own[0]) >= _FORMULAS * max(explained, decide.PARTIAL):
-                planned += self._other_formulas(own[0], ranked, tried)
-            elif not self._context.several and own[0][0].effect.has_memory and explains(own[0]) < _LOST:
-                planned += _others_with_memory(own[0][0].effect, ranked, explains)
-        return planned + self._formulas_of_best(ranked, [tried.get(pair[0].effect.title) for pair in planned])
+        planned = list[tuple[Candidate, float]]()
+        for name in _shortest(able, most):
+            planned += self._formulas([pair for pair in able if pair[0].effect.name == name], ranked, planned, tried)
+        fits = [tried.get(pair[0].effect.title) for pair in planned]
+        had = [pair[0].effect.name for pair in planned]
+        for name in _neighbours(able, [candidate_fit for candidate_fit in fits if candidate_fit]):
+            if name not in had:
+                planned += self._formulas([p for p in able if p[0].effect.name == name], ranked, planned, tried)
+        return planned + self._formulas_of_best(ranked, fits)
+
+    def _formulas(
+        self, own: Ranked, ranked: Ranked, planned: Ranked, tried: Mapping[str, CandidateFit]
+    ) -> list[tuple[Candidate, float]]:
+        """Which of a name's `own` formulas to refit beside those that are `planned`: the best one first."""
+
+        def explains(pair: tuple[Candidate, float]) -> float:
+            candidate_fit = tried.get(pair[0].effect.title)
+            return pair[1] if candidate_fit is None else self._of_left(candidate_fit)
+
+        explained = max(map(explains, planned), default=0.0)
+        if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
+            return []
+        if self._context.several:
+            return [own[0]]
+        if explains(own[0]) >= max(_FORMULAS * max(explained, decide.PARTIAL), self._least):
+            return [own[0], *self._other_formulas(own[0], ranked, tried)]
+        if own[0][0].effect.has_memory and explains(own[0]) < _LOST and not self._least:
+            return [own[0], *_others_with_memory(own[0][0].effect, ranked, explains)]
+        return [own[0]]
+
+    def _of_left(self, candidate_fit: CandidateFit) -> float:
+        """The share that a refit explains of what the fit that the pass goes on from leaves."""
+        return (candidate_fit.judgement.explained - self._had) / self._left
 
     def _other_formulas(
         self, first: tuple[Candidate, float], ranked: Ranked, tried: Mapping[str, CandidateFit]
@@ -154,14 +185,16 @@ class _Refits:
         return [pair for pair in ranked if best and pair[0].effect.name == best.judgement.name][1:]
 
     def _refitted(self, pairs: Ranked, first: bool) -> dict[str, CandidateFit]:
-        """Refits by title; the `first` one of a pass may take a second start."""
+        """Refits by title; the `first` one of a pass may take a second start, but beside an effect with memory, where
+        each takes several times as long."""
         context, number = self._context, self._number
+        again = first and not any(effect.has_memory for effect in self._model_fit.effects)
         items: dict[str, Any] = {}
         for place, (candidate, _) in enumerate(pairs):
             effect = candidate.effect
             context.steps.say(f"fit with {effect.title}")
             name = f"refit-{number}-{effect.name}-{effect.formula}"
-            items[name] = packed_candidate(candidate) | {"again": first and place == 0}
+            items[name] = packed_candidate(candidate) | {"again": again and place == 0}
         results = context.workers(_refit, self._model_fit, items, context.stage, lambda _: None)
         context.steps.done(sum(map(_lasts, pairs)))
         return {pair[0].effect.title: self._judged(*pair, result) for pair, result in zip(pairs, results, strict=True)}

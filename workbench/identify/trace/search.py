@@ -124,7 +124,7 @@ class _Search:
         second = self._pass(first.refitted, base, decide.PAIR) if first else None
         if first and second and _is_one_family(second.accepted):
             return without_false_first(self._context, this_pass.before, first, second.accepted[0])
-        together = refit_pairs(self._context, this_pass)
+        together = refit_pairs(self._context, this_pass, first)
         self._passes += together
         return tuple(fit for each in together for fit in each.accepted)
 

@@ -2,7 +2,8 @@
 
 A loop around a play hunts on it, and a window of a hunting loop is steep: initial states and numbers that are a little
 off end far off, and no descent finds back. Over a quarter of a window it is not steep yet; numbers found there are so
-near that whole windows, each begun where the one before ends, are followed from them.
+near that whole windows, each begun where the one before ends, are followed from them. Where most whole windows are left
+worse than without the effect, they are not: a descent of all from there costs most and finds nothing.
 """
 
 import numpy as np
@@ -11,13 +12,14 @@ from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, at_strength, extend_parameters
 from ..fit.initial_states import predicted_states
 from ..fit.model import Model
-from ..fit.solver import Fit, fit_numbers
+from ..fit.solver import Fit, fit_numbers, without_slopes
 from ..fit.windows import Windows
 from .problem import EstimationProblem
 
 _PARTS = 4  # of a window
 _STRENGTHS = (1.0, 0.3, 0.1, 0.03)  # of typical, from which the search starts
 _TELLING = 6  # windows in which the start is sought
+_WORSE = 1.5  # times the squared errors without the effect: of the middle window, from which on nothing is near
 
 
 def fit_short_windows_first(
@@ -31,7 +33,9 @@ def fit_short_windows_first(
     more = candidate.free()
     free, start = (*base_fit.free, *more), np.append(base_fit.x, np.zeros(len(more)))
     near = fit_numbers(model, windows, free, start, p, x0, problem.kappas, rounds)
-    x0, _ = predicted_states(model, problem.train, near.p)
+    x0, squares = predicted_states(model, problem.train, near.p)
+    if not np.median(squares / base_fit.squares) < _WORSE:
+        return candidate, without_slopes(problem.train, free, near.x, near.p, x0, squares)
     return candidate, fit_numbers(model, problem.train, free, near.x, near.p, x0, problem.kappas, rounds)
 
 

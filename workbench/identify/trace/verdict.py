@@ -73,12 +73,14 @@ def _verdict(
     place: FaultLocation | None,
     by_numbers: bool,
 ) -> str:
-    """`by_numbers`: a misfit that is left is one of numbers alone."""
+    """`by_numbers`: a misfit that is left is one of numbers alone. Names tie in the place of the last effect: they were
+    tried beside all others; what explained as much as an earlier one did so while the later ones were missing."""
     if not effects:
         return "unknown" if place is not None and context.is_significant(place) else "none"
     if not by_numbers and after.chi2 > context.problem.complete(before.chi2, after.samples, context.several):
         return "incomplete"
-    return "tied" if len(effects) == 1 and effects[0].tied else "named"
+    added = [fit.candidate.effect.name for fit in effects]
+    return "tied" if set(effects[-1].tied) - set(added) else "named"
 
 
 def _without_faint(context: TraceContext, search: SearchResult, before: HeldoutErrors) -> tuple[CandidateFit, ...]:
@@ -110,10 +112,11 @@ def _confirmed(context: TraceContext, before: HeldoutErrors, after: HeldoutError
 
 def _nearest(search: SearchResult) -> tuple[tuple[FittedModel, FaultLocation | None], ...]:
     """What an unknown's shape is sought from: the effect that passes and explains most of it, and the rig alone, each
-    with where its misfit sits if that is known."""
+    with where its misfit sits if that is known. Not from one with memory: a loop hunts on it, so that fits beside it
+    take several times as long, and it has not been found."""
     part = partial_effect(search.passes[0]) if search.passes else None
     alone = search.base, search.place
-    return ((part.refitted, None), alone) if part else (alone,)
+    return ((part.refitted, None), alone) if part and not part.candidate.effect.has_memory else (alone,)
 
 
 def _reshaped(
