@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 from workbench import identify
 from workbench.base.errors import InputError
 from workbench.identify.data.noise_floor import noise_floor
+from workbench.identify.data.rounding import rounded_sigma
 from workbench.identify.data.signal_noise import RepeatedRun, signal_noise
 from workbench.records import Campaign, Record, load_campaign
 
@@ -228,3 +229,15 @@ def test_the_room_has_every_name_that_it_exports():
     assert dir(identify) == identify.__all__
     assert all(getattr(identify, name).__doc__ for name in identify.__all__)
     assert not hasattr(identify, "nothere")
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.2, 0.35, 0.6, 1.0])
+def test_readings_in_motion_have_the_noise_that_rounding_hides_at_rest(noise):
+    """Of steps of 1 at rest anywhere between two levels: the mean square of what is off in motion."""
+    random, floors = np.random.default_rng(4), []
+    for place in random.uniform(0, 1, 20):
+        rest = np.round(place + noise * random.standard_normal(2000))
+        floors.append(rounded_sigma([rest], 1.0) ** 2)
+    moving = random.uniform(0, 100, 100_000)
+    off = np.round(moving + noise * random.standard_normal(moving.size)) - moving
+    assert np.mean(floors) == pytest.approx(np.mean(off**2), rel=0.12)

@@ -17,6 +17,11 @@ _WORDS = {
     "found": "tuned on the rig as found",
     "limit": "the limit: what physics allows the rig as found",
 }
+_STAYS = {
+    "automatic": "by rules, which settled soonest on the rig of those that held",
+    "datasheet": "tuned on the datasheet, which settled soonest on the rig of those that held",
+    "found": "tuned on the rig as found",
+}
 
 
 def commission_page(
@@ -28,7 +33,7 @@ def commission_page(
     played = Table("", ["record", "for", "seconds"], lines, f"In all {metrics['rig_seconds']:.0f} s of the rig.")
     sections = [
         Section("What each way brings", [_table(metrics), figure]),
-        Section("What was found", [answer.sentence]),
+        Section("What was found, and whether it suffices", [answer.sentence, *_rounds(metrics)]),
         Section("What was played", [played]),
     ]
     return Page("Commissioning", _verdict(goal, metrics), sections), figure
@@ -39,11 +44,22 @@ def _verdict(goal: str, metrics: Mapping[str, Any]) -> str:
     told = [
         f"{_WORDS[way]}: {_seconds(pair['measured'])} (predicted {_seconds(pair['predicted'])})"
         for way, pair in rows.items()
+        if way != "limit"
     ]
     words = f"{goal} settles, measured on the rig: {'; '.join(told)}."
+    if rows.get("limit", {}).get("predicted") is not None:
+        words += f" Physics allows {_seconds(rows['limit']['predicted'])}."
     found = ", ".join(metrics["effects"]) or "no effect"
-    words += f" The records say {metrics['verdict']}: {found}."
+    words += f" The records say {metrics['verdict']}: {found}. controller.toml is the one {_STAYS[metrics['way']]}."
     return words + (f" Playing was cut short: {metrics['ended']}." if metrics["ended"] else "")
+
+
+def _rounds(metrics: Mapping[str, Any]) -> list[str]:
+    """Why a round was followed by another, and what the last one leaves open."""
+    told = [f"Round {k + 1}: {reason}." for k, reason in enumerate(metrics["rounds"]) if reason]
+    if metrics["exact_s"] is not None:
+        told.append(f"Were the rig's numbers known exactly, the goal would settle in {_seconds(metrics['exact_s'])}.")
+    return told
 
 
 def _seconds(value: float | None) -> str:

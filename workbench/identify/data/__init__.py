@@ -1,6 +1,7 @@
 """What recordings say by themselves.
 
 noise_floor, signal_noise, white_part, static    how far a perfect model would still be from each signal
+rounding            noise that a sensor's rounding hides at rest
 scored_floor        what errors are held against, which for free runs is more
 whiteness           whether a residual is noise
 frequency_response  gain, phase, coherence and a 95 % band of a pair of signals

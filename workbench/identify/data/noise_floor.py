@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from ...base.errors import InputError
 from ...base.signals import MEASURED
 from ...records import Campaign, Record
+from .rounding import HIDDEN, rounded_sigma
 from .signal_noise import RepeatedRun, SignalNoise, mains, orthonormal, signal_noise, without
 from .static import check_static
 from .white_part import white_part
@@ -70,7 +71,8 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
     that stand still at rest are noisy in motion, and no model is closer than one repeat to the next.
 
     Without either: from third differences in train and heldout, which see the white part only; kappa is 1.
-    sigma is never below the smallest step seen in any record / sqrt(12). Raises InputError for a signal that never
+    Where the smallest step seen in any record is larger than what is seen at rest, sigma is that of readings in motion
+    (see rounding.py), step / sqrt(12) at least. Raises InputError for a signal that never
     changes, as no floor can be given, and for a static record that moves.
     """
     check_static(campaign)
@@ -88,8 +90,11 @@ def noise_floor(campaign: Campaign) -> NoiseFloor:
             floor = max(floor, (signal_noise(again[name]), REPEATS))
         elif not runs:
             floor = white_part(name, carriers), ESTIMATED
-        least = float(_resolution(campaign, name, carriers) / np.sqrt(12.0))
-        noises[name] = floor if floor[0].sigma > least else (SignalNoise(least, 1.0, 1.0, np.inf), QUANTISATION)
+        step = _resolution(campaign, name, carriers)
+        if floor[0].sigma < HIDDEN * step:
+            least = rounded_sigma((record.signals[name] for record in campaign.static if name in record.signals), step)
+            floor = max(floor, (SignalNoise(least, 1.0, 1.0, np.inf), QUANTISATION))
+        noises[name] = floor
     sigma, kappa, colour, known_by = (
         {name: noise[part] for name, (noise, _) in noises.items()} for part in range(len(SignalNoise._fields))
     )
