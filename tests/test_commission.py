@@ -9,11 +9,13 @@ from made_links import at, jack_bench, served
 
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.commission import designs
+from workbench.commands.commission import designs, study
 from workbench.commands.commission.automatic import automatic
 from workbench.commands.commission.looks import WAY, check_rest, check_sides, small_moves
-from workbench.commands.commission.motions import corners, doubted, safe_records
+from workbench.commands.commission.motions import corners, doubted, standard_records
 from workbench.commands.commission.relay import Relay, relay_reference, relay_ways
+from workbench.commands.commission.rounds import Found
+from workbench.commands.commission.verify import best_way
 from workbench.commands.excite.study import drive
 from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves
 from workbench.link.client import LinkClient
@@ -101,13 +103,14 @@ def test_the_automatic_controller_is_stable_with_margins_on_every_corner():
 
 
 def test_records_stay_within_the_limits_of_every_corner():
-    waves = safe_records(doubted(RIG), automatic(RIG, AS_DECLARED))
+    waves = standard_records(doubted(RIG), automatic(RIG, AS_DECLARED))
     assert [wave.name for wave in waves] == ["steps", "triangle", "multisine"]
     assert all(np.abs(wave.reference - RIG.middle).max() < 0.95 * RIG.limit("stroke") for wave in waves)
 
 
 def test_the_whole_way_on_a_rig_of_other_numbers(tmp_path, monkeypatch):
     monkeypatch.setattr(designs, "DESIGNS", 12)
+    monkeypatch.setattr(study, "_ROUNDS", 1)
     from workbench.link.bench import bench
 
     other = replace(RIG.with_values(M=1080.0, beta=0.9e9, K3=RIG["K3"] * 0.97), name="jack-10t")
@@ -118,7 +121,10 @@ def test_the_whole_way_on_a_rig_of_other_numbers(tmp_path, monkeypatch):
         assert server.trips == 0
     told = json.loads((tmp_path / "out/commission.json").read_text())
     assert (told["verdict"], told["effects"], told["trips"], told["ended"]) == ("none", [], 0, None)
-    assert {row["way"] for row in told["rows"]} == {"automatic", "datasheet", "found"}
+    assert {row["way"] for row in told["rows"]} == {"automatic", "datasheet", "found", "limit"}
+    (limit,) = [row for row in told["rows"] if row["way"] == "limit" and row["scenario"] == "position-10mm"]
+    assert 0.02 < limit["settling_s"]["predicted"] < 0.025
+    assert limit["settling_s"]["measured"] is None
     for row in told["rows"]:
         if row["scenario"] == "position-10mm" and row["way"] == "found":
             assert row["settling_s"]["measured"] == pytest.approx(row["settling_s"]["predicted"], rel=0.15, abs=0.004)
@@ -145,3 +151,41 @@ def test_bad_input_is_one_line(words, message, tmp_path, capsys, monkeypatch):
     assert main([*whole, "--out", str(tmp_path / "out")]) == 2
     assert message in capsys.readouterr().err.splitlines()[-1]
     assert not (tmp_path / "out").exists()
+
+
+def rows_of(**measured):
+    empty = {"predicted": None, "measured": None}
+    return [
+        {"way": way, "scenario": "position-10mm", "settling_s": {**empty, "measured": settling},
+         "overshoot_percent": {**empty, "measured": overshoot}}
+        for way, (settling, overshoot) in measured.items()
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rows", "stays"),
+    [
+        (rows_of(automatic=(0.08, 0.0), datasheet=(0.03, 1.0), found=(0.05, 2.0)), "found"),
+        (rows_of(automatic=(0.08, 0.0), datasheet=(0.06, 1.0), found=(None, 0.0)), "datasheet"),
+        (rows_of(automatic=(0.08, 0.0), datasheet=(0.06, 30.0), found=(0.05, 30.0)), "automatic"),
+        (rows_of(automatic=(None, 0.0), datasheet=(None, 0.0), found=(None, 0.0)), "found"),
+    ],
+)
+def test_the_controller_that_stays_is_the_found_rig_s_where_it_held(rows, stays):
+    assert best_way(rows, "position-10mm") == stays
+
+
+@pytest.mark.parametrize(
+    ("predicted", "exact", "measured", "reason"),
+    [
+        (0.050, 0.049, 0.052, ""),
+        (0.050, 0.040, 0.052, "with exact numbers 0.04 s would be in reach"),
+        (0.050, 0.049, 0.070, "predicted 0.05 s, measured 0.07 s"),
+        (None, None, 0.070, "predicted never"),
+        (0.050, 0.049, None, "does not settle"),
+    ],
+)
+def test_another_round_is_played_where_it_could_change_the_controller(predicted, exact, measured, reason):
+    found = Found(None, RIG, automatic(RIG, AS_DECLARED), predicted, exact)
+    told = found.again(measured)
+    assert reason in told if reason else told == ""

@@ -18,8 +18,8 @@ _WORDS = {
     "limit": "the limit: what physics allows the rig as found",
 }
 _STAYS = {
-    "automatic": "by rules, which settled soonest on the rig of those that held",
-    "datasheet": "tuned on the datasheet, which settled soonest on the rig of those that held",
+    "automatic": "by rules, since that of the rig as found did not hold",
+    "datasheet": "tuned on the datasheet, since that of the rig as found did not hold",
     "found": "tuned on the rig as found",
 }
 

@@ -64,14 +64,11 @@ def settling_of(judged: Sequence[Judged], goal: str) -> float | None:
 
 
 def best_way(rows: Sequence[Mapping[str, Any]], goal: str) -> str:
-    """The way whose controller stays: of those that settled everywhere they were played without too much overshoot the
-    one that did the goal soonest; the found rig's where none did."""
-    held = [
-        (row["settling_s"]["measured"], row["way"])
-        for row in rows
-        if row["scenario"] == goal and row["settling_s"]["measured"] is not None and _held(rows, row["way"])
-    ]
-    return min(held, default=(0.0, "found"))[1]
+    """The way whose controller stays: the found rig's, whose margins are known, where it settled everywhere without too
+    much overshoot; else of those that did so the one that did the goal soonest; the found rig's where none did."""
+    soonest = {row["way"]: row["settling_s"]["measured"] for row in rows if row["scenario"] == goal}
+    held = [way for way, settling in soonest.items() if settling is not None and _held(rows, way)]
+    return "found" if "found" in held or not held else min(held, key=lambda way: soonest[way])
 
 
 def _held(rows: Sequence[Mapping[str, Any]], way: str) -> bool:

@@ -92,7 +92,7 @@ def _known(truth: Rig, told: Mapping[str, Any], at: str) -> float | None:
 
 
 def _row(plan: HiddenPlan, told: Mapping[str, Any], known: float | None, trips: int, spent: float) -> Row:
-    ways = {row["way"]: row for row in told.get("rows", ()) if row["scenario"] == GOAL}
+    ways = {row["way"]: row for row in told.get("rows", ()) if row["scenario"] == GOAL and row["way"] != "limit"}
     settling = {way: row["settling_s"]["measured"] for way, row in ways.items()} | {"known": known}
     true = [effect.name for effect in plan.effects]
     said = list(told.get("effects", ()))
