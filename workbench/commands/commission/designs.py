@@ -1,7 +1,8 @@
 """A controller searched for a rig: P, scheduled pressure feedback, the lap inverted, a shaped reference."""
 
+from collections.abc import Callable
 from dataclasses import fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from ...base.checkpoint import Progress, Stage
 from ...base.process_pool import Jobs
@@ -18,7 +19,9 @@ from ..tune.problem import Searched, TuneProblem
 from ..tune.search import nearest_trial, search
 from .automatic import column
 
+T = TypeVar("T")
 DESIGNS = 300
+_SEARCHES = 2  # from other seeds: settling jumps where a swing leaves the band, and one search ends at another best
 _RANGE = 4.0  # about a first guess, either way
 _OVERSHOOT = 5.0  # %
 
@@ -41,8 +44,18 @@ def searched_design(
         conditions=Conditions(),
         limits=Limits(overshoot_percent=_OVERSHOOT),
     )
-    best = nearest_trial(search(problem, stage, progress, jobs))
+    trials = [trial for seed in range(_SEARCHES) for trial in search(problem, _part(stage, seed), progress, jobs, seed)]
+    best = nearest_trial(trials)
     return problem.design(best.values).named(name), best.verdict.missed
+
+
+def _part(stage: Stage, seed: int) -> Stage:
+    """Stages of one of the searches."""
+
+    def part(name: str, compute: Callable[[], T]) -> T:
+        return stage(f"{seed}-{name}", compute)
+
+    return part
 
 
 def exactly(rig: Rig) -> Rig:
@@ -98,8 +111,8 @@ def _searched(whole: ControllerSpec) -> tuple[Searched, ...]:
 
 
 _NUMBERS = {
-    "PressureFeedback": (("gain", "1/Pa"), ("corner", "Hz")),
-    "LapInverse": (("excess", "1"), ("width", "1")),
+    "PressureFeedback": (("gain", "1/Pa"),),
+    "LapInverse": (("excess", "1"),),
     "Shaping": (("corner", "Hz"), ("lead", "s"), ("notch", "Hz")),
 }
 

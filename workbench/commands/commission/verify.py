@@ -67,15 +67,15 @@ def best_way(rows: Sequence[Mapping[str, Any]], goal: str) -> str:
     """The way whose controller stays: the found rig's, whose margins are known, where it settled everywhere without too
     much overshoot; else of those that did so the one that did the goal soonest; the found rig's where none did."""
     soonest = {row["way"]: row["settling_s"]["measured"] for row in rows if row["scenario"] == goal}
-    held = [way for way, settling in soonest.items() if settling is not None and _held(rows, way)]
+    held = [way for way, settling in soonest.items() if settling is not None and _held(rows, way, goal)]
     return "found" if "found" in held or not held else min(held, key=lambda way: soonest[way])
 
 
-def _held(rows: Sequence[Mapping[str, Any]], way: str) -> bool:
+def _held(rows: Sequence[Mapping[str, Any]], way: str, goal: str) -> bool:
+    """Whether every step settled, and the goal's without more overshoot than was searched for, wherever it began."""
     steps = [row for row in rows if row["way"] == way and row["scenario"] != SINE]
-    return all(
-        row["settling_s"]["measured"] is not None and (row["overshoot_percent"]["measured"] or 0.0) <= _OVERSHOOT
-        for row in steps
+    return all(row["settling_s"]["measured"] is not None for row in steps) and all(
+        (row["overshoot_percent"]["measured"] or 0.0) <= _OVERSHOOT for row in steps if row["scenario"].startswith(goal)
     )
 
 

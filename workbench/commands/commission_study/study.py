@@ -55,7 +55,7 @@ def commissioned(plan: HiddenPlan, folder: Path) -> Row:
     The rig's report is left in `folder`/ID.
     """
     datasheet, began = load_rig(RIG), process_time()
-    truth = hidden_rig(datasheet, plan)
+    truth = doubted(hidden_rig(datasheet, plan))
     colour = partial(ColouredDraws, period=truth.period.value)
     own = bench(truth, computes=True)
     served = ServedRig(own, plan.seed, colour) if plan.coloured else ServedRig(own, plan.seed)
@@ -87,7 +87,7 @@ def _known(truth: Rig, told: Mapping[str, Any], at: str) -> float | None:
     law = automatic(truth, SmallMoves(**known, mode=mode and Mode(**mode)))
     spec, _ = searched_design(truth, law, "known", GOAL, no_checkpoint, lambda _: None, 1)
     with LinkClient(at, "") as client:
-        judged, _ = played_way(client, doubted(truth), "known", spec, truth, (GOAL,), lambda _: None)
+        judged, _ = played_way(client, truth, "known", spec, truth, (GOAL,), lambda _: None)
     return settling_of(judged, GOAL)
 
 
