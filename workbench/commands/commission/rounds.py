@@ -78,7 +78,7 @@ def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, 
     say("asks what the records say that the datasheet does not")
     allow(TRANSDUCERS)
     stage = named_stage(run, f"trace-{number}")
-    answer = trace_campaign(folder, effects=[TRANSDUCERS], stage=stage, progress=say, jobs=searches.jobs)
+    answer = trace_campaign(folder, effects=[TRANSDUCERS], stage=stage, progress=say, jobs=searches.jobs, learns=False)
     say(answer.sentence)
     rig = replace(answer.rig, name=f"{title}-found")
     say("searches a controller for the rig as it was found")

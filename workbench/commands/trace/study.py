@@ -45,12 +45,14 @@ def trace_campaign(
     stage: Stage = no_checkpoint,
     progress: Progress = lambda _: None,
     jobs: int = 1,
+    learns: bool = True,
 ) -> TraceAnswer:
     """Why do model and rig disagree? Trace a campaign's residual to the effect that the model lacks.
 
     campaign: a campaign folder, or a Campaign. rig: a Rig, a bundled rig's name or a rig file; without one, the rig
     that the campaign names. effects: Python files with effects of your own. without: names that are not to be tried.
     several: the rig is known to lack more than one effect, so that those which only explain a part are added too.
+    learns: where names leave a misfit, its shape is learned, which may take longer than all else.
     jobs: worker processes; the answer is the same. A script that asks for several needs `if __name__ == "__main__"`.
     Raises InputError for records, a rig or effects that cannot be read, and for records that are not of this rig.
     """
@@ -60,7 +62,7 @@ def trace_campaign(
         rig = load_rig(rig or campaign.rig, corrector=campaign.corrector)
     files = [str(Path(file).resolve()) for file in effects]
     library = effects_for(rig, files, without)
-    return _answer(campaign, rig, library, stage, progress, files, without, several, jobs)
+    return _answer(campaign, rig, library, stage, progress, files, without, several, jobs, learns)
 
 
 def run_trace(
@@ -101,9 +103,10 @@ def _answer(
     without: Sequence[str],
     several: bool,
     jobs: int,
+    learns: bool = True,
 ) -> TraceAnswer:
     with one_blas_thread():
-        result = trace(estimation_problem(campaign, rig), library, stage, progress, several, jobs, files)
+        result = trace(estimation_problem(campaign, rig), library, stage, progress, several, jobs, files, learns)
         answer, both = trace_json(result), compared(result)
     rig_found = fitted_rig(result.problem, result.final, files)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}

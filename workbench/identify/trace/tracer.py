@@ -23,6 +23,7 @@ def trace(
     several: bool = False,
     jobs: int = 1,
     files: Sequence[str | Path] = (),
+    learns: bool = True,
 ) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
 
@@ -30,7 +31,7 @@ def trace(
     the best first, until none passes. The verdict is then "incomplete" unless the residual reaches the floor.
     Held-out records are looked at when all is decided: they confirm what was found, or nothing is named.
     `jobs`: processes that share scores and refits; the answer is the same. `files` are where effects come from that
-    are neither of the library nor named by the rig.
+    are neither of the library nor named by the rig. `learns`: where names leave a misfit, what is left is learned.
     """
     with trace_context(problem, library, stage, report_progress, several, jobs, files) as context:
-        return judge_search(context, search_effects(context))
+        return judge_search(context, search_effects(context), learns)

@@ -15,8 +15,8 @@ from .search import SearchResult
 from .shapes import ROUNDS, best_reshaping
 
 
-def judge_search(context: TraceContext, search: SearchResult) -> Trace:
-    """The answer of a trace. Raises InputError where the rig cannot follow the held-out records."""
+def judge_search(context: TraceContext, search: SearchResult, learns: bool = True) -> Trace:
+    """The answer of a trace; `learns`: where names leave a misfit, its shape is learned. Raises InputError where the rig cannot follow the held-out records."""
     place = search.place
     context.steps.begin("held-out records", "held-out")
     alone = context.fit_all_windows("base, all windows", search.base)
@@ -43,7 +43,7 @@ def judge_search(context: TraceContext, search: SearchResult) -> Trace:
     verdict = _verdict(context, before, plain, effects, place, by_numbers)
     final, after, learned = named, plain, ()
     lacks = context.is_misfit(plain) and not by_numbers if effects else verdict == "unknown"
-    if lacks and not (context.several and context.problem.train.from_rest):
+    if learns and lacks and not (context.several and context.problem.train.from_rest):
         starts = ((effects[-1].refitted, None),) if effects else _nearest(search)
         final, after, learned = _shaped(context, starts, named, plain)
     return Trace(
