@@ -16,7 +16,10 @@ from .shapes import ROUNDS, best_reshaping
 
 
 def judge_search(context: TraceContext, search: SearchResult, learns: bool = True) -> Trace:
-    """The answer of a trace; `learns`: where names leave a misfit, its shape is learned. Raises InputError where the rig cannot follow the held-out records."""
+    """The answer of a trace; `learns`: where names leave a misfit, its shape is learned.
+
+    Raises InputError where the rig cannot follow the held-out records.
+    """
     place = search.place
     context.steps.begin("held-out records", "held-out")
     alone = context.fit_all_windows("base, all windows", search.base)
