@@ -20,8 +20,6 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.signal import lfilter
 
 from .controller_spec import ControllerSpec
 from .controller_type import controller
@@ -96,6 +94,8 @@ def _integrated(command: np.ndarray, position: np.ndarray, period: float) -> tup
 def swing(command: np.ndarray, load: np.ndarray, period: float) -> Mode | None:
     """The mode whose swing after every change of commands [k] is nearest to load pressures [k], by least squares; None
     where that explains little, or is damped enough."""
+    from scipy.optimize import minimize  # a list of controllers needs no solver
+
     every = float(np.sum((load - load.mean()) ** 2))
     if every == 0:
         return None
@@ -120,6 +120,8 @@ def swing(command: np.ndarray, load: np.ndarray, period: float) -> Mode | None:
 def _fitted(command: np.ndarray, load: np.ndarray, angle: float, damping: float) -> tuple[tuple[float, float], float]:
     """Sine and cosine part [Pa per unit of command] of a mode that turns by an angle [rad] a sample, and the sum of
     squares that it leaves, beside a constant and a pressure that goes with the command."""
+    from scipy.signal import lfilter
+
     pole = np.exp(angle * complex(-damping, np.sqrt(1 - damping**2)))
     changes = np.diff(command, prepend=command[0]).astype(complex)
     rung = np.asarray(lfilter([1.0], [1.0, -pole], changes))

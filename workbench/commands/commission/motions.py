@@ -41,10 +41,11 @@ def standard_records(rig: Rig, loop: ControllerSpec) -> list[Excitation]:
     return safe(rig, loop, list(standard_set(replace(drive(rig), loop=loop)).values()))
 
 
-def safe(rig: Rig, loop: ControllerSpec, waves: Sequence[Excitation]) -> list[Excitation]:
-    """Records as large as every corner takes them in a loop. Raises InputError where one is not taken at any size."""
-    ready = replace(drive(rig), loop=loop)
-    plants = [ready, *(replace(ready, rig=each, engine=Engine(build(each))) for each in list(corners(rig))[1:])]
+def safe(rig: Rig, loop: ControllerSpec, waves: Sequence[Excitation], found: Rig | None = None) -> list[Excitation]:
+    """Records as large as every corner takes them in a loop, and the rig as `found`, where it is known. Raises
+    InputError where one is not taken at any size."""
+    ready, others = replace(drive(rig), loop=loop), [*list(corners(rig))[1:], *([found] if found else [])]
+    plants = [ready, *(replace(ready, rig=each, engine=Engine(build(each))) for each in others)]
     return [_smaller(plants, wave) for wave in waves]
 
 

@@ -9,7 +9,6 @@ from ..common.time_figure import run_columns, time_figure, window
 
 if TYPE_CHECKING:
     from ..drive.study import Judged
-    from ..trace.answer import TraceAnswer
 
 _WORDS = {
     "automatic": "no model: rules and small moves",
@@ -25,7 +24,7 @@ _STAYS = {
 
 
 def commission_page(
-    goal: str, metrics: Mapping[str, Any], judged: Sequence["Judged"], answer: "TraceAnswer"
+    goal: str, metrics: Mapping[str, Any], judged: Sequence["Judged"], sentence: str
 ) -> tuple[Page, Figure]:
     """The report and its telling figure: the goal's step by every way, as measured."""
     figure = _figure(goal, judged)
@@ -33,7 +32,7 @@ def commission_page(
     played = Table("", ["record", "for", "seconds"], lines, f"In all {metrics['rig_seconds']:.0f} s of the rig.")
     sections = [
         Section("What each way brings", [_table(metrics), figure]),
-        Section("What was found, and whether it suffices", [answer.sentence, *_rounds(metrics)]),
+        Section("What was found, and whether it suffices", [sentence, *_rounds(metrics)]),
         Section("What was played", [played]),
     ]
     return Page("Commissioning", _verdict(goal, metrics), sections), figure

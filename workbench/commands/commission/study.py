@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ...base.errors import InputError
 from ...base.toml_text import toml_text
 from ...control.automatic_tuning import MOVE, SmallMoves
 from ...control.controller_spec import ControllerSpec
@@ -62,23 +63,41 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
         progress("searches a controller for the rig as the datasheet has it")
         ways = {"automatic": (law, rig), "datasheet": (searches.design(rig, "datasheet"), rig)}
         judged = [each for way, (spec, model) in ways.items() for each in _verified(spent, way, spec, model, progress)]
-        reasons, heldout = list[str](), list(records)[-1:]
-        while True:
-            number = len(reasons) + 1
-            name = "campaign" if number == 1 else f"campaign-{number}"
-            folder = campaign_in(run.dir / name, rig, client, rest, records, heldout)
-            found = found_by(folder, searches, client, number, wanted.rig.name)
-            own = _verified(spent, "found", found.spec, found.rig, progress)
-            reason = found.again(settling_of(own, wanted.goal))
-            if not reason or number == _ROUNDS:
-                break
-            reasons.append(reason)
-            progress(f"once more: {reason}")
-            waves = safe(rig, law, further(folder, rig, found, run, progress))
-            records |= _played(spent, waves, law, progress)
+        found, own, reasons, ended = _rounds(spent, searches, rest, records, law, progress)
     judged += own
-    ways["found"] = (found.spec, found.rig)
-    return _outcome(wanted, found, moves, ways, judged, spent, [*reasons, reason], began)
+    if found is not None:
+        ways["found"] = (found.spec, found.rig)
+    return _outcome(wanted, found, moves, ways, judged, spent, reasons, ended, began)
+
+
+def _rounds(
+    spent: RigTime,
+    searches: Searches,
+    rest: Record,
+    records: dict[str, Record],
+    law: ControllerSpec,
+    progress: Progress,
+) -> tuple[Found | None, list[Judged], list[str], str | None]:
+    """What the last round found, if one did, what its controller did on the rig, what each round left open, and why the
+    rounds ended before they were over: what was recorded and found until then stays."""
+    found, own, reasons, heldout = None, list[Judged](), list[str](), list(records)[-1:]
+    rig, run = spent.rig, spent.run
+    try:
+        for number in range(1, _ROUNDS + 1):
+            folder = run.dir / ("campaign" if number == 1 else f"campaign-{number}")
+            campaign_in(folder, rig, spent.client, rest, records, heldout)
+            found = found_by(folder, searches, spent.client, number, rig.name)
+            own = _verified(spent, "found", found.spec, found.rig, progress)
+            reasons.append(found.again(settling_of(own, searches.goal)))
+            if not reasons[-1] or number == _ROUNDS:
+                break
+            progress(f"once more: {reasons[-1]}")
+            waves = safe(rig, law, further(folder, rig, found, run, progress), found.rig)
+            records |= _played(spent, waves, law, progress)
+    except InputError as error:
+        progress(str(error))
+        return found, own, reasons, str(error)
+    return found, own, reasons, None
 
 
 def _looks(spent: RigTime, say: Progress) -> tuple[Record, SmallMoves]:
@@ -111,36 +130,40 @@ def _verified(spent: RigTime, way: str, spec: ControllerSpec, model: Rig, say: P
 
 def _outcome(
     wanted: Wanted,
-    found: Found,
+    found: Found | None,
     moves: SmallMoves,
     ways: Mapping[str, tuple[ControllerSpec, Rig]],
     judged: list[Judged],
     spent: RigTime,
     reasons: list[str],
+    ended: str | None,
     began: float,
 ) -> Outcome:
-    rows = [table_row(each) for each in judged]
-    rows += [limit_row(name, settling_limit(found.rig, SCENARIOS[name]).settling) for name in STEPS]
+    rows, rig = [table_row(each) for each in judged], found.rig if found else spent.rig
+    rows += [limit_row(name, settling_limit(rig, SCENARIOS[name]).settling) for name in STEPS]
     way = best_way(rows, wanted.goal)
     metrics = {
-        "verdict": found.answer.verdict,
-        "effects": list(found.answer.effects),
+        "verdict": found.answer.verdict if found else "unknown",
+        "effects": list(found.answer.effects) if found else [],
         "rows": rows,
         "rig_seconds": spent.spent,
         "trips": sum(each.row["tripped"] is not None for each in judged),
-        "ended": next((each.row["tripped"] for each in judged if each.row["tripped"]), None),
+        "ended": next((each.row["tripped"] for each in judged if each.row["tripped"]), ended),
         "played": spent.log,
         "controller": "controller.toml",
         "way": way,
         "rounds": reasons,
-        "exact_s": found.exact,
+        "exact_s": found.exact if found else None,
         "small_moves": asdict(moves),
         "timing": {"computing_seconds": time.process_time() - began},
     }
     (spent.run.dir / "c").mkdir(exist_ok=True)
-    files = _files(ways[way][0], wanted.rig, found.rig, metrics)
-    subject = Subject(found.rig, [spec for spec, _ in ways.values()])
-    return Outcome(metrics, lambda: commission_page(wanted.goal, metrics, judged, found.answer), {}, files, subject)
+    files = _files(ways[way][0], wanted.rig, rig, metrics)
+    subject, sentence = (
+        Subject(rig, [spec for spec, _ in ways.values()]),
+        found.answer.sentence if found else ended or "",
+    )
+    return Outcome(metrics, lambda: commission_page(wanted.goal, metrics, judged, sentence), {}, files, subject)
 
 
 def _files(spec: ControllerSpec, rig: Rig, found: Rig, metrics: Mapping[str, Any]) -> dict[str, str]:

@@ -65,10 +65,13 @@ def settling_of(judged: Sequence[Judged], goal: str) -> float | None:
 
 def best_way(rows: Sequence[Mapping[str, Any]], goal: str) -> str:
     """The way whose controller stays: the found rig's, whose margins are known, where it settled everywhere without too
-    much overshoot; else of those that did so the one that did the goal soonest; the found rig's where none did."""
+    much overshoot; else of those that did so the one that did the goal soonest. Where none did, the found rig's, or
+    the one by rules if no rig was found."""
     soonest = {row["way"]: row["settling_s"]["measured"] for row in rows if row["scenario"] == goal}
     held = [way for way, settling in soonest.items() if settling is not None and _held(rows, way, goal)]
-    return "found" if "found" in held or not held else min(held, key=lambda way: soonest[way])
+    if held and "found" not in held:
+        return min(held, key=lambda way: soonest[way])
+    return "found" if "found" in soonest else "automatic"
 
 
 def _held(rows: Sequence[Mapping[str, Any]], way: str, goal: str) -> bool:

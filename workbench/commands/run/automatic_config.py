@@ -11,7 +11,6 @@ from ...control.automatic_tuning import pulses
 from ...control.controller_spec import ControllerSpec
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
-from ..commission.automatic import self_tuning
 from ..common.rig_sets import check_variations, read_rig_set
 from ..common.scenario_tables import check_scenarios, read_scenarios
 from ..robustness.config import RobustnessConfig, read_drawn_steps
@@ -62,6 +61,8 @@ class AutomaticConfig:
 
 def automatic_config(top: Table, rig: Rig) -> AutomaticConfig:
     """The tables of the experiment on a rig. Raises InputError."""
+    from ..commission.automatic import self_tuning  # builds plants, which a refusal does not need
+
     top.allow(*_KEYS)
     missing = [name for name in READ if name not in rig.sensors]
     if missing or not rig.is_jack:
