@@ -81,7 +81,7 @@ def test_the_table_of_hidden_rigs_is_that_of_those_that_were_commissioned():
         [cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.splitlines() if line.startswith("| rig-")
     ]
     rows = COMMISSIONED["rows"]
-    assert len(lines) == len(rows) >= 20
+    assert len(lines) == len(rows) >= 6
     for cells, each in zip(lines, rows, strict=True):
         said = (each["error"] and "refused") or f"{each['verdict']}: {', '.join(each['said'])}".rstrip(": ")
         ways = [each["settling_s"].get(way) for way in ("automatic", "datasheet", "found", "known")]
