@@ -12,6 +12,7 @@ from workbench.commands.common.error_page import error_figure, error_table
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace import words as words
 from workbench.commands.trace.detectability import undetectable
+from workbench.commands.trace.effect_words import EFFECT
 from workbench.commands.trace.figures import telling
 from workbench.commands.trace.metrics import compared, labels, more_json, trace_json
 from workbench.commands.trace.page import _shape, _where, trace_page
@@ -171,7 +172,7 @@ def test_a_disturbance_in_no_equation_asks_for_a_better_noise_floor():
 
 
 def test_there_are_words_for_everything():
-    assert set(words.EFFECT) == {effect.name for effect in WHOLE}
+    assert set(EFFECT) == {effect.name for effect in WHOLE}
     assert set(words.EQUATION) == set(words.RECORD) == set(EQUATIONS)
     assert set(words.SIGNAL) == set(MEASURED)
 
