@@ -13,7 +13,7 @@ from workbench.commands.common.run_folder import metrics_json, open_run
 from workbench.commands.trace_study.campaigns.draw import CampaignPlan
 from workbench.commands.trace_study.given import given
 from workbench.commands.trace_study.plan import default_plan
-from workbench.commands.trace_study.score import confusion, failed, judged, scores
+from workbench.commands.trace_study.score import confusion, failed, judged, odds, scores
 from workbench.commands.trace_study.study import run_trace_study
 from workbench.plant.effects import LIBRARY
 from workbench.report import render
@@ -192,6 +192,39 @@ def test_a_plan_has_its_shares_and_every_name():
         assert case.kind != "off" or case.removed or case.effects[0][0] not in names
     assert default_plan(200, seed=4) == plan != default_plan(200, seed=5)
     assert [item.kind for item in default_plan(3, seed=4, kind="clean")] == ["clean"] * 3
+
+
+def test_neighbours_are_drawn_in_formulas_that_the_library_lacks_and_traced_among_themselves():
+    plan = default_plan(14, seed=4, kind="neighbours")
+    own = {(effect.name, effect.formula) for effect in LIBRARY}
+    kin = {effect.name: effect.kin for effect in LIBRARY}
+    assert {case.effects[0][0] for case in plan} == {"drive.delay", "drive.lag", "pilot.hysteresis", "main.stiction"}
+    for case in plan:
+        assert case.kind == "single"
+        assert case.effects[0] not in own
+        kept = set(kin) - set(case.removed)
+        assert {kin[name] for name in kept} == {kin[case.effects[0][0]]}
+        assert len(kept) == 2
+
+
+def test_the_odds_of_neighbours_count_names_and_what_the_other_one_leaves():
+    def row(said, *shares, verdict="named"):
+        ranking = [{"effect": name, "formula": "x", "explained": share, "parameters": {}} for name, share in shares]
+        return judged(
+            truth(effects=("drive.delay",), equations=("drive",)), answer(verdict, *said) | {"ranking": ranking}
+        )
+
+    rows = [
+        row(["drive.delay"], ("drive.delay", 0.9), ("drive.delay", 0.8), ("drive.lag", 0.6)),
+        row(["drive.delay", "drive.lag"], ("drive.lag", 0.95), ("drive.delay", 0.9), verdict="tied"),
+        row(["drive.lag"], ("drive.lag", 0.9), ("drive.delay", 0.5)),
+        row([], verdict="unknown"),
+        judged(truth(), answer("named", "jack.friction")),
+    ]
+    (only,) = odds(rows)
+    assert only["effect"] == "drive.delay"
+    assert [only[how] for how in ("right", "tied", "wrong", "unnamed")] == [1, 1, 1, 1]
+    assert only["leads"] == pytest.approx([3.0, -1.0, -4.0])
 
 
 def folders(root: Path, count: int) -> Path:

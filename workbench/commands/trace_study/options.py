@@ -17,7 +17,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", default=_RIGS[0], help=f"draw on {' or '.join(_RIGS)} (default: {_RIGS[0]})")
     parser.add_argument("--number", type=int, default=100, metavar="N", help="campaigns to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
-    parser.add_argument("--kind", help="draw campaigns of one kind only: clean, single, pair, number, off")
+    parser.add_argument("--kind", help="draw campaigns of one kind only: clean, single, pair, number, off, neighbours")
     parser.add_argument("--several", action="store_true", help="trace as trace --several does")
     works(parser)
     parser.add_argument("--keep", type=Path, metavar="DIR", help="leave the drawn campaigns there")

@@ -5,16 +5,17 @@ from typing import Any
 
 import numpy as np
 
+from ...identify.trace.rule import NEIGHBOUR
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
-from .score import FINE, VISIBLE, Row, TraceScore
+from .score import FINE, HOW, VISIBLE, Row, TraceScore, odds
 
 
 def page(rows: Sequence[Row], rates: Sequence[TraceScore], confusion: Mapping[str, Any], timing: Sequence[Any]) -> Page:
     """The page; `timing` has a row of CPU seconds for each campaign."""
     sections = [
         Section("Scores", [_scores(rates), picture(rows)]),
-        Section("Truth and answer", [_confusion(confusion)]),
+        Section("Truth and answer", [_confusion(confusion), *_neighbours(odds(rows))]),
         Section("Every answer that is not right", [_wrong(rows)]),
         Section("Every campaign", [_all(rows, timing)]),
     ]
@@ -81,6 +82,22 @@ def _confusion(confusion: Mapping[str, Any]) -> Table:
         rows,
         note="Answers without a name stand as none or unknown.",
     )
+
+
+def _neighbours(odds: Sequence[Row]) -> list[Table]:
+    if not odds:
+        return []
+    rows = [[row["effect"], row["campaigns"], *(row[how] for how in HOW), *_spread(row["leads"])] for row in odds]
+    note = (
+        "Lead: what the best neighbour leaves of the misfit beyond what the true effect leaves, over the latter. "
+        f"Up to {NEIGHBOUR:g} the two tie; below zero the neighbour explains more."
+    )
+    title = "Effects with neighbours in their family"
+    return [Table(title, ["effect", "campaigns", *HOW, "least lead", "median lead"], rows, note=note)]
+
+
+def _spread(leads: Sequence[float]) -> list[float | None]:
+    return [min(leads), float(np.median(leads))] if leads else [None, None]
 
 
 def _wrong(rows: Sequence[Row]) -> Table:

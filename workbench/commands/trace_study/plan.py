@@ -1,5 +1,6 @@
 """What a study draws: which kinds of campaign, lacking what, by a seed."""
 
+from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import cast
@@ -16,6 +17,7 @@ from .campaigns.noise import BLEMISHES, Noise
 from .score import FAMILY
 
 SHARES = {"single": 0.55, "clean": 0.15, "off": 0.15, "pair": 0.15}
+NEIGHBOURS = "neighbours"  # no part of a plan: who is taken for whom within a family, in formulas that it lacks
 PUMP_SHARES = {"single": 0.4, "number": 0.2, "clean": 0.2, "off": 0.2}
 MISFIT = (2.0, 15.0)  # held-out chi2 that a refit of the base model leaves, log-uniform
 PUMP_MISFIT = (4.0, 20.0)  # of free runs, whose floor is above the noise
@@ -36,8 +38,9 @@ def default_plan(count: int, seed: int, rig: str = JACK, kind: str | None = None
     """
     shares, planned = (SHARES, _valve_plan) if rig == JACK else (PUMP_SHARES, _pump_plan)
     if kind is not None:
-        if kind not in shares:
-            raise InputError(f"--kind {kind}: campaigns on {rig} are {', '.join(shares)}")
+        kinds = [*shares, NEIGHBOURS] if rig == JACK else [*shares]
+        if kind not in kinds:
+            raise InputError(f"--kind {kind}: campaigns on {rig} are {', '.join(kinds)}")
         shares = {kind: 1.0}
     parts = np.floor(np.cumsum([0.0, *shares.values()]) * count + 0.5).astype(int)
     kinds = np.repeat(list(shares), np.diff(parts))
@@ -57,7 +60,7 @@ def _valve_plan(rig: Rig, kind: str, seed: int, number: int, names: Sequence[str
     blemish = tuple(drawn.choice(BLEMISHES, drawn.integers(1, 4), replace=False).tolist())
     return CampaignPlan(
         seed=seed * 100_000 + number,
-        kind=cast(Kind, kind),
+        kind=cast(Kind, "single" if kind == NEIGHBOURS else kind),
         effects=tuple(cause.key for cause in causes),
         removed=removed,
         misfit=_log_uniform(drawn, MISFIT),
@@ -92,6 +95,8 @@ def _causes(
     """What a campaign is short of, and what the tracer's library is to be without."""
     if kind == "clean":
         return [], ()
+    if kind == NEIGHBOURS:
+        return _neighbours(rig, number)
     if kind == "number":
         return [_number(rig, number, drawn)], ()
     if kind == "off" and number % 2:
@@ -105,6 +110,14 @@ def _causes(
         return [first], kin
     others = [name for name in names if name not in kin]
     return [first, _formula(rig, others[drawn.integers(len(others))], drawn)], ()
+
+
+def _neighbours(rig: Rig, number: int) -> tuple[list[Cause], tuple[str, ...]]:
+    """In turn each formula that the library lacks of an effect with neighbours; the tracer has that family alone."""
+    large = {family for family, count in Counter(FAMILY.values()).items() if count > 1}
+    pool = [cause for cause in causes_on(rig, OTHER_FORMULA_CAUSES) if FAMILY[cause.effect.name] in large]
+    drawn = pool[number % len(pool)]
+    return [drawn], tuple(name for name, family in FAMILY.items() if family != FAMILY[drawn.effect.name])
 
 
 def _number(rig: Rig, number: int, drawn: np.random.Generator) -> Cause:

@@ -1,6 +1,7 @@
 """What a trace's answer is worth beside the truth, and how often traces are right: rates with 95 % intervals."""
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -18,6 +19,8 @@ SHOWN = 1.05  # chi2 that a refit leaves of the train records: below, nothing fi
 FIRST = 3  # of the ranking
 FLOOR = 1.15  # held-out RMS over the noise floor
 FINE = ("right", "tied", "incomplete", "both", "one, incomplete")  # results that are as good as can be asked
+LEAST = 1e-3  # of a misfit: less than that is left by chance
+HOW = ("right", "tied", "wrong", "unnamed")  # the answers of campaigns whose effect has neighbours
 NAMING = ("named", "tied", "incomplete")
 GROUPS = ("single", "clean", "off", "pair", "faint", "number")
 FAMILY = {effect.name: effect.kin for effect in known_effects()}
@@ -75,6 +78,7 @@ def judged(truth: Truth, answer: Answer) -> Row:
         "alike": sorted({title.split()[0] for titles in answer.get("alike", {}).values() for title in titles}),
         "said_equation": answer["equation"],
         "ranked": ranked[:FIRST],
+        "explained": _explained(answer["ranking"]),
         "chi2_before": chi2["before"],
         "chi2_after": chi2["after"],
         "at_floor": all(error["after"] <= FLOOR * error["floor"] for error in answer["rms"].values()),
@@ -120,6 +124,49 @@ def scores(rows: Sequence[Row]) -> list[TraceScore]:
         _rate("number_blamed", [*single, *clean, *off], _blames_number, None),
         _rate("errors", rows, lambda r: r["group"] == "error", 0.0, most=True),
     ]
+
+
+def odds(rows: Sequence[Row]) -> list[Row]:
+    """Of each effect that has neighbours in its family: how often it was named for itself, tied, named for another, or
+    not at all, and the `leads` of those that count: what the neighbour leaves more, of what the true name leaves.
+
+    A lead of NEIGHBOUR (rule.py) or less ties; a negative one is of a neighbour that explains more.
+    """
+    of = [row for row in rows if row["kind"] == "single" and row["group"] != "error"]
+    table = []
+    for name in dict.fromkeys(sorted(row["truth"][0] for row in of)):
+        mine = [row for row in of if row["truth"][0] == name]
+        leads = [lead for row in mine for lead in _leads(row, name)]
+        if any(other != name and family == FAMILY[name] for other, family in FAMILY.items()):
+            counts = Counter(_how(row, name) for row in mine)
+            table.append({"effect": name, "campaigns": len(mine), **{key: counts[key] for key in HOW}, "leads": leads})
+    return table
+
+
+def _leads(row: Row, name: str) -> list[float]:
+    """Of the best neighbour of the true name; none where one of the two was not fitted, or explains nothing."""
+    shares = row["explained"]
+    others = [shares[other] for other in shares if other != name and FAMILY.get(other) == FAMILY[name]]
+    if not shares.get(name) or not others:
+        return []
+    left, other = max(1 - shares[name], LEAST), max(1 - max(others), LEAST)
+    return [other / left - 1 if other >= left else 1 - left / other]
+
+
+def _how(row: Row, name: str) -> str:
+    if not row["named"]:
+        return "unnamed"
+    if row["verdict"] == "tied":
+        return "tied" if name in row["named"] else "wrong"
+    return "right" if row["named"][0] == name else "wrong"
+
+
+def _explained(ranking: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """The share of the misfit that the best formula of each ranked effect takes away."""
+    shares: dict[str, float] = {}
+    for entry in ranking:
+        shares[entry["effect"]] = max(entry["explained"], shares.get(entry["effect"], 0.0))
+    return shares
 
 
 def confusion(rows: Sequence[Row]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from ..common.run_folder import metrics_json
 from .campaigns.draw import CampaignPlan, draw, planned_equations
 from .given import TRUTH, Given
 from .page import page, picture
-from .score import FINE, Row, confusion, failed, judged, scores
+from .score import FINE, Row, confusion, failed, judged, odds, scores
 
 
 class Tracer(Protocol):
@@ -55,6 +55,7 @@ def run_trace_study(
     timing = {"campaigns": [{"id": item.id, **result["timing"]} for item, result in zip(plan, results, strict=True)]}
     table = confusion(rows)
     metrics = {"rows": rows, "scores": [asdict(rate) for rate in rates], "confusion": table}
+    metrics |= {"odds": odds(rows)}
     metrics |= {"items": identity(plan), "timing": timing}
     return Outcome(metrics, lambda: (page(rows, rates, table, timing["campaigns"]), picture(rows)))
 
