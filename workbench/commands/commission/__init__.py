@@ -10,6 +10,7 @@ motions      records that the worst of all plants still takes
 designs      a controller searched for a rig and what is uncertain of it
 verify       scenarios played on the rig, measured beside predicted
 rounds       what the records say, a controller for the rig as found, and whether that is enough
+obstacles    what stands in the way of any controller, what it costs, what to mend or record
 study        the whole way, and commission.json
 page         the report
 """

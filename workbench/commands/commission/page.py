@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from ...base.signals import SIGNALS
 from ...report import Figure, Page, Section, Table
 from ..common.time_figure import run_columns, time_figure, window
+from .obstacles import told
 
 if TYPE_CHECKING:
     from ..drive.study import Judged
@@ -35,6 +36,8 @@ def commission_page(
         Section("What was found, and whether it suffices", [sentence, *_rounds(metrics)]),
         Section("What was played", [played]),
     ]
+    if metrics["obstacles"]:
+        sections.insert(0, Section("What stands in the way", told(metrics["obstacles"])))
     return Page("Commissioning", _verdict(goal, metrics), sections), figure
 
 

@@ -47,7 +47,7 @@ class RigTime:
         return record
 
     def played(self, wave: Excitation, loop: ControllerSpec, why: str) -> Record:
-        """An excitation under the slow loop of the drive."""
+        """An excitation in a loop that holds the jack."""
         start, controller = float(wave.reference[0]), loop.build(wave.period)
         reference = wave.reference - start
         play = partial(play_course, self.client, self.rig, controller, reference, start, wave.command)

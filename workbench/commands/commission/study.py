@@ -29,6 +29,7 @@ from .automatic import automatic
 from .designs import experiment_of
 from .looks import WAY, check_rest, check_sides, small_moves
 from .motions import doubted, safe, standard_records
+from .obstacles import Obstacle, obstacles
 from .page import commission_page
 from .rig_time import RigTime
 from .rounds import Found, Searches, campaign_in, found_by, further
@@ -52,7 +53,8 @@ class Wanted:
 def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     """commission.json: `verdict` and `effects` of the trace, `rows` of every way in every scenario, `rig_seconds`,
     `computing_seconds`, `trips`, what was `played`, the `controller`'s file and the `way` that it is, `rounds`: what
-    each left open, and `exact_s`, what the goal would settle in were the numbers known exactly."""
+    each left open, `exact_s`, what the goal would settle in were the numbers known exactly, and `obstacles`: what
+    stands in the way, what it costs, what to mend."""
     began, rig = time.process_time(), doubted(wanted.rig)
     with LinkClient(wanted.at, wanted.token) as client:
         spent = RigTime(client, rig, wanted.seconds, run)
@@ -67,7 +69,9 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     judged += own
     if found is not None:
         ways["found"] = (found.spec, found.rig)
-    return _outcome(wanted, found, moves, ways, judged, spent, reasons, ended, began)
+    verdict, effects = (found.answer.verdict, found.answer.effects) if found else ("unknown", ())
+    barred = obstacles(judged, wanted.goal, verdict, effects, rest, records.values())
+    return _outcome(wanted, found, moves, ways, judged, spent, reasons, ended, barred, began)
 
 
 def _rounds(
@@ -137,6 +141,7 @@ def _outcome(
     spent: RigTime,
     reasons: list[str],
     ended: str | None,
+    barred: list[Obstacle],
     began: float,
 ) -> Outcome:
     rows, rig = [table_row(each) for each in judged], found.rig if found else spent.rig
@@ -154,6 +159,7 @@ def _outcome(
         "way": way,
         "rounds": reasons,
         "exact_s": found.exact if found else None,
+        "obstacles": [asdict(each) for each in barred],
         "small_moves": asdict(moves),
         "timing": {"computing_seconds": time.process_time() - began},
     }

@@ -124,8 +124,8 @@ def _right(verdict: str, said: Sequence[str], true: Sequence[str]) -> bool:
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:
-    """Counts and ratios over rigs that were commissioned."""
-    whole = [row for row in rows if not row["error"]]
+    """Counts and ratios over rigs that were commissioned: for which a rig was found, and a controller for it."""
+    whole = [row for row in rows if not row["error"] and "found" in row["settling_s"]]
     return {
         "rigs": len(rows),
         "commissioned": len(whole),
