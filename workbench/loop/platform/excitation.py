@@ -16,6 +16,7 @@ from .setup import PlatformSetup
 
 _FADE = 0.25  # s: over which a motion comes and goes
 _LARGEST, _SMALLER, _TRIES = 0.1, 0.7, 20  # m at the joints; times; sizes that are tried
+_INSTANT = 1e4  # Hz: a feed-forward of speed alone
 _SEED = 1  # of the phases, with the motion's own
 
 
@@ -48,7 +49,7 @@ def six_sines(setup: PlatformSetup, motion: Motion) -> np.ndarray:
 
 def drive_spec(setup: PlatformSetup, laws: Sequence[ControllerSpec]) -> PlatformSpec:
     """A position loop on each leg, with the command of the reference's speed added."""
-    forward = tuple(Forward(jack.v0) for jack in setup.platform.of_rigs(capability))
+    forward = tuple(Forward(jack.v0, _INSTANT, 0.0) for jack in setup.platform.of_rigs(capability))
     return PlatformSpec("drive", tuple(laws), forward=forward)
 
 
