@@ -27,10 +27,11 @@ def check_sensors(rig: Rig, measures: tuple[str, ...]) -> None:
 
 
 def logged(
-    signals: Mapping[str, np.ndarray], rig: Rig, outputs: tuple[str, ...], seed: int | None
+    signals: Mapping[str, np.ndarray], rig: Rig, outputs: tuple[str, ...], seed: int | None, lane: int = 0
 ) -> dict[str, np.ndarray]:
-    """The readings [k] by name that a loop with a seed acted on, of the plant's outputs [k] by name."""
-    sensors = Sensors(rig, outputs, seed)
+    """The readings [k] by name that a loop with a seed acted on, of the plant's outputs [k] by name; with a `lane`
+    those of other draws."""
+    sensors = Sensors(rig, outputs, seed, lane)
     true = np.column_stack([signals[name] for name in outputs])
     noise = sensors.noise_rows(1 + len(true))[1:]  # the loop measures once before its first sample
     return dict(zip(sensors.names, sensors.readings(true, noise).T, strict=True))
@@ -65,12 +66,12 @@ def disturbed_readings(
 class Sensors:
     """What the rig's sensors say of the plant's outputs: with a seed, each with its white noise and resolution."""
 
-    def __init__(self, rig: Rig, outputs: tuple[str, ...], seed: int | None) -> None:
+    def __init__(self, rig: Rig, outputs: tuple[str, ...], seed: int | None, lane: int = 0) -> None:
         self.names = tuple(name for name in outputs if name in rig.sensors)
         self._columns = np.array([outputs.index(name) for name in self.names], int)
         self.noise = np.array([rig.sensors[name].noise for name in self.names])
         self.resolution = np.array([rig.sensors[name].resolution for name in self.names])
-        self._random = None if seed is None else draws(seed)
+        self._random = None if seed is None else draws(seed, lane)
 
     @property
     def noisy(self) -> bool:

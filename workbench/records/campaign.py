@@ -96,8 +96,9 @@ class _Entry:
         return low < high
 
 
-def load_campaign(folder: str | Path) -> Campaign:
-    """Read a campaign folder, or the campaign.toml in it.
+def load_campaign(folder: str | Path, leg: int | None = None) -> Campaign:
+    """Read a campaign folder, or the campaign.toml in it; of a platform, the records of one `leg`, counted from 1,
+    whose columns are called after it: `leg3.pa [bar]`.
 
     Raises InputError for a bad file, key, record or session, for no heldout record, for one that is also fitted, and
     for a mapped column that no record has.
@@ -108,7 +109,8 @@ def load_campaign(folder: str | Path) -> Campaign:
     score = top.word("score", (WINDOWS, FREE_RUN), WINDOWS)
     signals = top.optional_table("signals")
     mapping = {name: _mapped(signals.table(name), name) for name in signals.allow(*SIGNALS)}
-    reading = _Reading(file.parent, mapping, frozenset(top.words("unused", "current", ())), _mean(top), _late(top))
+    columns = mapping if leg is None else _leg_columns(leg)
+    reading = _Reading(file.parent, columns, frozenset(top.words("unused", "current", ())), _mean(top), _late(top))
     listed = top.optional_table("records", *ROLES)
     entries = _entries(listed)
     _check_copies(listed, entries, file.parent)
@@ -129,6 +131,11 @@ def load_campaign(folder: str | Path) -> Campaign:
         drifts=drifts,
         corrector=top.text("corrector", ""),
     )
+
+
+def _leg_columns(leg: int) -> dict[str, ColumnMap]:
+    """Where the signals of a platform's leg are."""
+    return {name: ColumnMap(f"leg{leg}.{name}") for name in SIGNALS if name != "t"}
 
 
 def campaign_rig(folder: str | Path) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError, nearest
-from ..base.signals import SIGNALS
+from ..base.signals import SIGNALS, output_signal
 from ..base.table import Table
 from ..base.units import from_si, to_si
 from .table import DataTable, open_table
@@ -103,9 +103,10 @@ def table_text(columns: Mapping[str, np.ndarray]) -> str:
     """CSV of signals, name -> [n] SI, in the units that people are shown, 10 digits."""
     cells = []
     for name, values in columns.items():
-        shown = from_si(values, SIGNALS[name].unit, SIGNALS[name].si)
+        signal = output_signal(name)
+        shown = from_si(values, signal.unit, signal.si)
         cells.append([f"{value:.10g}" for value in shown.tolist()])
-    header = ",".join(SIGNALS[name].label for name in columns)
+    header = ",".join(f"{name} [{output_signal(name).unit}]" for name in columns)
     return "\n".join([header, *(",".join(row) for row in zip(*cells, strict=True)), ""])
 
 

@@ -1,4 +1,5 @@
 """`jackbench record RIG`: plays excitations on a rig in simulation, or on a live one, and leaves a campaign folder.
 
-live    what it does at a live rig
+live        what it does at a live rig
+platform    what it records of a platform
 """

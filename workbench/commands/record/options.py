@@ -4,13 +4,15 @@ import argparse
 from functools import partial
 from pathlib import Path
 
+from ...base.errors import InputError
+from ...rigs.platform import is_platform
 from ..common.options import computes, finish, on_link
 from .config import identity, plan
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("rig", help="a bundled rig or a rig file, with [[effects]] or without")
+    parser.add_argument("rig", help="a bundled rig or a rig file, with [[effects]] or without, or a platform")
     parser.add_argument(
         "--play", type=Path, nargs="+", default=[], metavar="FILE", help="excitations; the last is held out"
     )
@@ -20,6 +22,9 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _record(options: argparse.Namespace, words: list[str]) -> None:
+    if is_platform(options.rig):
+        _record_platform(options, words)
+        return
     planned = plan(options.rig, options.play, options.seed)
     if options.at is not None:
         from .live import run_live
@@ -32,3 +37,14 @@ def _record(options: argparse.Namespace, words: list[str]) -> None:
 
     whole = {"command": "record", "rig": planned.rig.table(), **identity(planned)}
     finish(options, words, f"record-{planned.rig.name}", whole, partial(run_record, planned))
+
+
+def _record_platform(options: argparse.Namespace, words: list[str]) -> None:
+    if options.play or options.at is not None:
+        raise InputError("--play and --at are of one jack; take them out: a platform plays motions of its own")
+    from .platform import identity as identity_of
+    from .platform import platform_plan, run_platform_record
+
+    planned = platform_plan(options.rig, options.seed)
+    study = partial(run_platform_record, planned)
+    finish(options, words, f"record-{planned.platform.name}", identity_of(planned), study)

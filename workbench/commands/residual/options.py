@@ -3,6 +3,9 @@
 import argparse
 from functools import partial
 
+from ...base.errors import InputError
+from ...records.campaign import campaign_rig
+from ...rigs.platform import is_platform, load_platform
 from ..common.options import computes, finish
 from .config import fingerprint, load, on_campaign
 
@@ -15,6 +18,9 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _residual(options: argparse.Namespace, words: list[str]) -> None:
+    if is_platform(name := options.rig or campaign_rig(options.campaign)):
+        _platform_residual(options, words, name)
+        return
     campaign, rig = load(options)
     from .study import run_residual
 
@@ -23,3 +29,16 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
     name = f"residual-{campaign.path.resolve().name}"
     study = partial(run_residual, campaign, rig, free_run=options.free_run)
     finish(options, words, name, identity, study)
+
+
+def _platform_residual(options: argparse.Namespace, words: list[str], name: str) -> None:
+    if options.free_run:
+        raise InputError("--free-run is of one jack, and a platform's legs are judged in windows; leave it out")
+    from .platform import leg_campaigns, run_platform_residual
+
+    platform = load_platform(name)
+    campaigns = leg_campaigns(options.campaign, platform, options.heldout)
+    prints = [fingerprint(campaign) for campaign in campaigns]
+    identity = {"command": "residual", "campaigns": prints, "rig": platform.table()}
+    folder = f"residual-{campaigns[0].path.resolve().name}"
+    finish(options, words, folder, identity, partial(run_platform_residual, platform, campaigns))

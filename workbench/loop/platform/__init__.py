@@ -8,6 +8,7 @@ steps           steps along one axis, by name
 rows, sines     what is measured in steps and in sines, with what the other axes do
 envelope        the same where the payload is another
 poses           roads and recorded courses as poses at the control period
+excitation      motions that tell the axes apart, as large as the legs take them
 record          a recorded motion, checked, played and learned
 reach           where it can go: stroke, joint angles, forces, flow, singular poses
 """

@@ -7,7 +7,7 @@ kinematics      pose to legs and back, in numpy alone
 
 from .kinematics import AXES, Geometry, forward, leg_lengths, leg_speeds, pose_rates
 from .platform import LEGS, Leg, Platform
-from .platform_file import bundled_platforms, load_platform
+from .platform_file import bundled_platforms, is_platform, load_platform
 
 __all__ = [
     "AXES",
@@ -17,6 +17,7 @@ __all__ = [
     "Platform",
     "bundled_platforms",
     "forward",
+    "is_platform",
     "leg_lengths",
     "leg_speeds",
     "load_platform",

@@ -34,6 +34,12 @@ def platform_path(name: str) -> Path:
     return Path(str(files("workbench") / "rigs" / "platform" / f"{name}.toml"))
 
 
+def is_platform(name: str | Path) -> bool:
+    """Whether that is a platform: a bundled one's name, or a file with the legs of one."""
+    path = Path(name)
+    return str(name) in bundled_platforms() or (path.suffix == ".toml" and path.is_file() and "legs" in read_toml(path))
+
+
 def load_platform(name: str | Path, beside: Path | None = None) -> Platform:
     """A bundled platform by name, or a file by path (relative to `beside`). Raises InputError with file and row."""
     if str(name) in bundled_platforms():

@@ -1,0 +1,139 @@
+"""Recordings of a platform in simulation: multisines on six axes, and a campaign whose columns are legs."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...base.signals import output_signal
+from ...base.toml_text import toml_text
+from ...base.units import from_si
+from ...control.platform_controller import LEGS
+from ...loop.platform import PlatformRun, PlatformSetup, platform_setup
+from ...loop.platform.excitation import Motion, drive_spec, largest_run, six_sines, still
+from ...loop.sensors import logged
+from ...records.frequency_sheet import table_text
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.platform import AXES, Platform, bundled_platforms, load_platform
+from ...rigs.platform.platform_file import platform_path
+from ..common.outcome import Outcome, Progress, Stage
+from ..excite.study import drive
+
+STATIC = "static"
+MOTIONS = (
+    Motion("fast", 5.0, (0.4, 10.0), 1),
+    Motion("slow", 6.0, (0.25, 3.0), 2),
+    Motion("mixed", 4.0, (0.25, 6.0), 3),
+)
+"""The last one is held out."""
+STILL = 2.0  # s: of the record at rest
+
+
+@dataclass(frozen=True)
+class PlatformPlan:
+    """What is to be recorded: the platform as it is simulated, and what the campaign says of it."""
+
+    platform: Platform
+    file: Path
+    bundled: bool
+    seed: int
+
+    @property
+    def declared(self) -> str:
+        """What campaign.toml names."""
+        return self.platform.name if self.bundled else str(self.file.resolve())
+
+
+def platform_plan(name: str, seed: int) -> PlatformPlan:
+    """Read a platform. Raises InputError for one whose legs do not say where they are."""
+    platform, bundled = load_platform(name), name in bundled_platforms()
+    if seed < 0:
+        raise InputError(f"seed {seed}: must be 0 or more")
+    if any("position" not in leg.rig.sensors for leg in platform.legs):
+        raise InputError(f"platform {name}: a leg without a position sensor, which its drive needs; add it to its rig")
+    return PlatformPlan(platform, platform_path(name) if bundled else Path(name), bundled, seed)
+
+
+def identity(plan: PlatformPlan) -> dict[str, Any]:
+    """What says that a recording is the same one."""
+    return {"command": "record", "rig": plan.platform.table(), "seed": plan.seed}
+
+
+def run_platform_record(plan: PlatformPlan, stage: Stage, progress: Progress) -> Outcome:
+    """Play and log every motion; the last one is held out, `static` measures the noise, the others are train."""
+    progress("platform and its drive")
+    setup = platform_setup(plan.platform)
+    own = {id(leg.rig): drive(rig).loop for leg, rig in zip(setup.platform.legs, setup.guarded, strict=True)}
+    loops = [own[id(leg.rig)] for leg in setup.platform.legs]
+    spec = drive_spec(setup, loops)
+    runs = {STATIC: still(setup, spec, STILL, plan.seed)}
+    for motion in MOTIONS:
+        progress(f"{motion.name}: {motion.seconds:g} s")
+        runs[motion.name] = largest_run(setup, spec, six_sines(setup, motion), motion.name, plan.seed)
+    records = {name: _columns(setup, run, (plan.seed, number)) for number, (name, run) in enumerate(runs.items())}
+    rows = [_row(name, run) for name, run in runs.items()]
+    metrics = {"rows": rows, "seed": plan.seed, "loop_gains": [loop.design.gain for loop in loops]}
+    files = {"campaign.toml": _campaign(plan)} | {f"{name}.csv": table_text(each) for name, each in records.items()}
+
+    def draw() -> tuple[Page, Figure]:
+        figures = [_figure(name, run) for name, run in runs.items()]
+        return _page(plan, rows, figures), figures[-1]
+
+    return Outcome(metrics, draw, files=files)
+
+
+def _campaign(plan: PlatformPlan) -> str:
+    *train, heldout = (f"{motion.name}.csv" for motion in MOTIONS)
+    roles = {"static": [f"{STATIC}.csv"], "train": train, "heldout": [heldout]}
+    text = toml_text({"rig": plan.declared, "records": roles})
+    return f"# simulated by `jackbench record`, seed {plan.seed}\n{text}"
+
+
+def _columns(setup: PlatformSetup, run: PlatformRun, seed: tuple[int, int]) -> dict[str, np.ndarray]:
+    """What is logged, by column, SI: leg by leg the command and what its sensors say."""
+    columns = {"t": run.t}
+    for i, leg in enumerate(setup.platform.legs):
+        outputs = tuple(name[5:] for name in run.signals if name.startswith(f"leg{i + 1}."))
+        true = {name: run.signals[f"leg{i + 1}.{name}"] for name in outputs}
+        own = logged(true, leg.rig, outputs, seed[0] + 1, LEGS * seed[1] + i)
+        columns |= {f"leg{i + 1}.{name}": values for name, values in {"command": run.sent[:, i], **own}.items()}
+    return columns
+
+
+def _row(name: str, run: PlatformRun) -> dict[str, Any]:
+    last = MOTIONS[-1].name
+    return {
+        "record": name,
+        "role": STATIC if name == STATIC else "heldout" if name == last else "train",
+        "seconds": float(run.t[-1]),
+        "peak_force_kn": float(np.abs(run.legs("force")).max() / 1e3),
+        "peak_speed_m_s": float(np.abs(run.legs("velocity")).max()),
+        "peak_command": float(np.abs(run.sent).max()),
+        "lowest_pressure_bar": float(run.signals["lowest_pressure"].min() / 1e5),
+    }
+
+
+def _page(plan: PlatformPlan, rows: list[dict[str, Any]], figures: list[Figure]) -> Page:
+    heads = ["record", "role", "duration [s]", "force [kN]", "speed [m/s]", "command [1]", "lowest [bar]"]
+    note = "Largest of all legs. Each axis has harmonics of its own, so that an answer tells which axis was moved."
+    table = Table("What was recorded", heads, [list(row.values()) for row in rows], note)
+    verdict = (
+        f"{len(rows)} simulated records of {plan.platform.name}, seed {plan.seed}; {rows[-1]['record']} is held out."
+    )
+    how = "Row k is what the sensors of the legs say at t_k right after the commands of row k were written."
+    return Page(
+        f"Recordings of {plan.platform.name}", verdict, [Section("Records", [table, how]), Section("Poses", figures)]
+    )
+
+
+def _figure(name: str, run: PlatformRun) -> Figure:
+    """The true pose, and the commands."""
+    panels = []
+    for axes in (AXES[:3], AXES[3:]):
+        signal = output_signal(axes[0])
+        curves = [Curve(axis, run.t, from_si(run.signals[axis], signal.unit, signal.si)) for axis in axes]
+        panels.append(Panel(f"pose [{signal.unit}]", curves))
+    commands = [Curve(f"leg {i + 1}", run.t, run.sent[:, i]) for i in range(LEGS)]
+    return Figure(name, "time [s]", (*panels, Panel("command [1]", commands)))
