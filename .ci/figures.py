@@ -34,7 +34,7 @@ PAGES = (
 )
 HELD = re.compile(r"^<!-- held: (jackbench [^:]+): ([^>]+?) -->$", re.MULTILINE)
 NOT_HELD = {
-    "": "defaults that rig files declare, not results",
+    "What a loop contains": "defaults that rig files declare, not results",
     "Hidden rigs": "an hour; held by tests/test_commission_study.py to the rigs that were commissioned",
     "JackBench-v0": "a thousand episodes each, by examples/rl_baselines.py",
     "Stable-Baselines3": "two minutes of training, by examples/rl/ppo_on_p_dp.py",
