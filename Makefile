@@ -31,6 +31,7 @@ check: .venv/dev
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+	$(BIN)/python .ci/prose.py
 
 figures: .venv/ready
 	$(BIN)/python .ci/figures.py

@@ -8,11 +8,11 @@ sys.path.insert(0, str(Path(__file__).parent))  # the modules beside this file
 project = "jackbench"
 author = "the jackbench authors"
 copyright = "the jackbench authors, BSD 3-clause"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "generate", "mathml", "docstrings"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "generate", "generate.cells", "mathml", "docstrings"]
 exclude_patterns = ["_build", "files", "reference/part_*"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
-suppress_warnings = ["myst.header"]  # a part of README begins at the level that it has there
+suppress_warnings = ["myst.header"]  # a part of CONTRIBUTING.md begins at the level that it has there
 
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"

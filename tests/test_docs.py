@@ -1,7 +1,9 @@
 """The documentation's own tools: broken links are found, docstrings keep their words, pages have every name."""
 
+import re
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from links import broken
@@ -72,13 +74,38 @@ def test_a_key_that_no_file_has_is_missed(generate, tmp_path, monkeypatch):
         files._part(("run", files.load_config, ("paper.toml",)))
 
 
-def test_pages_include_every_section_of_the_readme_but_what_they_have_themselves(generate):
-    from generate import readme
+def test_the_readme_is_read_in_a_minute_and_its_links_lead_somewhere():
+    text = (ROOT / "README.md").read_text()
+    assert len(text.splitlines()) <= 130
+    links = re.findall(r"\]\(([^)\s]+)\)", text)
+    assert links
+    assert not [link for link in links if not (ROOT / link).exists()]
 
-    pages = "".join(path.read_text() for path in (ROOT / "docs").glob("*.md"))
-    parts = [name for name in readme.parts() if name.startswith("part_")]
-    left = {name for name in parts if f"reference/{name}" not in pages}
-    assert left == {"part_commands.md", "part_where_things_are.md"}
+
+def test_what_a_block_of_a_page_prints_and_draws_stands_below_it(generate, tmp_path):
+    from generate.cells import _shown, run_pages
+
+    page = tmp_path / "page.md"
+    page.write_text(
+        "# A\n\n```{file} n.txt\n3\n```\n\n```{python}\nn = int(open('n.txt').read())\nn + 1\n```\n\n"
+        "```{shell}\necho $((1 + 2)) > a.png\necho done\n```\n\nAnd so on.\n"
+    )
+    run_pages(tmp_path, [page], tmp_path / "_build" / "ran")
+    source = [page.read_text()]
+    _shown(SimpleNamespace(srcdir=tmp_path), "page", source)
+    assert "`n.txt`:\n\n```text\n3\n```" in source[0]
+    assert ":class: printed\n\n4\n```" in source[0]
+    assert ":class: printed\n\ndone\n```" in source[0]
+    assert "```{image} /_build/ran/page/work/a.png" in source[0]
+    assert source[0].endswith("And so on.\n")
+
+
+def test_a_block_that_fails_ends_the_build(generate, tmp_path):
+    from generate.cells import run_pages
+
+    (tmp_path / "page.md").write_text("```{shell}\nfalse\n```\n")
+    with pytest.raises(RuntimeError, match="page"):
+        run_pages(tmp_path, [tmp_path / "page.md"], tmp_path / "ran")
 
 
 def test_docstrings_keep_their_words(monkeypatch):

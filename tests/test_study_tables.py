@@ -1,4 +1,4 @@
-"""The README's tables of how often a trace is right are those of the campaigns that were traced."""
+"""The site's tables of how often a trace is right are those of the campaigns that were traced."""
 
 import json
 import re
@@ -13,8 +13,9 @@ HERE = Path(__file__).parent
 ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
 CLEAN_ROWS = json.loads((HERE / "traced_clean_campaigns.json").read_text())
 PUMP_ROWS = json.loads((HERE / "traced_pump_campaigns.json").read_text())
-README = (HERE.parent / "experiments" / "README.md").read_text()
-SECTION = README.split("## How often is a trace right?")[1].split("\n## ")[0]
+RESULTS = HERE.parent / "docs" / "results"
+SECTION = (RESULTS / "trace_study.md").read_text()
+PUMP_PAGE = (RESULTS / "pump.md").read_text()
 GROUPS = {
     "one effect, well excited": "single",
     "one effect, poor excitation": "poor excitation",
@@ -118,7 +119,7 @@ def _half_is_gone(row):
 def test_every_campaign_on_a_pump_drive_is_counted_as_it_was_traced(label):
     groups = np.atleast_1d(PUMP_GROUPS[label])
     rows = [row for row in PUMP_ROWS if row["group"] in groups]
-    stated = next(cells for cells in table_rows(README) if cells[0].startswith(f"{label}:"))
+    stated = next(cells for cells in table_rows(PUMP_PAGE) if cells[0].startswith(f"{label}:"))
     assert stated[0] == f"{label}: {len(rows)}"
     assert [int(cell or 0) for cell in stated[1:]] == [
         sum(row["result"] in results for row in rows) for results in COLUMNS
@@ -127,7 +128,7 @@ def test_every_campaign_on_a_pump_drive_is_counted_as_it_was_traced(label):
 
 def test_the_rates_on_a_pump_drive_are_those_of_the_campaigns():
     rates = {score.id: score for score in scores(PUMP_ROWS)}
-    words = " ".join(README.split())
+    words = " ".join(PUMP_PAGE.split())
     for id in ("named_or_tied", "number_named", "false_alarms"):
         rate = rates[id]
         assert f"{rate.value:.2f} ({rate.low:.2f} to {rate.high:.2f}, n = {rate.n})" in words, id

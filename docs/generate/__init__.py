@@ -1,7 +1,8 @@
-"""The pages that code knows: what README says, the numbers, keys, effects, controllers, commands and examples.
+"""The pages that code knows: the numbers, keys, effects, controllers, commands and examples.
 
 markdown      tables and plain text of a page
-readme        sections of README.md and CONTRIBUTING.md, as parts that pages include
+readme        CONTRIBUTING.md, as a part that a page includes
+cells         the blocks of a page that are run, and what they leave; `run_cells` runs them
 rig_keys      the rig file and the datasheet; the table of all numbers
 files         experiments, linear plants, campaigns and tasks, by a file of each kind that has every key
 readings      what the readers of such files ask of each key
@@ -9,13 +10,14 @@ effects       the library of effects
 controllers   controllers and compensators with their design numbers
 commands      every command with its options
 examples      the scripts of examples/, run, with what they print and draw
+architecture  pictures of the rooms and of the ways through them
 doors         the names of `workbench`, `controllers` and `envs`
 """
 
 from pathlib import Path
 from typing import Any
 
-from . import commands, controllers, doors, effects, examples, files, readme, rig_keys
+from . import architecture, commands, controllers, doors, effects, examples, files, readme, rig_keys
 
 
 def setup(app: Any) -> dict[str, bool]:
@@ -34,6 +36,7 @@ def write_pages(folder: Path, cache: Path) -> None:
     `cache` keeps what the examples left.
     """
     folder.mkdir(exist_ok=True)
+    architecture.write(folder)
     pages = {
         **readme.parts(),
         **rig_keys.pages(),

@@ -21,7 +21,7 @@ formula = "stribeck"
 Fc = {value = 0.6, unit = "kN"}
 ```
 
-[](../effects.md) says how to write your own."""
+[](../how/own_effect.md) says how to write your own."""
 
 
 def pages() -> dict[str, str]:

@@ -29,7 +29,7 @@ def pages(folder: Path, cache: Path) -> dict[str, str]:
     A script runs again where it, or the code that it runs on, has changed. Raises RuntimeError for one that fails.
     """
     lessons = re.findall(r"^\| `(\w+)\.py` \| (.*?) \|$", (_FOLDER / "README.md").read_text("utf-8"), re.MULTILINE)
-    sources = _digest()
+    sources = source_digest()
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         runs = list(pool.map(lambda lesson: _run(lesson[0], cache, sources), lessons))
     made = {}
@@ -55,7 +55,7 @@ def _page(name: str, lesson: str, printed: str) -> str:
     )
 
 
-def _digest() -> bytes:
+def source_digest() -> bytes:
     """Of all code and data that a script can depend on."""
     files = sorted(path for name in _SOURCES for path in (ROOT / name).rglob("*") if path.suffix in _KINDS)
     return sha256(b"".join(sha256(path.read_bytes()).digest() for path in files)).digest()

@@ -41,7 +41,7 @@ A controller of such an experiment stands on each leg, or there is a law on each
 `forward = {velocity_gain = "7.4 m/s", frequency = "15.6 Hz", damping = "0.5"}`, the inverse of its mode from the
 reference. `command_map` is a compensator that maps the command of each jack. `smoothing = {corner = "15 Hz"}`, which a
 controller on the legs may have too, is four lags that the pose asked for goes through."""
-_CAMPAIGN = """A folder with recordings and a `campaign.toml`; [](../recordings.md) says how it is used, and
+_CAMPAIGN = """A folder with recordings and a `campaign.toml`; [](../how/campaign.md) says how it is used, and
 `jackbench import` writes one of recordings in these and other formats. Records are CSV, CSV.gz, Parquet or MAT, with
 header cells `name [unit]`."""
 _TASKS = """What an episode of a Gymnasium environment asks for, what is observed and what a step costs; see

@@ -7,6 +7,8 @@ from ..base.toml import read_toml
 from ..commands.bench.study import run_bench
 from ..commands.common.bench_experiment import load_bench
 from ..commands.common.outcome import Outcome
+from ..commands.common.shipped import campaign as campaign_folder
+from ..commands.common.shipped import experiment as experiment_file
 from ..commands.fit.options import STARTS
 from ..commands.fit.study import FitAnswer, fit_campaign
 from ..commands.residual.study import run_residual
@@ -23,7 +25,11 @@ __all__ = ["fit", "residual", "run", "trace"]
 
 
 def run(experiment: str | Path, rig: str | None = None, jobs: int = 1) -> Outcome:
-    """An experiment file of any kind: what `jackbench run`, `bench` and `tune` compute. Raises InputError."""
+    """An experiment file of any kind: what `jackbench run`, `bench` and `tune` compute. Raises InputError.
+
+    A shipped one is found by its bare name, such as "first_loop".
+    """
+    experiment = experiment_file(experiment)
     kind = read_toml(experiment).values.get("experiment")
     if kind == "bench":
         return run_bench(load_bench(experiment, rig), no_checkpoint, _quiet, jobs)
@@ -47,7 +53,7 @@ def fit(campaign: Campaign | str | Path, rig: Rig | str | None = None, starts: i
 
 def _loaded(campaign: Campaign | str | Path, rig: Rig | str | None) -> tuple[Campaign, Rig]:
     if not isinstance(campaign, Campaign):
-        campaign = load_campaign(campaign)
+        campaign = load_campaign(campaign_folder(campaign))
     return campaign, rig if isinstance(rig, Rig) else load_rig(rig or campaign.rig, corrector=campaign.corrector)
 
 

@@ -167,9 +167,9 @@ def _sessions(table: Table, specs: Mapping[str, Spec]) -> dict[str, dict[str, Nu
     return {name: {key: read_number(part, key, specs[key]) for key in part} for name, part in own.items()}
 
 
-def save_rig(rig: Rig, path: Path) -> None:
+def save_rig(rig: Rig, path: str | Path) -> None:
     """Write a rig file; `load_rig` reads back the same rig."""
-    path.write_text(rig_text(rig), encoding="utf-8")
+    Path(path).write_text(rig_text(rig), encoding="utf-8")
 
 
 def rig_text(rig: Rig) -> str:

@@ -11,18 +11,18 @@ def shipped() -> Path:
     return installed if installed.is_dir() else package.parent / "experiments"
 
 
-def experiment(text: str) -> Path:
+def experiment(text: str | Path) -> Path:
     """The path of an experiment: one that exists, or else a shipped one by its bare name (`paper`)."""
     return _found(text, f"{text}.toml")
 
 
-def campaign(text: str) -> Path:
+def campaign(text: str | Path) -> Path:
     """The path of a campaign folder: one that exists, or else a shipped one by its bare name (`sample`)."""
-    return _found(text, text)
+    return _found(text, str(text))
 
 
-def _found(text: str, name: str) -> Path:
+def _found(text: str | Path, name: str) -> Path:
     path = Path(text)
-    bare = text not in ("", ".", "..") and path.name == text
+    bare = text not in ("", ".", "..") and path.name == str(text)
     ours = shipped() / name
     return ours if bare and not path.exists() and ours.exists() else path

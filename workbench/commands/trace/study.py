@@ -19,6 +19,7 @@ from ..common.error_page import record_tables
 from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.run_folder import metrics_json
+from ..common.shipped import campaign as campaign_folder
 from ..residual.config import fingerprint
 from .answer import TraceAnswer
 from .detectability import detectability
@@ -57,7 +58,7 @@ def trace_campaign(
     Raises InputError for records, a rig or effects that cannot be read, and for records that are not of this rig.
     """
     if not isinstance(campaign, Campaign):
-        campaign = load_campaign(campaign)
+        campaign = load_campaign(campaign_folder(campaign))
     if not isinstance(rig, Rig):
         rig = load_rig(rig or campaign.rig, corrector=campaign.corrector)
     files = [str(Path(file).resolve()) for file in effects]

@@ -2,7 +2,8 @@
 
 V0 and V are the squared errors over sigma before and with an effect, N their samples, kappa the autocorrelation factor
 of the noise. A search compares by what was selected for it (see problem.py); held-out records then confirm its answer,
-or nothing is named. The numbers are those of the study in experiments/README.md; none may be loosened to name more.
+or nothing is named. The numbers are those of the study in docs/results/trace_study.md; none may be
+loosened to name more.
 """
 
 from collections.abc import Sequence
