@@ -31,6 +31,7 @@ COMMANDS = {
     "record": "record a rig, in simulation or live on UDP",
     "import": "make a campaign folder of recordings as labs leave them",
     "new-rig": "build a rig from a datasheet",
+    "valve-test": "the sheet of a valve: flow, gains, lap, hysteresis, steps, frequency response, with limits",
     "compare": "hold finished runs against each other",
     "spread": "how the overshoot spreads over gain, speed, mass, oil and specimen",
     "jack-model": "the jack in six numbers, as CRONE and LQG take it",

@@ -14,7 +14,16 @@ probes      inputs that disturb one equation at a time
 """
 
 from .assembly import Plant, Variable
-from .build import build, build_force_port, build_pilot_bench, build_valve_bench
+from .build import build, build_blocked_valve, build_force_port, build_pilot_bench, build_valve_bench
 from .platform import build_platform
 
-__all__ = ["Plant", "Variable", "build", "build_force_port", "build_pilot_bench", "build_platform", "build_valve_bench"]
+__all__ = [
+    "Plant",
+    "Variable",
+    "build",
+    "build_blocked_valve",
+    "build_force_port",
+    "build_pilot_bench",
+    "build_platform",
+    "build_valve_bench",
+]

@@ -12,10 +12,13 @@ from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, resolve
 from .linear import build_linear
 from .load import specimen_force
+from .orifice import root
 from .pump.loader import loader_force
 from .valve import VALVES, Lands, ValveFlows
+from .valve.lands import main_openings
 
 _PORT = 35e5  # Pa: load ports of a valve on its test bench
+_BLOCKED = 5e-5  # m^3: oil behind a blocked port
 _BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
 
 
@@ -90,6 +93,28 @@ def build_valve_bench(rig: Rig) -> Plant:
     lands = Lands(ca.SX(_PORT), ca.SX(_PORT), ca.SX(_BENCH_SUPPLY), ca.SX(0))
     valve = VALVES[rig.valve].flows(b, command, lands, b["Ps"], b["Pr"])
     b.output(command=command, **valve.signals, flow=valve.into_a, lowest_pressure=valve.lowest)
+    return b.finish()
+
+
+def build_blocked_valve(rig: Rig) -> Plant:
+    """One valve with blocked load ports at the rig's supply: command in; port pressures, and as `flow` what its main
+    lands let through from the supply, out.
+
+    Raises InputError for a kind of valve without lands.
+    """
+    b = _assembly(rig, f"{rig.name} valve, ports blocked")
+    if "K3" not in b:
+        raise InputError(f"{rig.name}: a {rig.valve} valve has no lands that ports could be blocked behind")
+    command = b.input("command", "1", 1.0)
+    rest = 0.5 * (rig["Ps"] + rig["Pr"])
+    pa, pb = (b.state(name, "Pa", b.magnitude("Ps"), rest) for name in ("PA", "PB"))
+    lands = Lands(pa, pb, b["Ps"], b["Pr"])
+    valve = VALVES[rig.valve].flows(b, command, lands, b["Ps"], b["Pr"])
+    b.rate("PA", b["beta"] * valve.into_a / _BLOCKED)
+    b.rate("PB", -b["beta"] * valve.out_of_b / _BLOCKED)
+    ahead, back = main_openings(b, valve.signals["spool"])
+    leak = b["K3"] * (ahead * root(lands.supply - pa) + back * root(lands.supply - pb))
+    b.output(command=command, **valve.signals, pa=pa, pb=pb, flow=leak, lowest_pressure=valve.lowest)
     return b.finish()
 
 

@@ -1,0 +1,122 @@
+"""A sheet as a page: its lines with limits, where to sign, and what making it again needs; printed where asked."""
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ...base.errors import InputError
+from ...identify.acceptance.row import Row
+from ...report import Figure, Page, Section, Table
+from .outcome import Outcome
+from .sheet_options import Asked
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+_SECONDS = 120
+
+
+def sheet_page(title: str, sheet: Asked, rows: Sequence[Row], sections: Sequence[Section], how: str) -> Page:
+    """The page of a sheet: lines, then what belongs to it, then digests and signatures."""
+    own = [Section("Lines", [_lines(rows), *([_missing(rows)] if any(r.value is None for r in rows) else [])])]
+    last = Section("Signed", [_signatures(), _files(sheet.digests) if sheet.digests else _bundled(sheet), how])
+    return Page(title, _verdict(rows), [*own, *sections, last], {"seed": str(sheet.seed)})
+
+
+def printed(options: argparse.Namespace, outcome: Outcome, name: str) -> None:
+    """Print the report of a finished sheet into sheet.pdf beside it, where that is asked for. Raises InputError."""
+    if not options.pdf:
+        return
+    out = options.out or Path("out") / name
+    print_pdf(out / "report.html", out / "sheet.pdf")
+    print(f"pdf: {out / 'sheet.pdf'}, printed by {Path(browser()).name}")
+
+
+def browser() -> str:
+    """The installed browser that prints. Raises InputError where there is none."""
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        raise InputError(
+            f"--pdf: no {BROWSERS[0]} is installed, which prints the page; print report.html from a browser"
+        )
+    return found
+
+
+def print_pdf(page: Path, pdf: Path) -> None:
+    """A page as PDF by a browser without a window. Raises InputError where it fails."""
+    with tempfile.TemporaryDirectory() as profile:
+        command = [
+            browser(), "--headless", "--disable-gpu", "--no-sandbox", f"--user-data-dir={profile}",
+            "--no-pdf-header-footer", "--virtual-time-budget=10000", f"--print-to-pdf={pdf.resolve()}",
+            page.resolve().as_uri(),
+        ]  # fmt: skip
+        try:
+            subprocess.run(command, capture_output=True, timeout=_SECONDS, check=True)
+        except (OSError, subprocess.SubprocessError) as error:
+            raise InputError(
+                f"--pdf: {command[0]} did not print {page} ({type(error).__name__}); print it by hand"
+            ) from None
+    if not pdf.exists():
+        raise InputError(f"--pdf: {command[0]} left no {pdf}; print {page} by hand")
+
+
+def note(text: str) -> None:
+    """A sentence to the terminal."""
+    print(text, file=sys.stderr)
+
+
+def _verdict(rows: Sequence[Row]) -> str:
+    said, judged = [r for r in rows if r.value is not None], [r for r in rows if r.passed is not None]
+    failed = [row.id for row in judged if not row.passed]
+    words = (
+        f"{len(said)} of {len(rows)} lines are said by these records."
+        if len(said) < len(rows)
+        else f"{len(rows)} lines."
+    )
+    if not judged:
+        return f"{words} No limits were given."
+    verdict = "all pass" if not failed else f"{', '.join(failed)} {'does' if len(failed) == 1 else 'do'} not pass"
+    return f"{words} Of {len(judged)} with limits {verdict}."
+
+
+def _lines(rows: Sequence[Row]) -> Table:
+    cells = [
+        [row.meaning, row.value, row.low, row.high, row.unit, row.maker, _passes(row), row.id]
+        for row in rows
+        if row.value is not None
+    ]
+    head = ["line", "value", "low", "high", "unit", "maker", "passes", "id"]
+    note = "Low and high: 95 % for each line alone. A line passes where its whole interval lies within the limits."
+    return Table("What was found", head, cells, note)
+
+
+def _passes(row: Row) -> str:
+    return "" if row.passed is None else "pass" if row.passed else "FAIL"
+
+
+def _missing(rows: Sequence[Row]) -> Table:
+    return Table(
+        "What cannot be said", ["line", "why", "id"], [[r.meaning, r.reason, r.id] for r in rows if r.value is None]
+    )
+
+
+def _signatures() -> Table:
+    blank = "_" * 24
+    return Table(
+        "", ["", "name", "date", "signature"], [[who, blank, blank, blank] for who in ("measured by", "approved by")]
+    )
+
+
+def _files(digests: Mapping[str, str]) -> Table:
+    return Table("Files that this sheet is made of", ["file", "SHA-256"], [list(item) for item in digests.items()])
+
+
+def _bundled(sheet: Asked) -> str:
+    return f"The rig {sheet.rig.name} comes with jackbench; the versions below say which one it was."
+
+
+def with_picture(page: Page, figure: Figure | None) -> tuple[Page, Figure]:
+    """What an outcome draws: the page and its telling figure, an empty one where there is none."""
+    return page, figure if figure is not None else Figure(page.title, "", [])

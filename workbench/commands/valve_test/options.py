@@ -1,0 +1,23 @@
+"""`jackbench valve-test CAMPAIGN|RIG`: its arguments."""
+
+import argparse
+from functools import partial
+
+from ..common.options import finish
+from ..common.sheet_options import asked, identity, sheet_options
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    sheet_options(parser, _valve_test)
+
+
+def _valve_test(options: argparse.Namespace, words: list[str]) -> None:
+    sheet = asked(options)
+    from ..common.sheet_page import printed
+    from .study import run_valve_test
+
+    outcome = finish(
+        options, words, f"valve-test-{sheet.name}", identity("valve-test", sheet), partial(run_valve_test, sheet)
+    )
+    printed(options, outcome, f"valve-test-{sheet.name}")

@@ -1,0 +1,108 @@
+"""A valve's sheet: read off a campaign's records, or off those that its test bench plays."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...identify.acceptance.bench import TestBench
+from ...identify.acceptance.dynamics import SINES, STEPS, Response, corner_rows
+from ...identify.acceptance.row import Estimate, Row, judged, measured, unsaid
+from ...identify.acceptance.valve_test import ValveSheet, valve_sheet
+from ...rigs.rig import Rig
+from ..common.design_numbers import Subject
+from ..common.outcome import Outcome, Progress, Stage
+from ..common.sheet_options import Asked
+from .page import valve_page
+
+_SHIFT = 0.2  # of the supply, either way, for the null shift
+_PER_MINUTE = 60000.0
+
+
+def run_valve_test(sheet: Asked, stage: Stage, progress: Progress) -> Outcome:
+    """`rows` of the sheet; the curve and the responses as tables."""
+    progress("records" if sheet.campaign else "the valve on its test bench")
+    found = _recorded(sheet) if sheet.campaign else _played(TestBench(sheet.rig, sheet.seed), progress)
+    rows = judged(found.rows, sheet.limits)
+    found = replace(found, rows=rows)
+    tables = {f"response_{name}": _columns(response) for name, response in found.responses.items()}
+    if found.curve is not None:
+        low, high = found.curve.band()
+        tables["flow_curve"] = {"command": found.curve.command, "flow": found.curve.flow, "low": low, "high": high}
+    metrics = {"rows": [row.table() for row in rows]}
+    return Outcome(metrics, lambda: valve_page(sheet, found), tables, subject=Subject(sheet.rig))
+
+
+def _recorded(sheet: Asked) -> ValveSheet:
+    assert sheet.campaign is not None
+    own = sheet.campaign
+    found = valve_sheet((*own.train, *own.select, *own.heldout), sheet.rig)
+    lacks = "the rig's records do not show its pilot by itself"
+    return replace(found, rows=[*found.rows, *_pilot(sheet.rig, {}, None, lacks)])
+
+
+def _played(bench: TestBench, progress: Progress) -> ValveSheet:
+    """All that the bench can play, with the frequency responses by stepped sine."""
+    records = bench.flow_records() + [bench.pressure_record()] + [bench.step_record(size) for size in STEPS]
+    found = valve_sheet(records, bench.rig)
+    responses = {}
+    for size in SINES:
+        progress(f"main stage, {size} %: stepped sine")
+        responses[f"main_{size}"] = bench.response("main", size)
+    has_pilot = "pilot" in bench.rig.valve_kind.stages
+    for size in SINES if has_pilot else ():
+        progress(f"pilot, {size} %: stepped sine")
+        responses[f"pilot_{size}"] = bench.response("pilot", size)
+    rows = [row for row in found.rows if not row.id.startswith(tuple(f"main_{size}_" for size in SINES))]
+    for size in SINES:
+        rows += corner_rows(responses[f"main_{size}"], f"main_{size}", f"main stage, {size} %", "")
+    rows = [
+        _shift(bench) if row.id == "null_shift_supply" else row for row in rows if not row.id.startswith("main_small")
+    ]
+    lacks = f"a {bench.rig.valve} valve has no pilot"
+    rows += _pilot(bench.rig, responses, bench.pilot_flow() if has_pilot else None, lacks)
+    return replace(found, rows=rows, responses=responses)
+
+
+def _pilot(rig: Rig, responses: dict[str, Response], flow: tuple[float, float] | None, lacks: str) -> list[Row]:
+    lines = [
+        row
+        for size in SINES
+        for row in corner_rows(responses.get(f"pilot_{size}"), f"pilot_{size}", f"pilot, {size} %", lacks)
+    ]
+    meaning = "pilot flow at rated current and 70 bar valve drop"
+    if flow is None:
+        return [*lines, unsaid("pilot_flow", meaning, "l/min", lacks)]
+    return [*lines, measured("pilot_flow", meaning, "l/min", Estimate(*flow), _PER_MINUTE)]
+
+
+def _shift(bench: TestBench) -> Row:
+    """The null of the bench at supplies above and below the rig's, over their difference."""
+    meaning = "null shift with supply pressure, over full command per 10 bar"
+    nulls = []
+    for share in (1 - _SHIFT, 1 + _SHIFT):
+        rig = bench.rig.with_values(Ps=share * bench.rig["Ps"])
+        null = _null(valve_sheet(TestBench(rig, bench.seed).flow_records(), rig).rows)
+        if null is None:
+            return unsaid("null_shift_supply", meaning, "%", "the null is not seen at both supplies")
+        nulls.append(null)
+    per = 10e5 / (2 * _SHIFT * bench.rig["Ps"])
+    (first, low, high), (second, under, over) = nulls
+    reach = per * ((high - low) ** 2 + (over - under) ** 2) ** 0.5 / 2
+    value = per * (second - first)
+    return Row("null_shift_supply", meaning, "%", value, value - reach, value + reach)
+
+
+def _null(rows: Sequence[Row]) -> tuple[float, float, float] | None:
+    row = next(row for row in rows if row.id == "null_bias")
+    return None if row.value is None or row.low is None or row.high is None else (row.value, row.low, row.high)
+
+
+def _columns(response: Response) -> dict:
+    """Of a response, what its parquet has."""
+    return {
+        "f_hz": response.f,
+        "real": np.real(response.response),
+        "imag": np.imag(response.response),
+        "radius": response.radius,
+    }

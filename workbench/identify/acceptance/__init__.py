@@ -1,0 +1,8 @@
+"""Sheets that a laboratory signs: figures with 95 % intervals from recordings, or from a rig that is played.
+
+row, regression       a line with its interval and limits; least squares under noise that lasts
+opening, flow_curve   how far a valve was open; its flow over command, by a flow meter or by the piston's speed
+curve_figures, hysteresis, pressure, dynamics    what a valve's sheet reads off records
+valve_test            the valve's sheet
+bench                 a rig's valve on its test bench, played by the engine
+"""

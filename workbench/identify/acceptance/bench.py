@@ -1,0 +1,107 @@
+"""A valve of a rig file on its test bench, played by the engine: the records that a laboratory would take of it.
+
+Load ports at 35 bar and lands fed at 70 bar for flow; blocked ports at the rig's supply for pressure gain and leakage.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...engine import Engine
+from ...linear.frequency_response import AGREE, scan
+from ...linear.operating_point import equilibrium
+from ...plant import Plant, build_blocked_valve, build_pilot_bench, build_valve_bench
+from ...records import Record
+from ...rigs.rig import Rig
+from .dynamics import Response
+
+METER = 1e-3  # of the rated flow: noise of a sample of a flow meter, declared here: no rig file has one
+PERIOD = 5e-3  # s, of what moves slowly
+FAST = 2.5e-4  # s, of steps
+CYCLE, CYCLES = 20.0, 2  # s, triangles
+ABOUT_NULL = 0.02  # of full command: where pressure gain and leakage are looked at
+FINE = (0.03, 10.0)  # of full command, s: a second triangle for the flow about null
+DWELL = 0.15  # s
+HIGHEST, POINTS = 300.0, 40  # Hz; of a frequency response before it is refined
+
+
+@dataclass(frozen=True)
+class TestBench:
+    """A rig's valve with the sensors that its file declares, and a flow meter; `seed` of their noise."""
+
+    rig: Rig
+    seed: int
+
+    @property
+    def rated(self) -> float:
+        """Flow [m^3/s] of one valve at full travel and 35 bar a land."""
+        return self.rig["K3"] * self.rig["z3max"] * 35e5**0.5
+
+    def flow_records(self) -> list[Record]:
+        """Triangles to full command and about null, flow metered."""
+        plant = build_valve_bench(self.rig)
+        wide, fine = _triangle(1.0, CYCLE, CYCLES), _triangle(*FINE, CYCLES)
+        return [
+            self._played(plant, "valve-flow", wide, PERIOD, 1),
+            self._played(plant, "valve-flow-null", fine, PERIOD, 2),
+        ]
+
+    def pressure_record(self) -> Record:
+        """A triangle about null on blocked ports: port pressures, and the flow that the supply gives."""
+        return self._played(
+            build_blocked_valve(self.rig), "valve-pressure", _triangle(ABOUT_NULL, CYCLE, CYCLES), PERIOD, 3
+        )
+
+    def step_record(self, size: int) -> Record:
+        """Steps to +- size % and back to 0."""
+        held = np.zeros(round(DWELL / FAST))
+        command = np.concatenate([held + side * size / 100 for side in (0, 1, 0, -1, 0, 1, 0, -1, 0)])
+        return self._played(build_valve_bench(self.rig), f"valve-step-{size}", command, FAST, 10 + size)
+
+    def response(self, stage: str, size: int) -> Response:
+        """Flow over the input by stepped sine of size %: of the "pilot" or the "main" stage."""
+        plant = build_pilot_bench(self.rig) if stage == "pilot" else build_valve_bench(self.rig)
+        rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
+        limits = {"flapper": self.rig["xo"]} if "flapper" in plant.outputs else {}
+        first = 10.0 if stage == "pilot" else 5.0
+        amplitude = size / 100 * plant.inputs[0].scale
+        sine = scan(Engine(plant), rest.x, rest.u, np.geomspace(first, HIGHEST, POINTS), amplitude, "flow", limits)
+        response = sine.response["flow"] / np.abs(sine.response["flow"][0])
+        return Response(sine.f, response, AGREE * np.abs(response))
+
+    def pilot_flow(self) -> tuple[float, float]:
+        """Flow [m^3/s] at rated current and its deviation, by a second of the meter's readings."""
+        plant = build_pilot_bench(self.rig)
+        point = equilibrium(plant, command=plant.inputs[0].scale)
+        flow = float(plant.observe(point.x, point.u)[0, plant.output("flow")])
+        readings = flow * (1 + METER * self._random(4).standard_normal(round(1 / PERIOD)))
+        return float(readings.mean()), float(readings.std(ddof=1) / np.sqrt(readings.size))
+
+    def _random(self, which: int) -> np.random.Generator:
+        return np.random.default_rng([self.seed, which])
+
+    def _played(self, plant: Plant, name: str, command: np.ndarray, period: float, which: int) -> Record:
+        """The command [k] held for each period, from rest; row k after writing it, with noise and resolution."""
+        rest = equilibrium(plant, command=float(command[0]), p=plant.without_dry_friction())
+        t = np.arange(command.size + 1) * period
+        u = np.append(command, command[-1])[:, None]
+        run = Engine(plant).run(rest.x, t, u)
+        true, random = plant.observe(run.x[:-1], u[:-1]), self._random(which)
+        signals = {"command": command}
+        for signal in ("spool", "flow", "pa", "pb"):
+            if signal in plant.outputs and (signal == "flow" or signal in self.rig.sensors):
+                signals[signal] = self._read(signal, true[:, plant.output(signal)], random)
+        return Record(name, t[:-1], signals)
+
+    def _read(self, signal: str, values: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        if signal == "flow":
+            return values + METER * self.rated * random.standard_normal(values.size)
+        sensor = self.rig.sensors[signal]
+        noisy = values + sensor.noise * random.standard_normal(values.size)
+        return np.round(noisy / sensor.resolution) * sensor.resolution if sensor.resolution else noisy
+
+
+def _triangle(peak: float, seconds: float, cycles: int) -> np.ndarray:
+    rows = round(seconds / PERIOD)
+    wave = np.interp(4 * np.arange(rows) / rows, [0, 1, 3, 4], [0.0, 1.0, -1.0, 0.0])
+    return peak * np.tile(wave, cycles)

@@ -1,0 +1,107 @@
+"""A line of a sheet that a laboratory signs, and the limits that it passes or fails by."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from ...base.errors import InputError, nearest
+from ...base.table import Table
+from ...base.toml import read_toml
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Row:
+    """A figure with its 95 % interval in `unit`. `reason` says why there is none, `maker` what the maker states.
+
+    `passed`: None where no limit was given or no figure was found. A figure whose interval reaches over a limit does
+    not pass: what has not been shown to hold is not signed (the guard band of ISO 14253-1, in its sense).
+    """
+
+    id: str
+    meaning: str
+    unit: str
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    reason: str = ""
+    maker: float | str | None = None
+    passed: bool | None = None
+
+    def table(self) -> dict[str, Any]:
+        """As metrics.json has it."""
+        figures = {"id": self.id, "value": self.value, "unit": self.unit, "low": self.low, "high": self.high}
+        return figures | {"maker": self.maker, "pass": self.passed, "reason": self.reason or None}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value, its standard deviation, and the degrees of freedom by which that is known."""
+
+    value: float
+    deviation: float
+    freedom: float = np.inf
+
+    def interval(self) -> tuple[float, float]:
+        """95 % by Student's t."""
+        reach = float(student.ppf(0.5 + CONFIDENCE / 2, self.freedom)) * self.deviation
+        return self.value - reach, self.value + reach
+
+
+def measured(id: str, meaning: str, unit: str, estimate: Estimate, scale: float = 1.0, positive: bool = False) -> Row:
+    """A line of an estimate [SI] times `scale` in `unit`; one that is `positive` by its meaning has no part below 0."""
+    low, high = sorted(scale * end for end in estimate.interval())
+    least = 0.0 if positive else -np.inf
+    return Row(id, meaning, unit, max(least, scale * estimate.value), max(least, low), max(least, high))
+
+
+def unsaid(id: str, meaning: str, unit: str, reason: str) -> Row:
+    """A line that these records cannot fill, and why."""
+    return Row(id, meaning, unit, reason=reason)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What the maker states, and the limits that the user sets, each in the unit of the line; None: no limit."""
+
+    maker: float | str | None = None
+    low: float | None = None
+    high: float | None = None
+
+    def judged(self, row: Row) -> Row:
+        """The row with the maker's figure, and whether its whole interval lies within the limits."""
+        if row.value is None or row.low is None or row.high is None or (self.low is None and self.high is None):
+            return replace(row, maker=self.maker)
+        within = (self.low is None or row.low >= self.low) and (self.high is None or row.high <= self.high)
+        return replace(row, maker=self.maker, passed=within)
+
+
+def read_limits(path: str | Path) -> dict[str, Limit]:
+    """Limits by line, from a TOML of tables `[id]` with `maker`, `low` and `high`. Raises InputError."""
+    top = read_toml(Path(path))
+    return {name: _limit(top.table(name, "maker", "low", "high")) for name in top}
+
+
+def _limit(table: Table) -> Limit:
+    maker = table.values.get("maker")
+    if isinstance(maker, bool) or not isinstance(maker, str | int | float | None):
+        raise table.complaint("maker", "write a number in the line's unit, or words in quotes")
+    low, high = (table.number(key) if key in table else None for key in ("low", "high"))
+    if low is not None and high is not None and low > high:
+        raise table.complaint("low", f"{low:g} is above high, {high:g}; swap them")
+    return Limit(maker, low, high)
+
+
+def judged(rows: Iterable[Row], limits: Mapping[str, Limit]) -> list[Row]:
+    """The rows held against the limits. Raises InputError for a limit of a line that the sheet does not have."""
+    rows = list(rows)
+    names = [row.id for row in rows]
+    for name in limits:
+        if name not in names:
+            raise InputError(f"limits: the sheet has no line {name}; {nearest(name, names)}")
+    return [limits[row.id].judged(row) if row.id in limits else row for row in rows]
