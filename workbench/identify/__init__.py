@@ -5,6 +5,7 @@ fit         windows, models with their slopes, and the fit of a rig's numbers
 trace       from a residual to the effect that the model lacks
 sheet       from a maker's curves to the effect that the model lacks
 columns     which column of a foreign recording is which signal
+acceptance  sheets that a laboratory signs
 datasheet   valves fitted to a maker's figures
 
     from workbench.identify import estimation_problem, fit_rig, noise_floor

@@ -19,6 +19,7 @@ scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of it
 fitted_plant        what a report says of a plant that was fitted to a frequency response
 judged              in words: the delay and the noise that loops were judged with
 wire_campaign      recordings of a live rig as a campaign folder
+sheet_options, sheet_page    sheets to sign: what is asked, and the page, printed as a PDF
 page_server        pages for the browser of this machine: who may ask
 shipped            experiments and campaigns that come with jackbench, by name
 """

@@ -3,7 +3,6 @@
 import argparse
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -60,11 +59,6 @@ def print_pdf(page: Path, pdf: Path) -> None:
             ) from None
     if not pdf.exists():
         raise InputError(f"--pdf: {command[0]} left no {pdf}; print {page} by hand")
-
-
-def note(text: str) -> None:
-    """A sentence to the terminal."""
-    print(text, file=sys.stderr)
 
 
 def _verdict(rows: Sequence[Row]) -> str:

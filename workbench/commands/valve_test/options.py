@@ -14,7 +14,10 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _valve_test(options: argparse.Namespace, words: list[str]) -> None:
     sheet = asked(options)
-    from ..common.sheet_page import printed
+    from ..common.sheet_page import browser, printed
+
+    if options.pdf:
+        browser()  # refused before anything is computed
     from .study import run_valve_test
 
     outcome = finish(

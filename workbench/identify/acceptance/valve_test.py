@@ -92,7 +92,8 @@ def check_valve_records(records: Sequence[Record], rig: Rig) -> None:
             if high - low > STEADY * float(np.median(supply)):
                 raise InputError(
                     f"record {record.name}: the supply varies from {low / 1e5:.4g} to {high / 1e5:.4g} bar; a "
-                    f"valve's test is at constant pressure, within {100 * STEADY:g} %: hold it, or record pa and pb beside the flow"
+                    f"valve's test is at constant pressure, within {100 * STEADY:g} %: hold it, or "
+                    "record pa and pb beside the flow"
                 )
         if flow is not None and not _is(record, "pressure"):
             _check_unit(record, flow, rig)
