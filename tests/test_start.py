@@ -86,6 +86,7 @@ def test_a_list_imports_no_solver(kind):
         ["show", "jack"],
         ["fmu", "jack"],
         ["speed", "--rig", "jack"],
+        ["open", "nothere"],
     ],
     ids=" ".join,
 )

@@ -4,7 +4,8 @@ import argparse
 from importlib import import_module
 from textwrap import dedent
 
-from workbench.commands import COMMANDS, folder
+from workbench.commands import GROUPS, folder
+from workbench.commands.examples import EXAMPLES
 
 from .markdown import code, page, plain, table
 
@@ -16,8 +17,14 @@ it also takes `--trust`, which lets the Python files that the rig names run this
 
 def pages() -> dict[str, str]:
     """The page of the commands."""
-    parts = [part for name, what in COMMANDS.items() for part in _command(name, what)]
-    return {"commands.md": page("Commands", _INTRODUCTION, *parts)}
+    every = [_overview(), *(part for group in GROUPS.values() for item in group.items() for part in _command(*item))]
+    return {"commands.md": page("Commands", _INTRODUCTION, *every)}
+
+
+def _overview() -> str:
+    """The commands by what a person is at."""
+    links = [[group, ", ".join(f"[{name}](#jackbench-{name})" for name in names)] for group, names in GROUPS.items()]
+    return table(("to", "commands"), links)
 
 
 def _command(name: str, what: str) -> list[str]:
@@ -30,6 +37,8 @@ def _command(name: str, what: str) -> list[str]:
         plain(f"{what[0].upper()}{what[1:]}."),
         f"```text\n{usage}\n```",
         *([table(("argument", "meaning"), rows)] if rows else []),
+        "For example:",
+        "```console\n{}\n```".format("\n".join(f"$ {line}" for line in EXAMPLES[name])),
     ]
 
 

@@ -11,6 +11,7 @@ trust, private_files, private_cache    code that comes with data, and whether it
                 what a later start need not compute again
 cores, process_pool    processors, and worker processes that share them
 cluster, installation  worker processes of other machines, and what has to be the same there
+desktop         a page in the browser of this machine
 gain_phase      gain in decibels and phase in degrees of a complex response
 vector_fitting  a rational function fitted to a frequency response
 columns         named columns, and as a pandas table

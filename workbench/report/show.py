@@ -3,11 +3,11 @@
 import os
 import sys
 import tempfile
-import webbrowser
 from base64 import b64encode
 from html import escape
 from pathlib import Path
 
+from ..base.desktop import show_file
 from ..base.errors import InputError
 from ..base.files import check_place
 from .figures import Figure
@@ -72,16 +72,8 @@ def open_page(page: Page) -> Path:
     os.close(handle)
     path = Path(name)
     write_page(page, path)
-    if _has_desktop():
-        webbrowser.open(path.as_uri())
+    show_file(path)
     return path
-
-
-def _has_desktop() -> bool:
-    """Without one, a browser of the terminal would wait for somebody to close it."""
-    if os.environ.get("CI"):
-        return False
-    return sys.platform in ("win32", "darwin") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def _in_notebook() -> bool:

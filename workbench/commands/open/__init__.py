@@ -1,0 +1,1 @@
+"""`jackbench open [RUN]`."""
