@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
-from workbench.commands.trace_study.score import scores
+from workbench.commands.trace_study.score import FINE, HOW, odds, scores
 
 HERE = Path(__file__).parent
 ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
@@ -109,6 +110,35 @@ def test_none_of_the_further_clean_campaigns_was_named():
     assert alarms.value == 0
     assert f"Nor was one of {alarms.n} more" in words
     assert f"at most {alarms.high:.2f} (95 %)" in words
+
+
+def test_what_a_trace_takes_is_what_it_took():
+    again = json.loads((HERE / "traced_again.json").read_text())
+    seconds = [row["trace_s"] for row in again]
+    fine = sum(row["result"] in FINE for row in again)
+    unknown, wrong = (sum(row["result"] == result for row in again) for result in ("unknown", "wrong"))
+    words = " ".join(SECTION.split())
+    assert f"{len(again)} campaigns of `jackbench trace-study" in words
+    assert (
+        f"took {np.median(seconds):.0f} CPU s at the median and {np.quantile(seconds, 0.95):.0f} CPU s at 95 %" in words
+    )
+    assert f"{max(seconds):.0f} CPU s at most" in words
+    others = len(again) - fine - unknown - wrong
+    assert f"answers {fine} are right" in words
+    assert f'{unknown} "unknown", {others} in' in words
+    assert f"{wrong} wrong." in words
+
+
+def test_neighbours_are_counted_as_they_were_traced():
+    rows = json.loads((HERE / "traced_neighbours.json").read_text())
+    table = {cells[0]: cells[1:] for cells in table_rows(SECTION) if cells[0].startswith(("drive.", "main.", "pilot."))}
+    counted = {row["effect"]: [str(row[key]) for key in ("campaigns", *HOW)] for row in odds(rows)}
+    assert table == counted
+    alone = sum(row["right"] + row["wrong"] for row in odds(rows))
+    wrong = sum(row["wrong"] for row in odds(rows))
+    most = binomtest(wrong, alone).proportion_ci(0.95, "exact").high
+    assert wrong == 0
+    assert f"of {alone} names that were given alone, at most {most:.2f} (95 %)" in " ".join(SECTION.split())
 
 
 def _half_is_gone(row):
