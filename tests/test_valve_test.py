@@ -11,7 +11,7 @@ from workbench.identify.acceptance.bench import TestBench as Bench
 from workbench.identify.acceptance.dynamics import sine_response, step_figures
 from workbench.identify.acceptance.opening import ValveLag
 from workbench.identify.acceptance.regression import Series, regress
-from workbench.identify.acceptance.row import Limit, Row, judged
+from workbench.identify.acceptance.row import Estimate, Limit, Row, judged, measured
 from workbench.identify.acceptance.valve_test import check_valve_records, valve_sheet
 from workbench.records import Record, load_campaign
 from workbench.rigs.rig_file import load_rig
@@ -87,6 +87,11 @@ def test_a_line_passes_only_where_its_whole_interval_does():
     assert verdicts == [True, False, False]
     with pytest.raises(InputError, match="no line lapp"):
         judged([row], {"lapp": Limit()})
+
+
+def test_a_size_that_is_estimated_below_zero_is_zero_with_the_interval_that_this_error_asks_for():
+    row = measured("hysteresis", "", "%", Estimate(-2.0, 0.1), positive=True)
+    assert (row.value, row.low, row.high) == (0.0, 0.0, 2.0)
 
 
 def record(name, command, period=1e-3, **signals):

@@ -54,10 +54,16 @@ class Estimate:
 
 
 def measured(id: str, meaning: str, unit: str, estimate: Estimate, scale: float = 1.0, positive: bool = False) -> Row:
-    """A line of an estimate [SI] times `scale` in `unit`; one that is `positive` by its meaning has no part below 0."""
+    """A line of an estimate [SI] times `scale` in `unit`.
+
+    One that is `positive` by its meaning has no part below 0; what an estimate falls below 0 is an error that the
+    interval reaches up by.
+    """
+    value = scale * estimate.value
     low, high = sorted(scale * end for end in estimate.interval())
-    least = 0.0 if positive else -np.inf
-    return Row(id, meaning, unit, max(least, scale * estimate.value), max(least, low), max(least, high))
+    if positive:
+        value, low, high = max(0.0, value), max(0.0, low), max(high, abs(value))
+    return Row(id, meaning, unit, value, low, high)
 
 
 def unsaid(id: str, meaning: str, unit: str, reason: str) -> Row:
