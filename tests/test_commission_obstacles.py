@@ -39,12 +39,12 @@ def lacks(name, formula, **numbers):
     return replace(RIG, effects=(use,))
 
 
-def met(truth, law, waves=()):
+def met(truth, law, waves=(), scenarios=(GOAL,)):
     """What a served rig answers: the goal's step by a law, the rig at rest, and excitations."""
     with served(bench(truth, True)) as server, LinkClient(at(server), "") as client:
         spent, rest = RigTime(client, RIG, 600.0, _NothingKept()), rest_record(client)
         records = [spent.played(wave, LAW, "excitation") for wave in waves]
-        judged, _ = played_way(client, RIG, "found", law, RIG, (GOAL,), lambda _: None)
+        judged, _ = played_way(client, RIG, "found", law, RIG, scenarios, lambda _: None)
         assert server.trips == 0
     return judged, rest, records
 
@@ -54,6 +54,11 @@ def test_a_rig_that_rests_says_nothing():
     judged, rest, _ = met(RIG, with_gain(law, 2.0))
     assert judged[0].row["settling_s"] is not None
     assert obstacles(judged, GOAL, "none", (), rest, []) == []
+
+
+def test_nothing_larger_is_played_after_a_step_that_did_not_settle():
+    judged, _, _ = met(lacks("pilot.hysteresis", "play", r=(4e-4, "A")), LAW, scenarios=(GOAL, "position-100mm"))
+    assert [each.scenario.name for each in judged] == [GOAL]
 
 
 @pytest.mark.parametrize(

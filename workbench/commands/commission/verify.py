@@ -37,7 +37,7 @@ def played_way(
     say: Progress,
 ) -> tuple[list[Judged], float]:
     """A way's controller, predicted by its model, in every scenario at the live rig until it is stopped, and the
-    seconds that took. The measures are the live rig's."""
+    seconds that took. The measures are the live rig's. After 10 mm that did not settle nothing larger is played."""
     judged, seconds = list[Judged](), 0.0
     setup = loop_setup(wire_rig(model, client))
     loops = linear_loops(spec, setup)
@@ -54,6 +54,9 @@ def played_way(
             raise KeyboardInterrupt
         if played.ended is not None:
             say(f"{way}, {scenario.name}: {played.ended}")
+            break
+        if scenario.name.startswith(_ELSEWHERE) and judged[-1].row["settling_s"] is None:
+            say(f"{way}, {scenario.name}: did not settle, so nothing larger is played")
             break
     return judged, seconds
 

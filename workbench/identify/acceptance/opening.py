@@ -19,9 +19,7 @@ from .regression import Series, regress
 SMOOTH = 5e-3  # s: over which a spool's noise is averaged, which moves no sum over time
 _CALM, _STILL = 0.03, 3e-4  # of the command, and of full command: how far it may be from what it was
 _GROUP = 0.5  # s
-_LEAST = (
-    2.5e-3  # of the travel: what a lag that is not quite the valve's leaves in it (0.1 to 0.35 % in five campaigns)
-)
+_LEAST = 2.5e-3  # of the travel: what a lag that is not quite the valve's leaves in it, in three practice campaigns
 _SLOW, _SMALL, _DAMPING = 5.0, 0.1, 0.8  # Hz, of full command: where a model's delay is looked at; a usual damping
 _FIRST, _RANGE = (60.0, 0.8), ((3.0, 0.2), (1000.0, 3.0))  # Hz, damping: where a search begins, and its bounds
 
