@@ -40,7 +40,7 @@ def save_policy(policy: Network, task: BenchTask, folder: str | Path) -> Path:
     (folder / POLICY_FILE).write_bytes(policy.packed())
     rig = config.rig_name if config.rig_name in bundled() else "rig.toml"
     if rig == "rig.toml":
-        (folder / rig).write_text(rig_text(config.start.rig))
+        (folder / rig).write_text(rig_text(config.start.rig), encoding="utf-8")
     table = config.step_table({number.name: number.start for number in config.searched}, rig)
-    (folder / "trained.toml").write_text(toml_text(table))
+    (folder / "trained.toml").write_text(toml_text(table), encoding="utf-8")
     return folder / "trained.toml"

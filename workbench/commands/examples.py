@@ -87,4 +87,4 @@ def help_text(name: str) -> str:
     """What stands below the options of a command's --help: examples, and its page."""
     lines = "\n".join(f"  {line}" for line in EXAMPLES[name])
     page = f"reference/commands.html#jackbench-{name}"
-    return f"examples:\n{lines}\n\npage: {page} of the site, which `make docs` builds and every release has"
+    return f"examples:\n{lines}\n\npage: {page} of the site, which `make docs` builds"

@@ -61,7 +61,7 @@ def _features() -> dict[str, bool]:
 @cache
 def _machine_key() -> list[str]:
     version = ".".join(map(str, llvm.llvm_version_info))
-    sources = [path.read_text() for path in sorted(Path(__file__).parent.glob("*.py"))]
+    sources = [path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parent.glob("*.py"))]
     return [version, llvm.get_process_triple(), llvm.get_host_cpu_name(), str(sorted(_features().items())), *sources]
 
 

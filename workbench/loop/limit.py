@@ -180,7 +180,7 @@ def _digest(aim: Aim) -> str:
         aim.output,
         *(np.asarray(part).tobytes().hex() for part in numbers),
     ]
-    parts += [Path(source).read_text() for source in (__file__, fastest.__file__)]
+    parts += [Path(source).read_text(encoding="utf-8") for source in (__file__, fastest.__file__)]
     return sha256(chr(0).join(parts).encode()).hexdigest()
 
 
