@@ -34,4 +34,7 @@ def attempt_of(plant: Plant, make: Callable[[Plant], ca.Function]) -> ca.Functio
 @cache
 def _sources() -> tuple[str, ...]:
     folder = Path(__file__).parent
-    return (ca.CasadiMeta.version(), *((folder / f"{name}.py").read_text(encoding="utf-8") for name in ("rosenbrock", "sparse_lu")))
+    return (
+        ca.CasadiMeta.version(),
+        *((folder / f"{name}.py").read_text(encoding="utf-8") for name in ("rosenbrock", "sparse_lu")),
+    )
