@@ -13,6 +13,7 @@ from workbench.commands.common.step_experiment import load_steps
 from workbench.commands.limit.steps import placed_steps
 from workbench.engine.fastest import Aim, Course, fastest_course
 from workbench.loop import limit as limits
+from workbench.loop.capability import oil_stiffness
 from workbench.loop.limit import settling_limit, times_limit
 from workbench.loop.scenarios import SCENARIOS
 from workbench.plant.assembly import Assembly
@@ -147,6 +148,13 @@ def test_steps_start_at_three_places_and_press_on_every_specimen():
     assert len(force) == 6
     assert {stiffness for _, stiffness in force} == {1e7, 1e6}
     assert [step.position for step in steps if step.scenario.name == "position-load-20kn"] == [0.0]
+
+
+def test_a_force_presses_on_three_specimens_softer_and_stiffer_than_the_oil(rig):
+    steps = placed_steps(load_bench("experiments/limits.toml"))
+    stiffness = {step.rig.specimen_stiffness for step in steps if step.scenario.signal == "force"}
+    assert stiffness == {1e6, 1e7, 1e8}
+    assert min(stiffness) < oil_stiffness(rig) < max(stiffness)
 
 
 def test_a_linear_plant_has_no_limit():

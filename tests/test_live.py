@@ -25,6 +25,7 @@ from workbench.commands.live.page import page_files
 from workbench.commands.live.plants import RigPoint, moved_lanes, set_lanes
 from workbench.commands.live.session import Session
 from workbench.commands.live.sliders import design_sliders
+from workbench.loop.limit import settling_limit
 from workbench.loop.rows import judge, linear_loops
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -137,6 +138,22 @@ def test_what_must_be_compiled_first_comes_afterwards(config):
 def test_what_is_out_of_the_goals_is_named(at_rest):
     assert at_rest["rows"][0]["out"] == ["ms"]
     assert any(text.startswith("Ms above 2: nominal 2.1") for text in at_rest["missed"])
+
+
+def test_the_limit_is_that_of_the_rig_as_it_is_moved(config):
+    asked = []
+    session = Session(config, lambda step: asked.append(step) or 0.02)
+    moved = {"M": 1300, "position": 50}
+    assert session.limit({**ASKED, "rig": moved}) == {"limit_s": 0.02}
+    ((rig, scenario),) = asked
+    assert rig["M"] == 1300
+    assert scenario.position(rig.limit("stroke")) == pytest.approx(50e-3)
+    assert scenario.size == pytest.approx(-10e-3)  # towards the middle, as it is played
+
+
+def test_the_limit_of_the_declared_rig_is_the_one_of_the_bench(config, session):
+    scenario = wb.SCENARIOS["position-10mm"]
+    assert session.limit(ASKED)["limit_s"] == pytest.approx(settling_limit(config.steps.rig, scenario).settling)
 
 
 def test_an_unstable_loop_has_no_margins(session):

@@ -45,7 +45,7 @@ def process_pool(jobs: Jobs, make: Callable[[], Callable[[A], B]]) -> Iterator[P
             yield lambda items, stage, done: _in_turn(items, lambda item: made()(item), stage, done)
         return
     threads = IN_FLIGHT if isinstance(jobs, Cluster) else jobs
-    workers = cluster_workers(jobs, make) if isinstance(jobs, Cluster) else _processes(jobs, make)
+    workers = cluster_workers(jobs, make) if isinstance(jobs, Cluster) else worker_processes(jobs, make)
     with (
         ThreadPoolExecutor(threads) as waiting,
         workers as work,
@@ -54,7 +54,7 @@ def process_pool(jobs: Jobs, make: Callable[[], Callable[[A], B]]) -> Iterator[P
 
 
 @contextmanager
-def _processes(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[Callable[[A], B]]:
+def worker_processes(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterator[Callable[[A], B]]:
     """A function that does an item in a worker process. They are spawned: forking one with threads may lock it up."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, context, initializer=_begin, initargs=(make,)) as pool:

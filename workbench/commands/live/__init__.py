@@ -6,6 +6,7 @@ sliders     the numbers of controllers and of the rig that can be moved, with th
 plants      the rigs of the set, with the numbers that were moved
 view        what a loop does there: margins, responses, steps, and what is out of the goals
 after       what takes longer: the closed loop by sines, and hunting
+limit       how soon anything could settle there, by a process of its own
 packed      arrays as text that a browser reads at once
 session     requests of the page, and their answers
 page        the page; assets has its script and its style

@@ -13,13 +13,16 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _live(options: argparse.Namespace, _words: list[str]) -> None:
+    from ...base.process_pool import worker_processes
     from ..common.page_server import page_server
     from .config import load_live
 
     config = load_live(options.experiment)
+    from .limit import limit_finder
     from .page import page_files
     from .session import Session
 
-    session = Session(config)
-    with page_server(page_files(session.start()), session.answers, options.port) as server:
-        server.serve()
+    with worker_processes(1, limit_finder) as limit_of:
+        session = Session(config, limit_of)
+        with page_server(page_files(session.start()), session.answers, options.port) as server:
+            server.serve()

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache
 from threading import Lock
 from typing import Any
@@ -21,6 +21,7 @@ from ..tune.problem import with_number
 from .after import after_part
 from .answer import after_answer, view_answer
 from .config import LiveConfig
+from .limit import LimitOf, limit_of
 from .plants import RigPoint, moved_lanes, set_lanes
 from .saved import save_experiment
 from .sliders import Slider, design_sliders, rig_sliders
@@ -39,8 +40,8 @@ class Request:
 class Session:
     """The loops of an experiment. What is remembered makes answers quicker, never other ones."""
 
-    def __init__(self, config: LiveConfig) -> None:
-        self.config = config
+    def __init__(self, config: LiveConfig, limit_of: LimitOf = limit_of) -> None:
+        self.config, self._limit_of = config, limit_of
         self._specs = {spec.name: spec for spec in config.steps.controllers}
         self._scenarios = {scenario.name: scenario for scenario in config.steps.scenarios}
         self._rig_sliders = {slider.path[1]: slider for slider in rig_sliders(config.steps.rig)}
@@ -70,7 +71,7 @@ class Session:
     @property
     def answers(self) -> Answers:
         """What the page may ask for, by name."""
-        return {"view": self.view, "after": self.after, "save": self.save}
+        return {"view": self.view, "after": self.after, "limit": self.limit, "save": self.save}
 
     def view(self, asked: Mapping[str, Any]) -> dict[str, Any]:
         """Margins and frequency responses, and the scenario where that takes no compiler and no Python loop."""
@@ -104,6 +105,14 @@ class Session:
             stable = np.ones(len(lanes.p), bool) if linear is None else linear.stable
             more = after_part(lanes, request.controller, request.task, self.config.steps.bode, amplitude, stable)
         return answer | {"waits": "", "after": after_answer(more, signal)}
+
+    def limit(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+        """How soon anything could settle the scenario on the nominal rig, as it is moved [s]; null without a limit."""
+        request, rig = self._request(asked), self.config.steps.rig
+        scenario, point = request.task.scenario, request.point
+        inwards = request.task.inwards(point.position, rig.limit("stroke")) if rig.is_jack else 1.0
+        placed = replace(scenario, size=inwards * scenario.size, start=point.position, start_share=0.0)
+        return {"limit_s": self._limit_of((rig.with_values(**point.values), placed))}
 
     def save(self, asked: Mapping[str, Any]) -> dict[str, Any]:
         """Write the experiment as it is moved; the names of the files."""

@@ -173,12 +173,27 @@
         sines = answer.after.sines;
         answer.hunting = answer.after.hunting;
         draw(answer, asked, true);
+        limit(asked);
         say(`at rest${sines ? ": sines seen" : ""}${answer.hunting ? `${sines ? " and" : ":"} hunting looked at` : ""}`);
       }
     } catch (error) {
       say(error.message, true);
     }
     afterBusy = false;
+  }
+
+  // How soon anything could settle, by scenario and rig: seconds of solving, asked for when nothing else is.
+  const limits = new Map();
+  const limitPlace = (asked) => JSON.stringify([asked.scenario, asked.rig]);
+  let limitBusy = false, drawn = null;
+  async function limit(asked) {
+    if (limitBusy || limits.has(limitPlace(asked))) return;
+    limitBusy = true;
+    const answer = await post("limit", asked).catch(() => ({ limit_s: null }));
+    limits.set(limitPlace(asked), answer.limit_s);
+    limitBusy = false;
+    sentence(drawn.answer, drawn.asked);
+    if (!busy) limit(drawn.asked); // of what was moved meanwhile
   }
 
   // How much of the time is shown: twice what the slowest rig takes, so that it does not change with every move.
@@ -193,6 +208,7 @@
   }
 
   function draw(answer, asked, resting = false) {
+    drawn = { answer, asked };
     const place = `${asked.controller} ${asked.scenario}`;
     const untouched = !Object.keys(asked.numbers).length && !Object.keys(asked.rig).length;
     if (untouched) files.set(place, { ...files.get(place), ...(answer.steps ? { steps: answer.steps } : {}), linear: answer.linear });
@@ -202,7 +218,7 @@
     Plots.drawBode(answer.linear, sines, { ...common, file: file?.linear, rows: Handles.count(sliders(), valueOf), unstable: answer.rows[0].stable === false });
     Plots.drawNichols(answer.linear, common);
     Handles.show(sliders(), valueOf, move);
-    tell(answer);
+    tell(answer, asked);
   }
 
   const COLUMNS = [["stable", "stable"], ["settling_s", "settles [s]"], ["overshoot_percent", "over-\u200bshoot [%]"], ["peak", "peak"], ["ms", "Ms"], ["gain_margin_db", "gain margin [dB]"], ["phase_margin_deg", "phase margin [deg]"]];
@@ -229,7 +245,7 @@
     get("rows").querySelector("tbody").replaceChildren(...cells.map(({ line }) => line));
   }
 
-  function tell(answer) {
+  function tell(answer, asked) {
     const columns = COLUMNS.filter(([name]) => name !== "peak" || answer.rows.some((entry) => entry.peak != null));
     const titles = ["rig", ...columns.map(([name, title]) => (name === "peak" ? `peak [${start.signal.unit}]` : title))];
     if (titles.join() !== heads) makeRows(titles);
@@ -243,7 +259,7 @@
         others[i].title = (column === "settling_s" && entry.tripped) || "";
       });
     });
-    sentence(answer);
+    sentence(answer, asked);
   }
 
   function put(element, text) {
@@ -255,7 +271,7 @@
     return values.length ? values.reduce((a, b) => (pick(a[name], b[name]) === a[name] ? a : b)) : null;
   }
 
-  function sentence(answer) {
+  function sentence(answer, asked) {
     const entries = answer.rows, count = entries.length, nominal = entries[0], words = [];
     const stable = entries.filter((entry) => entry.stable).length;
     const known = entries.some((entry) => entry.stable !== undefined);
@@ -268,6 +284,8 @@
     const never = answer.steps?.arrives == null ? [] : entries.filter((entry) => entry.settling_s === null);
     if (never.length) words.push(`not settled after ${digits(answer.steps.watched)} s: ${never.map((entry) => entry.rig).join(", ")}`);
     else add("settling_s", "settles", " s", Math.max);
+    const soonest = limits.get(limitPlace(asked));
+    if (soonest && nominal.settling_s) words.push(`${digits(nominal.settling_s / soonest)} times the limit of ${digits(soonest)} s`);
     add("overshoot_percent", "overshoot", " %", Math.max);
     add("peak", "peak", ` ${start.signal.unit}`, Math.max);
     add("ms", "Ms", "", Math.max);
