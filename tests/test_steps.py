@@ -11,6 +11,7 @@ from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
+from workbench.commands.knowledge.config import load_knowledge
 from workbench.commands.learn.config import load_learning
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
@@ -181,5 +182,5 @@ def test_every_shipped_experiment_loads():
         loaders = {"new-rig": load_datasheet, "bench": load_bench, "tune": load_tune, "train": load_train,
                    "robustness": load_robustness,
                    "learn": load_learning, "inverse": load_inverse, "sines": load_sines,
-                   "faults": load_faults}  # fmt: skip
+                   "faults": load_faults, "knowledge": load_knowledge}  # fmt: skip
         loaders.get(tomllib.loads(path.read_text())["experiment"], load_config)(path)

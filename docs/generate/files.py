@@ -9,6 +9,7 @@ from envs.task import load_task
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
+from workbench.commands.knowledge.config import load_knowledge
 from workbench.commands.learn.config import load_learning
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
@@ -56,6 +57,7 @@ def pages() -> dict[str, str]:
         ("tune", load_tune, ("tune.toml",)),
         ("train", load_train, ("train.toml",)),
         ("robustness", load_robustness, ("robustness.toml",)),
+        ("knowledge", load_knowledge, ("knowledge.toml",)),
         ("faults", load_faults, ("faults.toml",)),
         ("learn", load_learning, ("learn.toml",)),
         ("inverse", load_inverse, ("inverse.toml",)),

@@ -12,6 +12,15 @@ class Stage(Protocol):
     def __call__(self, name: str, compute: Callable[[], T]) -> T: ...
 
 
+def within(stage: Stage, part: str) -> Stage:
+    """The stages of a `part` of a computation, which has others of the same names."""
+
+    def staged(name: str, compute: Callable[[], T]) -> T:
+        return stage(f"{part}-{name}", compute)
+
+    return staged
+
+
 def no_checkpoint(name: str, compute: Callable[[], T]) -> T:
     """A stage that stores nothing."""
     return compute()

@@ -25,6 +25,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "compare": "hold finished runs against each other",
         "robustness": "every controller on thousands of drawn plants",
         "limit": "the soonest that the known rig settles, whatever controls it",
+        "knowledge": "what knowing a rig's numbers better is worth to its controllers, in seconds",
         "faults": "what the guard makes of faults of sensors, controllers, drives and plants",
         "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
         "train": "search a policy, a small network on a controller, by evolution: goals and envelope as of tune",

@@ -24,6 +24,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "robustness": ("jackbench robustness robustness", "jackbench robustness robustness --plants 1000 --jobs 2"),
     "limit": ("jackbench limit benchmark", 'jackbench limit position_step --margin "20 bar"'),
+    "knowledge": ("jackbench knowledge knowledge", "jackbench knowledge knowledge --plants 200 --jobs 2"),
     "faults": ("jackbench faults faults", "jackbench faults faults --plants 100"),
     "tune": ("jackbench tune tune_p_dp", "jackbench tune tune_p_dp --rig mine.toml --out out/tuned"),
     "train": ("jackbench train train_p_dp", "jackbench train train_p_dp --jobs 2"),

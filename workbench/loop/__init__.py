@@ -6,7 +6,7 @@ guard_numbers, faults     a rig's numbers for the guard's rules; faults, and the
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
 scenarios, reach          what a loop is asked for, and whether a rig can do it
 capability, trajectories, own_references    what a rig can give a motion; motions from rest to rest; recorded ones
-rig_variations, conditions    on which rigs, with which delay and noise
+rig_variations, knowledge, conditions    on which rigs, known how well, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row
 plant_response, margins   a sampled plant's response; poles, sensitivity and margins of loops on it
 limit                     the soonest that a known rig settles, whatever controls it

@@ -1,6 +1,6 @@
 """A rig: every number of plant, limits and sensors once, with its value, unit, source and bounds; SI throughout."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -198,6 +198,15 @@ class Rig(Mapping[str, float]):
                 raise InputError(f"rig {self.name}: {name}: {problem}")
             numbers[name] = _moved(numbers[name], float(value))
         return replace(self, numbers=numbers)
+
+    def with_each_number(self, change: Callable[[Number], Number]) -> "Rig":
+        """A copy with every number of the plant changed, those of its effects too."""
+
+        def changed(numbers: Mapping[str, Number]) -> dict[str, Number]:
+            return {name: change(number) for name, number in numbers.items()}
+
+        uses = tuple(replace(use, numbers=changed(use.numbers)) for use in self.effects)
+        return replace(self, numbers=changed(self.numbers), effects=uses)
 
 
 def _moved(number: Number, value: float) -> Number:

@@ -1,10 +1,9 @@
 """A controller searched for a rig: P, scheduled pressure feedback, the lap inverted, a shaped reference."""
 
-from collections.abc import Callable
 from dataclasses import fields, replace
-from typing import Any, TypeVar
+from typing import Any
 
-from ...base.checkpoint import Progress, Stage
+from ...base.checkpoint import Progress, Stage, within
 from ...base.process_pool import Jobs
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
@@ -19,7 +18,6 @@ from ..tune.problem import Searched, TuneProblem
 from ..tune.search import nearest_trial, search
 from .automatic import column
 
-T = TypeVar("T")
 DESIGNS = 300
 _SEARCHES = 2  # from other seeds: settling jumps where a swing leaves the band, and one search ends at another best
 _RANGE = 4.0  # about a first guess, either way
@@ -44,24 +42,15 @@ def searched_design(
         conditions=Conditions(),
         limits=Limits(overshoot_percent=_OVERSHOOT),
     )
-    trials = [trial for seed in range(_SEARCHES) for trial in search(problem, _part(stage, seed), progress, jobs, seed)]
+    searches = [search(problem, within(stage, str(seed)), progress, jobs, seed) for seed in range(_SEARCHES)]
+    trials = [trial for each in searches for trial in each]
     best = nearest_trial(trials)
     return problem.design(best.values).named(name), best.verdict.missed
 
 
-def _part(stage: Stage, seed: int) -> Stage:
-    """Stages of one of the searches."""
-
-    def part(name: str, compute: Callable[[], T]) -> T:
-        return stage(f"{seed}-{name}", compute)
-
-    return part
-
-
 def exactly(rig: Rig) -> Rig:
     """The rig were its numbers known as they are given."""
-    uses = tuple(replace(use, numbers={name: _exact(n) for name, n in use.numbers.items()}) for use in rig.effects)
-    return replace(rig, numbers={name: _exact(number) for name, number in rig.numbers.items()}, effects=uses)
+    return rig.with_each_number(_exact)
 
 
 def _exact(number: Number) -> Number:
