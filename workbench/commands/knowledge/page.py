@@ -38,8 +38,8 @@ def knowledge_page(config: KnowledgeConfig, metrics: Mapping[str, Any]) -> Page:
         f"{judged_words(config.searches[0].start.conditions, config.rig)}"
     )
     heads, lines = list(_COLUMNS.values()), [[row[key] for key in _COLUMNS] for row in rows]
-    best = dict.fromkeys([_COLUMNS["settling_p99_s"]], "min")
-    table = Table(f"On {config.plants} plants", heads, lines, note, best)
+    best = [_COLUMNS["settling_p99_s"]]
+    table = Table(f"On {config.plants} plants", heads, lines, note, dict.fromkeys(best, "min"))
     sections = [
         Section("What knowledge buys", [knowledge_figure(metrics), table]),
         Section("The designs", [_numbers(name, part) for name, part in _by_controller(rows)]),
