@@ -122,3 +122,35 @@ def test_what_makes_no_study_is_refused_in_a_line(tmp_path, capsys, old, new, sa
     assert main(["knowledge", str(path), "--jobs", "1", "--out", str(tmp_path / "out")]) == 2
     assert said in capsys.readouterr().err.strip().splitlines()[-1]
     assert not (tmp_path / "out").exists()
+
+
+PAGE = EXPERIMENTS.parent / "docs/results/knowledge.md"
+
+
+def test_the_page_has_what_the_searches_left():
+    metrics = json.loads(PAGE.with_suffix(".json").read_text())
+    rows = {(row["controller"], row["known_percent"]): row for row in metrics["rows"]}
+    lines = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in PAGE.read_text().splitlines()
+        if line[:1] == "|"
+    ]
+    heads, table = lines[0][1:], lines[2:]
+    assert len(table) * len(heads) == 2 * len(rows) == 40
+    for known, *cells in table:
+        for head, cell in zip(heads, cells, strict=True):
+            name, what = head.replace(" [s]", "").rsplit(": " if ": " in head else ", ", 1)
+            row = rows[name, float(known)]
+            assert cell == f"{row['settling_p99_s' if what == '99 %' else 'unused_p99_s']:.3f}"
+
+
+def test_the_sentences_of_the_page_hold():
+    rows = json.loads(PAGE.with_suffix(".json").read_text())["rows"]
+    best = {p: min((r for r in rows if r["known_percent"] == p), key=lambda r: r["settling_p99_s"]) for p in (50, 5, 2)}
+    assert [best[p]["settling_p99_s"] for p in (50, 5)] == [0.109, 0.045]
+    assert best[5]["settling_p50_s"] == 0.039
+    assert round(best[2]["times_limit"], 1) == 1.8
+    assert sum(row["unstable"] + row["tripped"] for row in rows) == 0
+    assert max(row["overshoot_worst_percent"] for row in rows) < 3.3
+    assert max(row["ms_worst"] for row in rows) < 2.2
+    assert min(row["unused_p99_s"] for row in rows if row["known_percent"] == 5) == 0.085

@@ -53,7 +53,7 @@ def knowledge_figure(metrics: Mapping[str, Any]) -> Figure:
     for name, rows in _by_controller(metrics["rows"]):
         known = np.array([row["known_percent"] for row in rows])
         curves.append(Curve(name, known, _numbers_of(rows, "settling_p99_s"), "points"))
-        curves.append(Curve(f"{name}, tuned for the widest", known, _numbers_of(rows, "unused_p99_s"), "dot"))
+        curves.append(Curve(f"{name}, as for {known[0]:g} %", known, _numbers_of(rows, "unused_p99_s"), "dot"))
     limit = metrics["limit_s"]
     marks = () if limit is None else (Mark(limit, f"the limit, {limit:.3g} s"),)
     top = 1.1 * np.nanmax([np.nanmax(curve.y) for curve in curves if np.isfinite(curve.y).any()] or [1.0])
