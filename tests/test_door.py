@@ -304,3 +304,63 @@ def test_a_rig_is_a_mapping_of_its_numbers():
     assert len(rig) == len(rig.numbers)
     assert dict(rig)["beta"] == rig["beta"] == rig.get("beta")
     assert rig == wb.load_rig("jack-10t") != rig.with_values(beta=1.1e9)
+
+
+# --- judgements of loops
+
+
+def test_loops_are_judged_on_drawn_plants_as_the_experiment_file_says(loop, monkeypatch):
+    from workbench.notebook import judgements
+
+    asked = []
+    monkeypatch.setattr(judgements, "run_robustness", lambda config, *_: asked.append(config))
+    wb.robustness(loop, plants=50, over={"M": (0.5, 1.5)})
+    (config,) = asked
+    assert (config.plants, config.step, config.factors) == (50, 0.01, {"M": (0.5, 1.5)})
+    assert config.controllers == (loop.controller,)
+    with pytest.raises(InputError, match='over: no number "mass"'):
+        wb.robustness(loop, over={"mass": (0.5, 1.5)})
+
+
+def test_a_light_mass_is_the_worst_plant_of_a_loop_over_the_mass(loop):
+    outcome = wb.robustness(loop, plants=8, over={"M": (0.5, 1.5)})
+    (row,) = outcome.metrics["rows"]
+    assert row["plants"] == 8
+    assert row["ms_worst"] > max(loop.margins().null.ms, loop.margins().moving.ms)
+
+
+def test_harmonic_cancellation_takes_the_third_harmonic_out(loop):
+    rows = wb.sines(loop, [1.0]).metrics["rows"]
+    third = {row["way"]: row["third_db"] for row in rows}
+    assert min(third, key=lambda way: third[way]) == "apc+ahc"
+    with pytest.raises(InputError, match="frequencies"):
+        wb.sines(loop, [1000.0])
+
+
+def test_an_inverse_before_loops_lessens_the_error_of_a_record(loop):
+    (row,) = wb.inverse(loop).metrics["rows"]
+    assert row["factor"] > 2
+    with pytest.raises(InputError, match="force"):
+        wb.inverse(loop, "force-20kn")
+
+
+def test_faults_begin_in_a_step_of_the_loop_s_own_rig(loop, monkeypatch):
+    from workbench.commands.faults.config import load_faults
+    from workbench.notebook import judgements
+
+    asked = []
+    monkeypatch.setattr(judgements, "run_faults", lambda trials, *_: asked.append(trials))
+    wb.faults(loop, plants=3)
+    (trials,), filed = asked, load_faults(ROOT / "experiments/faults.toml")
+    assert trials.loops[0].step == filed.loops[0].step
+    assert (trials.stroke, trials.seconds) == (filed.stroke, filed.seconds)
+
+
+def test_a_rig_as_found_is_tuned_on_as_its_file_is(tmp_path):
+    from workbench.commands.retune.config import load_retune
+
+    experiment, file = ROOT / "experiments/tune_festo_p.toml", ROOT / "tests/festo_found.toml"
+    by_rig, by_file = load_retune(experiment, wb.load_rig(file)), load_retune(experiment, str(file))
+    assert by_rig.found.rigs == by_file.found.rigs
+    with pytest.raises(InputError, match="retune"):
+        wb.retune(experiment, found=3)

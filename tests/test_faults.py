@@ -8,7 +8,7 @@ import pytest
 
 from workbench.cli import main
 from workbench.commands.faults.page import verdict
-from workbench.commands.faults.played import MOMENTS, damage
+from workbench.loop.fault_trial import MOMENTS, damage
 from workbench.loop.faults import FAULTS
 
 EXPERIMENT = """

@@ -13,12 +13,12 @@ from workbench.cli import main
 from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.excite.study import drive, play, trouble
 from workbench.commands.plan.family import SECONDS, family, planned
-from workbench.commands.plan.gain import ALIKE
 from workbench.commands.plan.study import run_plan
 from workbench.commands.trace.study import run_trace
 from workbench.identify.fit.free_parameters import Candidate
 from workbench.identify.trace.information import cosines, effect_information, effects_alone, sharpened
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
+from workbench.identify.trace.record_gain import ALIKE
 from workbench.identify.trace.refit import FittedModel, fit_rig
 from workbench.identify.trace.score import NuisanceProjection, effect_change
 from workbench.plant.effects import find

@@ -15,8 +15,10 @@ ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
 CLEAN_ROWS = json.loads((HERE / "traced_clean_campaigns.json").read_text())
 PUMP_ROWS = json.loads((HERE / "traced_pump_campaigns.json").read_text())
 RESULTS = HERE.parent / "docs" / "results"
-SECTION = (RESULTS / "trace_study.md").read_text()
-PUMP_PAGE = (RESULTS / "pump.md").read_text()
+SECTION = "\n".join(
+    (RESULTS / f"{name}.md").read_text() for name in ("trace_study", "trace_study_misses", "neighbours")
+)
+PUMP_PAGE = (RESULTS / "pump_study.md").read_text()
 GROUPS = {
     "one effect, well excited": "single",
     "one effect, poor excitation": "poor excitation",

@@ -7,9 +7,9 @@
     loop = wb.ClosedLoop(rig, P(gain=3.7) + PressureFeedback(gain="1.6e-4 1/bar", corner="0.25 Hz"))
     loop.step("10 mm").plot()
 
-loops        ClosedLoop, tune, benchmark; SCENARIOS, RIG_SET
-campaigns    trace, fit, residual, load_campaign, read_record
-experiments  run, what `jackbench run`, `bench` and `tune` compute
+loops        ClosedLoop, tune, benchmark, robustness, faults, sines, inverse; SCENARIOS, RIG_SET
+campaigns    trace, fit, residual, plan, load_campaign, read_record
+experiments  run, what the commands compute that take an experiment; retune, on a rig as found
 rigs         load_rig, save_rig, Rig, variation, with_delay; linear_plant, of a python-control system; trust
 plants       build, Plant, Engine, equilibrium, linearise, discretise, stepped_sine, known_effects
 controllers  controller, of one's own "file.py:Class"; Controller, design_numbers and number, to write one
@@ -55,8 +55,9 @@ if TYPE_CHECKING:
     from .loop.scenarios import SCENARIOS, Scenario
     from .notebook.benchmark import Benchmark, benchmark
     from .notebook.closed_loop import ClosedLoop
+    from .notebook.judgements import faults, inverse, robustness, sines
     from .notebook.search import tune
-    from .notebook.studies import fit, residual, run, trace
+    from .notebook.studies import fit, plan, residual, retune, run, trace
     from .notebook.time_response import TimeResponse
     from .plant import Plant, build, build_force_port
     from .plant.effects import Effect, known_effects
@@ -83,8 +84,9 @@ _HOMES = {
     "loop.scenarios": ("SCENARIOS", "Scenario"),
     "notebook.benchmark": ("Benchmark", "benchmark"),
     "notebook.closed_loop": ("ClosedLoop",),
+    "notebook.judgements": ("faults", "inverse", "robustness", "sines"),
     "notebook.search": ("tune",),
-    "notebook.studies": ("fit", "residual", "run", "trace"),
+    "notebook.studies": ("fit", "plan", "residual", "retune", "run", "trace"),
     "notebook.time_response": ("TimeResponse",),
     "plant": ("Plant", "build", "build_force_port"),
     "plant.effects": ("Effect", "known_effects"),
@@ -127,9 +129,11 @@ __all__ = [
     "design_numbers",
     "discretise",
     "equilibrium",
+    "faults",
     "fit",
     "fit_fractional",
     "from_si",
+    "inverse",
     "known_effects",
     "linear_plant",
     "linearise",
@@ -137,12 +141,16 @@ __all__ = [
     "load_rig",
     "nonlinear_system",
     "number",
+    "plan",
     "quantity",
     "read_record",
     "read_sheet",
     "residual",
+    "retune",
+    "robustness",
     "run",
     "save_rig",
+    "sines",
     "stepped_sine",
     "to_si",
     "trace",

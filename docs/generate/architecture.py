@@ -1,7 +1,8 @@
-"""The two pictures of the architecture, drawn from the code: rooms and their imports, and three ways through them."""
+"""The pictures of the architecture, drawn from the code: rooms and their imports, and the ways through them."""
 
 import ast
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib import import_module
 from pathlib import Path
@@ -46,6 +47,25 @@ _WAYS = {
         ("workbench.commands.coefficients.options", "", "it leaves as C and Structured Text"),
     ),
 }
+_TRACE = {
+    "a trace, until nothing is missing": (
+        ("workbench.identify.trace.problem", "estimation_problem", "1 windows, their roles, and the noise floor"),
+        ("workbench.identify.trace.refit", "fit_rig", "2 the rig alone"),
+        ("workbench.identify.trace.locate", "locate_fault", "3 the equation that lacks something"),
+        ("workbench.identify.trace.shortlist", "score_effects", "4 the score of every effect"),
+    ),
+    "one pass after another": (
+        ("workbench.identify.trace.follow", "Follower", "5 where a refit starts"),
+        ("workbench.identify.trace.refit", "refit", "5 the rig with one effect more"),
+        ("workbench.identify.trace.rule", "named", "6 what passes, what is named"),
+        ("workbench.identify.trace.joint", "refit_pairs", "6 two effects, where none is named alone"),
+    ),
+    "when all is decided": (
+        ("workbench.identify.trace.refit", "heldout_errors", "7 records that nothing was chosen by"),
+        ("workbench.identify.trace.verdict", "judge_search", "8 the verdict"),
+        ("workbench.identify.trace.shapes", "best_reshaping", "8 the shape of what is left"),
+    ),
+}
 _STYLE = (
     "<style>text{font:13px sans-serif;fill:#222}rect{fill:#eef3f8;stroke:#4a6a8a}"
     ".small{font-size:11px;fill:#555}path{fill:none;stroke:#4a6a8a;opacity:.55}</style>"
@@ -53,8 +73,8 @@ _STYLE = (
 
 
 def pictures() -> dict[str, str]:
-    """Both pictures as SVG."""
-    return {"rooms.svg": _rooms(), "ways.svg": _ways()}
+    """Every picture as SVG."""
+    return {"rooms.svg": _rooms(), "ways.svg": _ways(_WAYS), "trace.svg": _ways(_TRACE)}
 
 
 def imports() -> Counter[tuple[str, str]]:
@@ -102,9 +122,10 @@ def _rooms() -> str:
     return _svg(560, 60 + 52 * len(_RANKS), [*lines, *boxes])
 
 
-def _ways() -> str:
+def _ways(ways: Mapping[str, Sequence[tuple[str, str, str]]]) -> str:
+    """Each way as a column of boxes."""
     parts = []
-    for column, (title, steps) in enumerate(_WAYS.items()):
+    for column, (title, steps) in enumerate(ways.items()):
         x = 10 + 300 * column
         parts.append(f'<text x="{x}" y="20" font-weight="bold">{escape(title)}</text>')
         for row, (module, name, what) in enumerate(steps):
@@ -112,7 +133,7 @@ def _ways() -> str:
             parts += [_box(x, y, 280, 46, _named(module, name), what)]
             if row:
                 parts.append(f'<path d="M{x + 140} {y - 24} V{y}" stroke-width="2"/>')
-    return _svg(910, 60 + 70 * max(map(len, _WAYS.values())), parts)
+    return _svg(910, 60 + 70 * max(map(len, ways.values())), parts)
 
 
 def _named(module: str, name: str) -> str:
@@ -135,6 +156,6 @@ def _svg(width: float, height: float, parts: list[str]) -> str:
 
 
 def write(folder: Path) -> None:
-    """Leave both pictures in a folder."""
+    """Leave the pictures in a folder."""
     for name, text in pictures().items():
         (folder / name).write_text(text, "utf-8")

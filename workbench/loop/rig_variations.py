@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from ..base.errors import InputError, echo, nearest
+from ..base.units import quantity
 from ..rigs.linear_rig import LinearRig
 from ..rigs.number import Number
 from ..rigs.rig import EffectUse, Rig
@@ -31,17 +32,19 @@ def variation(rig: Rig, name: str) -> Rig:
     return replace(rig.with_values(**{key: factor * rig[key] for key, factor in _FACTORS[name].items()}), name=name)
 
 
-def with_delay(rig: Rig, delay: float) -> Rig:
-    """The rig whose commands come `delay` [s] later, on top of what its drive takes, such as a controller computes."""
-    if not delay:
+def with_delay(rig: Rig, delay: float | str) -> Rig:
+    """The rig whose commands come `delay` [s], a number or text with a unit, later, on top of what its drive takes,
+    such as a controller computes."""
+    later = quantity(delay, "s")
+    if not later:
         return rig
     if isinstance(rig, LinearRig):
-        return rig.later(delay)
+        return rig.later(later)
     from ..plant import build
 
     there = {use.name: use for use in rig.effects}
     before = there.get(_DELAY, EffectUse(_DELAY, "shift", {}))
-    whole = delay + build(rig).lateness()  # a delay that is declared without a number has its typical one
-    number = Number("delay", whole, "s", "s", f"{delay:g} s of them to compute the command")
+    whole = later + build(rig).lateness()  # a delay that is declared without a number has its typical one
+    number = Number("delay", whole, "s", "s", f"{later:g} s of them to compute the command")
     after = replace(before, numbers={**before.numbers, "delay": number})
     return replace(rig, effects=tuple({**there, _DELAY: after}.values()))

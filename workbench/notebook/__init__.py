@@ -5,6 +5,8 @@ time_response, stability, closed_loop_bode    what those return
 inverse           a filter of the reference that undoes a loop
 search            tune: the numbers of a loop's controller searched
 benchmark         loops beside each other on a set of rigs
-studies           experiments and campaigns: run, residual, fit, trace
+loops             loops that are judged together
+judgements        robustness, faults, sines and inverse, of loops
+studies           experiments and campaigns: run, residual, fit, trace, plan, retune
 door              functions that take a rig for a plant, and say in one line what they want
 """

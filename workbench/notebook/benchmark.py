@@ -1,21 +1,20 @@
 """Loops beside each other, on a set of rigs in scenarios, by the code of `jackbench bench`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..base.checkpoint import no_checkpoint
 from ..base.columns import data_frame
-from ..base.errors import InputError
 from ..commands.bench.study import run_bench
 from ..commands.common.bench_experiment import BenchConfig, BenchLoop
 from ..commands.common.experiment import BodeConfig
 from ..commands.common.outcome import Answer, Outcome
-from ..control.controller_spec import ControllerSpec
 from ..loop.reach import check_reach
 from ..loop.scenarios import Scenario
 from ..report import Table
 from .closed_loop import ClosedLoop
+from .loops import loops_of_one_rig, named_controllers
 from .search import checked_rigs, scenarios_of
 from .time_response import metrics_table
 
@@ -53,7 +52,7 @@ class Benchmark(Answer):
 
 
 def benchmark(
-    loops: Sequence[ClosedLoop],
+    loops: ClosedLoop | Sequence[ClosedLoop],
     rigs: Sequence[str] = ("nominal",),
     scenarios: Sequence[str | Scenario] | None = None,
     seed: int = 0,
@@ -65,33 +64,13 @@ def benchmark(
     of 10 mm or 20 kN where none are given. seed: of the sensors' noise. jobs: worker processes. Raises InputError for
     loops of two rigs or signals.
     """
-    loops = [loops] if isinstance(loops, ClosedLoop) else list(loops)
-    if not loops or not all(isinstance(loop, ClosedLoop) for loop in loops):
-        raise InputError("benchmark: give a list of ClosedLoops")
+    loops = loops_of_one_rig(loops, "benchmark")
     first = loops[0]
-    for loop in loops[1:]:
-        if (loop.signal, loop.rig, loop.ideal) != (first.signal, first.rig, first.ideal):
-            raise InputError(
-                f"benchmark: {loop.controller.name} is on another rig or signal than {first.controller.name}, or only "
-                "one of them is ideal; compare loops of one signal on one rig"
-            )
     asked = scenarios_of(first, scenarios, "benchmark")
     members = checked_rigs(first, rigs, "benchmark")
     for member in members.values():
         for each in asked:
             check_reach(each, member)
-    bench = BenchLoop(first.signal, first.rig, members, _named(loops), asked, _NO_SINES)
+    bench = BenchLoop(first.signal, first.rig, members, named_controllers(loops), asked, _NO_SINES)
     config = BenchConfig(first.rig, (bench,), first.conditions(seed), {})
     return Benchmark(config, run_bench(config, no_checkpoint, lambda _: None, jobs))
-
-
-def _named(loops: Sequence[ClosedLoop]) -> tuple[ControllerSpec, ...]:
-    """The controllers; one whose name is taken gets a number."""
-    controllers: dict[str, ControllerSpec] = {}
-    for controller in (loop.controller for loop in loops):
-        name, count = controller.name, 1
-        while name in controllers:
-            count += 1
-            name = f"{controller.name}-{count}"
-        controllers[name] = replace(controller, name=name)
-    return tuple(controllers.values())

@@ -1,6 +1,8 @@
 """Experiments and campaigns: what the commands compute, without a folder being left."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from ..base.checkpoint import no_checkpoint
 from ..base.toml import read_toml
@@ -9,11 +11,24 @@ from ..commands.common.bench_experiment import load_bench
 from ..commands.common.outcome import Outcome
 from ..commands.common.shipped import campaign as campaign_folder
 from ..commands.common.shipped import experiment as experiment_file
+from ..commands.faults.config import load_faults
+from ..commands.faults.study import run_faults
 from ..commands.fit.options import STARTS
 from ..commands.fit.study import FitAnswer, fit_campaign
+from ..commands.inverse.config import load_inverse
+from ..commands.inverse.study import run_inverse
+from ..commands.learn.config import load_learning
+from ..commands.learn.study import run_learning
+from ..commands.plan.study import run_plan
 from ..commands.residual.study import run_residual
+from ..commands.retune.config import load_retune
+from ..commands.retune.study import run_retune
+from ..commands.robustness.config import load_robustness
+from ..commands.robustness.study import run_robustness
 from ..commands.run.config import load_config
 from ..commands.run.study import study_of
+from ..commands.sines.config import load_sines
+from ..commands.sines.study import run_sines
 from ..commands.trace.study import trace_campaign as trace
 from ..commands.tune.config import load_tune
 from ..commands.tune.study import run_tune
@@ -21,21 +36,63 @@ from ..records import Campaign, load_campaign
 from ..rigs.rig import Rig
 from ..rigs.rig_file import load_rig
 
-__all__ = ["fit", "residual", "run", "trace"]
+__all__ = ["fit", "plan", "residual", "retune", "run", "trace"]
+
+_BY_JOBS: dict[Any, tuple[Callable[..., Any], Callable[..., Outcome]]] = {
+    "bench": (load_bench, run_bench),
+    "tune": (load_tune, run_tune),
+    "robustness": (load_robustness, run_robustness),
+}
+_OTHERS: dict[Any, tuple[Callable[..., Any], Callable[..., Outcome]]] = {
+    "faults": (load_faults, run_faults),
+    "sines": (load_sines, run_sines),
+    "inverse": (load_inverse, run_inverse),
+    "learn": (load_learning, run_learning),
+}
 
 
 def run(experiment: str | Path, rig: str | None = None, jobs: int = 1) -> Outcome:
-    """An experiment file of any kind: what `jackbench run`, `bench` and `tune` compute. Raises InputError.
+    """An experiment file of any kind: what `jackbench run`, `bench`, `tune`, `robustness`, `faults`, `sines`,
+    `inverse` and `learn` compute. Raises InputError.
 
     A shipped one is found by its bare name, such as "first_loop".
     """
     experiment = experiment_file(experiment)
     kind = read_toml(experiment).values.get("experiment")
-    if kind == "bench":
-        return run_bench(load_bench(experiment, rig), no_checkpoint, _quiet, jobs)
-    if kind == "tune":
-        return run_tune(load_tune(experiment, rig), no_checkpoint, _quiet, jobs)
+    if kind in _BY_JOBS:
+        load, study = _BY_JOBS[kind]
+        return study(load(experiment, rig), no_checkpoint, _quiet, jobs)
+    if kind in _OTHERS:
+        load, study = _OTHERS[kind]
+        return study(load(experiment, rig), no_checkpoint, _quiet)
     return study_of(load_config(experiment, rig))(no_checkpoint, _quiet)
+
+
+def plan(campaign: Campaign | str | Path, rig: Rig | str | None = None) -> Outcome:
+    """What to record next, to tell effects apart and to see numbers: `metrics` are those of `jackbench plan`.
+
+    `rig` is another one than the campaign names. Raises InputError.
+    """
+    return run_plan(*_loaded(campaign, rig), no_checkpoint, _quiet)
+
+
+def retune(
+    experiment: str | Path,
+    found: Rig | str | Path,
+    controller: str | None = None,
+    trials: int | None = None,
+    jobs: int = 1,
+) -> Outcome:
+    """What the rig as found is worth to a controller: it is searched anew there, and judged on both rigs beside the
+    old one; `metrics` are those of `jackbench retune`.
+
+    experiment: one of tune, run or bench, by file or bare name. found: such as the `rig` of a trace's answer, or its
+    file. controller: which one, where there are several. trials: designs that are tried, else the experiment's.
+    Raises InputError.
+    """
+    rig = found if isinstance(found, Rig) else str(found)
+    config = load_retune(experiment_file(experiment), rig, None, controller, trials)
+    return run_retune(config, no_checkpoint, _quiet, jobs)
 
 
 def residual(campaign: Campaign | str | Path, rig: Rig | str | None = None, free_run: bool = False) -> Outcome:

@@ -22,6 +22,7 @@ from .load import LOADS, SPECIMEN
 from .number import Number, read_number
 from .rig import COMPUTING_DELAY, EffectUse, Rig, number_specs
 from .sensor import read_sensors
+from .shipped import bundled, bundled_platforms
 from .shut_off import read_shut_off
 from .together import check_speed_guard, check_together
 from .valve import VALVES
@@ -29,12 +30,6 @@ from .valve import VALVES
 TITLES = ("name", "title", "source", "recordings", "effect_files")
 NO_CORRECTOR = "p"  # of a valve whose kind has no spool loop to choose
 TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "shut_off", "effects", "sessions")
-
-
-def bundled() -> list[str]:
-    """Names of the rigs that come with jackbench."""
-    folder = files("workbench") / "rigs"
-    return sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml"))
 
 
 def load_rig(name: str | Path, beside: Path | None = None, corrector: str = "") -> Rig:
@@ -61,8 +56,6 @@ def _located(name: str | Path, beside: Path | None = None) -> tuple[Path, str]:
         return Path(str(files("workbench") / "rigs" / f"{name}.toml")), str(name)
     path = (beside / name) if beside else Path(name)
     if path.suffix != ".toml":
-        from .platform import bundled_platforms
-
         if str(name) in bundled_platforms():
             raise InputError(f'"{name}" is a platform on six jacks; jackbench run takes an experiment on it')
         hint = nearest(str(name), [*bundled(), *bundled_platforms()])

@@ -7,3 +7,5 @@ colour           noise that remembers
 study            each rig served, commissioned, and judged beside a tuning that knows it
 page             the report
 """
+
+RIG = "jack-10t"  # whose numbers are drawn

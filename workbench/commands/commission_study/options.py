@@ -7,8 +7,7 @@ from functools import partial
 from ...base.errors import InputError
 from ...rigs.rig_file import load_rig
 from ..common.options import computes, finish_in_folder, jobs, works
-
-RIG = "jack-10t"
+from . import RIG
 
 
 def options(parser: argparse.ArgumentParser) -> None:

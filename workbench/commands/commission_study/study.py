@@ -25,8 +25,8 @@ from ..commission.study import Wanted, run_commission
 from ..commission.verify import played_way, settling_of
 from ..common.outcome import Outcome, Progress, leave, no_checkpoint
 from ..common.run_folder import Run, open_run
+from . import RIG
 from .colour import ColouredDraws
-from .options import RIG
 from .page import page
 from .plan import HiddenPlan, hidden_rig
 

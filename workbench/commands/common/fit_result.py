@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...base.units import from_si, to_si
-from ...identify.fit.solver import Fit
+from ...identify.fit.solver import UNSEEN, Fit
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel
 from ...plant.effects import Effect, EffectNumber, numbers_of
@@ -19,7 +19,6 @@ from .numbers import finite
 from .session_fit import numbers_in_sessions, session_fits
 from .wrong_numbers import corrected
 
-UNSEEN = 0.8  # of the declared range: a 95 % interval that is not shorter says that the records do not tell
 Interval = list[float | None]
 
 

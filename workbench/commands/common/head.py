@@ -5,15 +5,13 @@ from datetime import datetime
 
 from ...report import Page
 from .design_numbers import Subject
-from .outcome import Outcome
 from .run_folder import versions
 
 _LISTED = 12  # controllers or rigs that the head names
 
 
-def whole_page(outcome: Outcome, date: str = "", command: str = "") -> Page:
-    """The page of an outcome with its head and footer; `date` and `command` where it is left in a folder."""
-    page, subject = outcome.page, outcome.subject
+def whole_page(page: Page, subject: Subject | None, date: str = "", command: str = "") -> Page:
+    """The page on a subject with its head and footer; `date` and `command` where it is left in a folder."""
     every = versions()
     head = {**(_subject_words(subject) if subject else {}), "date": date, "jackbench": every.pop("jackbench")}
     footer = {**page.footer, "versions": ", ".join(" ".join(item) for item in every.items())}

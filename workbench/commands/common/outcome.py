@@ -78,7 +78,7 @@ class Outcome:
         from ...report.show import open_page
         from .head import whole_page
 
-        return open_page(whole_page(self))
+        return open_page(whole_page(self.page, self.subject))
 
     def report(self, folder: str | Path, force: bool = False) -> Path:
         """Leave metrics.json, report.html, the tables and files in a new folder; the path of the report.
@@ -125,7 +125,7 @@ def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], command: st
     for file, content in outcome.files.items():
         (run.dir / file).write_bytes(content.encode() if isinstance(content, str) else content)
     run.keep(outcome.metrics, resolved_config(identity), outcome.tables)
-    page, html, fault = rendered(whole_page(outcome, date, command), outcome.kept)
+    page, html, fault = rendered(whole_page(outcome.page, outcome.subject, date, command), outcome.kept)
     fault = outcome.drawing.fault or fault
     told = {"title": page.title, "verdict": page.verdict, "date": date, "command": command or None}
     metrics = {**outcome.metrics, FAULT: fault} if fault else outcome.metrics

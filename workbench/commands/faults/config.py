@@ -8,7 +8,7 @@ from typing import Any
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
-from ...loop.conditions import Conditions
+from ...loop.fault_trial import FaultLoops, FaultTrials
 from ...rigs.rig import Rig
 from ..common.envelope_keys import read_factors
 from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
@@ -18,29 +18,9 @@ _STEPS = {"position": Spec("m", 1e-6, 1.0, "step of position"), "force": Spec("N
 
 
 @dataclass(frozen=True)
-class FaultLoops:
-    """The loops of one controlled signal on a rig, a step (SI) of it, and factors on numbers of drawn plants."""
+class FaultsConfig(FaultTrials):
+    """The trials of an experiment; `source` is the experiment as it was read."""
 
-    signal: str
-    rig: Rig
-    step: float
-    factors: Mapping[str, tuple[float, float]]
-    controllers: tuple[ControllerSpec, ...]
-
-
-@dataclass(frozen=True)
-class FaultsConfig:
-    """Loops, watched for so many seconds from the start, and how many plants without a fault they play on.
-
-    `stroke`: the share of the stroke limit in which steps lie. `source` is the experiment as it was read.
-    """
-
-    rig: Rig
-    loops: tuple[FaultLoops, ...]
-    plants: int
-    stroke: float
-    seconds: float
-    conditions: Conditions
     source: Mapping[str, Any]
 
 

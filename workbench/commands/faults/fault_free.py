@@ -9,23 +9,22 @@ from ...control.protocol import Controller
 from ...engine.guard_shape import TRIPS
 from ...linear.equilibria import equilibria
 from ...linear.operating_point import far_end
+from ...loop.fault_trial import FaultTrial, FaultTrials
 from ...loop.lane_loop import play_lanes
 from ..common.plant_draw import draw_plants
-from .config import FaultsConfig
-from .played import Stand
 
 
-def false_trips(config: FaultsConfig, stand: Stand, controller: Controller) -> Mapping[str, int]:
+def false_trips(trials: FaultTrials, trial: FaultTrial, controller: Controller) -> Mapping[str, int]:
     """How many of the plants tripped the guard in the step, by what tripped it; "simulation" where it failed."""
-    loops, plant = stand.loops, stand.engine.plant
-    reach = config.stroke * stand.rig.limit("stroke")
+    loops, plant = trial.loops, trial.engine.plant
+    reach = trials.stroke * trial.rig.limit("stroke")
     span = (-reach, reach - loops.step) if loops.signal == "position" else (-reach, reach)
-    draw = draw_plants(stand.rig, plant, loops.factors, config.plants, config.conditions.seed, span)
+    draw = draw_plants(trial.rig, plant, loops.factors, trials.plants, trials.conditions.seed, span)
     points = equilibria(plant, draw.p, draw.position, None, None, **far_end(plant, draw.position))
-    reference = np.full(round(config.seconds / stand.rig.period.value), loops.step)
+    reference = np.full(round(trials.seconds / trial.rig.period.value), loops.step)
     trips: Counter[str] = Counter()
     played = play_lanes(
-        stand.engine, stand.rig, controller, points, draw.p, reference, (loops.signal,), config.conditions.noise
+        trial.engine, trial.rig, controller, points, draw.p, reference, (loops.signal,), trials.conditions.noise
     )
     for _, lanes in played:
         trips.update(

@@ -5,30 +5,29 @@ from typing import Any
 
 import numpy as np
 
+from ...loop.fault_counts import BEYOND, STOP, counts, harmful
+from ...loop.fault_trial import MOMENTS, FaultTrials
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import played_words
-from .config import FaultsConfig
-from .counts import BEYOND, STOP, counts, harmful
-from .played import MOMENTS
 
 _WORST = {"stop_speed": 1.0, "peak_force": 1e-3, "beyond_percent": 1.0}  # and what makes their unit the shown one
 
 _Row = Mapping[str, Any]
 
 
-def faults_page(config: FaultsConfig, metrics: Mapping[str, Any]) -> Page:
+def faults_page(trials: FaultTrials, metrics: Mapping[str, Any]) -> Page:
     """One table of faults over all loops, one of what passed the goals, one of what was not detected."""
     rows = metrics["rows"]
     sections = [
-        Section("Faults", [_faults(config, rows), faults_figure(rows)]),
+        Section("Faults", [_faults(trials, rows), faults_figure(rows)]),
         Section("Beyond the goals", [_beyond(rows)]),
-        *([Section("With a shut-off valve", [_shut(config, metrics)])] if metrics["counts"]["helpless"] else []),
+        *([Section("With a shut-off valve", [_shut(trials, metrics)])] if metrics["counts"]["helpless"] else []),
         Section("Not detected", [_unseen(rows)]),
         Section("Without a fault", [_calm(metrics)]),
     ]
-    page = Page(f"Faults on {config.rig.name}", verdict(metrics), sections, {"seed": str(config.conditions.seed)})
-    return with_fit(page, config.rig)
+    page = Page(f"Faults on {trials.rig.name}", verdict(metrics), sections, {"seed": str(trials.conditions.seed)})
+    return with_fit(page, trials.rig)
 
 
 def verdict(metrics: Mapping[str, Any]) -> str:
@@ -50,20 +49,20 @@ def _saving(metrics: Mapping[str, Any]) -> str:
     return f" (without a shut-off valve in its lines this rig cannot be saved from them: one that closes in {left})"
 
 
-def _shut(config: FaultsConfig, metrics: Mapping[str, Any]) -> Table:
+def _shut(trials: FaultTrials, metrics: Mapping[str, Any]) -> Table:
     """What a shut-off valve of each closing time leaves of the faults that no command stops."""
     lines = [
         [each["closing_ms"], each["of"], each["harm"], *(each[key] * scale for key, scale in _WORST.items())]
         for each in metrics["shut_off"]
     ]
-    own = config.rig.shut_off
+    own = trials.rig.shut_off
     has = f"declares one that closes in {1e3 * own.closing_time.value:g} ms" if own else "declares none ([shut_off])"
     note = f"The faults of a stuck valve that do harm, again, with both lines closed from the trip on; this rig {has}."
     columns = ["closing time [ms]", "faults", "still do harm", "speed at the stop [m/s]", "force, worst [kN]"]
     return Table("", [*columns, "beyond a limit [%]"], lines, note)
 
 
-def _faults(config: FaultsConfig, rows: Sequence[_Row]) -> Table:
+def _faults(trials: FaultTrials, rows: Sequence[_Row]) -> Table:
     """A line a fault: over all loops and moments."""
     lines = []
     for name in dict.fromkeys(row["fault"] for row in rows):
@@ -76,7 +75,7 @@ def _faults(config: FaultsConfig, rows: Sequence[_Row]) -> Table:
     columns = ["fault", "played", "detected", "after, median [ms]", "worst [ms]", "speed at the stop [m/s]"]
     columns += ["force, worst [kN]", "beyond a limit [%]"]
     note = f"Worst of all loops and of {len(MOMENTS)} moments: {', '.join(MOMENTS)}. Force of load cell or end stop. "
-    return Table("All loops", columns, lines, note + played_words(config.conditions, config.rig))
+    return Table("All loops", columns, lines, note + played_words(trials.conditions, trials.rig))
 
 
 def _beyond(rows: Sequence[_Row]) -> Table:

@@ -11,6 +11,7 @@ from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...identify.trace.information import EffectInformation, alternatives, effect_information, sharpened
 from ...identify.trace.problem import EstimationProblem, estimation_problem
+from ...identify.trace.record_gain import Pair, not_simulated, pairs, unseen_numbers, worth
 from ...identify.trace.refit import FittedModel, fit_rig
 from ...identify.trace.shortlist import score_effects, unpacked_shortlist
 from ...identify.trace.stored import packed, unpacked
@@ -26,7 +27,6 @@ from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
 from ..trace.study import effects_for
 from .family import PlannedRecord, family, planned
-from .gain import Pair, not_simulated, pairs, unseen_numbers, worth
 from .metrics import Check, plan_metrics
 from .page import plan_page
 from .played import check, simulated, windows_of

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...loop.sensors import check_sensors
+from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..common.experiment import read_experiment, rig_name, rig_of
 from ..tune.config import TuneConfig, tune_config
@@ -19,9 +20,9 @@ class RetuneConfig:
 
 
 def load_retune(
-    path: str | Path, found: str, rig: str | None = None, controller: str | None = None, trials: int | None = None
+    path: str | Path, found: str | Rig, rig: str | None = None, controller: str | None = None, trials: int | None = None
 ) -> RetuneConfig:
-    """Read an experiment of tune, run or bench and the rig `found`; `rig` replaces the declared one.
+    """Read an experiment of tune, run or bench, and the rig `found`, a file or a Rig; `rig` replaces the declared one.
 
     `controller`: which of several. `trials`: others than the experiment's. Raises InputError with file and key, and for
     a rig that cannot play the scenarios or lacks a sensor.
@@ -30,7 +31,8 @@ def load_retune(
     top = read_experiment(path)
     declared = rig_of(top, path, rig)
     table = searchable(top, path, declared, controller)
-    configs = [tune_config(table, rig or rig_name(top), declared), tune_config(table, found, load_rig(found))]
+    name, better = (found.name, found) if isinstance(found, Rig) else (found, load_rig(found))
+    configs = [tune_config(table, rig or rig_name(top), declared), tune_config(table, name, better)]
     for config in configs:
         spec = config.start.controllers[0]
         check_sensors(config.start.rig, spec.build(config.start.rig.period.value).measures)

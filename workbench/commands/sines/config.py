@@ -1,10 +1,11 @@
 """The file of an experiment with sines: which ones, by which controllers, on which rigs and drawn plants."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ...base.errors import InputError
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
@@ -71,13 +72,14 @@ def load_sines(path: str | Path, rig: str | None = None, plants: int | None = No
     check_variations(top, rigs)
     reach = {name: capability(member) for name, member in rigs.items()}
     amplitude = top.quantity("amplitude", Spec("m", 1e-6, 10.0, "amplitude of the sines"))
+    share = _share(top, "share") if "share" in top else None
     specs, tables = _controllers(top, path, nominal)
     return SinesConfig(
         rig=nominal,
         rigs=rigs,
         reach=reach,
         amplitude=amplitude,
-        sines=_sines(top, reach, amplitude, nominal),
+        sines=asked_sines(top.numbers("frequencies", "[1, 5]"), amplitude, share, reach, nominal, top.complaint),
         harmonics=_harmonics(top),
         plants=plants or (top.count("plants", 0, MOST_PLANTS) if "plants" in top else 0),
         stroke=_share(top, "stroke") if "stroke" in top else 0.0,
@@ -96,23 +98,28 @@ def _harmonics(top: Table) -> int:
     return highest
 
 
-def _sines(top: Table, reach: Mapping[str, Capability], amplitude: float, rig: Rig) -> tuple[Sine, ...]:
-    """Each frequency with the amplitude, or with a `share` of what the weakest rig gives there, if that is less.
+def asked_sines(
+    frequencies: Sequence[float],
+    amplitude: float,
+    share: float | None,
+    reach: Mapping[str, Capability],
+    rig: Rig,
+    complaint: Callable[[str, str], InputError],
+) -> tuple[Sine, ...]:
+    """Each frequency [Hz] with the amplitude [m], or with a `share` of what the weakest rig gives, if that is less.
 
-    Raises InputError for a sine that is beyond the stroke, or beyond what the valve of a rig gives.
+    Raises the `complaint` of a key for a sine that is beyond the stroke, or beyond what the valve of a rig gives.
     """
-    frequencies = top.numbers("frequencies", "[1, 5]")
     if min(frequencies) < SLOWEST or max(frequencies) * rig.period.value > 0.1:
-        raise top.complaint("frequencies", f"at least {SLOWEST:g} Hz, and ten samples a cycle")
+        raise complaint("frequencies", f"at least {SLOWEST:g} Hz, and ten samples a cycle")
     if amplitude > rig.limit("stroke"):
-        raise top.complaint("amplitude", f"beyond the stroke limit of {1e3 * rig.limit('stroke'):g} mm; lower it")
-    share = _share(top, "share") if "share" in top else None
+        raise complaint("amplitude", f"beyond the stroke limit of {1e3 * rig.limit('stroke'):g} mm; lower it")
     sines = []
     for frequency in frequencies:
         weakest = min(reach, key=lambda name: reach[name].sine_amplitude(frequency))
         most, highest = reach[weakest].sine_amplitude(frequency), reach[weakest].sine_frequency(amplitude)
         if share is None and amplitude > most:
-            raise top.complaint(
+            raise complaint(
                 "frequencies",
                 f"{frequency:g} Hz: the valve of {weakest} gives {1e3 * most:.3g} mm there, and "
                 f"{1e3 * amplitude:g} mm up to {highest:.3g} Hz; lower it, or give a share of what it gives",

@@ -27,6 +27,7 @@ from .rotation import Parts, parts_of, unseen_squares
 from .windows import Windows
 
 ROUNDS = 20
+UNSEEN = 0.8  # of the declared range: a 95 % interval that is not shorter says that the records do not tell
 _ENOUGH = 1e-4  # relative fall of the cost below which a fit is done, or
 _LEAST = 0.5  # the fall itself: far below what noise would tell apart
 _FAR, _ENOUGH_FAR = 1.3, 1e-3  # chi2 above which a model is wrong anyway, and a smaller relative fall is enough

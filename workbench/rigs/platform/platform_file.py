@@ -18,15 +18,10 @@ from ...base.units import Spec, to_si
 from ..number import Number, read_number
 from ..rig import Rig
 from ..rig_file import load_rig
+from ..shipped import bundled_platforms
 from .platform import JOINTS, LEG, LEGS, PAYLOAD, PLACE, Leg, Platform, Point
 
 TABLES = ("payload", "place", "joints", "legs", "leg")
-
-
-def bundled_platforms() -> list[str]:
-    """Names of the platforms that come with jackbench."""
-    folder = files("workbench") / "rigs" / "platform"
-    return sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml"))
 
 
 def platform_path(name: str) -> Path:

@@ -6,9 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
-from ...identify.fit.solver import Fit
-from ...identify.trace.information import EffectInformation, cosines, effects_alone, sharpened
-from ..common.fit_result import UNSEEN
+from ..fit.solver import UNSEEN, Fit
+from .information import EffectInformation, cosines, effects_alone, sharpened
 
 ALIKE = 0.7  # cosine from which an effect does half of what the other does to the errors
 _LEAST = 0.01  # fall of a cosine, or of an interval over its range, that is worth a record

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from ...control.controller_spec import ControllerSpec
-from ...control.protocol import Controller
-from ...engine import Engine
-from ...linear import Equilibrium, equilibrium
-from ...loop.faults import Fault, FaultyLoop
-from ...loop.rig_variations import with_delay
-from ...plant import build
-from ...rigs.rig import Rig
-from .config import FaultLoops, FaultsConfig
+from ..control.controller_spec import ControllerSpec
+from ..control.protocol import Controller
+from ..engine import Engine
+from ..linear import Equilibrium, equilibrium
+from ..plant import build
+from ..rigs.rig import Rig
+from .conditions import Conditions
+from .faults import Fault, FaultyLoop
+from .rig_variations import with_delay
 
 MOMENTS = {"rest": None, "accelerating": 0.1, "end of stroke": 0.85}  # the share of the step that is done by then
 _REST, _STEP, _WAIT = 0.1, 0.15, 0.3  # s: the fault at rest, the step, and after it a fault whose share does not come
@@ -23,7 +23,33 @@ Due = Callable[[int, dict[str, float]], bool]
 
 
 @dataclass(frozen=True)
-class Stand:
+class FaultLoops:
+    """The loops of one controlled signal on a rig, a step (SI) of it, and factors on numbers of drawn plants."""
+
+    signal: str
+    rig: Rig
+    step: float
+    factors: Mapping[str, tuple[float, float]]
+    controllers: tuple[ControllerSpec, ...]
+
+
+@dataclass(frozen=True)
+class FaultTrials:
+    """Loops, watched for so many seconds from the start, and how many plants without a fault they play on.
+
+    `stroke`: the share of the stroke limit in which steps lie.
+    """
+
+    rig: Rig
+    loops: tuple[FaultLoops, ...]
+    plants: int
+    stroke: float
+    seconds: float
+    conditions: Conditions
+
+
+@dataclass(frozen=True)
+class FaultTrial:
     """A rig with a controller's computing delay, its engine, and where steps start: at mid stroke, and so that they
     end at the share of the stroke."""
 
@@ -36,14 +62,14 @@ class Stand:
     seed: int | None
 
     @classmethod
-    def of(cls, config: FaultsConfig, loops: FaultLoops, spec: ControllerSpec) -> "Stand":
+    def of(cls, trials: FaultTrials, loops: FaultLoops, spec: ControllerSpec) -> "FaultTrial":
         """For one controller."""
-        rig = with_delay(loops.rig, config.conditions.delay(spec, loops.rig))
+        rig = with_delay(loops.rig, trials.conditions.delay(spec, loops.rig))
         engine = Engine(build(rig))
         middle = late = equilibrium(engine.plant)
         if loops.signal == "position":
-            late = equilibrium(engine.plant, position=config.stroke * rig.limit("stroke") - loops.step)
-        return cls(loops, rig, engine, middle, late, config.seconds, config.conditions.noise)
+            late = equilibrium(engine.plant, position=trials.stroke * rig.limit("stroke") - loops.step)
+        return cls(loops, rig, engine, middle, late, trials.seconds, trials.conditions.noise)
 
     def play(self, controller: Controller, fault: Fault | None, moment: str) -> dict[str, Any]:
         """The row of a fault, or of none, from a moment; without the controller's name."""

@@ -1,0 +1,207 @@
+"""Loops over drawn plants, with faults, on sines and behind an inverse, by the code of the commands of these names."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..base.checkpoint import no_checkpoint
+from ..base.errors import InputError, nearest
+from ..base.units import quantity
+from ..commands.common.outcome import Outcome
+from ..commands.common.record_experiment import RecordExperiment
+from ..commands.faults.study import run_faults
+from ..commands.inverse.config import InverseConfig
+from ..commands.inverse.study import run_inverse
+from ..commands.robustness.config import RobustnessConfig
+from ..commands.robustness.study import run_robustness
+from ..commands.sines.config import SinesConfig, asked_sines
+from ..commands.sines.study import run_sines
+from ..loop.capability import capability
+from ..loop.fault_trial import FaultLoops, FaultTrials
+from ..loop.limits import POSITIONS
+from ..loop.scenarios import Scenario, scenario
+from ..loop.sines import ORDERS
+from ..rigs.rig import Rig
+from .closed_loop import ClosedLoop, Quantity
+from .loops import loops_of_one_rig, named_controllers
+from .search import SCENARIOS, checked_rigs
+
+Loops = ClosedLoop | Sequence[ClosedLoop]
+Factors = Mapping[str, tuple[float, float]]
+STROKE = 0.9  # share of the stroke limit in which drawn plants are judged, as in the shipped experiments
+
+
+def robustness(
+    loops: Loops,
+    plants: int = 1000,
+    over: Factors | None = None,
+    step: Quantity | None = None,
+    seconds: Quantity = "1 s",
+    seed: int = 1,
+    jobs: int = 1,
+) -> Outcome:
+    """Loops of one signal on drawn plants over the whole stroke: a step with noise and computing delay, and margins.
+
+    over: factors (low, high) on numbers of the rig by name; every other number that the rig gives bounds is drawn
+    within them. step [m or N]: 10 mm or 20 kN without one, watched for `seconds` [s]. seed: of the draw and the
+    sensors' noise. jobs: worker processes. `metrics["rows"]` are those of `jackbench robustness`. Raises InputError.
+    """
+    listed = loops_of_one_rig(loops, "robustness")
+    first = listed[0]
+    return run_robustness(
+        RobustnessConfig(
+            first.rig,
+            _count(plants, "robustness"),
+            first.conditions(seed),
+            first.signal,
+            _size(first, step),
+            quantity(seconds, "s"),
+            STROKE,
+            POSITIONS,
+            _factors(first.rig, over, "robustness"),
+            named_controllers(listed),
+            {},
+        ),
+        no_checkpoint,
+        _quiet,
+        jobs,
+    )
+
+
+def faults(
+    loops: Loops,
+    plants: int = 100,
+    over: Factors | None = None,
+    step: Quantity | None = None,
+    seconds: Quantity = "0.7 s",
+    seed: int = 1,
+) -> Outcome:
+    """Loops of one signal through every fault of sensors, controller, drive and plant, and on plants without a fault.
+
+    step [m or N]: that in which faults begin, 100 mm or 20 kN without one, watched for `seconds` [s]; plants, over,
+    seed: as of `robustness`. `metrics["rows"]` are those of `jackbench faults`. Raises InputError.
+    """
+    listed = loops_of_one_rig(loops, "faults")
+    first = listed[0]
+    if not first.rig.is_jack:
+        raise InputError(f"faults: {first.rig.name} has no chambers, so that its guard has limits only; give a jack")
+    size = quantity("100 mm", "m") if step is None and first.signal.name == "position" else _size(first, step)
+    own = FaultLoops(first.signal.name, first.rig, size, _factors(first.rig, over, "faults"), named_controllers(listed))
+    trials = FaultTrials(
+        first.rig, (own,), _count(plants, "faults"), STROKE, quantity(seconds, "s"), first.conditions(seed)
+    )
+    return run_faults(trials, no_checkpoint, _quiet)
+
+
+def sines(
+    loops: Loops,
+    frequencies: Sequence[float] = (1.0, 5.0, 10.0),
+    amplitude: Quantity = "10 mm",
+    share: float | None = 0.8,
+    harmonics: int = ORDERS[1],
+    rigs: Sequence[str] = ("nominal",),
+    plants: int = 0,
+    over: Factors | None = None,
+    seed: int = 1,
+) -> Outcome:
+    """Position loops on sines: alone, with amplitude and phase control, and with odd harmonics taken out.
+
+    frequencies [Hz]; amplitude [m], or a `share` of what the weakest rig's valve gives there, if that is less, unless
+    it is None. harmonics: the highest odd order that is taken out. rigs: as of `benchmark`; plants, over, seed: as of
+    `robustness`. `metrics["rows"]` are those of `jackbench sines`. Raises InputError.
+    """
+    listed = loops_of_one_rig(loops, "sines")
+    first = listed[0]
+    if not first.rig.is_jack or first.signal.name != "position":
+        raise InputError("sines: are of the position of a jack; give loops that control one")
+    if harmonics not in ORDERS:
+        raise InputError(f"sines: harmonics: the highest odd order that is taken out, one of {list(ORDERS)}")
+    members = checked_rigs(first, rigs, "sines")
+    reach = {name: capability(rig) for name, rig in members.items()}
+    size = quantity(amplitude, "m")
+    asked = asked_sines(frequencies, size, share, reach, first.rig, _complaint)
+    return run_sines(
+        SinesConfig(
+            first.rig,
+            members,
+            reach,
+            size,
+            asked,
+            harmonics,
+            plants,
+            STROKE,
+            _factors(first.rig, over, "sines"),
+            first.conditions(seed),
+            named_controllers(listed),
+            {},
+        ),
+        no_checkpoint,
+        _quiet,
+    )
+
+
+def inverse(
+    loops: Loops,
+    record: str | Scenario = "position-sine-5hz",
+    rigs: Sequence[str] = ("nominal",),
+    preview: Quantity = "80 ms",
+    length: Quantity = "300 ms",
+    band: Quantity = "5 Hz",
+    fade: Quantity = "1 s",
+    seed: int = 1,
+) -> Outcome:
+    """An inverse of each loop, designed on `rigs`, and a record played with and without it.
+
+    record: a scenario or its name, which fades in and out over `fade` [s]; preview, length, band: as of
+    `ClosedLoop.inverse`, which gives the filter alone. `metrics["rows"]` are those of `jackbench inverse`. Raises
+    InputError.
+    """
+    listed = loops_of_one_rig(loops, "inverse")
+    first = listed[0]
+    asked = scenario(record, "inverse") if isinstance(record, str) else record
+    if asked.signal != first.signal.name:
+        raise InputError(f"inverse: {asked.name} is of the {asked.signal}, the loops control the {first.signal.name}")
+    members = checked_rigs(first, rigs, "inverse")
+    over, conditions = tuple(members), first.conditions(seed)
+    rest, ramp = quantity("0.3 s", "s"), quantity(fade, "s")
+    played = RecordExperiment(
+        first.rig, members, first.signal, named_controllers(listed), asked, rest, ramp, conditions, None, {}
+    )
+    ahead, taps = (round(quantity(value, "s") / first.rig.period.value) for value in (preview, length))
+    if not 0 <= ahead < taps:
+        raise InputError("inverse: the preview must be below the length; shorten it")
+    return run_inverse(InverseConfig(played, over, ahead, taps, quantity(band, "Hz"), None), no_checkpoint, _quiet)
+
+
+def _size(loop: ClosedLoop, step: Quantity | None) -> float:
+    """A step in SI; that of the usual scenario of the signal where none is given."""
+    return scenario(SCENARIOS[loop.signal.name][0], "step").size if step is None else quantity(step, loop.signal.si)
+
+
+def _complaint(key: str, what: str) -> InputError:
+    return InputError(f"sines: {key}: {what}")
+
+
+def _count(plants: int, where: str) -> int:
+    if not isinstance(plants, int) or plants < 1:
+        raise InputError(f"{where}: plants is {plants!r}; give a whole number, 1 or more")
+    return plants
+
+
+def _factors(rig: Rig, over: Factors | None, where: str) -> dict[str, tuple[float, float]]:
+    """Factors by the names of the rig's numbers. Raises InputError, opened by `where`."""
+    factors: dict[str, tuple[float, float]] = {}
+    for name, ends in (over or {}).items():
+        if name not in rig.numbers:
+            raise InputError(f'{where}: over: no number "{name}"; {nearest(name, rig.numbers)}')
+        try:
+            low, high = (float(end) for end in ends)
+        except (TypeError, ValueError):
+            raise InputError(f"{where}: over: {name}: write the least and the greatest, such as (0.5, 1.5)") from None
+        if not 0 < low <= high:
+            raise InputError(f"{where}: over: {name}: factors are above 0, the least first")
+        factors[name] = (low, high)
+    return factors
+
+
+def _quiet(*_: Any) -> None:
+    """No report of progress."""
