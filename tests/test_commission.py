@@ -2,22 +2,27 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from made_links import at, jack_bench, served
 
+from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.commission import designs, study
 from workbench.commands.commission.automatic import automatic
 from workbench.commands.commission.looks import WAY, check_rest, check_sides, small_moves
 from workbench.commands.commission.motions import corners, doubted, standard_records
+from workbench.commands.commission.obstacles import Barred
 from workbench.commands.commission.relay import Relay, relay_reference, relay_ways
+from workbench.commands.commission.rig_time import RigTime
 from workbench.commands.commission.rounds import Found
 from workbench.commands.commission.verify import best_way
 from workbench.commands.excite.study import drive
 from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves
+from workbench.link import client as client_module
 from workbench.link.client import LinkClient
 from workbench.link.course import play_course, rest_record
 from workbench.loop.capability import oil_stiffness
@@ -75,7 +80,7 @@ def test_a_rig_that_is_as_declared_passes_and_rings_at_its_mode(recorded):
 )
 def test_a_dead_or_impossible_channel_is_named(recorded, signal, change, message):
     rest, _, _ = recorded
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(Barred, match=message):
         check_rest(RIG, changed(rest, **{signal: change(rest.signals[signal])}))
 
 
@@ -85,13 +90,65 @@ def test_a_dead_or_impossible_channel_is_named(recorded, signal, change, message
         (lambda s: {"pa": s["pb"], "pb": s["pa"]}, "pa and pb are swapped"),
         (lambda s: {"position": -s["position"]}, "position is reversed"),
         (lambda s: {"command": -s["command"]}, "the command is reversed"),
-        (lambda s: {"position": 1e-3 * s["position"], "command": np.abs(s["command"])}, "it sticks"),
     ],
 )
 def test_what_is_the_wrong_way_round_is_named(recorded, change, message):
     _, near, _ = recorded
     with pytest.raises(InputError, match=message):
         check_sides(RIG, changed(near, **change(near.signals)))
+
+
+def test_a_jack_that_does_not_move_is_an_obstacle(recorded):
+    _, near, _ = recorded
+    still = {"position": 1e-3 * near.signals["position"], "command": np.abs(near.signals["command"])}
+    with pytest.raises(Barred, match="it sticks"):
+        check_sides(RIG, changed(near, **still))
+
+
+def readings(monkeypatch, change):
+    """Every reading of the link changed: a function of the values by channel gives those that are others."""
+    read, names = client_module.datagrams.read_reading, jack_bench().channels
+
+    def other(body):
+        reading = read(body)
+        values = dict(zip(names, reading.values, strict=True))
+        return replace(reading, values=tuple((values | change(values)).values()))
+
+    monkeypatch.setattr(client_module.datagrams, "read_reading", other)
+
+
+@pytest.mark.parametrize("value", [1e7, np.nan])
+def test_a_dead_sensor_moves_nothing_and_the_report_says_what_to_mend(value, tmp_path, monkeypatch):
+    readings(monkeypatch, lambda _: {"pa": value})
+    with served(jack_bench()) as server:
+        assert main(["commission", "jack-10t", "--at", at(server), "--out", str(tmp_path / "out")]) == 0
+        assert server.rig.state == "off"
+    told = json.loads((tmp_path / "out/commission.json").read_text())
+    (barred,) = told["obstacles"]
+    assert barred["what"].startswith("pa at rest")
+    assert barred["mend"] == "check its wiring"
+    assert (told["controller"], told["rows"], [each["record"] for each in told["played"]]) == (None, [], ["static"])
+    assert barred["what"] in (tmp_path / "out/report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("change", "sign", "message"),
+    [
+        (lambda v: {}, -1.0, "the command is reversed"),
+        (lambda v: {"position": -v["position"]}, 1.0, "position is reversed"),
+        (lambda v: {"pa": v["pb"], "pb": v["pa"]}, 1.0, "pa and pb are swapped"),
+    ],
+)
+def test_what_is_the_wrong_way_round_is_named_on_the_rig_before_it_has_gone_far(change, sign, message, monkeypatch):
+    readings(monkeypatch, change)
+    exchange = LinkClient.exchange
+    monkeypatch.setattr(LinkClient, "exchange", lambda self, values: exchange(self, [sign * x for x in values]))
+    with served(jack_bench()) as server, LinkClient(at(server)) as client:
+        spent = RigTime(client, doubted(RIG), 600.0, no_checkpoint)
+        with pytest.raises(InputError, match=message):
+            spent.relay(MOVE, 0.0, partial(check_sides, RIG), blind=True)
+        assert server.trips == 0
+    assert np.abs(spent.last.signals["position"] - RIG.middle).max() < 10 * MOVE
 
 
 def test_the_automatic_controller_is_stable_with_margins_on_every_corner():

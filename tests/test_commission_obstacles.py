@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from made_links import at, served
 
+from workbench.base.checkpoint import no_checkpoint
 from workbench.commands.commission.obstacles import obstacles, told
 from workbench.commands.commission.rig_time import RigTime
 from workbench.commands.commission.verify import played_way
@@ -27,11 +28,6 @@ def with_gain(law, gain):
     return replace(law, design=replace(law.design, gain=gain))
 
 
-class _NothingKept:
-    def stage(self, _name, compute):
-        return compute()
-
-
 def lacks(name, formula, **numbers):
     """The rig with an effect that its datasheet does not declare."""
     declared = {key: Number(key, value, unit, unit, "made") for key, (value, unit) in numbers.items()}
@@ -42,9 +38,9 @@ def lacks(name, formula, **numbers):
 def met(truth, law, waves=(), scenarios=(GOAL,)):
     """What a served rig answers: the goal's step by a law, the rig at rest, and excitations."""
     with served(bench(truth, True)) as server, LinkClient(at(server), "") as client:
-        spent, rest = RigTime(client, RIG, 600.0, _NothingKept()), rest_record(client)
+        spent, rest = RigTime(client, RIG, 600.0, no_checkpoint), rest_record(client)
         records = [spent.played(wave, LAW, "excitation") for wave in waves]
-        judged, _ = played_way(client, RIG, "found", law, RIG, scenarios, lambda _: None)
+        judged = played_way(spent, "found", law, RIG, scenarios, lambda _: None)
         assert server.trips == 0
     return judged, rest, records
 

@@ -21,7 +21,7 @@ from workbench.linear import equilibrium
 from workbench.link import datagrams
 from workbench.link.bench import bench
 from workbench.link.client import LinkClient
-from workbench.link.wire_loop import WireLoop
+from workbench.link.wire_loop import WireLoop, WireRun
 from workbench.loop.guarded_controller import GuardedController
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
@@ -315,3 +315,33 @@ def test_a_rig_is_served_with_effects_at_another_rate_and_on_a_specimen(tmp_path
     six = service(wanted, "hexapod", 2000.0, tmp_path / "hidden.toml", None)
     assert six.period == 5e-4
     assert all(leg.rig.effects for leg in six.legs)
+
+
+class Slow(LinkClient):
+    """A client that takes one reading in ten, as one does whom other work keeps."""
+
+    def exchange(self, values):
+        for _ in range(9):
+            super().exchange(values)
+        return super().exchange(values)
+
+
+def test_readings_that_are_lost_in_a_fast_motion_are_no_trip_and_the_controller_keeps_its_time():
+    reference = 0.05 * np.minimum(1.0, np.arange(400) / 80)
+    spec = next(spec for spec in TUNED.controllers if spec.name == "p-dp")
+    with served(jack_bench()) as server, Slow(at(server)) as client:
+        loop = WireLoop(client, RIG, spec.build(RIG.period.value))
+        run = loop.run(reference)
+        loop.end()
+    speed = np.abs(np.diff(run.record.signals["position"])) / RIG.period.value
+    assert speed.max() > RIG.limit("speed")  # were each step of the position that of one period
+    assert run.ended is None
+    assert run.late == 9 * len(run.rows)
+    assert run.record.signals["position"][-1] == pytest.approx(0.05, abs=1e-3)
+
+
+def test_a_reading_that_is_no_number_is_recorded_as_not_valid():
+    run = WireRun(1e-3, ("position", "pa"))
+    for tick, pa in enumerate((1e7, np.nan, 1.1e7)):
+        run.keep(datagrams.Reading(0, tick, tick, (0.0, pa)), 0, 0.0, 0.0, 0.0)
+    assert run.record.valid["pa"].tolist() == [True, False, True]

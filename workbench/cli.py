@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NoReturn
 
 from .base import trust
-from .base.errors import ClusterError, InputError, clipped, short_path
+from .base.errors import ClusterError, InputError, LinkLost, clipped, short_path
 from .commands import COMMANDS, GROUPS, folder
 from .commands.examples import FIRST, help_text
 
@@ -50,6 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()  # on a full disk, this is where it shows
     except (InputError, ClusterError) as error:
         return _complaint(str(error))
+    except LinkLost as error:
+        return _complaint(f"the link is lost: {error}; the same command goes on where it was")
     except BrokenPipeError:  # the reader of our output has seen enough, as in `jackbench list effects | head`
         sys.stderr.close()
         return 0

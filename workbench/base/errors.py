@@ -1,4 +1,4 @@
-"""The one exception for bad input: a line that says where it is, what is wrong and what to do; one for a cluster."""
+"""The exception for bad input, a line that says where it is, what is wrong and what to do; what else can be lost."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -10,6 +10,10 @@ class InputError(ValueError):
 
 class ClusterError(Exception):
     """Workers of other machines that cannot go on: what is done is kept. Printed as one line, status 2."""
+
+
+class LinkLost(Exception):
+    """A rig that no longer answers: what is done is kept. Printed as one line, status 2."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

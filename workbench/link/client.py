@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 
-from ..base.errors import InputError
+from ..base.errors import InputError, LinkLost
 from . import datagrams
 from .datagrams import Reading
 from .hello import Hello, read_hello
@@ -14,10 +14,6 @@ from .hello import Hello, read_hello
 _PLACE = re.compile(r"udp://([^/:\s]+):(\d{1,5})")
 _TRIES, _PATIENCE = 20, 0.1  # s: how often something is asked again, and after how long
 _READINGS_LOST = 10  # periods without a reading, and at least _PATIENCE: the link is lost
-
-
-class LinkLost(Exception):
-    """The rig no longer answers."""
 
 
 class LinkClient:

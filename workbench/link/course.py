@@ -20,13 +20,15 @@ _FORCE_TIME = 1.0  # s, to bring a force back
 @dataclass(frozen=True)
 class Played:
     """A course as played: the run, the `level` of the controlled signal before it (SI), and the whole recordings, of
-    standing and course and of the way back. `ended`: why it was cut short; `seconds`: what all of it took."""
+    standing and course and of the way back. `ended`: why it was cut short; `lost`: whether that was the link;
+    `seconds`: what all of it took."""
 
     run: WireRun
     level: float
     record: Record
     back: Record | None
     ended: str | None
+    lost: bool
     seconds: float
 
 
@@ -39,7 +41,7 @@ def rest_record(client: LinkClient) -> Record:
     client.off()
     record = run.record
     signals = {name: values for name, values in record.signals.items() if name != "reference"}
-    return Record("static", record.t, signals)
+    return Record("static", record.t, signals, record.valid)
 
 
 def play_course(
@@ -47,16 +49,17 @@ def play_course(
     rig: Rig,
     controller: Controller,
     reference: np.ndarray,
-    start: float,
+    start: float | None,
     added: np.ndarray | None = None,
     noisy: bool = True,
     begins: Callable[[], None] = lambda: None,
 ) -> Played:
-    """From where the rig stands to `start` of the controlled signal (SI), and from there, once it `begins`, along
-    deviations `reference` [k] from it, with a command `added` [k]; then back."""
+    """From where the rig stands to `start` of the controlled signal (SI), None for where it stands, and from there,
+    once it `begins`, along deviations `reference` [k] from it, with a command `added` [k]; then back."""
     loop = WireLoop(client, rig, controller, noisy)
     signal, period = controller.measures[0], rig.period.value
     home, stand = loop.level, round(_STANDS / period)
+    start = home if start is None else start
     runs: list[WireRun] = []
     try:
         runs.append(loop.run(ramp(rig, signal, home, start)))
@@ -75,7 +78,7 @@ def play_course(
     whole = joined(runs[1:3] or runs)
     back = runs[3].record if len(runs) > 3 else None
     seconds = sum(len(run.rows) for run in runs) * period
-    return Played(runs[min(2, len(runs) - 1)], level, whole, back, runs[-1].ended, seconds)
+    return Played(runs[min(2, len(runs) - 1)], level, whole, back, runs[-1].ended, runs[-1].lost, seconds)
 
 
 def ramp(rig: Rig, signal: str, first: float, last: float) -> np.ndarray:
@@ -93,7 +96,9 @@ def joined(runs: Sequence[WireRun]) -> Record:
     for run in runs:
         begins.append(begins[-1] + (run.rows[-1][0] + 1) * run.period if run.rows else begins[-1])
     t = np.concatenate([record.t + begin for record, begin in zip(records, begins, strict=False)])
-    return Record("wire", t, {name: np.concatenate([record.signals[name] for record in records]) for name in names})
+    signals = {name: np.concatenate([record.signals[name] for record in records]) for name in names}
+    valid = {name: np.concatenate([record.valid[name] for record in records]) for name in names}
+    return Record("wire", t, signals, valid)
 
 
 def _level(run: WireRun, signal: str, else_: float) -> float:

@@ -7,17 +7,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, LinkLost
 from ..control.protocol import Controller, preview
 from ..loop.compiled_controller import CompiledController, controller_on
 from ..loop.guarded_controller import GuardedController
 from ..records import Record
 from ..rigs.rig import Rig
-from .client import LinkClient, LinkLost
+from .client import LinkClient
 from .datagrams import Reading
 
 INTERRUPTED = "interrupted"
 _ENDS = 1.0  # s within which a stopped loop has brought the command to 0
+_UNLIKE = 1e-9  # of a value, or of its SI unit: far below what any sensor reads
 _NEVER_LATE = 1e-6  # of a period: a command that answers a reading acts after it
 
 
@@ -29,7 +30,8 @@ class Stopped(Exception):
 class WireRun:
     """What a loop at a rig did, [k] each: ticks, reference, command sent and demanded, and the readings by channel.
 
-    `ended`: why it stopped before its course was over, or None. `late`: how many readings were lost or late.
+    `ended`: why it stopped before its course was over, or None; `lost`: whether that was the link. `late`: how many
+    readings were lost or late.
     """
 
     period: float
@@ -37,6 +39,7 @@ class WireRun:
     rows: list[tuple[int, float, float, float]] = field(default_factory=list)
     readings: list[tuple[float, ...]] = field(default_factory=list)
     ended: str | None = None
+    lost: bool = False
     late: int = 0
 
     def keep(self, reading: Reading, first: int, reference: float, sent: float, demanded: float) -> None:
@@ -49,11 +52,13 @@ class WireRun:
     @property
     def record(self) -> Record:
         """The recording: `t`, `reference`, `command` and the channels, SI; the command answers the reading of its
-        row."""
+        row. A reading that is no number is 0 there, and not valid."""
         table = np.array(self.rows or np.zeros((0, 4)))
-        signals = dict(zip(self.names, np.array(self.readings).reshape(-1, len(self.names)).T, strict=True))
+        readings = np.array(self.readings).reshape(-1, len(self.names)).T
+        numbers = np.isfinite(readings)
+        signals = dict(zip(self.names, np.where(numbers, readings, 0.0), strict=True))
         given = {"reference": table[:, 1], "command": table[:, 2]}
-        return Record("wire", table[:, 0] * self.period, given | signals)
+        return Record("wire", table[:, 0] * self.period, given | signals, dict(zip(self.names, numbers, strict=True)))
 
     @property
     def demanded(self) -> np.ndarray:
@@ -75,7 +80,8 @@ class WireLoop:
         _check(client, rig, controller)
         self._preview = preview(controller)
         self._loop: CompiledController | GuardedController = controller_on(rig, controller, hello.names, noisy)
-        self._reading = client.on()
+        self._reading: Reading = client.on()
+        self._before = self._reading
         self._loop.reset(self.measured, 0.0)
         self._controlled = controller.measures[0]
 
@@ -94,14 +100,20 @@ class WireLoop:
         run = WireRun(self._period, self._names)
         added = np.zeros(len(reference)) if added is None else added
         ahead = np.append(reference, np.full(self._preview, reference[-1])) if self._preview else None
-        first = self._reading.tick
+        self._before, first = self._reading, self._reading.tick
+
+        def asked(k: int) -> tuple[float, float, np.ndarray | None]:
+            future = None if ahead is None else ahead[k : k + self._preview + 1]
+            return float(reference[k]), float(added[k]), future
+
         try:
             with _undisturbed():
                 while (k := self._reading.tick - first) < len(reference):
-                    future = None if ahead is None else ahead[k : k + self._preview + 1]
-                    self._instant(run, first, float(reference[k]), float(added[k]), future)
+                    for tick, measured in self._missed():
+                        self._loop.sample(measured, *asked(tick - first))
+                    self._instant(run, first, *asked(k))
         except (Stopped, LinkLost) as error:
-            run.ended = str(error)
+            run.ended, run.lost = str(error), isinstance(error, LinkLost)
             self._bring_to_rest(run, first)
         except KeyboardInterrupt:
             run.ended = INTERRUPTED
@@ -124,13 +136,27 @@ class WireLoop:
         if self._loop.tripped is not None:
             raise Stopped(self._loop.tripped)
 
+    def _missed(self) -> Iterator[tuple[int, Mapping[str, float]]]:
+        """Ticks and readings by channel that were lost before the newest one, on a straight line between those beside
+        them: time goes on for guard and controller, which else take the way of several periods for that of one. No two
+        are alike, for a sensor that repeats itself is a dead one."""
+        before, after = self._before, self._reading
+        whole = after.tick - before.tick
+        for i in range(1, whole):
+            unlike = _UNLIKE * (-1) ** i
+            values = [
+                a + (b - a) * i / whole + unlike * max(1.0, abs(b))
+                for a, b in zip(before.values, after.values, strict=True)
+            ]
+            yield before.tick + i, dict(zip(self._names, values, strict=True))
+
     def _advance(self, command: float, run: WireRun) -> None:
-        before = self._reading.tick
-        self._reading: Reading = self._client.exchange((command,))
-        missed = self._reading.tick - before - 1
+        self._before = self._reading
+        self._reading = self._client.exchange((command,))
+        missed = self._reading.tick - self._before.tick - 1
         run.late += missed
         if missed > self._client.hello.watchdog_periods:
-            raise Stopped(f"{missed} readings in a row were lost or late")
+            raise LinkLost(f"{missed} readings in a row were lost or late")
 
     def _bring_to_rest(self, run: WireRun, first: int) -> None:
         """The guard's way to command 0, recorded as long as the rig answers."""

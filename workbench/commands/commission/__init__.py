@@ -11,6 +11,7 @@ designs      a controller searched for a rig and what is uncertain of it
 verify       scenarios played on the rig, measured beside predicted
 rounds       what the records say, a controller for the rig as found, and whether that is enough
 obstacles    what stands in the way of any controller, what it costs, what to mend or record
-study        the whole way, and commission.json
+study        the whole way
+results      commission.json, the controller as file, C and ST, the rig as found
 page         the report
 """

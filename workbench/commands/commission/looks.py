@@ -11,6 +11,7 @@ from ...control import automatic_tuning
 from ...control.automatic_tuning import MOVE, SmallMoves
 from ...records import Record
 from ...rigs.rig import Rig
+from .obstacles import Barred, Obstacle
 from .relay import relay_ways
 
 WAY = 5e-3  # m: how far the second one does
@@ -21,29 +22,34 @@ _CLEAR = 4.0  # standard deviations of a correlation
 
 
 def check_rest(rig: Rig, rest: Record) -> None:
-    """Raises InputError for a channel that is dead or beyond what it can read, by name."""
+    """Raises Barred for a channel that is dead or beyond what it can read, by name."""
     for name, values in rest.signals.items():
         if name == "command" or name not in rig.sensors:
             continue
         label, mean = SIGNALS[name], float(np.mean(values))
-        if not np.all(np.isfinite(values)):
-            raise InputError(f"{name} at rest: not every reading is a number; check its wiring")
+        if not np.all(rest.valid[name]):
+            raise _unfit(f"{name} at rest: not every reading is a number", "check its wiring")
         if np.ptp(values) == 0 and rig.sensors[name].noise > rig.sensors[name].resolution and name != "force":
-            raise InputError(f"{name} at rest: every reading is {label.text(mean)}; it is dead, check its wiring")
-        problem = _range(rig, name, mean)
+            raise _unfit(f"{name} at rest: every reading is {label.text(mean)}; it is dead", "check its wiring")
+        problem, mend = _range(rig, name, mean)
         if problem:
-            raise InputError(f"{name} at rest reads {label.text(mean)}: {problem}")
+            raise _unfit(f"{name} at rest reads {label.text(mean)}: {problem}", mend)
 
 
-def _range(rig: Rig, name: str, mean: float) -> str:
+def _unfit(what: str, mend: str) -> Barred:
+    return Barred(Obstacle(what, "nothing is moved: neither guard nor trace can do without it", mend))
+
+
+def _range(rig: Rig, name: str, mean: float) -> tuple[str, str]:
+    """Why a mean reading cannot be, and what to do."""
     supply = rig["Ps"]
     if name in ("pa", "pb") and not -1e5 < mean < 1.1 * supply:
-        return f"no chamber has that at a supply of {SIGNALS['supply'].text(supply)}; check unit, scale and zero"
+        return f"no chamber has that at a supply of {SIGNALS['supply'].text(supply)}", "check unit, scale and zero"
     if name == "supply" and abs(mean / supply - 1) > _SUPPLY:
-        return f"the datasheet's supply is {SIGNALS['supply'].text(supply)}; check the pump, unit and scale"
+        return f"the datasheet's supply is {SIGNALS['supply'].text(supply)}", "check the pump, unit and scale"
     if name == "position" and abs(mean - rig.middle) > rig.limit("stroke"):
-        return "it stands beyond its stroke limit; bring it back by hand, or check unit and zero"
-    return ""
+        return "it stands beyond its stroke limit", "bring it back by hand, or check unit and zero"
+    return "", ""
 
 
 def small_moves(rig: Rig, near: Record, far: Record) -> SmallMoves:
@@ -66,10 +72,10 @@ def _moves(rig: Rig, record: Record) -> SmallMoves:
 
 def check_sides(rig: Rig, record: Record) -> float:
     """The command [1] that moved the jack in a relay's record. Raises InputError where a signal is reversed or swapped,
-    or nothing moved, by name."""
+    by name, and Barred where nothing moved."""
     ways, pushes = relay_ways(record), _pushes(rig, record)
     if ways is None:
-        raise InputError(_no_turns(record, pushes))
+        raise _no_turns(record, pushes)
     if ways.speed < 0:
         raise InputError(_reversed(pushes))
     if pushes < 0:
@@ -77,13 +83,19 @@ def check_sides(rig: Rig, record: Record) -> float:
     return ways.command
 
 
-def _no_turns(record: Record, pushes: int) -> str:
+def _no_turns(record: Record, pushes: int) -> Exception:
     """Of a relay that did not turn: the jack stands, or it goes away from where it should go."""
     way = float(record.signals["position"][-1] - record.signals["position"][0])
-    if abs(way) > MOVE / 2:
-        return _reversed(pushes)
+    if way < -MOVE / 2:
+        return InputError(_reversed(pushes))
     most, text = 100 * np.abs(record.signals["command"]).max(), SIGNALS["position"].text(way)
-    return f"commands up to {most:.2g} % moved the jack {text}; it sticks, or its valve is closed"
+    return Barred(
+        Obstacle(
+            f"commands up to {most:.2g} % moved the jack {text}; it sticks, or its valve is closed",
+            "nothing larger is played, and there is no controller",
+            "check pump, shut-off valves and the valve's plug; then the seals and guides of the jack, and its spool",
+        )
+    )
 
 
 def _reversed(pushes: int) -> str:

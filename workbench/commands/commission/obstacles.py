@@ -35,6 +35,32 @@ class Obstacle:
     mend: str
 
 
+class Barred(Exception):
+    """Something for which nothing more is played on the rig: `obstacle`."""
+
+    def __init__(self, obstacle: Obstacle) -> None:
+        super().__init__(obstacle.what)
+        self.obstacle = obstacle
+
+
+def cut_short(what: str, why: str) -> Obstacle:
+    """The rig or its guard stopped a record."""
+    return Obstacle(
+        f"{what} on the rig was cut short: {why}",
+        "nothing more is played: no controller is searched for a rig that was not recorded",
+        "look at the rig, and at the sensor or the limit that is named, before the next try",
+    )
+
+
+def time_is_over(allowed: float, spent: float, before: str) -> Obstacle:
+    """There is no time left [s] for a record."""
+    return Obstacle(
+        f"--minutes {allowed / 60:.3g}: {spent:.0f} s are spent, and {before} would take more than what is left",
+        "what comes after it is not played",
+        "allow more minutes",
+    )
+
+
 def obstacles(
     judged: Sequence["Judged"], goal: str, verdict: str, effects: Sequence[str], rest: Record, records: Iterable[Record]
 ) -> list[Obstacle]:

@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...base.signals import SIGNALS
+from ...records import Record
 from ...report import Figure, Page, Section, Table
 from ..common.time_figure import run_columns, time_figure, window
+from ..record.study import recorded_figure
 from .obstacles import told
 
 if TYPE_CHECKING:
@@ -25,10 +27,10 @@ _STAYS = {
 
 
 def commission_page(
-    goal: str, metrics: Mapping[str, Any], judged: Sequence["Judged"], sentence: str
+    goal: str, metrics: Mapping[str, Any], judged: Sequence["Judged"], sentence: str, last: Record
 ) -> tuple[Page, Figure]:
-    """The report and its telling figure: the goal's step by every way, as measured."""
-    figure = _figure(goal, judged)
+    """The report and its telling figure: the goal's step by every way, as measured, or the `last` record without."""
+    figure = _figure(goal, judged) or recorded_figure(last)
     lines = [list(each.values()) for each in metrics["played"]]
     played = Table("", ["record", "for", "seconds"], lines, f"In all {metrics['rig_seconds']:.0f} s of the rig.")
     sections = [
@@ -39,6 +41,17 @@ def commission_page(
     if metrics["obstacles"]:
         sections.insert(0, Section("What stands in the way", told(metrics["obstacles"])))
     return Page("Commissioning", _verdict(goal, metrics), sections), figure
+
+
+def barred_page(metrics: Mapping[str, Any], last: Record) -> tuple[Page, Figure]:
+    """The report where nothing was tuned, and the record after which nothing was played."""
+    figure = recorded_figure(last)
+    heads, lines = ["record", "for", "seconds"], [list(each.values()) for each in metrics["played"]]
+    sections = [
+        Section("What stands in the way", [*told(metrics["obstacles"]), figure]),
+        Section("What was played", [Table("", heads, lines, f"In all {metrics['rig_seconds']:.0f} s of the rig.")]),
+    ]
+    return Page("Commissioning", f"No controller was made. {metrics['ended']}.", sections), figure
 
 
 def _verdict(goal: str, metrics: Mapping[str, Any]) -> str:
@@ -91,10 +104,10 @@ def _table(metrics: Mapping[str, Any]) -> Table:
     )
 
 
-def _figure(goal: str, judged: Sequence["Judged"]) -> Figure:
+def _figure(goal: str, judged: Sequence["Judged"]) -> Figure | None:
     own = [each for each in judged if each.scenario.name == goal]
     if not own:
-        return Figure("nothing was verified", "time [s]", [])
+        return None
     runs = {_WORDS[each.controller]: run_columns(each.measured.record) for each in own}
     shown = window(own[0].scenario, [each.row["settling_s"] for each in own])
     return time_figure(f"{goal}, measured on the rig", SIGNALS["position"], runs, ("command",), shown)

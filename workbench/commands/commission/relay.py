@@ -20,24 +20,29 @@ LARGEST = 0.1  # of full command, up to which it grows
 _GROWTH = 0.02  # 1/s
 _TURNS = 6
 _RINGS = 0.6  # s of rest after them
+_AWAY = 2.0  # times where it turns, that the jack may go the other way before its command is reversed; then twice that
+_LETS_GO = 5.0  # times where it turns, that the inner loop may let the jack go after the last turn
 
 
 class Relay:
     """The position loop `inner`; and from `begin` on, while its reference is away from where it was then, a relay about
-    that place. The reference's distance is where it turns.
+    where the jack is then. The reference's distance is where it turns.
 
-    The command begins at `size`. After _TURNS turns, or where it has grown to LARGEST, the inner loop has it again.
+    The command begins at `size`, and is reversed where the jack goes the other way. After _TURNS turns, or where it has
+    grown to LARGEST, the inner loop has it again, unless that lets the jack go. `blind`: which way a command moves the
+    jack is not known yet, and a loop of the wrong sign runs away. Then the command is 0 until the jack has turned.
     """
 
-    def __init__(self, inner: Controller, period: float, size: float = 0.0) -> None:
+    def __init__(self, inner: Controller, period: float, size: float = 0.0, blind: bool = False) -> None:
         self._inner, self._period, self.measures = inner, period, inner.measures
         self._home: float | None = None
-        self._reference = self._position = 0.0
-        self._size, self._side, self._turns = size, 1, 0
+        self._reference = self._position = self._place = 0.0
+        self._size, self._side, self._turns, self._blind = size, 1, 0, blind
+        self._sense, self._away, self._again = 1, _AWAY, False
 
     def begin(self) -> None:
-        """Home is where the reference is now."""
-        self._home = self._reference
+        """Home is where the reference is now, and the relay's place where the jack is."""
+        self._home, self._place = self._reference, self._position
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """The inner loop has it."""
@@ -47,16 +52,22 @@ class Relay:
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """Plus or minus what the command has grown to; the inner loop's where the relay rests."""
         self._reference, self._position = reference, measurement["position"]
-        if self._works:
-            return self._side * self._size
+        if self._plays and (self._grows or self._again):
+            return self._sense * self._side * self._size
+        if (self._blind and self._turns < 2) or self._sense < 0:
+            return 0.0
         return self._inner.compute(reference if self._home is None else self._home, measurement)
 
     def update(self, realised: float) -> None:
-        """Grow, and turn where the jack is there."""
-        if self._works and self._home is not None:
-            self._size += _GROWTH * self._period
-            if self._side * (self._position - self._home) > self._reference - self._home:
+        """Grow, turn where the jack is there, and reverse the command where it goes the other way."""
+        if self._plays and self._home is not None:
+            gone, way = self._side * (self._position - self._place), self._reference - self._home
+            self._size += _GROWTH * self._period if self._grows else 0.0
+            self._again |= not self._grows and self._turns > 1 and abs(gone) > _LETS_GO * way
+            if gone > way:
                 self._side, self._turns = -self._side, self._turns + 1
+            elif self._turns == 0 and gone < -self._away * way:
+                self._sense, self._away = -self._sense, 2 * self._away
         self._inner.update(realised)
 
     def linear(self) -> StateSpace:
@@ -64,8 +75,13 @@ class Relay:
         return as_state_space(self._inner.linear())
 
     @property
-    def _works(self) -> bool:
-        return self._home not in (None, self._reference) and self._turns < _TURNS and self._size < LARGEST
+    def _plays(self) -> bool:
+        """Whether the reference asks for a relay."""
+        return self._home not in (None, self._reference)
+
+    @property
+    def _grows(self) -> bool:
+        return self._turns < _TURNS and self._size < LARGEST
 
 
 def relay_reference(rig: Rig, way: float) -> np.ndarray:

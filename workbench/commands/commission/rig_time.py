@@ -1,72 +1,163 @@
 """What is played on the live rig: recorded, kept, and no longer than is allowed."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError
+from ...base.checkpoint import Stage
+from ...base.errors import InputError, LinkLost
 from ...control.controller_spec import ControllerSpec
+from ...control.protocol import Controller
 from ...link.client import LinkClient
-from ...link.course import Played, play_course
+from ...link.course import Played, play_course, rest_record
+from ...link.wire_loop import INTERRUPTED, WireRun
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from ..common.run_folder import Run
 from ..excite.study import drive
+from .obstacles import Barred, cut_short, time_is_over
 from .relay import Relay, relay_reference
-from .verify import check_ended
+
+_TRIES = 3  # of a course in which the link loses too many readings
+_AROUND = 10.0  # s: the way to where a course starts and back, at most
+
+
+def nothing_wrong(_: Record) -> None:
+    """Any record is taken."""
 
 
 class RigTime:
-    """What is played on the rig, and for how long: no longer than is allowed. A record that was kept is not played
-    again."""
+    """What is played on the rig, and for how long: no longer than is allowed. What was kept is not played again.
 
-    def __init__(self, client: LinkClient, rig: Rig, seconds: float, run: Run) -> None:
-        self.client, self.rig, self._seconds, self.run = client, rig, seconds, run
+    `spent` [s], and `log`, what was played in that time; `over`: what there was no time for, or None;
+    `last`: the newest record, None before the first.
+    """
+
+    def __init__(self, client: LinkClient, rig: Rig, seconds: float, stage: Stage) -> None:
+        self.client, self.rig, self._seconds, self._stage = client, rig, seconds, stage
         self.spent, self.log = 0.0, list[dict[str, Any]]()
+        self.over: str | None = None
+        self.last: Record | None = None
 
-    def spend(self, what: str, why: str, seconds: float) -> None:
-        """Note what was played. Raises InputError where it was more than is allowed."""
-        self.spent += float(seconds)
-        self.log.append({"record": what, "for": why, "seconds": float(seconds)})
-        if self.spent > self._seconds:
-            raise InputError(f"--minutes: {self.spent / 60:.2g} are over after {what}; allow more")
-
-    def kept(self, name: str, why: str, play: Callable[[], Record]) -> Record:
-        """A record, of this run or of the one that it resumes."""
+    def rest(self, check: Callable[[Record], None]) -> Record:
+        """The rig at rest, where nothing is wrong with that."""
 
         def compute() -> dict[str, Any]:
-            record = play()
-            return {"t": record.t, "signals": dict(record.signals)}
+            record = rest_record(self.client)
+            self._look("static", record, float(record.t[-1]), check)
+            return _stored(record)
 
-        stored = self.run.stage(f"played-{name}", compute)
-        record = Record(name, np.asarray(stored["t"]), {key: np.asarray(x) for key, x in stored["signals"].items()})
-        self.spend(name, why, record.t[-1])
+        record = self.last = _record("static", self._stage("played-static", compute))
+        self._spend("static", "look", float(record.t[-1]))
         return record
+
+    def relay(self, way: float, size: float, check: Callable[[Record], object], blind: bool = False) -> Record:
+        """A relay that turns at `way` [m], from a command `size` on: from the middle, or where no loop has moved the
+        rig yet, `blind` from where it stands. `check` raises what is wrong with it."""
+        period = self.rig.period.value
+
+        def play() -> Played:
+            relay = Relay(drive(self.rig).loop.build(period), period, size, blind)
+            start = None if blind else self.rig.middle
+            return play_course(self.client, self.rig, relay, relay_reference(self.rig, way), start, begins=relay.begin)
+
+        name = f"relay-{1e3 * way:g}mm"
+        return self._whole(name, self._course(name, "look", play, len(relay_reference(self.rig, way)), check))
 
     def played(self, wave: Excitation, loop: ControllerSpec, why: str) -> Record:
         """An excitation in a loop that holds the jack."""
-        start, controller = float(wave.reference[0]), loop.build(wave.period)
+        start = float(wave.reference[0])
         reference = wave.reference - start
-        play = partial(play_course, self.client, self.rig, controller, reference, start, wave.command)
-        return self._kept_course(wave.name, why, play)
 
-    def relay(self, way: float, size: float) -> Record:
-        """A relay that turns at `way` [m] from the middle, from a command `size` on."""
-        period = self.rig.period.value
-        relay, middle = Relay(drive(self.rig).loop.build(period), period, size), self.rig.middle
-        name, reference = f"relay-{1e3 * way:g}mm", relay_reference(self.rig, way)
-        play = partial(play_course, self.client, self.rig, relay, reference, middle, begins=relay.begin)
-        return self._kept_course(name, "look", play)
+        def play() -> Played:
+            return play_course(self.client, self.rig, loop.build(wave.period), reference, start, wave.command)
 
-    def _kept_course(self, name: str, why: str, play: Callable[[], Played]) -> Record:
-        """Raises InputError where the rig or its guard stops it, and KeyboardInterrupt."""
+        return self._whole(wave.name, self._course(wave.name, why, play, len(reference), nothing_wrong))
 
-        def course() -> Record:
-            done = play()
-            check_ended(name, done.ended)
-            return done.record
+    def course(self, name: str, why: str, spec: ControllerSpec, reference: np.ndarray, start: float) -> Played:
+        """A controller along deviations `reference` [k] from `start`, cut short or not. Raises Barred where the time is
+        over, KeyboardInterrupt and LinkLost."""
 
-        return self.kept(name, why, course)
+        def play() -> Played:
+            controller: Controller = spec.build(self.rig.period.value)
+            return play_course(self.client, self.rig, controller, reference, start)
+
+        return self._course(name, why, play, len(reference), nothing_wrong)
+
+    def _whole(self, name: str, played: Played) -> Record:
+        """The record of a course. Raises Barred where the rig or its guard stopped it."""
+        if played.ended is not None:
+            raise Barred(cut_short(name, played.ended))
+        return Record(name, played.record.t, played.record.signals)
+
+    def _course(
+        self, name: str, why: str, play: Callable[[], Played], rows: int, check: Callable[[Record], object]
+    ) -> Played:
+        """What is played, or was before; once more where the link lost too much of it."""
+
+        def compute() -> dict[str, Any]:
+            if self.spent + rows * self.rig.period.value + _AROUND > self._seconds:
+                late = time_is_over(self._seconds, self.spent, name)
+                self.over = late.what
+                raise Barred(late)
+            played = _unlost(play)
+            if played.lost:
+                raise LinkLost(f"{name}: {played.ended}, {_TRIES} times")
+            self._look(name, played.record, played.seconds, check)
+            return _stored_course(played)
+
+        played = _restored_course(self._stage(f"played-{name}", compute))
+        self.last = played.record
+        self._spend(name, why, played.seconds)
+        return played
+
+    def _look(self, name: str, record: Record, seconds: float, check: Callable[[Record], object]) -> None:
+        """Check a record that was just played; one in which something is wrong was played too."""
+        self.last = record
+        try:
+            check(record)
+        except (InputError, Barred):
+            self._spend(name, "look", seconds)
+            raise
+
+    def _spend(self, what: str, why: str, seconds: float) -> None:
+        self.spent += seconds
+        self.log.append({"record": what, "for": why, "seconds": seconds})
+
+
+def _unlost(play: Callable[[], Played]) -> Played:
+    """A course, played again where the link lost too much of it, but not for ever. Raises KeyboardInterrupt."""
+    played = play()
+    for _ in range(_TRIES - 1):
+        if not played.lost:
+            break
+        played = play()
+    if played.ended == INTERRUPTED:
+        raise KeyboardInterrupt
+    return played
+
+
+def _stored(record: Record) -> dict[str, Any]:
+    return {"t": record.t, "signals": dict(record.signals)}
+
+
+def _record(name: str, stored: Mapping[str, Any]) -> Record:
+    return Record(name, np.asarray(stored["t"]), {key: np.asarray(x) for key, x in stored["signals"].items()})
+
+
+def _stored_course(played: Played) -> dict[str, Any]:
+    """What a stage keeps of a course: all but the way back."""
+    run = played.run
+    own = {"rows": np.array(run.rows), "readings": np.array(run.readings), "names": list(run.names)}
+    rest = {"period": run.period, "ended": played.ended, "level": played.level, "seconds": float(played.seconds)}
+    return {**own, **rest, "record": _stored(played.record)}
+
+
+def _restored_course(stored: Mapping[str, Any]) -> Played:
+    rows = [(int(tick), *rest) for tick, *rest in np.asarray(stored["rows"]).reshape(-1, 4).tolist()]
+    names, ended = tuple(stored["names"]), stored["ended"]
+    readings = [tuple(row) for row in np.asarray(stored["readings"]).reshape(-1, len(names)).tolist()]
+    run = WireRun(stored["period"], names, rows, readings, ended)
+    record = _record("wire", stored["record"])
+    return Played(run, stored["level"], record, None, ended, False, stored["seconds"])

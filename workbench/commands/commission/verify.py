@@ -6,11 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
-from ...link.client import LinkClient
-from ...link.course import play_course
-from ...link.wire_loop import INTERRUPTED
+from ...link.course import Played
 from ...loop.conditions import Conditions
 from ...loop.rows import linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
@@ -19,6 +16,8 @@ from ...rigs.rig import Rig
 from ..common.outcome import Progress
 from ..common.wire_campaign import wire_rig
 from ..drive.study import Judged, judge_played
+from .obstacles import Barred
+from .rig_time import RigTime
 
 SINE = "position-sine-5hz"
 STEPS = ("position-1mm", "position-10mm", "position-100mm")
@@ -28,37 +27,38 @@ _OVERSHOOT = 8.0  # %: as far as a controller may go on the rig that was searche
 
 
 def played_way(
-    client: LinkClient,
-    rig: Rig,
-    way: str,
-    spec: ControllerSpec,
-    model: Rig,
-    scenarios: Sequence[str],
-    say: Progress,
-) -> tuple[list[Judged], float]:
-    """A way's controller, predicted by its model, in every scenario at the live rig until it is stopped, and the
-    seconds that took. The measures are the live rig's. After 10 mm that did not settle nothing larger is played."""
-    judged, seconds = list[Judged](), 0.0
-    setup = loop_setup(wire_rig(model, client))
+    spent: RigTime, way: str, spec: ControllerSpec, model: Rig, scenarios: Sequence[str], say: Progress, number: int = 1
+) -> list[Judged]:
+    """A way's controller, predicted by its model, in every scenario at the live rig until it is stopped or the time is
+    over, in the round of a `number`. The measures are the live rig's. After 10 mm that did not settle nothing larger is
+    played."""
+    judged, rig = list[Judged](), spent.rig
+    setup = loop_setup(wire_rig(model, spent.client))
     loops = linear_loops(spec, setup)
     for scenario in _places(scenarios, rig):
         say(f"{way}: {scenario.name} on the rig")
-        t = np.arange(round(scenario.duration / rig.period.value) + 1) * rig.period.value
-        controller = spec.build(rig.period.value)
-        start = rig.middle + scenario.position(rig.limit("stroke"))
-        played = play_course(client, rig, controller, scenario.reference(t), start)
-        seconds += played.seconds
+        try:
+            played = _played(spent, way, spec, scenario, number)
+        except Barred as barred:
+            say(str(barred))
+            break
         if len(played.run.rows) > 1:
             judged.append(judge_played(Conditions(), spec.named(way), scenario, played, setup, loops))
-        if played.ended == INTERRUPTED:
-            raise KeyboardInterrupt
         if played.ended is not None:
             say(f"{way}, {scenario.name}: {played.ended}")
             break
         if scenario.name.startswith(_ELSEWHERE) and judged[-1].row["settling_s"] is None:
             say(f"{way}, {scenario.name}: did not settle, so nothing larger is played")
             break
-    return judged, seconds
+    return judged
+
+
+def _played(spent: RigTime, way: str, spec: ControllerSpec, scenario: Scenario, number: int) -> Played:
+    rig = spent.rig
+    t = np.arange(round(scenario.duration / rig.period.value) + 1) * rig.period.value
+    start = rig.middle + scenario.position(rig.limit("stroke"))
+    name = f"{way}-{scenario.name}" if number == 1 else f"{way}-{scenario.name}-{number}"
+    return spent.course(name, "verification", spec, scenario.reference(t), start)
 
 
 def settling_of(judged: Sequence[Judged], goal: str) -> float | None:
@@ -106,14 +106,6 @@ def table_row(each: Judged) -> dict[str, Any]:
         }
     return {"way": each.controller, "scenario": each.scenario.name, **pairs, "sine_error": sine,
             "stiffness": {"predicted": None, "measured": None}}  # fmt: skip
-
-
-def check_ended(what: str, ended: str | None) -> None:
-    """Raises KeyboardInterrupt for what a person interrupted, InputError for what the rig or its guard stopped."""
-    if ended == INTERRUPTED:
-        raise KeyboardInterrupt
-    if ended is not None:
-        raise InputError(f"{what} on the rig was cut short: {ended}; look at the rig before the next try")
 
 
 def _places(names: Sequence[str], rig: Rig) -> Iterator[Scenario]:

@@ -21,6 +21,7 @@ from ...rigs.rig_file import load_rig
 from ..commission.automatic import automatic
 from ..commission.designs import searched_design
 from ..commission.motions import doubted
+from ..commission.rig_time import RigTime
 from ..commission.study import Wanted, run_commission
 from ..commission.verify import played_way, settling_of
 from ..common.outcome import Outcome, Progress, leave, no_checkpoint
@@ -65,7 +66,7 @@ def commissioned(plan: HiddenPlan, folder: Path) -> Row:
         except InputError as error:
             told = {"error": str(error), "timing": {"computing_seconds": process_time() - began}}
         spent = told["timing"]["computing_seconds"]
-        known = None if "error" in told else _known(truth, told, server.at)
+        known = None if not told.get("rows") else _known(truth, told, server.at)
         trips = server.trips
     return _row(plan, told, known, trips, spent)
 
@@ -87,7 +88,8 @@ def _known(truth: Rig, told: Mapping[str, Any], at: str) -> float | None:
     law = automatic(truth, SmallMoves(**known, mode=mode and Mode(**mode)))
     spec, _ = searched_design(truth, law, "known", GOAL, no_checkpoint, lambda _: None, 1)
     with LinkClient(at, "") as client:
-        judged, _ = played_way(client, truth, "known", spec, truth, (GOAL,), lambda _: None)
+        spent = RigTime(client, truth, 60 * MINUTES, no_checkpoint)
+        judged = played_way(spent, "known", spec, truth, (GOAL,), lambda _: None)
     return settling_of(judged, GOAL)
 
 
@@ -113,7 +115,7 @@ def _row(plan: HiddenPlan, told: Mapping[str, Any], known: float | None, trips: 
         "rounds": told.get("rounds"),
         "kept": told.get("way"),
         "exact_s": told.get("exact_s"),
-        "error": told.get("error"),
+        "error": told.get("error") or (None if told["rows"] else told["ended"]),
         "computing_seconds": spent,
     }
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ...base.errors import LinkLost
 from ...control.controller_spec import ControllerSpec
 from ...control.export.sections import identifier
-from ...link.client import LinkClient, LinkLost
+from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
 from ...link.opc_ua import opc_ua_server, supervised_loop
 from ...loop.conditions import Conditions

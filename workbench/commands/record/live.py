@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError
-from ...link.client import LinkClient, LinkLost
+from ...base.errors import InputError, LinkLost
+from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
 from ...records import Record
 from ...records.excitation import Excitation, excitation_text

@@ -244,8 +244,9 @@ def recorded_figure(record: Record) -> Figure:
     def shown(name: str) -> np.ndarray:
         return from_si(record.signals[name], SIGNALS[name].unit, SIGNALS[name].si)
 
+    followed = [name for name in ("reference", "position") if name in record.names]
     panels = [
-        Panel(SIGNALS["position"].label, [Curve(n, record.t, shown(n)) for n in ("reference", "position")]),
+        Panel(SIGNALS["position"].label, [Curve(name, record.t, shown(name)) for name in followed]),
         Panel(SIGNALS["command"].label, [Curve("command", record.t, shown("command"))]),
     ]
     panels += [

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError
+from ...base.errors import InputError, LinkLost
 from ...control.controller_type import controller
 from ...control.export import coefficients
 from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
-from ...link.client import LinkClient, LinkLost
+from ...link.client import LinkClient
 from ...link.idle_clock import idle_clock
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig

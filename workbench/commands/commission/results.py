@@ -1,0 +1,114 @@
+"""What a commissioning leaves: commission.json, the controller as file, C and ST, and the rig as it was found."""
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ...base.toml_text import toml_text
+from ...control.automatic_tuning import SmallMoves
+from ...control.controller_spec import ControllerSpec
+from ...control.export import coefficients
+from ...control.export.c_code import c_code
+from ...control.export.link_program import link_program
+from ...loop.limit import settling_limit
+from ...loop.scenarios import SCENARIOS
+from ...rigs.rig import Rig
+from ...rigs.rig_file import rig_text
+from ..common.design_numbers import Subject
+from ..common.outcome import Outcome
+from ..drive.study import Judged
+from .designs import experiment_of
+from .obstacles import Obstacle
+from .page import barred_page, commission_page
+from .rig_time import RigTime
+from .rounds import Found
+from .verify import STEPS, best_way, limit_row, table_row
+
+
+@dataclass(frozen=True)
+class Results:
+    """What came out: the goal, what small moves told, each way's controller and the rig that it was made for, how they
+    did, what was found, what the rounds left open and why they ended, and what is in the way."""
+
+    goal: str
+    moves: SmallMoves
+    ways: Mapping[str, tuple[ControllerSpec, Rig]]
+    judged: Sequence[Judged]
+    found: Found | None
+    reasons: Sequence[str]
+    ended: str | None
+    obstacles: Sequence[Obstacle]
+
+
+def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Outcome:
+    """Of a commissioning that came to its end; its `folder`; `began` [s] in this process' CPU time."""
+    found, judged, goal = results.found, results.judged, results.goal
+    rig = found.rig if found else spent.rig
+    rows = [table_row(each) for each in judged]
+    rows += [limit_row(name, settling_limit(rig, SCENARIOS[name]).settling) for name in STEPS]
+    way = best_way(rows, goal)
+    metrics = {
+        "verdict": found.answer.verdict if found else "unknown",
+        "effects": list(found.answer.effects) if found else [],
+        "rows": rows,
+        "rig_seconds": spent.spent,
+        "trips": sum(each.row["tripped"] is not None for each in judged),
+        "ended": next((each.row["tripped"] for each in judged if each.row["tripped"]), results.ended or spent.over),
+        "played": spent.log,
+        "controller": "controller.toml",
+        "way": way,
+        "rounds": list(results.reasons),
+        "exact_s": found.exact if found else None,
+        "obstacles": [asdict(each) for each in results.obstacles],
+        "small_moves": asdict(results.moves),
+        "timing": {"computing_seconds": time.process_time() - began},
+    }
+    (folder / "c").mkdir(exist_ok=True)
+    files = _files(results.ways[way][0], rig, metrics)
+    subject = Subject(rig, [spec for spec, _ in results.ways.values()])
+    assert spent.last is not None
+    last = spent.last
+    sentence = found.answer.sentence if found else results.ended or ""
+    return Outcome(metrics, lambda: commission_page(goal, metrics, judged, sentence, last), {}, files, subject)
+
+
+def barred_outcome(spent: RigTime, obstacle: Obstacle, computing: float) -> Outcome:
+    """Of one that ended before a controller was searched: what stands in the way."""
+    metrics: dict[str, Any] = {
+        "verdict": "unknown",
+        "effects": [],
+        "rows": [],
+        "rig_seconds": spent.spent,
+        "trips": 0,
+        "ended": obstacle.what,
+        "played": spent.log,
+        "controller": None,
+        "way": None,
+        "rounds": [],
+        "exact_s": None,
+        "obstacles": [asdict(obstacle)],
+        "small_moves": None,
+        "timing": {"computing_seconds": computing},
+    }
+    assert spent.last is not None
+    files = {"commission.json": _text(metrics)}
+    return Outcome(metrics, partial(barred_page, metrics, spent.last), {}, files, Subject(spent.rig))
+
+
+def _files(spec: ControllerSpec, found: Rig, metrics: Mapping[str, Any]) -> dict[str, str]:
+    law = coefficients(spec.build(found.period.value), found.period.value)
+    return {
+        "commission.json": _text(metrics),
+        "controller.toml": toml_text(experiment_of(spec, "found.toml")),
+        "found.toml": rig_text(found),
+        **{f"c/{name}": text for name, text in {**c_code("found", law), **link_program({"found": law})}.items()},
+    }
+
+
+def _text(metrics: Mapping[str, Any]) -> str:
+    whole = {**metrics, "computing_seconds": metrics["timing"]["computing_seconds"]}
+    return json.dumps(whole, indent=2) + "\n"
