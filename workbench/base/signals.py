@@ -40,6 +40,7 @@ SIGNALS: dict[str, Signal] = {
         Signal("velocity", "m/s", "m/s", "jack velocity"),
         Signal("acceleration", "m/s^2", "m/s2", "jack acceleration"),
         Signal("force", "N", "kN", "load cell: force of the jack on the specimen"),
+        Signal("reference_force", "N", "kN", "force at the specimen, by a reference cell"),
         Signal("jack_force", "N", "kN", "pressure force on the piston"),
         Signal("specimen_position", "m", "mm", "far end of the specimen"),
         Signal("specimen_velocity", "m/s", "m/s", "velocity of the specimen's far end"),

@@ -49,6 +49,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "frequency": "measured frequency response of a pair of signals, beside the model's",
         "retune": "tune a controller anew on a rig as found: what that buys",
         "valve-test": "the sheet of a valve: flow, gains, lap, hysteresis, steps, frequency response, with limits",
+        "force-test": "the sheet of a load cell: its errors at rest and in motion, and what compensation leaves",
     },
     "deliver": {
         "coefficients": "second-order sections and a test vector, for a rig's own digital controller",

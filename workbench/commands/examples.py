@@ -60,6 +60,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "jackbench retune tune_p_dp --found out/trace-sample/rig.toml",
         "jackbench retune tune_p_dp --found found.toml --trials 100",
     ),
+    "force-test": (
+        "jackbench force-test jack-10t --specimen '1e7 N/m' --grips '20 kg'",
+        "jackbench force-test campaign --within 1 --pdf",
+    ),
     "valve-test": ("jackbench valve-test jack-10t", "jackbench valve-test campaign --rig mine.toml --pdf"),
     "coefficients": (
         "jackbench coefficients position_crone --out out/c",

@@ -11,7 +11,7 @@ from . import jack as jacks
 from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, resolve
 from .linear import build_linear
-from .load import specimen_force
+from .load import cell_forces, specimen_force
 from .orifice import root
 from .pump.loader import loader_force
 from .valve import VALVES, Lands, ValveFlows
@@ -48,7 +48,9 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     b.rate("x", v)
     b.rate("v", acceleration)
     _outputs(b, valve, cylinder, supply)
-    b.output(position=travel + b["xmid"], velocity=speed, acceleration=acceleration, force=force)
+    b.output(
+        position=travel + b["xmid"], velocity=speed, acceleration=acceleration, **cell_forces(b, force, acceleration)
+    )
     return b.finish()
 
 

@@ -12,3 +12,10 @@ def specimen_force(b: Assembly, x: ca.SX, v: ca.SX) -> ca.SX:
     disturbance = b.input("disturbance", "N", 1e4)
     plain = b["ks"] * (x - far) + b["cs"] * (v - far_speed) + disturbance
     return b.slot("load", plain, position=x, velocity=v)
+
+
+def cell_forces(b: Assembly, force: ca.SX, acceleration: ca.SX) -> dict[str, ca.SX]:
+    """What a load cell reads of a force [N] at the specimen: with it, what moves the mass between the two."""
+    if "Mg" not in b:
+        return {"force": force}
+    return {"force": force + b["Mg"] * acceleration, "reference_force": force}

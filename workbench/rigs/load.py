@@ -4,9 +4,10 @@ from collections.abc import Mapping
 
 from ..base.units import Spec
 
-SPECIMEN = "specimen"
+SPECIMEN, GRIPS = "specimen", "grips"
 LOADS: dict[str, Mapping[str, Spec]] = {
     SPECIMEN: {},
+    GRIPS: {"Mg": Spec("kg", 0.0, 1e6, "part of the moving mass between the load cell and the specimen")},
     "cylinder": {"AL": Spec("m^2", 1e-6, 10.0, "area of a cylinder that pushes back with a set pressure")},
 }
 """Further numbers of the table `load`, by its kind; a rig file without a kind has a specimen alone."""

@@ -15,6 +15,7 @@ from .sheet_options import Asked
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 _SECONDS = 120
+_NAMED = 3  # lines that a verdict names
 
 
 def sheet_page(title: str, sheet: Asked, rows: Sequence[Row], sections: Sequence[Section], how: str) -> Page:
@@ -71,8 +72,10 @@ def _verdict(rows: Sequence[Row]) -> str:
     )
     if not judged:
         return f"{words} No limits were given."
-    verdict = "all pass" if not failed else f"{', '.join(failed)} {'does' if len(failed) == 1 else 'do'} not pass"
-    return f"{words} Of {len(judged)} with limits {verdict}."
+    if not failed:
+        return f"{words} All {len(judged)} with limits pass."
+    named = ", ".join(failed[:_NAMED]) + (" and others" if len(failed) > _NAMED else "")
+    return f"{words} Of {len(judged)} with limits {len(failed)} fail: {named}."
 
 
 def _lines(rows: Sequence[Row]) -> Table:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.stats import f as f_distribution
 from scipy.stats import t as student
 
 from ...base.errors import InputError
@@ -13,12 +13,11 @@ from ...linear.crossings import corner_frequency
 from ...records import Record
 from ..data import measured_response
 from .row import Row, unsaid
+from .sines import PLAYED, SteadySine, check_sine, frequency
 
 STEPS, SINES = (10, 50, 100), (5, 25, 100)  # % of full command
 _REST = 5  # periods of sampling without a move of the command, which end a plateau or a sine
 _SETTLED = 0.03  # of the step: how far the last two fifths of a plateau may differ
-_IS_A_SINE = 0.98  # of the variance
-_FEWEST_CYCLES = 3
 _COHERENT = 0.9
 
 
@@ -84,33 +83,13 @@ def sine_response(record: Record, output: str) -> Response:
 
 def _sine(record: Record, output: str, first: int, last: int) -> tuple[float, complex, float]:
     t, u = record.t[first:last] - record.t[first], record.signals["command"][first:last]
-    spectrum = np.abs(np.fft.rfft(u - u.mean(), 8 * u.size))
-    guess = float(np.argmax(spectrum)) / (8 * u.size * record.period)
-
-    def left(values: np.ndarray, f: float) -> tuple[np.ndarray, complex]:
-        turn = 2 * np.pi * f * t[: values.size]
-        columns = np.column_stack((np.sin(turn), np.cos(turn), np.ones_like(turn), turn))
-        numbers = np.linalg.lstsq(columns, values)[0]
-        return values - columns @ numbers, complex(numbers[0], numbers[1])
-
-    found = least_squares(lambda p: left(u, float(p[0]))[0], [guess], x_scale=0.01 * guess)
-    f = float(found.x[0])
-    error, _ = left(u, f)
-    where = f"record {record.name}: from {record.t[first]:.3g} to {record.t[last - 1]:.3g} s"
-    other = float(np.var(error) / np.var(u))
-    if other > 1 - _IS_A_SINE:
-        what = f"the command is no sine, {100 * other:.2g} % of it is something else"
-        raise InputError(f"{where}: {what}; play sines with rests between")
-    if f * t[-1] < 2 * _FEWEST_CYCLES:
-        raise InputError(
-            f"{where}: {f * t[-1]:.2g} cycles at {f:.3g} Hz; {2 * _FEWEST_CYCLES} are needed, half to settle"
-        )
-    half = t.size // 2  # the first half is for the answer to become periodic
-    t = t[half:]
-    _given, into = left(u[half:], f)
-    answered, out = left(record.signals[output][first + half : last], f)
-    deviation = float(np.sqrt(np.var(answered) * 2 / answered.size))
-    return f, out / into, 2.45 * deviation / abs(into)
+    f, other = frequency(t, u)
+    check_sine(record, first, last, (f, other), PLAYED, "the command")
+    steady = SteadySine(record, (first + last) // 2, last, f)  # the first half is for the answer to become periodic
+    into, out = (steady.amplitudes(name) for name in ("command", output))
+    scatter = float(np.sqrt(np.sum(np.abs(out - out.mean()) ** 2) / (out.size - 1) / out.size))
+    reach = float(np.sqrt(f_distribution.ppf(0.95, 2, 2 * out.size - 2)))
+    return f, complex(out.mean() / into.mean()), reach * scatter / float(abs(into.mean()))
 
 
 def _moving(record: Record) -> list[tuple[int, int]]:

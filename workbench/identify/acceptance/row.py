@@ -104,10 +104,17 @@ def _limit(table: Table) -> Limit:
 
 
 def judged(rows: Iterable[Row], limits: Mapping[str, Limit]) -> list[Row]:
-    """The rows held against the limits. Raises InputError for a limit of a line that the sheet does not have."""
+    """The rows held against the limits: of a line, or of all lines whose names begin with a limit's.
+
+    Raises InputError for a limit of a line that the sheet does not have.
+    """
     rows = list(rows)
-    names = [row.id for row in rows]
     for name in limits:
-        if name not in names:
-            raise InputError(f"limits: the sheet has no line {name}; {nearest(name, names)}")
-    return [limits[row.id].judged(row) if row.id in limits else row for row in rows]
+        if not any(_is_of(name, row) for row in rows):
+            raise InputError(f"limits: the sheet has no line {name}; {nearest(name, [row.id for row in rows])}")
+    own = [max((name for name in limits if _is_of(name, row)), key=len, default=None) for row in rows]
+    return [row if name is None else limits[name].judged(row) for name, row in zip(own, rows, strict=True)]
+
+
+def _is_of(name: str, row: Row) -> bool:
+    return row.id == name or row.id.startswith(f"{name}_")
