@@ -2,7 +2,7 @@
 
 The recording is made period by period, as a loop makes it: a DelayLine says what the drive holds, the engine advances.
 The prediction is that of fits, in windows and through whole records. Everything is enumerated from the library.
-Platforms are not here: nothing is fitted to recordings of a platform.
+Legs of a platform are in test_platform_records.py.
 """
 
 import re

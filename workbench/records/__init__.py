@@ -13,7 +13,7 @@ foreign                recordings as laboratories leave them, made strict tables
 excitation, road       what a drive plays; random roads
 """
 
-from .campaign import Campaign, load_campaign
+from .campaign import Campaign, InputNoise, load_campaign
 from .columns import ColumnMap
 from .read import read_record
 from .record import Record, block_mean, centred_means
@@ -22,6 +22,7 @@ from .write import write_csv, write_parquet
 __all__ = [
     "Campaign",
     "ColumnMap",
+    "InputNoise",
     "Record",
     "block_mean",
     "centred_means",

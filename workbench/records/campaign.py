@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from hashlib import sha256
 from itertools import combinations
@@ -32,6 +32,15 @@ WINDOWS, FREE_RUN = "windows", "free-run"
 
 
 @dataclass(frozen=True)
+class InputNoise:
+    """Noise of a measured input: white noise of sigma (SI), and the weights of rows that follow one another in what is
+    held."""
+
+    sigma: float
+    weights: tuple[float, ...] = (1.0,)
+
+
+@dataclass(frozen=True)
 class Campaign:
     """Records of one rig: `rig` is a bundled rig's name or a rig file's full path; all but heldout may be empty.
 
@@ -52,6 +61,7 @@ class Campaign:
     sessions: tuple[Session, ...] = ()
     drifts: tuple[Drift, ...] = ()
     corrector: str = ""
+    input_noise: Mapping[str, InputNoise] = field(default_factory=dict)
 
     @property
     def records(self) -> tuple[Record, ...]:

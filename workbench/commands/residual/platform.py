@@ -16,8 +16,8 @@ from .study import run_residual
 
 _NOTE = (
     "Each leg as a jack that carries its rod under the force that its load cell measured, so that platform, payload "
-    "and the other legs count in none of it, and are not judged. chi2 of a leg as declared is not 1 but about 1.1: the "
-    "load cell's noise shakes the rod on its oil, which raises the errors of its pressures by about 15 %."
+    "and the other legs count in none of it, and are not judged. The load cell's noise shakes the rod on its oil; what "
+    "that adds to the errors of the pressures is in the floor."
 )
 
 

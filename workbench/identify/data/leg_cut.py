@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from ...base.errors import InputError
-from ...records import Campaign, Record, load_campaign
+from ...records import Campaign, InputNoise, Record, load_campaign
 from ...records.campaign import ROLES
 from ...rigs.platform import Platform
 from ...rigs.platform.kinematics import leg_vectors
 from ...rigs.rig import Rig
+from .white_part import white_part
 
 _TAKEN = ("force", "acceleration")  # the first is an input; a rod as light as that shakes by the noise of the first
+_HELD = (0.5, 0.5)  # of the force in a row and in the next
 NEEDED = ("force", "position", "pa", "pb")
 
 
@@ -36,7 +38,8 @@ def leg_campaign(folder: str | Path, platform: Platform, leg: int) -> Campaign:
                 where = f"{campaign.path}: record {record.name}: no column leg{leg + 1}.{name}"
                 raise InputError(f"{where}; a leg is cut out of its platform by it: record it")
     roles = {role: tuple(_cut(record, weight) for record in getattr(campaign, role)) for role in ROLES}
-    return replace(campaign, **roles)
+    noise = InputNoise(white_part("force", campaign.records).sigma, _HELD)  # at rest the platform still rings in it
+    return replace(campaign, **roles, input_noise={"disturbance": noise})
 
 
 def _rod_weight(platform: Platform, leg: int) -> float:
@@ -51,8 +54,8 @@ def _rod_weight(platform: Platform, leg: int) -> float:
 def _cut(record: Record, weight: float) -> Record:
     """The force becomes an input that is held from row to row: the mean of both rows, or it would come half a period
     late."""
-    force = record.signals["force"]
-    load = 0.5 * (force + np.append(force[1:], force[-1])) + weight
+    force, (now, after) = record.signals["force"], _HELD
+    load = now * force + after * np.append(force[1:], force[-1]) + weight
     kept = {name: values for name, values in record.signals.items() if name not in _TAKEN}
     valid = {name: record.valid[name] for name in kept}
     return replace(record, signals={**kept, "disturbance": load}, valid=valid, notes=())

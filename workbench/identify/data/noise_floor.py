@@ -43,6 +43,16 @@ class NoiseFloor:
     colour: Mapping[str, float] = field(default_factory=dict)
     known_by: Mapping[str, float] = field(default_factory=dict)
 
+    def of(self, name: str) -> SignalNoise:
+        """The noise of a signal."""
+        return SignalNoise(
+            self.sigma[name], self.kappa[name], self.colour.get(name, 1.0), self.known_by.get(name, np.inf)
+        )
+
+    def with_noise(self, name: str, noise: SignalNoise) -> "NoiseFloor":
+        """The floor with another noise of a signal."""
+        return replace(self, **{part: {**getattr(self, part), name: value} for part, value in noise._asdict().items()})
+
     def deviation(self, samples: Mapping[str, float]) -> float:
         """Standard deviation of the chi2 that a perfect model leaves in so many samples of each signal.
 

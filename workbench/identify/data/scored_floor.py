@@ -7,6 +7,7 @@ import numpy as np
 from ...records import Campaign
 from ...records.campaign import FREE_RUN
 from ...rigs.rig import Rig
+from ..fit.carried_noise import with_carried
 from .noise_floor import NoiseFloor, noise_floor
 
 EVENED = "half way from the noise to the noisiest signal's, as a share of the spread"
@@ -18,9 +19,11 @@ def scored_floor(campaign: Campaign, rig: Rig) -> NoiseFloor:
     A free run drifts in what is integrated, position first, by many times its noise: held against the noise alone it
     would leave the other signals no weight. Held against one share of each signal's spread over the train records, that
     of the noisiest, what is known best would count no more than what is known least. Between the two is their geometric
-    mean. A signal that only other records carry keeps its floor.
+    mean. A signal that only other records carry keeps its floor. Noise of inputs that were measured counts in both.
     """
     floor = noise_floor(campaign)
+    if campaign.input_noise:
+        floor = with_carried(floor, campaign, rig)
     if campaign.score != FREE_RUN:
         return floor
     floor = replace(floor, sigma={name: max(sigma, _rounding(rig, name)) for name, sigma in floor.sigma.items()})

@@ -50,6 +50,18 @@ def signal_noise(runs: Sequence[RepeatedRun]) -> SignalNoise:
     return SignalNoise(float(np.sqrt(variance)), max(1.0, kappa), colour, rows / colour)
 
 
+def together(first: SignalNoise, second: SignalNoise) -> SignalNoise:
+    """The noise of the sum of two that know nothing of each other; one of them is taken for white where they meet."""
+    a, b = first.sigma**2, second.sigma**2
+    if b == 0.0:
+        return first
+    whole = a + b
+    kappa = (a * first.kappa + b * second.kappa) / whole
+    colour = (a**2 * first.colour + 2.0 * a * b + b**2 * second.colour) / whole**2
+    unknown = (a**2 / first.known_by + b**2 / second.known_by) / whole**2
+    return SignalNoise(float(np.sqrt(whole)), max(1.0, kappa), colour, 1.0 / unknown if unknown else np.inf)
+
+
 def _covariances(runs: Sequence[RepeatedRun]) -> np.ndarray:
     """Autocovariance at lags 1, 2 ... over pairs of valid samples, mains lines taken off."""
     most = max(2, max(run.error.size for run in runs) // 4)
