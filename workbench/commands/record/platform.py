@@ -1,6 +1,6 @@
 """Recordings of a platform in simulation: multisines on six axes, and a campaign whose columns are legs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from ...base.errors import InputError
 from ...base.signals import output_signal
 from ...base.toml_text import toml_text
 from ...base.units import from_si
+from ...control.controller_spec import ControllerSpec
 from ...control.platform_controller import LEGS
 from ...loop.platform import PlatformRun, PlatformSetup, platform_setup
 from ...loop.platform.excitation import Motion, drive_spec, largest_run, six_sines, still
@@ -18,6 +19,7 @@ from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.platform import AXES, Platform, bundled_platforms, load_platform
 from ...rigs.platform.platform_file import platform_path
+from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
 
@@ -65,7 +67,7 @@ def run_platform_record(plan: PlatformPlan, stage: Stage, progress: Progress) ->
     """Play and log every motion; the last one is held out, `static` measures the noise, the others are train."""
     progress("platform and its drive")
     setup = platform_setup(plan.platform)
-    own = {id(leg.rig): drive(rig).loop for leg, rig in zip(setup.platform.legs, setup.guarded, strict=True)}
+    own = {id(leg.rig): _loop(rig) for leg, rig in zip(setup.platform.legs, setup.guarded, strict=True)}
     loops = [own[id(leg.rig)] for leg in setup.platform.legs]
     spec = drive_spec(setup, loops)
     runs = {STATIC: still(setup, spec, STILL, plan.seed)}
@@ -82,6 +84,11 @@ def run_platform_record(plan: PlatformPlan, stage: Stage, progress: Progress) ->
         return _page(plan, rows, figures), figures[-1]
 
     return Outcome(metrics, draw, files=files)
+
+
+def _loop(rig: Rig) -> ControllerSpec:
+    """The position loop of a leg's drive, which is set to what its jack is declared to be, without effects."""
+    return drive(replace(rig, effects=())).loop
 
 
 def _campaign(plan: PlatformPlan) -> str:

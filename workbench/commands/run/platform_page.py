@@ -10,9 +10,9 @@ from ...loop.platform.loop import PlatformRun
 from ...loop.platform.reach import check_poses, largest_flow, static_forces
 from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import UNITS, AxisStep
-from ...report import Curve, Figure, FrequencyCurve, Line, Page, Panel, Scene, Section, Table, bode
+from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode
 from ...rigs.platform import AXES
-from ...rigs.platform.kinematics import arms
+from ..common.platform_scene import platform_lines
 from .platform_config import PlatformConfig
 from .platform_record import PlatformRecord
 
@@ -24,7 +24,6 @@ _FRAME = 0.02  # s
 _WATCHED = 0.4  # s: of a step in the figures
 _DRAWN = 0.3  # m at the joints: as large as steps are drawn, or nothing would be seen
 _SLOWER = 10  # times
-_BASE, _LEG, _TOP, _GHOST = "#8c959f", "#0072b2", "#d55e00", "#d0d7de"
 
 
 def platform_page(config: PlatformConfig, setup: PlatformSetup, findings: "PlatformFindings") -> tuple[Page, Figure]:
@@ -257,7 +256,7 @@ def _steps_scene(config: PlatformConfig, setup: PlatformSetup, findings: "Platfo
         run = findings.runs[name, step.name]
         poses = run.pose[run.t <= _WATCHED + 1e-9][::stride]
         larger = _DRAWN / (abs(step.size) * config.rig.geometry.weights[step.axis])
-        takes[step.name] = _drawn(config, poses * larger)
+        takes[step.name] = platform_lines(config.rig, poses * larger)
     note = f"Steps under {name}, drawn as {_DRAWN:g} m at the joints each, and {_SLOWER} times slower."
     return Scene("Steps", takes, _SLOWER * _FRAME, note, still=8)
 
@@ -267,30 +266,5 @@ def _modes_scene(config: PlatformConfig, findings: "PlatformFindings") -> Scene:
     takes = {}
     for i, mode in enumerate(findings.modes):
         shape = _DRAWN / 2 * mode.shape / config.rig.geometry.weights
-        takes[f"{i + 1}: {mode.hz:.1f} Hz"] = _drawn(config, swing[:, None] * shape)
+        takes[f"{i + 1}: {mode.hz:.1f} Hz"] = platform_lines(config.rig, swing[:, None] * shape)
     return Scene("Modes", takes, 0.04, "Shapes, much larger and slower than they are.", still=10)
-
-
-def _drawn(config: PlatformConfig, poses: np.ndarray) -> tuple[Line, ...]:
-    """Base, platform at home, legs and platform in poses [k, 6]."""
-    geometry, frames = config.rig.geometry, len(poses)
-    top = poses[:, None, :3] + np.array([0.0, 0.0, geometry.height]) + arms(geometry, poses)
-    home = geometry.joints + np.array([0.0, 0.0, geometry.height])
-    around = np.argsort(np.arctan2(*geometry.joints.T[1::-1]))
-    ring, below = [*around, around[0]], np.argsort(np.arctan2(*geometry.base.T[1::-1]))
-
-    def still(points: np.ndarray) -> np.ndarray:
-        return np.broadcast_to(points, (frames, *points.shape))
-
-    legs = [Line(np.stack((still(geometry.base[i]), top[:, i]), axis=1), _LEG, 4.0) for i in range(LEGS)]
-    rods = [
-        Line(np.stack((top[:, i] * 0.45 + geometry.base[i] * 0.55, top[:, i]), axis=1), "#56b4e9", 2.0)
-        for i in range(LEGS)
-    ]
-    return (
-        Line(still(geometry.base[[*below, below[0]]]), _BASE, 2.0),
-        Line(still(home[ring]), _GHOST, 1.5),
-        *legs,
-        *rods,
-        Line(top[:, ring], _TOP, 3.0),
-    )

@@ -7,7 +7,8 @@ from pathlib import Path
 from ...base import trust
 from ...base.errors import InputError
 from ...records.campaign import campaign_rig
-from ..common.options import processes, works
+from ...rigs.platform import is_platform, load_platform
+from ..common.options import finish, processes, works
 from ..common.rig_out import finish_with_rig, leaves_rig
 from ..common.shipped import campaign
 from ..residual.config import holds_out, load
@@ -57,6 +58,8 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
     if options.output or options.amplitude or options.sigma:
         raise InputError("--output, --amplitude and --sigma are of sheets, not of a campaign; take them out")
     options.campaign = paths[0]
+    if is_platform(name := options.rig or campaign_rig(paths[0])):
+        return _trace_platform(options, words, name)
     check_library(options.without, options.rig or campaign_rig(paths[0]), options.effects)
     records, rig = load(options)
     from .study import effects_for, identity, run_trace
@@ -67,3 +70,18 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
     shared = {"files": files, "several": options.several, "jobs": processes(options)}
     study = partial(run_trace, records, rig, library, **shared)
     return finish_with_rig(options, words, records.path.resolve().name, command, study)
+
+
+def _trace_platform(options: argparse.Namespace, words: list[str], name: str) -> None:
+    """The same of a platform's campaign, leg by leg."""
+    if options.rig_out is not None:
+        raise InputError("--rig-out is of one jack; the rigs of a platform's legs are left beside its report")
+    from ..residual.platform import leg_campaigns
+    from .platform import identity, run_platform_trace
+
+    platform, files = load_platform(name), [str(file.resolve()) for file in options.effects]
+    campaigns = leg_campaigns(options.campaign, platform, options.heldout)
+    command = identity(campaigns, platform, files, options.without, options.several)
+    shared = {"files": files, "without": options.without, "several": options.several, "jobs": processes(options)}
+    study = partial(run_platform_trace, platform, campaigns, **shared)
+    finish(options, words, f"trace-{options.campaign.resolve().name}", command, study)

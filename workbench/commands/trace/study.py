@@ -63,7 +63,7 @@ def trace_campaign(
         rig = load_rig(rig or campaign.rig, corrector=campaign.corrector)
     files = [str(Path(file).resolve()) for file in effects]
     library = effects_for(rig, files, without)
-    return _answer(campaign, rig, library, stage, progress, files, without, several, jobs, learns)
+    return trace_answer(campaign, rig, library, stage, progress, files, without, several, jobs, learns)
 
 
 def run_trace(
@@ -77,7 +77,7 @@ def run_trace(
     jobs: int = 1,
 ) -> Outcome:
     """Trace a campaign to effects of `library` by `jobs` processes; `files` are where further effects come from."""
-    return _answer(campaign, rig, library, stage, progress, files, (), several, jobs).outcome
+    return trace_answer(campaign, rig, library, stage, progress, files, (), several, jobs).outcome
 
 
 def identity(
@@ -94,7 +94,7 @@ def identity(
     }
 
 
-def _answer(
+def trace_answer(
     campaign: Campaign,
     rig: Rig,
     library: Sequence[Effect],
@@ -106,6 +106,7 @@ def _answer(
     jobs: int,
     learns: bool = True,
 ) -> TraceAnswer:
+    """The answer of a campaign about effects of `library`; see trace_campaign."""
     with one_blas_thread():
         result = trace(estimation_problem(campaign, rig), library, stage, progress, several, jobs, files, learns)
         answer, both = trace_json(result), compared(result)

@@ -26,7 +26,7 @@ from .natural import natural_samples
 from .numbers import number_effects
 from .options import refine_at, refinements, start_from, with_apart
 from .shapes import StaticCurve, small_signal, static_curve
-from .slots import SLOTS, Slot, valves_with
+from .slots import SLOTS, Slot, inside_port, valves_with
 
 __all__ = [
     "EQUATIONS",
@@ -46,6 +46,7 @@ __all__ = [
     "effect",
     "find",
     "formula_shape",
+    "inside_port",
     "known_effects",
     "learned",
     "load_effects",

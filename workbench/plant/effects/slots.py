@@ -42,23 +42,32 @@ _PLANT = {
     "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
     "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop")),
+    "sensor_pa": Slot("pressure signal of chamber A [Pa]"),
+    "sensor_pb": Slot("pressure signal of chamber B [Pa]"),
+}
+"""Slots of every plant, whatever its valve."""
+
+_MASS = {
     "load": Slot("load-cell force [N], against positive motion", ("position", "velocity")),
     "body_force": Slot(
         "force [N] on the moving mass past the load cell, against its positive motion", ("position", "velocity")
     ),
     "acceleration": Slot("acceleration [m/s^2] of the moving mass", ("rod_force", "mass")),
     "piston": Slot("position and velocity (x [m], v [m/s]) of the piston in its cylinder"),
-    "sensor_pa": Slot("pressure signal of chamber A [Pa]"),
-    "sensor_pb": Slot("pressure signal of chamber B [Pa]"),
 }
-"""Slots of every plant, whatever its valve."""
+"""Slots of what a jack moves, which a force port has not: it is told how it moves."""
 
-SLOTS = _VALVE | _PLANT
+SLOTS = _VALVE | _PLANT | _MASS
 
 
 def inside_valve(slots: Iterable[str]) -> bool:
     """Whether all these slots are inside a valve, so that it has them on its bench too."""
     return _VALVE.keys() >= set(slots)
+
+
+def inside_port(slots: Iterable[str]) -> bool:
+    """Whether all these slots are inside a force port, so that the leg of a platform has them."""
+    return not _MASS.keys() & set(slots)
 
 
 def valves_with(slots: Iterable[str]) -> frozenset[str]:

@@ -1,0 +1,122 @@
+"""Which leg, and which effect: a platform's campaign traced leg by leg, and the answers of six legs as one."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from workbench import InputError
+from workbench.cli import main
+from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.record.platform import platform_plan, run_platform_record
+from workbench.commands.trace.legs import platform_answer, sentence, suspected
+from workbench.commands.trace.platform import leg_effects
+from workbench.plant import build_force_port
+from workbench.plant.effects import find, known_effects
+from workbench.rigs.number import Number
+from workbench.rigs.platform import load_platform
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
+
+PARTS = """rig = "hexapod"
+[records]
+static = ["static.csv"]
+train = [{file = "slow.csv", from = 1.0, to = 4.0}]
+heldout = [{file = "mixed.csv", from = 1.0, to = 3.0}]
+"""
+
+
+def leg(verdict="none", effects=(), before=1.0, after=1.0, ranking=(), numbers=()):
+    """What a trace says of one leg."""
+    return {
+        "verdict": verdict,
+        "effects": list(effects),
+        "equation": None if verdict == "none" else "force",
+        "chi2": {"before": before, "after": after},
+        "rms": {"pa [bar]": {"before": before, "after": after, "floor": 1.0}},
+        "ranking": [{"effect": name, "formula": "", "explained": share, "parameters": {}} for name, share in ranking],
+        "learned": [],
+        "numbers": list(numbers),
+    }
+
+
+def declared(name, formula):
+    """An effect as a rig declares it, at its typical numbers."""
+    numbers = {n.name: Number(n.name, n.typical, n.si, n.si, "made here") for n in find(name, formula).numbers}
+    return EffectUse(name, formula, numbers)
+
+
+def test_the_answers_of_six_legs_are_one_that_says_the_leg():
+    named = leg("named", ["main.deadband"], 9.0, 1.0, [("main.deadband", 1.0), ("jack.friction", 0.4)])
+    tied = leg("tied", ["drive.lag", "drive.delay"], 3.0, 1.0, [("drive.lag", 0.9)])
+    legs = [leg(), tied, leg(), named, leg(), leg()]
+    answer = platform_answer(legs)
+    assert suspected(legs) == [3, 1]
+    assert answer["verdict"] == "tied"
+    assert answer["effects"] == ["leg4.main.deadband", "leg2.drive.lag", "leg2.drive.delay"]
+    assert [row["effect"] for row in answer["ranking"]] == [
+        "leg4.main.deadband", "leg2.drive.lag", "leg4.jack.friction"
+    ]  # fmt: skip
+    assert [row["explained"] for row in answer["ranking"]] == pytest.approx([0.8, 0.18, 0.32])
+    assert answer["chi2"] == pytest.approx({"before": 16 / 6, "after": 1.0})
+    assert answer["rms"]["leg4.pa [bar]"]["before"] == 9.0
+    said = sentence(legs, {1: "", 3: ""})
+    assert said.startswith("Leg 4: main.deadband. Leg 2: drive.lag or drive.delay.")
+    assert said.endswith("Nothing is missing from legs 1, 3, 5 and 6.")
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "whole"),
+    [
+        ([], "none"),
+        (["named", "named"], "named"),
+        (["named", "unknown"], "incomplete"),
+        (["named", "incomplete"], "incomplete"),
+        (["unknown"], "unknown"),
+        (["tied", "named"], "tied"),
+    ],
+)
+def test_the_verdict_is_no_more_certain_than_that_of_any_leg(verdicts, whole):
+    legs = [leg(verdict, ["jack.friction"] if verdict != "unknown" else [], 5.0) for verdict in verdicts]
+    assert platform_answer(legs + [leg()] * (6 - len(legs)))["verdict"] == whole
+
+
+def test_a_leg_lacks_nothing_that_acts_on_what_it_moves():
+    rig = load_rig("jack-10t")
+    able = {effect.name for effect in leg_effects(rig)}
+    assert {"jack.friction", "main.deadband", "drive.delay", "oil.air", "sensor.lag"} <= able
+    outside = {effect.name for effect in known_effects() if effect.name.startswith("load.")}
+    assert outside
+    assert not outside & able
+    with pytest.raises(InputError, match="no force port"):
+        build_force_port(replace(rig, effects=(declared("load.spring", "linear"),)))
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """A recorded platform with dry friction in leg 4, of which the campaign says nothing; parts of its records."""
+    folder = tmp_path_factory.mktemp("platform")
+    plan = platform_plan("hexapod", 2)
+    rubbing = replace(plan.platform.legs[3].rig, effects=(declared("jack.friction", "coulomb"),))
+    legs = [replace(leg, rig=rubbing) if i == 3 else leg for i, leg in enumerate(plan.platform.legs)]
+    made = replace(plan, platform=replace(plan.platform, legs=tuple(legs)))
+    for name, text in run_platform_record(made, no_checkpoint, lambda _: None).files.items():
+        (folder / name).write_text(text)
+    (folder / "campaign.toml").write_text(PARTS)
+    return folder
+
+
+def test_a_trace_names_the_leg_and_the_effect(campaign, tmp_path):
+    rivals = {"jack.friction", "jack.external_leakage"}
+    others = sorted({effect.name for effect in leg_effects(load_platform("hexapod").legs[0].rig)} - rivals)
+    main(["trace", str(campaign), "--out", str(tmp_path / "out"), "--jobs", "1", "--without", *others])
+    answer = json.loads((tmp_path / "out" / "trace.json").read_text())
+    assert (answer["verdict"], answer["effects"]) == ("named", ["leg4.jack.friction"])
+    assert [each["verdict"] for each in answer["legs"]] == ["none"] * 3 + ["named"] + ["none"] * 2
+    value, low, high = answer["ranking"][0]["parameters"]["Fc [N]"]
+    assert low < 800.0 < high
+    assert value == pytest.approx(800.0, rel=0.05)
+    assert answer["rms"]["leg4.pa [bar]"]["after"] < 1.2 * answer["rms"]["leg4.pa [bar]"]["floor"]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Leg 4: jack.friction." in page
+    assert (tmp_path / "out" / "leg4.toml").exists()

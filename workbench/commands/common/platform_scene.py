@@ -1,0 +1,57 @@
+"""A platform drawn as lines in space: base, legs and platform, pose after pose."""
+
+from collections.abc import Collection
+
+import numpy as np
+
+from ...report import Line
+from ...rigs.platform import LEGS, Platform
+from ...rigs.platform.kinematics import arms
+
+_BASE, _LEG, _ROD, _TOP, _GHOST = "#8c959f", "#0072b2", "#56b4e9", "#d55e00", "#d0d7de"
+_MARK, _PLAIN, _PLATFORM = "#d55e00", "#8c959f", "#424a53"  # of a drawing in which some legs are marked
+_SPLIT = 0.45  # of a leg from its base joint: where the cylinder ends
+
+
+def platform_lines(platform: Platform, poses: np.ndarray, marked: Collection[int] | None = None) -> tuple[Line, ...]:
+    """Base, platform at home, legs and platform in poses [k, 6].
+
+    `marked` are legs, counted from 0, that stand out; the others are then drawn in grey.
+    """
+    geometry, frames = platform.geometry, len(poses)
+    top = poses[:, None, :3] + np.array([0.0, 0.0, geometry.height]) + arms(geometry, poses)
+    home = geometry.joints + np.array([0.0, 0.0, geometry.height])
+    ring, below = (_around(points) for points in (geometry.joints, geometry.base))
+
+    def still(points: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(points, (frames, *points.shape))
+
+    looks = [_look(i, marked) for i in range(LEGS)]
+    legs = [
+        Line(np.stack((still(geometry.base[i]), top[:, i]), axis=1), colour, width)
+        for i, (colour, _, width) in enumerate(looks)
+    ]
+    rods = [
+        Line(np.stack((top[:, i] * _SPLIT + geometry.base[i] * (1 - _SPLIT), top[:, i]), axis=1), colour, 2.0)
+        for i, (_, colour, _) in enumerate(looks)
+    ]
+    return (
+        Line(still(geometry.base[below]), _BASE, 2.0),
+        Line(still(home[ring]), _GHOST, 1.5),
+        *legs,
+        *rods,
+        Line(top[:, ring], _TOP if marked is None else _PLATFORM, 3.0),
+    )
+
+
+def _look(leg: int, marked: Collection[int] | None) -> tuple[str, str, float]:
+    """Colours of a leg's cylinder and rod, and its width in pixels."""
+    if marked is None:
+        return _LEG, _ROD, 4.0
+    return (_MARK, _MARK, 7.0) if leg in marked else (_PLAIN, _GHOST, 4.0)
+
+
+def _around(points: np.ndarray) -> list[int]:
+    """The joints [6, 3] in turn about the vertical, the first once more at the end."""
+    order = np.argsort(np.arctan2(points[:, 1], points[:, 0])).tolist()
+    return [*order, order[0]]

@@ -1,0 +1,82 @@
+"""The report of a platform's trace: the platform with the suspected legs marked, chi2 by leg, and why each is one."""
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from ...identify.trace.rule import gate
+from ...report import Curve, Figure, Mark, Page, Panel, Scene, Section, Table
+from ...rigs.platform import Platform, forward
+from ..common.error_page import AFTER, BEFORE
+from ..common.platform_scene import platform_lines
+from .answer import TraceAnswer
+from .legs import sentence, suspected
+from .words import FREE_RUN, PLAN, RETUNE
+
+_FRAME = 0.02  # s
+_LARGER = 5.0  # times the motion is drawn
+_OF_ONE_JACK = (RETUNE, FREE_RUN, PLAN)  # advice that no platform can follow
+_HOW = (
+    "Each leg is a jack that carries its rod under the force that its load cell measured: platform, payload and the "
+    "other legs are in that force and in none of the errors. chi2 is of the held-out records, 1 is the noise floor; "
+    "before: the leg's numbers fitted; after: with what was named."
+)
+
+
+def legs_page(platform: Platform, answers: Sequence[TraceAnswer]) -> tuple[Page, Figure]:
+    """The page and its telling figure, from the answer of every leg [6]."""
+    legs = [answer.outcome.metrics for answer in answers]
+    marked = suspected(legs)
+    picture = _by_leg(answers)
+    own = [
+        Section(f"Leg {i + 1}: {section.title}", items)
+        for i in marked
+        for section in answers[i].outcome.page.sections
+        if (items := [item for item in section.items if item not in _OF_ONE_JACK])
+    ]
+    said = sentence(legs, {i: answers[i].sentence for i in marked})
+    campaign = answers[0].trace.problem.campaign.path.resolve().name
+    title = f"{campaign} on {platform.name}: which leg, and what its model lacks"
+    sections = [Section("Legs", [_scene(platform, answers, marked), picture, _table(answers)]), *own]
+    return Page(title, said, sections), picture
+
+
+def _by_leg(answers: Sequence[TraceAnswer]) -> Figure:
+    """chi2 of every leg before and after; the gate above which a leg is searched."""
+    places = np.arange(1.0, len(answers) + 1)
+    before, after = (np.array([answer.chi2[key] or np.nan for answer in answers], float) for key in ("before", "after"))
+    gates = [gate(answer.trace.problem.deviation(answer.trace.heldout[0].samples)) for answer in answers]
+    curves = [
+        Curve("as its numbers fit", places, before, "markers", BEFORE),
+        Curve("with what was named", places, after, "markers", AFTER),
+    ]
+    ends = 0.9, 1.2 * float(np.nanmax([*before, *after, 1.5]))
+    marks = (Mark(max(gates), "something is missing above"),)
+    panel = Panel("held-out chi2 [1]", curves, log_y=True, y_range=ends, marks=marks)
+    return Figure("chi2 by leg", "leg", [panel], x_names=[f"leg {i + 1}" for i in range(len(answers))])
+
+
+def _table(answers: Sequence[TraceAnswer]) -> Table:
+    rows = [
+        [f"leg {i}", answer.verdict, " + ".join(answer.effects) or None, answer.chi2["before"], answer.chi2["after"]]
+        for i, answer in enumerate(answers, 1)
+    ]
+    return Table("What each leg lacks", ["leg", "verdict", "effects", "chi2 before", "after"], rows, _HOW)
+
+
+def _scene(platform: Platform, answers: Sequence[TraceAnswer], marked: Collection[int]) -> Scene:
+    """The platform as it moves in the first held-out record, by the measured lengths of its legs."""
+    records = [answer.trace.problem.heldout.records[0] for answer in answers]
+    stride = max(1, round(_FRAME / records[0].period))
+    positions = np.column_stack([record.signals["position"][::stride] for record in records])
+    middle = np.array([leg.rig.middle for leg in platform.legs])
+    poses = [np.zeros(positions.shape[1])]
+    for lengths in positions - middle + platform.middle:
+        poses.append(forward(platform.geometry, lengths, poses[-1]))
+    still = int(np.argmax(np.abs(poses[1:]).max(axis=1)))
+    names = ", ".join(f"leg {i + 1}" for i in sorted(marked))
+    note = f"{names} stands out: something is missing from its model. " if len(marked) == 1 else ""
+    note = f"{names} stand out: something is missing from their models. " if len(marked) > 1 else note
+    note += f"{records[0].name}, poses by the measured lengths of the legs, drawn {_LARGER:g} times larger."
+    lines = platform_lines(platform, _LARGER * np.array(poses[1:]), set(marked))
+    return Scene("The platform in the held-out record", {records[0].name: lines}, _FRAME, note, still)

@@ -1,0 +1,86 @@
+"""Which leg, and which effect: the campaign of a platform traced leg by leg, each cut out by its measured force.
+
+A leg under a known force is a jack, so that its trace is that of a jack. What acts on what a jack moves is no
+candidate: all of it is in the measured force. A leg that follows its records costs one fit.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from ...base.checkpoint import Progress, Stage
+from ...identify.data.leg_cut import leg_rig
+from ...plant.effects import Effect, inside_port
+from ...records import Campaign
+from ...report import Figure, Page
+from ...rigs.platform import LEGS, Platform
+from ...rigs.rig import Rig
+from ...rigs.rig_file import rig_text
+from ..common.outcome import Outcome
+from ..common.run_folder import metrics_json
+from ..residual.config import fingerprint
+from .answer import TraceAnswer
+from .legs import platform_answer, suspected
+from .legs_page import legs_page
+from .study import digest, effects_for, trace_answer
+
+
+def leg_effects(rig: Rig, files: Sequence[str] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
+    """The effects that a leg of a platform may lack. Raises InputError for a name in `without` that there is not."""
+    return tuple(effect for effect in effects_for(rig, files, without) if inside_port(effect.laws))
+
+
+def identity(
+    campaigns: Sequence[Campaign], platform: Platform, files: Sequence[str], without: Sequence[str], several: bool
+) -> dict[str, Any]:
+    """What says that a trace is the same one."""
+    return {
+        "command": "trace",
+        "campaigns": [fingerprint(campaign) for campaign in campaigns],
+        "rig": platform.table(),
+        "effects": digest(files),
+        "without": sorted(without),
+        "several": several,
+    }
+
+
+def run_platform_trace(
+    platform: Platform,
+    campaigns: Sequence[Campaign],
+    stage: Stage,
+    progress: Progress,
+    files: Sequence[str] = (),
+    without: Sequence[str] = (),
+    several: bool = False,
+    jobs: int = 1,
+) -> Outcome:
+    """Trace the records of every leg [6] to what it lacks; `jobs` processes share the work on one leg.
+
+    No shape is learned: with six legs the names are what is asked.
+    """
+    answers = []
+    for leg, campaign in enumerate(campaigns):
+        rig, own = leg_rig(platform, leg), _of_leg(stage, progress, leg + 1)
+        library = leg_effects(rig, files, without)
+        answers.append(trace_answer(campaign, rig, library, *own, files, without, several, jobs, learns=False))
+    return _outcome(platform, answers)
+
+
+def _outcome(platform: Platform, answers: Sequence[TraceAnswer]) -> Outcome:
+    legs = [answer.outcome.metrics for answer in answers]
+    whole, wrong = platform_answer(legs), suspected(legs)
+    texts = {"trace.json": metrics_json(whole)}
+    texts |= {f"leg{i + 1}.toml": rig_text(answers[i].rig) for i in wrong}
+    tables = {f"leg{i + 1}-{name}": table for i in wrong for name, table in answers[i].outcome.tables.items()}
+    more = {f"leg{i}": {"base": leg["base"], "failed": leg["failed"]} for i, leg in enumerate(legs, 1)}
+
+    def draw() -> tuple[Page, Figure]:
+        return legs_page(platform, answers)
+
+    return Outcome(whole | more, draw, tables, texts)
+
+
+def _of_leg(stage: Stage, progress: Progress, leg: int) -> tuple[Stage, Progress]:
+    """Stages and progress that say the leg."""
+    return lambda name, compute: stage(f"leg{leg}-{name}", compute), lambda said: progress(
+        f"leg {leg} of {LEGS}: {said}"
+    )
