@@ -83,7 +83,7 @@ def test_the_table_of_hidden_rigs_is_that_of_those_that_were_commissioned():
     rows = COMMISSIONED["rows"]
     assert len(lines) == len(rows) >= 6
     for cells, each in zip(lines, rows, strict=True):
-        said = (each["error"] and "refused") or f"{each['verdict']}: {', '.join(each['said'])}".rstrip(": ")
+        said = each["error"] or f"{each['verdict']}: {', '.join(each['said'])}".rstrip(": ")
         ways = [each["settling_s"].get(way) for way in ("automatic", "datasheet", "found", "known")]
         shown = [each["id"], " + ".join(each["truth"]), said, *("-" if x is None else f"{x:.3f}" for x in ways)]
         assert cells[: len(shown)] == shown
