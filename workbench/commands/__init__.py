@@ -48,6 +48,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "plan": "what to record next, to tell effects apart and to see numbers",
         "frequency": "measured frequency response of a pair of signals, beside the model's",
         "retune": "tune a controller anew on a rig as found: what that buys",
+        "watch": "a rig over months: which number or effect changes, since when, what it costs a loop",
         "valve-test": "the sheet of a valve: flow, gains, lap, hysteresis, steps, frequency response, with limits",
         "force-test": "the sheet of a load cell: its errors at rest and in motion, and what compensation leaves",
     },
@@ -60,6 +61,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "study": {
         "trace-study": "how often is a trace right",
+        "watch-study": "how well are made rigs watched over months",
         "commission-study": "how well are hidden rigs commissioned",
         "speed": "time the engine beside public solvers",
     },

@@ -60,6 +60,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "jackbench retune tune_p_dp --found out/trace-sample/rig.toml",
         "jackbench retune tune_p_dp --found found.toml --trials 100",
     ),
+    "watch": ("jackbench watch rig-3", 'jackbench watch rig-3 --false-alarms "1 per 5 years" --exit-code'),
     "force-test": (
         "jackbench force-test jack-10t --specimen '1e7 N/m' --grips '20 kg'",
         "jackbench force-test campaign --within 1 --pdf",
@@ -80,6 +81,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "jackbench commission mine.toml --at udp://192.168.0.20:4000 --minutes 10",
     ),
     "trace-study": ("jackbench trace-study --number 20", "jackbench trace-study --kind clean --number 60 --seed 4"),
+    "watch-study": ("jackbench watch-study", "jackbench watch-study --number 3 --sessions 20 --years 100"),
     "commission-study": (
         "jackbench commission-study --number 2",
         "jackbench commission-study --number 20 --seed 1 --jobs 2",

@@ -26,7 +26,20 @@ from .sessions import Drift, Session, read_drifts, read_sessions
 
 FILE = "campaign.toml"
 _APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
-_KEYS = ("rig", "corrector", "records", "signals", "unused", "mean", "sheets", "score", "sessions", "drifts", "late")
+_KEYS = (
+    "rig",
+    "corrector",
+    "records",
+    "signals",
+    "unused",
+    "mean",
+    "sheets",
+    "score",
+    "session",
+    "sessions",
+    "drifts",
+    "late",
+)
 ROLES = ("static", "train", "select", "heldout")
 WINDOWS, FREE_RUN = "windows", "free-run"
 
@@ -134,7 +147,7 @@ def load_campaign(folder: str | Path, leg: int | None = None) -> Campaign:
     return Campaign(
         file.parent,
         rig,
-        **records,
+        *(records[role] for role in ROLES),
         sheets=sheets,
         score=score,
         sessions=sessions,

@@ -9,6 +9,7 @@ from ..base.table import Table
 from ..base.units import Spec
 
 RECORD, REPEAT = PER = "record", "repeat"
+DATED = ("date", "oil_temperature", "hours", "remark", "repair")  # of sessions over months: see dated_sessions
 _OIL = Spec("K", 233.15, 423.15, "temperature of the oil")
 
 
@@ -67,7 +68,7 @@ def read_drifts(tables: Table, files: Mapping[str, str]) -> tuple[Drift, ...]:
 
 
 def _session(table: Table, name: str, files: Mapping[str, str]) -> Session:
-    table.allow("records", "numbers", "temperature")
+    table.allow("records", "numbers", "temperature", *DATED)
     temperature = table.quantity("temperature", _OIL) if "temperature" in table else None
     return Session(name, _records(table, files), table.words("numbers", "K3", ()), temperature)
 

@@ -8,5 +8,6 @@ law_curves, learned_page  what was learned: curves and gains with their band, be
 detectability             what would show if it were there
 words, effect_words, tables, figures    what the report is made of
 without     names of effects that are not to be tried
+platform, legs, legs_page    the campaign of a platform, leg by leg
 sheets, sheet_files, sheet_page    the same of frequency-response sheets
 """

@@ -101,7 +101,7 @@ class NuisanceProjection:
             np.linalg.inv(np.swapaxes(x, 1, 2) @ x + np.eye(n) / STATE_PULL**2) @ np.swapaxes(x, 1, 2)
             for x in self._states
         ]
-        numbers = self._without_states([whole[..., n:] for whole in slopes])
+        numbers = self.without_states([whole[..., n:] for whole in slopes])
         self._numbers = np.concatenate([part.reshape(-1, part.shape[-1]) for part in numbers])
         self._names = [free.name for free in fit.free]
         self._pinned = fit.at_bounds if windows.from_rest else ()
@@ -116,11 +116,16 @@ class NuisanceProjection:
 
     def __call__(self, change: Sequence[np.ndarray]) -> np.ndarray:
         """What is left of a change [w, rows, signals] of every group, as one vector."""
-        parts = self._without_states([part.reshape(len(part), -1, 1) for part in change])
+        parts = self.without_states([part.reshape(len(part), -1, 1) for part in change])
         left = np.concatenate([part.ravel() for part in parts])
         return left - self._basis @ (self._basis.T @ left)
 
-    def _without_states(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
+    def numbers(self) -> list[np.ndarray]:
+        """What each fitted number does to the errors [samples] beyond what initial states could do."""
+        return list(self._numbers.T)
+
+    def without_states(self, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Changes [w, rows * signals, k] of every group, less what initial states could do as well."""
         return [p - x @ (inverse @ p) for p, x, inverse in zip(parts, self._states, self._inverse, strict=True)]
 
 

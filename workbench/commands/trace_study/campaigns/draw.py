@@ -76,6 +76,29 @@ def draw(plan: CampaignPlan, folder: Path) -> dict[str, Any]:
     return _truth(plan, scene, causes, strengths)
 
 
+def written_records(
+    plan: CampaignPlan,
+    scene: Scene,
+    numbers: Mapping[str, float],
+    mix: Mapping[Cause, Mapping[str, float]],
+    louder: float,
+    folder: Path,
+    extra: Mapping[str, Any],
+) -> None:
+    """A campaign folder of a scene whose rig has other true `numbers`, effects with theirs, and `louder` sensors;
+    `extra` are further keys of its campaign.toml."""
+    programme = replace(scene.programme, campaign={**scene.programme.campaign, **extra})
+    sigma = {name: louder * size for name, size in scene.sigma.items()}
+    other = replace(scene, true=numbers, sigma=sigma, programme=programme)
+    loud = [_noises(plan, other, number) for number in range(len(other.played))]
+    _record(plan, other, other.motions(mix, other.played, [noises["position"] for noises in loud]), loud, folder)
+
+
+def drawn_scene(plan: CampaignPlan) -> Scene:
+    """The scene of a plan: a rig with true numbers, its sensors, and what is played."""
+    return _scene(plan)
+
+
 def _record(
     plan: CampaignPlan,
     scene: Scene,

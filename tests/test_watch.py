@@ -1,0 +1,206 @@
+"""A rig over months: dates are read as people write them, healthy rigs are left alone, a change is told and dated."""
+
+import json
+from datetime import date
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.commands.watch.options import alarms_a_year
+from workbench.identify.watch.changes import FEWEST, first_told, history, smoothed
+from workbench.identify.watch.naming import Explained, name_of, suspects
+from workbench.identify.watch.session_evidence import HELD, Axis, SessionEvidence, from_json
+from workbench.records.dated_sessions import dated_sessions
+
+AXES = (
+    Axis("b", "N s/m", scale=0.45, value=1.0, healthy=1 / HELD),
+    Axis("Ps", "Pa", scale=0.03, value=1.0, healthy=1 / HELD),
+    Axis("jack.friction", "typical"),
+    Axis("main.deadband", "typical"),
+    Axis("pa.zero", "Pa", scale=1.0, healthy=0.0),
+)
+WEEKLY = 7.0
+
+
+def made(moves, seed=0, sharp=400.0):
+    """Sessions [T] whose rigs are at moves [T, 5], as recordings of noise tell them; axes are correlated."""
+    random = np.random.default_rng(seed)
+    mix = np.eye(5) + 0.4 * np.random.default_rng(7).standard_normal((5, 5))
+    sessions = []
+    for move in moves:
+        matrix = sharp**2 * mix.T @ mix
+        vector = matrix @ move + np.linalg.cholesky(matrix) @ random.standard_normal(5)
+        sessions.append(SessionEvidence(AXES, 2, np.zeros(5), matrix, -vector, 1000, 1.0, {"pa": 1.0}))
+    return sessions
+
+
+def wandering(count, seed):
+    """Moves [T, 5] of a healthy rig: viscosity and supply wander."""
+    random = np.random.default_rng([seed, 1])
+    moves = np.zeros((count, 5))
+    moves[:, :2] = 0.3 * random.standard_normal((count, 2))
+    return moves
+
+
+def watched(moves, seed=0, repairs=None, temperatures=None):
+    count = len(moves)
+    warm = temperatures if temperatures is not None else [300.0 + k % 3 for k in range(count)]
+    return history(made(moves, seed), [WEEKLY * k for k in range(count)], repairs or [False] * count, warm)
+
+
+def test_healthy_rigs_raise_no_more_alarms_than_was_asked_for():
+    """Twenty rig-years, at one alarm in two years: ten would be as asked."""
+    told = sum(first_told(watched(wandering(52, seed), seed), 0.5)[0] is not None for seed in range(20))
+    assert told <= 10
+
+
+@pytest.mark.parametrize("axis", [2, 3, 4])
+@pytest.mark.parametrize("shape", ["jump", "drift"])
+def test_a_change_is_told_and_dated(axis, shape):
+    moves = wandering(40, 3)
+    begun = np.arange(40) - 19.0
+    moves[:, axis] += 0.1 * (begun > 0) if shape == "jump" else 0.02 * np.maximum(begun, 0.0)
+    change, told = first_told(watched(moves, 3), 0.5)
+    assert change is not None
+    assert change.shape == shape
+    assert change.earliest - 2 <= 20 <= change.latest + 2
+    assert 19 <= told <= 26
+
+
+def test_what_a_suspect_is_shows_beside_a_wandering_rig():
+    moves = wandering(40, 5)
+    moves[25:, 3] += 0.2
+    known = watched(moves, 5)
+    before = smoothed(known.until(25), None)[0].mean(axis=0)
+    assert AXES[suspects(known, before)[0]].name == "main.deadband"
+
+
+def test_a_repair_is_no_alarm():
+    moves = wandering(40, 4)
+    moves[20:, 2] += 0.3
+    repairs = [k == 20 for k in range(40)]
+    assert first_told(watched(moves, 4), 0.5)[0] is not None
+    assert first_told(watched(moves, 4, repairs), 0.5)[0] is None
+
+
+@pytest.mark.parametrize("recorded", [True, False])
+def test_the_season_of_the_oil_is_no_alarm(recorded):
+    kelvin = 8.0 * np.sin(2 * np.pi * np.arange(52) / 52)
+    moves = wandering(52, 6)
+    moves[:, 0] += -0.03 * kelvin / 0.45
+    temperatures = list(300 + kelvin) if recorded else [None] * 52
+    assert first_told(watched(moves, 6, temperatures=temperatures), 0.5)[0] is None
+
+
+def test_too_few_sessions_give_no_alarm():
+    moves = wandering(FEWEST - 1, 0)
+    moves[4:, 2] += 1.0
+    assert first_told(watched(moves), 0.5) == (None, 0)
+
+
+def test_evidence_is_kept_as_it_was():
+    evidence = made(wandering(1, 0))[0]
+    again = from_json(json.loads(json.dumps(evidence.json())))
+    assert again.axes == evidence.axes
+    assert np.array_equal(again.matrix, evidence.matrix)
+    assert (again.samples, again.residuals) == (evidence.samples, dict(evidence.residuals))
+
+
+def says(before, after):
+    return Explained(before, after, 1.0, 0.1, {})
+
+
+def test_a_name_explains_the_change_and_not_what_was_there_before():
+    old = {"jack.friction": says(3000, 1000), "main.deadband": says(3000, 2990)}
+    new = {"jack.friction": [says(9000, 6500)], "main.deadband": [says(9000, 3050)]}
+    name = name_of(old, new)
+    assert name.axis == "main.deadband"
+    assert name.among == ("main.deadband",)
+    assert name.share == pytest.approx(0.99, abs=0.01)
+
+
+def test_what_looks_alike_is_said_beside_it_and_what_explains_little_is_no_name():
+    old = {"drive.delay": says(1000, 990), "drive.lag": says(1000, 990)}
+    alike = name_of(old, {"drive.delay": [says(5000, 1010)], "drive.lag": [says(5000, 1080)]})
+    assert alike.among == ("drive.delay", "drive.lag")
+    assert name_of(old, {"drive.delay": [says(5000, 4000)], "drive.lag": [says(5000, 4500)]}).axis is None
+
+
+@pytest.mark.parametrize(
+    ("text", "a_year"), [("1 per 2 years", 0.5), ("1 per year", 1.0), ("2 per 6 months", 4.0), ("0.5 per 1 year", 0.5)]
+)
+def test_a_rate_of_false_alarms_is_read(text, a_year):
+    assert alarms_a_year(text) == pytest.approx(a_year)
+
+
+@pytest.mark.parametrize("text", ["often", "0 per year", "1 per 0 years", "-1 per year", "1 in 2 years"])
+def test_what_is_no_rate_is_refused(text):
+    with pytest.raises(InputError, match="1 per 2 years"):
+        alarms_a_year(text)
+
+
+def session(folder, name, more=""):
+    own = folder / name
+    own.mkdir(parents=True)
+    (own / "steps.csv").write_text("t [s],command [1],position [mm]\n0,0,0\n0.001,0,0\n")
+    (own / "campaign.toml").write_text(f'rig = "jack-10t"\n[records]\ntrain = ["steps.csv"]\n{more}')
+
+
+def test_sessions_are_dated_by_their_folder_or_by_what_they_say(tmp_path):
+    session(tmp_path, "2026-01-12")
+    session(tmp_path, "run_20260105_am")
+    session(tmp_path, "first", '[session]\ndate = "2026-01-01"\noil_temperature = "42 degC"\nremark = "oil changed"\n')
+    found = dated_sessions(tmp_path)
+    assert [s.day for s in found.sessions] == [date(2026, 1, 1), date(2026, 1, 5), date(2026, 1, 12)]
+    assert found.sessions[0].temperature == pytest.approx(315.15)
+    assert [s.repair for s in found.sessions] == [True, False, False]
+
+
+def test_sessions_of_one_campaign_are_dated(tmp_path):
+    dated = "".join(
+        f'[sessions.s{day}]\nrecords = ["{day}.csv"]\ndate = "2026-01-{day:02}"\nhours = {day}\n' for day in (12, 5)
+    )
+    session(tmp_path, "year")
+    for day in (5, 12):
+        (tmp_path / f"year/{day}.csv").write_text(
+            "t [s],command [1],position [mm]\n" + "".join(f"{k / 1000},0,{day}\n" for k in range(20))
+        )
+    (tmp_path / "year/campaign.toml").write_text(
+        f'rig = "jack-10t"\n[records]\ntrain = ["5.csv"]\nheldout = ["12.csv"]\n{dated}'
+    )
+    found = dated_sessions(tmp_path / "year")
+    assert [(s.day.day, s.hours) for s in found.sessions] == [(5, 5.0), (12, 12.0)]
+    assert [record.name for record in found.sessions[0].load().train] == ["5"]
+
+
+@pytest.mark.parametrize(
+    ("name", "more", "said"),
+    [
+        ("again", '[session]\ndate = "2026-01-05"\n', "one session a day is read"),
+        ("lost", "", "is no date"),
+        ("2026-13-40", "", "is no date"),
+        ("2026-02-02", '[session]\noil_temperature = "42 parsec"\n', "oil_temperature"),
+        ("2026-02-03", "[session]\nodd = 1\n", "odd"),
+    ],
+)
+def test_a_bad_session_is_one_line_and_the_others_go_on(tmp_path, name, more, said):
+    session(tmp_path, "2026-01-05")
+    session(tmp_path, name, more)
+    found = dated_sessions(tmp_path)
+    assert [s.day for s in found.sessions] == [date(2026, 1, 5)]
+    (line,) = found.left_out
+    assert said in line
+    assert name in line
+    assert "\n" not in line
+
+
+def test_a_folder_without_sessions_is_refused_in_a_line(tmp_path, capsys):
+    assert main(["watch", str(tmp_path / "nowhere"), "--out", str(tmp_path / "out")]) == 2
+    assert main(["watch", str(tmp_path), "--out", str(tmp_path / "out")]) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 2
+    assert "no such folder" in lines[0]
+    assert "no dated session" in lines[1]
+    assert not (tmp_path / "out").exists()

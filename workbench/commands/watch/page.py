@@ -1,0 +1,149 @@
+"""The page that is looked at every week: what changes, every number and effect over time, and the loop below them."""
+
+from collections.abc import Mapping, Sequence
+from datetime import date
+from typing import Any
+
+import numpy as np
+
+from ...identify.watch.changes import FEWEST, History
+from ...records.dated_sessions import DatedSession
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report.figures import Mark
+from .told import Told
+
+_Z = 1.96
+_LOOP = {
+    "gain_margin_db": "gain margin [dB]",
+    "phase_margin_deg": "phase margin [deg]",
+    "ms": "Ms [1]",
+    "settling_s": "settling [s]",
+    "overshoot_percent": "overshoot [%]",
+}
+_ROW = 4  # panels of a figure
+
+
+def watch_page(
+    name: str,
+    known: History,
+    sessions: Sequence[DatedSession],
+    moves: np.ndarray,
+    deviations: np.ndarray,
+    told: Told | None,
+    costs: Mapping[str, Sequence[float | None]],
+    metrics: Mapping[str, Any],
+) -> tuple[Page, Figure]:
+    """The page and its telling figure: the axes that changed, with the loop's figures below."""
+    weeks = known.days / 7.0
+    marks = tuple(Mark(week, session.remark or "repair", "x")
+                  for week, session in zip(weeks, sessions, strict=True) if session.repair)  # fmt: skip
+    if told:
+        marks += (Mark(float(weeks[told.first_alarm]), "alarm", "x"),)
+    first = list(np.argsort(-np.ptp(moves, axis=0) / deviations.mean(axis=0))[:2])
+    begun = f"weeks since {sessions[0].day} [1]"
+    panels = (
+        [_course(told, weeks, marks)]
+        if told and told.course
+        else [_panel(known, weeks, moves, deviations, k, marks) for k in first]
+    )
+    loop = [Panel(label, [Curve(metrics["controller"], weeks, _values(costs[key]), "points")], marks=marks)
+            for key, label in _LOOP.items() if np.isfinite(_values(costs[key])).any()]  # fmt: skip
+    picture = Figure("What changes, and the loop on the rig as it is", begun, [*panels, *loop[:3]])
+    every = [_panel(known, weeks, moves, deviations, k, marks) for k in range(len(known.axes))]
+    sections = [
+        Section(
+            "Alarms", [_alarms(metrics["alarms"]), _forecast(metrics["forecast"]), *_left_out(metrics["left_out"])]
+        ),
+        Section("The loop", [Figure(f"{metrics['controller']} on the rig of each session", begun, loop)]),
+        Section(
+            "Every number and effect",
+            [
+                Figure(f"Numbers and effects, {place // _ROW + 1}", begun, every[place : place + _ROW])
+                for place in range(0, len(every), _ROW)
+            ],
+        ),
+        Section("Sessions", [_sessions(sessions, metrics["sessions"])]),
+    ]
+    return Page(f"Watch of {name}", verdict(metrics, sessions[-1].day), sections, picture=picture), picture
+
+
+def verdict(metrics: Mapping[str, Any], last: date) -> str:
+    """What changes, since when, how fast; or that nothing does."""
+    count = len(metrics["sessions"])
+    if count < FEWEST:
+        return f"{count} sessions: {FEWEST} are needed to know how this rig wanders, so no alarm is given yet."
+    if not metrics["alarms"]:
+        return f"Nothing changes beyond a healthy wander over {count} sessions until {last}."
+    coming = [
+        f"{row['figure']} of {metrics['controller']} passes {row['limit']:g} between {row['from']} and {row['to']}"
+        for row in metrics["forecast"]
+    ]
+    said = [_sentence(alarm) for alarm in metrics["alarms"]]
+    return ". ".join((*said, *(f"At this rate, with 80 %, {line}" for line in coming))) + "."
+
+
+def _sentence(alarm: Mapping[str, Any]) -> str:
+    names, rate = " or ".join(alarm["among"]), alarm["rate"]
+    who = names if alarm["effect"] else f"Something that no suspect explains (nearest: {names or 'none'})"
+    if rate is None:
+        return f"{who} changed since {alarm['since']}; told on {alarm['told']}"
+    how = "drifts by" if alarm["shape"] == "drift" else "changed at once by"
+    size = f"{rate['value']:.3g} {rate['unit']} ({rate['low']:.3g} to {rate['high']:.3g})"
+    return f"{who} {how} {size} since {alarm['since']}; told on {alarm['told']}"
+
+
+def _course(told: Told, weeks: np.ndarray, marks: Sequence[Mark]) -> Panel:
+    """What is named, by its own fits."""
+    at = sorted(told.course)
+    value = np.array([told.course[t][0] for t in at])
+    half = _Z * np.array([told.course[t][1] for t in at])
+    band = (value - half, value + half)
+    return Panel(told.label, [Curve(told.name.among[0], weeks[at], value, "points", band=band)], marks=marks)
+
+
+def _values(column: Sequence[float | None]) -> np.ndarray:
+    return np.array([np.nan if value is None else value for value in column], dtype=float)
+
+
+def _panel(
+    known: History, weeks: np.ndarray, moves: np.ndarray, deviations: np.ndarray, k: int, marks: Sequence[Mark]
+) -> Panel:
+    axis = known.axes[k]
+    about = moves[:, k]
+    low, value, high = (
+        np.array([axis.at(float(move)) for move in about + side * _Z * deviations[:, k]]) for side in (-1, 0, 1)
+    )
+    return Panel(
+        f"{axis.name} [{axis.unit}]", [Curve(axis.name, weeks, value, "points", band=(low, high))], marks=marks
+    )
+
+
+def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table:
+    rows = [
+        [" or ".join(a["among"]), a["since"], " to ".join(a["since_between"]), a["shape"],
+         *((a["rate"] or {}).get(key) for key in ("value", "low", "high", "unit")), a["share"], a["told"]]
+        for a in alarms
+    ]  # fmt: skip
+    columns = ["what", "since", "between", "how", "size or rate", "low", "high", "unit", "explains [1]", "told on"]
+    note = "Low and high: 95 %. Several names explain the sessions as well as each other; plan says what to record."
+    return Table("Alarms" if rows else "No alarm", columns, rows, note)
+
+
+def _forecast(rows: Sequence[Mapping[str, Any]]) -> Table:
+    lines = [[row["figure"], row["limit"], row["from"], row["to"], row["by"]] for row in rows]
+    note = "80 %, if what changes goes on as it does."
+    return Table("When the loop passes a limit", ["figure", "limit", "from", "to", "by"], lines, note)
+
+
+def _left_out(lines: Sequence[str]) -> list[Table]:
+    return [Table("Left out", ["session and reason"], [[line] for line in lines])] if lines else []
+
+
+def _sessions(sessions: Sequence[DatedSession], rows: Sequence[Mapping[str, Any]]) -> Table:
+    lines = [
+        [row["date"], row["chi2"], None if s.temperature is None else s.temperature - 273.15, s.hours, row["remark"],
+         *(row["margins"][key] for key in _LOOP)]
+        for s, row in zip(sessions, rows, strict=True)
+    ]  # fmt: skip
+    heads = ["date", "chi2 of the fit [1]", "oil [degC]", "hours [h]", "remark", *_LOOP.values()]
+    return Table("Every session", heads, lines)

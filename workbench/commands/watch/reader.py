@@ -1,0 +1,131 @@
+"""Reads sessions: each one's evidence about the numbers of the first, and suspects fitted to it."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...base.private_cache import store, stored
+from ...base.process_pool import one_blas_thread
+from ...identify.fit.informative import informative
+from ...identify.trace.problem import MOST, EstimationProblem, estimation_problem
+from ...identify.watch.naming import Explained, Problem, explained
+from ...identify.watch.session_evidence import SessionEvidence, from_json, rig_as_found, session_evidence
+from ...records import Campaign
+from ...records.dated_sessions import DatedSession
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig
+from ..common.outcome import Progress
+from ..residual.config import fingerprint
+from ..trace.study import effects_for
+
+_FEW = 12  # windows of a session that suspects are fitted to
+_OTHER = 5.0  # a signal that moves so many times more, or less, than in the sessions before is in another unit
+_FORM = 6  # of what the cache keeps
+
+
+class SessionReader:
+    """Reads sessions of one rig. What it computed stays in the user's cache: a session costs its fits once."""
+
+    def __init__(self, rig: Rig, progress: Progress) -> None:
+        self.rig, self._progress = rig, progress
+        self._found: Rig | None = None
+
+    def evidence(self, campaign: Campaign, what: str) -> SessionEvidence:
+        """Of one session, about the rig as the first one found it. Raises InputError."""
+        if self._found is None:
+            self._found = self._as_found(campaign, what)
+        rig, library = self._found, effects_for(self.rig)
+        return from_json(self._kept(campaign, rig, [], what, lambda own: session_evidence(own(rig), library).json()))
+
+    def explained(self, campaign: Campaign, axes: Sequence[str], what: str) -> dict[str, Explained]:
+        """Suspects on one session, with the rig otherwise as the first one found it. Raises InputError."""
+        rig, library = self._found or self.rig, effects_for(self.rig)
+
+        def compute(_: Problem) -> dict[str, Any]:
+            found = explained(lambda own: _problem(campaign, own, _FEW), rig, axes, library)
+            return {axis: asdict(each) for axis, each in found.items()}
+
+        kept = self._kept(campaign, rig, axes, what, compute)
+        return {axis: Explained(**each) for axis, each in kept.items()}
+
+    def _as_found(self, campaign: Campaign, what: str) -> Rig:
+        def compute(own: Problem) -> dict[str, Any]:
+            found = rig_as_found(self.rig, own(self.rig))
+            return {name: [n.value, n.low, n.high] for name, n in found.numbers.items()}
+
+        kept = self._kept(campaign, self.rig, [], f"{what}, the rig as found", compute)
+        numbers = {
+            name: replace(n, value=kept[name][0], low=kept[name][1], high=kept[name][2], interval=None)
+            for name, n in self.rig.numbers.items()
+        }
+        return replace(self.rig, numbers=numbers)
+
+    def _kept(
+        self, campaign: Campaign, rig: Rig, asked: Sequence[str], what: str, compute: Callable[[Problem], Any]
+    ) -> Any:
+        key = {"campaign": fingerprint(campaign) | {"name": ""}, "rig": rig.table(), "asked": asked, "form": _FORM}
+        name = f"{sha256(json.dumps(key, sort_keys=True, default=str).encode()).hexdigest()}.session"
+        if content := stored(name):
+            return json.loads(content)
+        self._progress(what)
+        with one_blas_thread():
+            result = compute(lambda own: _problem(campaign, own))
+        store(name, json.dumps(result).encode())
+        return result
+
+
+def read_sessions(
+    reader: SessionReader, sessions: Sequence[DatedSession], left_out: list[str]
+) -> tuple[list[DatedSession], list[SessionEvidence]]:
+    """The sessions that can be read, with their evidence; a line in `left_out` for each other one."""
+    kept, evidence, sizes = [], [], []
+    for count, session in enumerate(sessions, 1):
+        try:
+            campaign = session.load()
+            size = _sizes(campaign)
+            _check_alike(campaign, reader.rig, size, sizes)
+            each = reader.evidence(campaign, f"session {count} of {len(sessions)}: {session.day}")
+        except InputError as error:
+            left_out.append(f"{session.name}: {error}")
+            continue
+        kept.append(session)
+        evidence.append(each)
+        sizes.append(size)
+    return kept, evidence
+
+
+def _problem(campaign: Campaign, rig: Rig, most: int = MOST) -> EstimationProblem:
+    """The windows of a session that tell most of the rig's numbers, so many at most."""
+    problem = estimation_problem(replace(campaign, rig=rig.name), rig)
+    train = informative(problem.model(), problem.train, problem.free, most)
+    return replace(problem, train=problem.train.some(train))
+
+
+def _sizes(campaign: Campaign) -> dict[str, float]:
+    """How far each signal moves, RMS, over the records of a session."""
+    names = {name for record in campaign.train for name in record.signals}
+    return {
+        name: float(np.sqrt(np.mean([np.nanvar(r.signals[name]) for r in campaign.train if name in r.signals])))
+        for name in names
+    }
+
+
+def _check_alike(
+    campaign: Campaign, rig: Rig, size: Mapping[str, float], before: Sequence[Mapping[str, float]]
+) -> None:
+    """Raises InputError where a session is of another rig, or a signal in another unit than before."""
+    if campaign.rig != rig.name and load_rig(campaign.rig).name.split("-")[0] != rig.name.split("-")[0]:
+        raise InputError(f"is of the rig {campaign.rig}, the others are of {rig.name}")
+    for name, value in size.items():
+        usual = [other[name] for other in before if name in other]
+        if len(usual) >= 2 and np.median(usual) > 0 and value > 0:
+            ratio = value / float(np.median(usual))
+            if not 1 / _OTHER < ratio < _OTHER:
+                raise InputError(
+                    f"{name} moves {ratio:.3g} times as far as before; check its unit, or play the same run"
+                )

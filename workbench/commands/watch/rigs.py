@@ -1,0 +1,103 @@
+"""Several rigs at once: each watched, and one table of what needs attention first."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...base.process_pool import Jobs, process_pool
+from ...records.campaign import FILE
+from ...records.dated_sessions import dated_sessions
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
+from ..common.step_experiment import StepConfig
+from .page import verdict
+from .study import run_watch, watched_rig
+
+Row = Mapping[str, Any]
+
+
+def rig_folders(folder: Path) -> list[Path]:
+    """The rigs of a folder that has one sub-folder a rig, each with sessions; none where it is a rig's own."""
+    if not folder.is_dir() or (folder / FILE).exists() or any(folder.glob(f"*/{FILE}")):
+        return []
+    return sorted({path.parents[1] for path in folder.glob(f"*/*/{FILE}")})
+
+
+def run_watches(
+    folders: Sequence[Path],
+    rig: str | None,
+    loop: StepConfig,
+    a_year: float,
+    stage: Stage,
+    progress: Progress,
+    jobs: Jobs = 1,
+) -> Outcome:
+    """`rigs`: what a watch of each says, by name, those with an alarm first. A rig that cannot be read is one line."""
+
+    def done(row: Row) -> None:
+        progress(f"{row['name']}: {row['said']}")
+
+    with process_pool(jobs, partial(partial, _watched, rig=rig, loop=loop, a_year=a_year)) as work:
+        rows = work({folder.name: folder for folder in folders}, stage, done)
+    rows = sorted(rows, key=_attention)
+    metrics = {"rigs": rows, "alarms": [alarm for row in rows for alarm in row["alarms"]]}
+    return Outcome(metrics, lambda: _page(rows))
+
+
+def _watched(folder: Path, rig: str | None, loop: StepConfig, a_year: float) -> dict[str, Any]:
+    try:
+        found = dated_sessions(folder)
+        own = watched_rig(found, rig)
+        metrics = run_watch(found, own, loop, a_year, no_checkpoint, lambda _: None).metrics
+    except InputError as error:
+        return {"name": folder.name, "said": f"not read: {error}", "alarms": [], "sessions": 0, "last": None,
+                "margins": {}, "forecast": [], "left_out": [str(error)]}  # fmt: skip
+    sessions = metrics["sessions"]
+    last = sessions[-1]
+    return {
+        "name": folder.name,
+        "said": verdict(metrics, last["date"]),
+        "alarms": metrics["alarms"],
+        "sessions": len(sessions),
+        "last": last["date"],
+        "margins": last["margins"],
+        "forecast": metrics["forecast"],
+        "left_out": metrics["left_out"],
+    }
+
+
+def _attention(row: Row) -> tuple[bool, str, float, str]:
+    """Alarms first, those whose loop passes a limit soonest before others; then rigs of which nothing was read."""
+    soonest = min((each["from"] for each in row["forecast"]), default="9999")
+    margin = row["margins"].get("gain_margin_db")
+    return (not row["alarms"] and bool(row["sessions"]), soonest, 1e9 if margin is None else margin, row["name"])
+
+
+def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
+    lines = [
+        [
+            row["name"],
+            "; ".join(" or ".join(alarm["among"]) for alarm in row["alarms"]),
+            next((alarm["since"] for alarm in row["alarms"]), None),
+            next((f"{each['figure']} {each['limit']:g} from {each['from']}" for each in row["forecast"]), ""),
+            row["margins"].get("gain_margin_db"),
+            row["margins"].get("settling_s"),
+            row["sessions"],
+            row["last"],
+            len(row["left_out"]),
+        ]
+        for row in rows
+    ]
+    heads = ["rig", "alarm", "since", "passes", "gain margin [dB]", "settling [s]", "sessions", "newest", "left out"]
+    alarmed = [row["name"] for row in rows if row["alarms"]]
+    said = f"{len(alarmed)} of {len(rows)} rigs need attention" + (f": {', '.join(alarmed)}." if alarmed else ".")
+    words = Table("What each says", ["rig", "what its watch says"], [[row["name"], row["said"]] for row in rows])
+    margins = np.array([row["margins"].get("gain_margin_db") or np.nan for row in rows], dtype=float)
+    points = Curve("newest session", np.arange(1.0, len(rows) + 1), margins, "points")
+    figure = Figure("The loop on each rig", "rig, most urgent first", [Panel("gain margin [dB]", [points])])
+    table = Table("Most urgent first", heads, lines)
+    return Page("Watch of several rigs", said, [Section("Rigs", [table, figure, words])], picture=figure), figure

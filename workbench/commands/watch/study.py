@@ -1,0 +1,136 @@
+"""Watch a rig: each session's evidence, what changes over all of them, what it is, and what that does to a loop."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...base.errors import InputError
+from ...base.process_pool import one_blas_thread
+from ...identify.watch.changes import Change, History, first_told, history, smoothed
+from ...identify.watch.naming import Name
+from ...identify.watch.session_evidence import Axis
+from ...records.campaign import FILE, campaign_rig
+from ...records.dated_sessions import DatedSession, DatedSessions
+from ...report import Figure, Page
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig
+from ..common.design_numbers import Subject
+from ..common.outcome import Outcome, Progress, Stage
+from ..common.step_experiment import StepConfig
+from .forecast import forecasts
+from .loop_costs import FIGURES, loop_figures
+from .page import watch_page
+from .reader import SessionReader, read_sessions
+from .told import Told, named
+
+_Z = 1.96
+
+
+def watched_rig(found: DatedSessions, given: str | None) -> Rig:
+    """The rig that is given, else the one of the newest session whose rig file can be read. Raises InputError."""
+    if given:
+        return load_rig(given)
+    for session in reversed(found.sessions):
+        for place in (found.folder / session.name, found.folder):
+            if (place / FILE).exists():
+                return load_rig(campaign_rig(place))
+    raise InputError(f"{found.folder}: no session says of which rig it is; give --rig")
+
+
+def identity(found: DatedSessions, rig: Rig, loop: StepConfig, a_year: float) -> dict[str, Any]:
+    """What says that a watch is the same one."""
+    days = [str(session.day) for session in found.sessions]
+    return {"command": "watch", "folder": found.folder.resolve().name, "sessions": days, "rig": rig.table(),
+            "loop": loop.source, "false_alarms_a_year": a_year}  # fmt: skip
+
+
+def read_identity(folder: Path) -> list[str]:
+    """The sessions of a folder, for what says that a watch is the same one."""
+    return [folder.name, *sorted(path.parent.name for path in folder.glob(f"*/{FILE}"))]
+
+
+def run_watch(
+    found: DatedSessions, rig: Rig, loop: StepConfig, a_year: float, stage: Stage, progress: Progress
+) -> Outcome:
+    """The outcome of a watch. A session costs a fit once: its evidence stays in the user's cache."""
+    left_out = list(found.left_out)
+    reader = SessionReader(rig, progress)
+    sessions, evidence = read_sessions(reader, found.sessions, left_out)
+    for line in left_out:
+        progress(f"left out: {line}")
+    if not evidence:
+        raise InputError(f"{found.folder}: no session can be read: {left_out[0]}")
+    days = [float((session.day - sessions[0].day).days) for session in sessions]
+    with one_blas_thread():
+        known = history(evidence, days, [s.repair for s in sessions], [s.temperature for s in sessions])
+        progress(f"what changes over {len(sessions)} sessions")
+        change, first_alarm = first_told(known, a_year)
+        moves, deviations = smoothed(known, change)
+        told = named(reader, sessions, known, change, first_alarm) if change else None
+        progress(f"{loop.controllers[0].name} on the rig of each session")
+        costs = stage("loops", lambda: loop_figures(loop, rig, known, moves, told))
+    metrics = {
+        "sessions": [
+            {
+                "date": str(session.day),
+                "chi2": each.chi2,
+                "numbers": _numbers(known, moves[t], deviations[t]) | _of_the_name(told, t),
+                "margins": {name: costs[name][t] for name in FIGURES},
+                "remark": session.remark,
+                "residuals": dict(each.residuals),
+            }
+            for t, (session, each) in enumerate(zip(sessions, evidence, strict=True))
+        ],
+        "alarms": [_alarm(told, sessions)] if told else [],
+        "forecast": forecasts(known, told, costs, sessions[0].day),
+        "left_out": left_out,
+        "false_alarms_a_year": a_year,
+        "controller": loop.controllers[0].name,
+    }
+
+    def draw() -> tuple[Page, Figure]:
+        return watch_page(found.folder.resolve().name, known, sessions, moves, deviations, told, costs, metrics)
+
+    texts = {"watch.json": json.dumps(metrics, indent=1)}
+    return Outcome(metrics, draw, {}, texts, Subject(rig, list(loop.controllers[:1])))
+
+
+def _numbers(known: History, move: Any, deviation: Any) -> dict[str, list[float]]:
+    """Each number of the rig, effect and sensor: value, low, high (95 %)."""
+    return {
+        label(axis): [axis.at(float(move[k] + side * _Z * deviation[k])) for side in (0, -1, 1)]
+        for k, axis in enumerate(known.axes)
+    }
+
+
+def label(axis: Axis) -> str:
+    """An axis with its unit, as watch.json and the page name it."""
+    return f"{axis.name} [{axis.unit}]"
+
+
+def _of_the_name(told: Told | None, session: int) -> dict[str, list[float]]:
+    if told is None or session not in told.course:
+        return {}
+    value, deviation = told.course[session]
+    return {told.label: [value, value - _Z * deviation, value + _Z * deviation]}
+
+
+def _alarm(told: Told, sessions: Sequence[DatedSession]) -> dict[str, Any]:
+    change: Change = told.change
+    name: Name = told.name
+    rate: Mapping[str, Any] | None = None
+    if told.rate:
+        value, low, high = told.rate
+        rate = {"value": value, "low": low, "high": high, "unit": told.rate_unit}
+    return {
+        "effect": name.axis,
+        "among": list(name.among),
+        "share": name.share,
+        "since": str(sessions[change.first].day),
+        "since_between": [str(sessions[change.earliest - 1].day), str(sessions[change.latest].day)],
+        "shape": change.shape,
+        "rate": rate,
+        "times_limit": change.gain,
+        "told": str(sessions[told.first_alarm].day),
+    }

@@ -1,0 +1,115 @@
+"""Made rigs over months: a reference run a week; oil, supply and noise wander, and one wear grows, or none."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date, timedelta
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from ..trace_study.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, Cause
+from ..trace_study.campaigns.draw import CampaignPlan, written_records
+from ..trace_study.campaigns.scene import Scene
+
+FIRST_DAY = date(2025, 1, 6)
+WEEK = 7
+SEASON, DAILY = 6.0, 2.0  # K, of the oil about its mean: over a year, and from session to session
+PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.02}  # of the number, with the oil's temperature
+SUPPLY = 0.003  # of the supply pressure, from session to session
+NOISIER = 0.15  # of each sensor's noise, from session to session
+HEALTHY = "nothing"
+
+Growth = Literal["slow", "jump", "steps"]
+
+
+@dataclass(frozen=True)
+class Wear:
+    """What grows: a number of the rig to `most` times its first value, or an effect to `most` of typical."""
+
+    name: str
+    formula: str
+    most: float
+
+
+WEARS = (
+    Wear("Cl", "", 6.0),
+    Wear("K3", "", 0.8),
+    Wear("Ps", "", 0.9),
+    Wear("Kp", "", 0.75),
+    Wear("jack.friction", "hyperbolic", 0.6),
+    Wear("main.deadband", "round ports", 0.4),
+    Wear("oil.air", "dissolving", 0.6),
+    Wear("jack.external_leakage", "seal that opens", 0.6),
+    Wear("drive.delay", "shift and filter", 0.5),
+    Wear("main.stiction", "saturated line", 0.5),
+)
+
+
+@dataclass(frozen=True)
+class MadeRig:
+    """A rig of the study: its seed, what wears (none: healthy), how it grows, and from which session on."""
+
+    seed: int
+    wear: Wear | None
+    growth: Growth = "slow"
+    begins: int = 0
+    sessions: int = 30
+
+    @property
+    def id(self) -> str:
+        """The name of its folder."""
+        return f"{self.wear.name if self.wear else 'healthy'}-{self.growth}-{self.seed}"
+
+    def share(self, session: int) -> float:
+        """How far the wear has grown in a session, 0 to 1."""
+        if self.wear is None or session < self.begins:
+            return 0.0
+        grown = (session - self.begins + 1) / (self.sessions - self.begins)
+        return {"slow": grown, "jump": 0.5, "steps": np.ceil(3 * grown) / 3}[self.growth]
+
+
+def drawn_rigs(number: int, seed: int, sessions: int) -> list[MadeRig]:
+    """A third of them healthy; the others have each wear in turn, slowly, suddenly and in steps in turn."""
+    rigs, growths = [], get_args(Growth)
+    for k in range(number):
+        random = np.random.default_rng([seed, k])
+        worn = k - k // 3 - 1
+        wear = None if k % 3 == 0 else WEARS[worn % len(WEARS)]
+        begins = int(random.integers(sessions // 3, sessions // 2))
+        rigs.append(MadeRig(seed * 1000 + k, wear, growths[worn % 3] if wear else "slow", begins, sessions))
+    return rigs
+
+
+def write_sessions(rig: MadeRig, scene: Scene, folder: Path) -> list[Mapping[str, float]]:
+    """A folder of dated sessions; the temperature is in each one's campaign.toml. The true numbers of each."""
+    random = np.random.default_rng([rig.seed, 1])
+    truths = []
+    for session in range(rig.sessions):
+        day = FIRST_DAY + timedelta(days=WEEK * session)
+        warmer = SEASON * np.sin(2 * np.pi * WEEK * session / 365.25) + DAILY * random.standard_normal()
+        numbers = {name: value * (1 + PER_KELVIN.get(name, 0.0) * warmer) for name, value in scene.true.items()}
+        numbers["Ps"] *= 1 + SUPPLY * random.standard_normal()
+        numbers, mix = _worn(rig, numbers, rig.share(session))
+        louder = float(np.exp(NOISIER * random.standard_normal()))
+        plan = CampaignPlan(rig.seed * 1000 + session, "single", noise="white")
+        extra = {"session": {"date": day.isoformat(), "oil_temperature": f"{40 + warmer:.1f} degC"}}
+        written_records(plan, scene, numbers, mix, louder, folder / day.isoformat(), extra)
+        truths.append(numbers)
+    return truths
+
+
+def _worn(rig: MadeRig, numbers: Mapping[str, float], share: float) -> tuple[dict[str, float], dict]:
+    wear = rig.wear
+    if wear is None or share == 0.0:
+        return dict(numbers), {}
+    if not wear.formula:
+        return {**numbers, wear.name: numbers[wear.name] * (1 + share * (wear.most - 1))}, {}
+    cause = _cause(wear)
+    strong = {n.name: n.typical if n.off is None else n.off + share * wear.most * (n.typical - n.off)
+              for n in cause.effect.numbers}  # fmt: skip
+    return dict(numbers), {cause: strong}
+
+
+def _cause(wear: Wear) -> Cause:
+    return next(c for c in (*OTHER_FORMULA_CAUSES, *LIBRARY_CAUSES) if c.key == (wear.name, wear.formula))

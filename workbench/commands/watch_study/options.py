@@ -1,0 +1,37 @@
+"""`jackbench watch-study`: its arguments."""
+
+import argparse
+from functools import partial
+
+from ...base.errors import InputError
+from ..common.options import computes, finish_in_folder, jobs, works
+from ..common.shipped import experiment
+
+_LEAST = {"number": 1, "first": 0, "sessions": 12, "years": 1, "seed": 0}
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    parser.add_argument("--number", type=int, default=12, metavar="N", help="rigs to watch (default: 12)")
+    parser.add_argument("--first", type=int, default=0, metavar="K", help="number of the first (default: 0)")
+    parser.add_argument("--sessions", type=int, default=30, metavar="T", help="of each rig, a week apart (default: 30)")
+    parser.add_argument("--years", type=int, default=200, metavar="Y", help="drawn healthy rig-years (default: 200)")
+    parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
+    works(parser)
+    computes(parser, _watch_study, rig=False)
+
+
+def _watch_study(options: argparse.Namespace, words: list[str]) -> None:
+    for name, least in _LEAST.items():
+        value = getattr(options, name)
+        if value < least:
+            raise InputError(f"--{name} {value}: must be {least} or more")
+    from ..watch.options import loop_of
+    from .made_rig import drawn_rigs
+    from .study import run_watch_study
+
+    rigs = drawn_rigs(options.first + options.number, options.seed, options.sessions)[options.first :]
+    loop = loop_of(experiment("experiments/position_tuned.toml"), "p-dp")
+    identity = {"command": "watch-study", "rigs": [str(rig) for rig in rigs], "years": options.years}
+    study = partial(run_watch_study, rigs, loop, options.years, jobs=jobs(options))
+    finish_in_folder(options, words, "watch-study", identity, study)

@@ -1,0 +1,156 @@
+"""Made rigs watched: what was told, beside what wore, when it began, and what it cost the loop by then."""
+
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.process_pool import Jobs, one_blas_thread, process_pool
+from ...identify.watch.changes import history
+from ...records.dated_sessions import dated_sessions
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.rig import Rig
+from ...rigs.rig_file import load_rig
+from ..common.fit_result import effect_use
+from ..common.outcome import Outcome, Progress, no_checkpoint
+from ..common.run_folder import Run
+from ..common.step_experiment import StepConfig
+from ..trace_study.campaigns.draw import CampaignPlan, drawn_scene
+from ..watch.loop_costs import loop_row
+from ..watch.reader import SessionReader, read_sessions
+from ..watch.study import run_watch
+from .healthy import false_alarms, rate
+from .made_rig import MadeRig, write_sessions
+
+A_YEAR = 0.5
+RIG = "jack-10t"
+HURT = 1.0  # dB of gain margin
+Row = dict[str, Any]
+
+
+def run_watch_study(
+    rigs: Sequence[MadeRig], loop: StepConfig, years: int, run: Run, progress: Progress, jobs: Jobs = 1
+) -> Outcome:
+    """`rows`, one a rig; `summary` of them; `healthy`: alarms in drawn years of the first healthy rig."""
+
+    def done(row: Row) -> None:
+        progress(f"{row['id']}: told {row['told']}, {row['effect']} among {', '.join(row['among'])}")
+
+    with process_pool(jobs, partial(partial, watched, loop=loop, folder=run.dir / "rigs")) as work:
+        rows = work({rig.id: rig for rig in rigs}, run.stage, done)
+    well = next((rig for rig in rigs if rig.wear is None), None)
+    drawn = run.stage("healthy", partial(_drawn, well, years, run.dir / "rigs")) if well else None
+    metrics = {"rows": rows, "summary": summary(rows), "healthy": drawn}
+    return Outcome(metrics, lambda: page(metrics))
+
+
+def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
+    """One made rig: written, watched, and judged; its recordings are removed again."""
+    scene = drawn_scene(CampaignPlan(rig.seed, "single", noise="white", sharp=0.5))
+    own = folder / rig.id
+    shutil.rmtree(own, ignore_errors=True)
+    truths = write_sessions(rig, scene, own)
+    found = run_watch(dated_sessions(own), load_rig(RIG), loop, A_YEAR, no_checkpoint, lambda _: None).metrics
+    if rig.wear is not None:
+        shutil.rmtree(own)
+    days = [each["date"] for each in found["sessions"]]
+    alarm = found["alarms"][0] if found["alarms"] else None
+    told = days.index(alarm["told"]) if alarm else None
+    margins = [loop_row(loop, _true_rig(rig, truths[t], t)).get("gain_margin_db") for t in range(rig.sessions)]
+    name = rig.wear.name if rig.wear else None
+    return {
+        "id": rig.id,
+        "wear": name,
+        "growth": rig.growth if rig.wear else None,
+        "begins": rig.begins if rig.wear else None,
+        "told": told,
+        "effect": alarm["effect"] if alarm else None,
+        "among": alarm["among"] if alarm else [],
+        "right": name is not None and alarm is not None and name in alarm["among"],
+        "share": rig.share(told) if told is not None else None,
+        "lost_db": _lost(margins, rig.begins, told),
+        "hurt": _hurt(margins, rig.begins),
+        "forecast": found["forecast"],
+        "chi2": [each["chi2"] for each in found["sessions"]],
+    }
+
+
+def _true_rig(rig: MadeRig, numbers: Mapping[str, float], session: int) -> Rig:
+    base = load_rig(RIG)
+    known = {
+        n: replace(number, value=numbers[n], low=None, high=None) for n, number in base.numbers.items() if n in numbers
+    }
+    share = rig.share(session)
+    if rig.wear is None or not rig.wear.formula or share == 0:
+        return replace(base, numbers={**base.numbers, **known})
+    effect = _library_effect(rig.wear.name)
+    strong = {n.name: n.off + share * rig.wear.most * (n.typical - n.off) for n in effect.numbers if n.off is not None}
+    return replace(base, numbers={**base.numbers, **known}, effects=(*base.effects, effect_use(effect, strong, "made")))
+
+
+def _library_effect(name: str) -> Any:
+    from ...plant.effects import known_effects
+
+    return next(effect for effect in known_effects() if effect.name == name)
+
+
+def _lost(margins: Sequence[float | None], begins: int, told: int | None) -> float | None:
+    """dB of gain margin that the loop lost between the beginning and the alarm."""
+    before, at = margins[max(begins - 1, 0)], margins[told] if told is not None else None
+    return None if before is None or at is None else before - at
+
+
+def _hurt(margins: Sequence[float | None], begins: int) -> int | None:
+    """The session at which the loop has lost HURT of its gain margin."""
+    before = margins[max(begins - 1, 0)]
+    since = range(begins, len(margins))
+    return next((t for t in since if before is not None and before - (margins[t] or 0.0) >= HURT), None)
+
+
+def _drawn(rig: MadeRig, years: int, folder: Path) -> Row:
+    reader = SessionReader(load_rig(RIG), lambda _: None)
+    sessions, evidence = read_sessions(reader, dated_sessions(folder / rig.id).sessions, [])
+    days = [float((each.day - sessions[0].day).days) for each in sessions]
+    known = history(evidence, days, [False] * len(days), [each.temperature for each in sessions])
+    with one_blas_thread():
+        alarms = false_alarms(known, years, A_YEAR)
+    value, low, high = rate(alarms, years)
+    return {"years": years, "alarms": alarms, "asked_a_year": A_YEAR, "a_year": [value, low, high]}
+
+
+def summary(rows: Sequence[Row]) -> Row:
+    """Counts over all rigs."""
+    worn, well = [row for row in rows if row["wear"]], [row for row in rows if not row["wear"]]
+    told = [row for row in worn if row["told"] is not None]
+    early = [row for row in told if row["told"] < row["begins"]]
+    before = [row for row in told if row["hurt"] is None or row["told"] <= row["hurt"]]
+    return {
+        "worn": len(worn),
+        "told": len(told),
+        "told_too_soon": len(early),
+        "right": sum(row["right"] for row in worn),
+        "first": sum(row["effect"] == row["wear"] for row in worn),
+        "before_hurt": len(before),
+        "healthy": len(well),
+        "false_alarms": sum(row["told"] is not None for row in well),
+    }
+
+
+def page(metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
+    """The table and what it comes to."""
+    whole = metrics["summary"]
+    said = (
+        f"{whole['told']} of {whole['worn']} wears are told, {whole['right']} by their name or among what looks alike; "
+        f"{whole['before_hurt']} before the loop lost {HURT:g} dB. "
+        f"{whole['false_alarms']} of {whole['healthy']} healthy rigs have an alarm."
+    )
+    heads = ["rig", "wear", "growth", "begins", "told", "effect", "among", "share then", "lost [dB]", "hurt at"]
+    keys = ("id", "wear", "growth", "begins", "told", "effect", "among", "share", "lost_db", "hurt")
+    lines = [[", ".join(row[key]) if key == "among" else row[key] for key in keys] for row in metrics["rows"]]
+    curves = [Curve(row["id"], np.arange(float(len(row["chi2"]))), np.array(row["chi2"])) for row in metrics["rows"]]
+    figure = Figure("What the rig as it was leaves", "session", [Panel("chi2 [1]", curves, log_y=True)])
+    return Page("Watches of made rigs", said, [Section("Rigs", [Table("", heads, lines), figure])]), figure

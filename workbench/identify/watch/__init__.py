@@ -1,0 +1,6 @@
+"""A rig over months: what each session says of it, and what changes from session to session.
+
+session_evidence    a session's fit, of a rig held to what healthy ones do, and how its errors answer to every axis
+changes             whether an axis changes, since when; how a healthy rig wanders; the limit of an alarm
+naming              suspects fitted to sessions before and after a change
+"""

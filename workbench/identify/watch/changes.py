@@ -1,0 +1,278 @@
+"""Whether a rig changes over its sessions, and since when: evidence of all sessions, against healthy wander.
+
+A healthy rig's numbers wander from session to session with variances W about a mean that may be another one after each
+repair, and that goes with the oil's temperature. A change is that mean moving along one axis from some session on, at
+once or steadily. Its gain is the fall of the squared errors that one number, the size of the change, brings (a
+generalised likelihood ratio: Basseville and Nikiforov, Detection of Abrupt Changes, Prentice Hall 1993, ch. 4). What
+limit a gain has to pass is drawn: healthy years of this rig's own sessions.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from .session_evidence import Axis, SessionEvidence
+
+FEWEST = 8  # sessions that say how a healthy rig wanders; no alarm before
+CAUTION = 2.0  # on the limit: a wander known from few sessions has longer tails than the drawn ones
+BROAD = 10.0  # a mean may be so far from the first session, in moves
+LEAST_INFORMATION = 1.0  # of an axis in any session; below it a recording says nothing of it
+PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.025}  # of the number: as mineral oil HLP 46 about 40 degC
+SEASON = 8.0  # K, of oil whose temperature nobody recorded, over a year
+NOISE_SHARE = 0.3  # of a session's own uncertainty: no axis is thought to be steadier
+ROUNDING = 1e-6
+_EARLY = 2 * FEWEST  # sessions that say how the rig wanders
+_NORMAL_MEDIAN = 0.4549  # of the square of a normal variable
+_DRAWS = 200
+_LOOKS = 12
+_TAUS = 24
+_SCALED = 0.9  # quantile of an axis' own healthy gains, by which axes are compared
+
+Shape = Literal["jump", "drift"]
+Case = tuple[int, Shape]
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Sessions of one rig on common axes: days [T]; A [T, n, n] and c [T, n] of A q = c, q the moves [n];
+    features [T, r]: the stretches between repairs, and the temperature where every session has one."""
+
+    axes: tuple[Axis, ...]
+    numbers: int
+    days: np.ndarray
+    matrix: np.ndarray
+    vector: np.ndarray
+    features: np.ndarray
+    warm: bool
+
+    def until(self, count: int) -> "History":
+        """The first sessions alone."""
+        features = self.features[:count]
+        parts = (self.days[:count], self.matrix[:count], self.vector[:count], features[:, features.any(axis=0)])
+        return History(self.axes, self.numbers, *parts, self.warm)
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change from session `first` on, between `earliest` and `latest`; `gain` over the limit; `axis`: the one along
+    which it shows most at first order; `size` (of a drift: a year) along it, in moves."""
+
+    axis: int
+    shape: Shape
+    first: int
+    gain: float
+    size: float
+    earliest: int
+    latest: int
+
+
+def history(
+    sessions: Sequence[SessionEvidence],
+    days: Sequence[float],
+    repairs: Sequence[bool],
+    temperatures: Sequence[float | None],
+) -> History:
+    """The sessions on the axes that all of them tell of. A repair begins a new stretch with the session after it."""
+    names = [[axis.name for axis in each.axes] for each in sessions]
+    common = [
+        name for name in names[0] if all(_tells(each, own, name) for each, own in zip(sessions, names, strict=True))
+    ]
+    places = [[own.index(name) for name in common] for own in names]
+    axes = tuple(sessions[0].axes[k] for k in places[0])
+    matrices, vectors = [], []
+    for each, place in zip(sessions, places, strict=True):
+        ratio = np.array([a.scale / each.axes[k].scale for a, k in zip(axes, place, strict=True)])
+        matrices.append(each.matrix[np.ix_(place, place)] * np.outer(ratio, ratio))
+        vectors.append(matrices[-1] @ (each.at[place] / ratio) - each.gradient[place] * ratio)
+    numbers = sum(axis.name in common for axis in sessions[0].axes[: sessions[0].numbers])
+    features = _features(repairs, temperatures)
+    warm = all(value is not None for value in temperatures)
+    return History(axes, numbers, np.array(days), np.array(matrices), np.array(vectors), features, warm)
+
+
+def _tells(session: SessionEvidence, names: Sequence[str], name: str) -> bool:
+    return name in names and session.matrix[names.index(name), names.index(name)] > LEAST_INFORMATION
+
+
+def _features(repairs: Sequence[bool], temperatures: Sequence[float | None]) -> np.ndarray:
+    stretch = np.cumsum(repairs) - int(bool(repairs) and repairs[0])
+    columns = [(stretch == k).astype(float) for k in range(int(stretch.max()) + 1)]
+    known = [value for value in temperatures if value is not None]
+    if len(known) == len(temperatures) and np.ptp(known) > 0:
+        columns.append((np.array(known) - np.mean(known)) / 10.0)
+    return np.column_stack(columns)
+
+
+def estimates(of: History) -> tuple[np.ndarray, np.ndarray]:
+    """Each axis' moves [T, n] with the rig's numbers free beside it, and their standard deviations [T, n]."""
+    n, k = len(of.axes), of.numbers
+    moves, deviations = np.empty((2, len(of.days), n))
+    for t, (matrix, vector) in enumerate(zip(of.matrix, of.vector, strict=True)):
+        own = np.linalg.inv(matrix[:k, :k] + np.eye(k) / BROAD**2)
+        moves[t, :k], deviations[t, :k] = own @ vector[:k], np.sqrt(np.diag(own))
+        beside = matrix[k:, :k] @ own
+        left = np.maximum(np.diag(matrix)[k:] - np.einsum("ij,ij->i", beside, matrix[k:, :k]), 1e-12)
+        moves[t, k:] = (vector[k:] - beside @ vector[:k]) / left
+        deviations[t, k:] = 1.0 / np.sqrt(left)
+    return moves, deviations
+
+
+def wander(of: History) -> np.ndarray:
+    """Variances [n] by which a healthy rig's axes move from session to session, beyond what recordings tell.
+
+    Of the first sessions, by the median square of differences between neighbours, which neither a jump nor a steady
+    wear moves much; no less than what oil and supply do to healthy rigs. Later sessions do not count: what wears would
+    hide itself.
+    """
+    moves, deviations = estimates(of)
+    early, noise = moves[:_EARLY], np.median(deviations**2, axis=0)
+    spread = np.median(np.diff(early, axis=0) ** 2, axis=0) / (2 * _NORMAL_MEDIAN) if len(early) > 2 else noise
+    least = np.square([axis.healthy for axis in of.axes]) + NOISE_SHARE**2 * noise
+    return np.maximum(spread - noise, 0.0) + least
+
+
+@dataclass(frozen=True, eq=False)
+class Marginal:
+    """Information of sessions without the wander: M [T, n, n], v [T, n]; designs X [T, n, p] of the mean."""
+
+    matrix: np.ndarray
+    vector: np.ndarray
+    design: np.ndarray
+
+    def with_column(self, axis: int, course: np.ndarray) -> "Marginal":
+        """With a change that is known of, of some size."""
+        column = np.zeros((*self.vector.shape, 1))
+        column[:, axis, 0] = course
+        return Marginal(self.matrix, self.vector, np.concatenate((self.design, column), axis=2))
+
+    def until(self, count: int) -> "Marginal":
+        """The first sessions alone."""
+        return Marginal(self.matrix[:count], self.vector[:count], self.design[:count])
+
+    def solved(self) -> tuple[np.ndarray, np.ndarray]:
+        """The inverse of the normal matrix of the means [p, p], and X'M X's way from M's column to them [T, p, n]."""
+        weighted = np.einsum("tnp,tnm->tpm", self.design, self.matrix)
+        normal = np.einsum("tpm,tmq->pq", weighted, self.design)
+        return np.linalg.inv(normal + np.eye(len(normal)) / BROAD**2), weighted
+
+
+def marginal(of: History, variance: np.ndarray) -> Marginal:
+    """The history's information when the axes wander with a variance [n]: (A^-1 + W)^-1 and what goes with it.
+
+    By eigenvalues of W^1/2 A W^1/2, which may span more decades than a difference of matrices keeps.
+    """
+    root = np.sqrt(variance)
+    values, vectors = np.linalg.eigh(of.matrix * np.outer(root, root))
+    values = np.maximum(values, 0.0)
+    matrix = np.einsum("tik,tk,tjk->tij", vectors, values / (1 + values), vectors) / np.outer(root, root)
+    kept = np.einsum("tik,tk,tjk->tij", vectors, 1 / (1 + values), vectors)
+    vector = np.einsum("tij,tj->ti", kept, of.vector * root) / root
+    design = np.einsum("tr,nm->tnrm", of.features, np.eye(len(variance)))
+    return Marginal(matrix, vector, design.reshape(*vector.shape, -1))
+
+
+def course(days: np.ndarray, first: int, shape: Shape) -> np.ndarray:
+    """How a change of size 1 goes on [T]: a jump at a session, or a drift that begins with the one before it, by 1 a
+    year."""
+    if shape == "jump":
+        return (np.arange(len(days)) >= first).astype(float)
+    return np.maximum(days - days[first - 1], 0.0) / 365.25
+
+
+def gains(of: Marginal, days: np.ndarray, vectors: np.ndarray) -> tuple[list[Case], np.ndarray, np.ndarray]:
+    """Of every beginning and shape, and every axis: the gain [c, n, R] and the size [c, n, R].
+
+    `vectors` [T, n, R] are of R histories at once.
+    """
+    inverse, weighted = of.solved()
+    mean = inverse @ np.einsum("tnp,tnr->pr", of.design, vectors)
+    firsts = np.unique(np.linspace(1, len(days) - 1, _TAUS).astype(int))
+    cases: list[Case] = [(int(first), shape) for first in firsts for shape in ("jump", "drift")]
+    gain, size = [], []
+    for first, shape in cases:
+        s = course(days, first, shape)
+        across = np.einsum("t,tpm->pm", s, weighted)
+        whole = np.einsum("t,tmm->m", s * s, of.matrix)
+        known = whole - np.einsum("pm,pq,qm->m", across, inverse, across)
+        slope = np.einsum("t,tmr->mr", s, vectors) - across.T @ mean
+        told = known > ROUNDING * whole  # else the mean explains it as well, and what is left is rounding
+        size.append(np.where(told[:, None], slope / np.where(told, known, 1.0)[:, None], 0.0))
+        gain.append(slope * size[-1])
+    return cases, np.array(gain), np.array(size)
+
+
+def limits(known: History, of: Marginal, a_year: float, seed: int = 0) -> np.ndarray:
+    """The gain [n] of each axis that healthy histories pass so often `a_year`, all axes together, looked at after
+    every session.
+
+    Healthy histories have this rig's own A and W; where nobody recorded the oil's temperature, it has its season.
+    """
+    count, n = of.vector.shape
+    random = np.random.default_rng(seed)
+    roots = np.linalg.cholesky(of.matrix + 1e-12 * np.trace(of.matrix, axis1=1, axis2=2)[:, None, None] * np.eye(n))
+    drawn = np.einsum("tij,tjr->tir", roots, random.standard_normal((count, n, _DRAWS)))
+    if not known.warm:
+        drawn = drawn + np.einsum("tij,tjr->tir", of.matrix, _seasons(known, random))
+    most = np.zeros((n, _DRAWS))
+    for until in np.unique(np.linspace(min(FEWEST, count), count, _LOOKS).astype(int)):
+        most = np.maximum(most, gains(of.until(until), known.days[:until], drawn[:until])[1].max(axis=0))
+    own = np.quantile(most, _SCALED, axis=1)
+    years = max(known.days[-1] - known.days[0], 1.0) / 365.25
+    return CAUTION * own * float(np.quantile((most / own[:, None]).max(axis=0), np.exp(-a_year * years)))
+
+
+def _seasons(known: History, random: np.random.Generator) -> np.ndarray:
+    """Moves [T, n, R] of axes that go with the oil's temperature, over years that begin at any time of them."""
+    phases = random.uniform(0, 2 * np.pi, _DRAWS)
+    kelvin = SEASON * np.sin(2 * np.pi * known.days[:, None] / 365.25 + phases)
+    return np.einsum("n,tr->tnr", [_per_kelvin(axis) for axis in known.axes], kelvin)
+
+
+def _per_kelvin(axis: Axis) -> float:
+    return PER_KELVIN.get(axis.name, 0.0) * abs(axis.value) / axis.scale
+
+
+def change(of: History, a_year: float, least: np.ndarray | None = None) -> Change | None:
+    """The change that a history shows, if one passes its axis' limit; `least` [n]: the limits, drawn otherwise."""
+    if len(of.days) < FEWEST:
+        return None
+    rest = marginal(of, wander(of))
+    least = limits(of, rest, a_year) if least is None else least
+    cases, gain, size = gains(rest, of.days, rest.vector[..., None])
+    over = gain[..., 0] / least[None, :]
+    best, axis = np.unravel_index(int(np.argmax(over)), over.shape)
+    if over[best, axis] < 1:
+        return None
+    first, shape = cases[best]
+    near = [cases[c][0] for c in range(len(cases)) if over[c, axis] >= 0.95 * over[best, axis]]
+    return Change(int(axis), shape, first, float(over[best, axis]), float(size[best, axis, 0]), min(near), max(near))
+
+
+def first_told(of: History, a_year: float) -> tuple[Change | None, int]:
+    """The change as the whole history shows it, and the session [index] after which one was first told."""
+    if len(of.days) < FEWEST:
+        return None, 0
+    least = limits(of, marginal(of, wander(of)), a_year)
+    found = change(of, a_year, least)
+    counts = range(FEWEST, len(of.days)) if found else ()
+    told = next((count for count in counts if change(of.until(count), a_year, least)), len(of.days))
+    return found, told - 1
+
+
+def smoothed(of: History, found: Change | None) -> tuple[np.ndarray, np.ndarray]:
+    """Moves [T, n] of every session and their standard deviations: the mean with its change, and the wander about it
+    as far as the session's own recording tells it."""
+    variance = wander(of) if len(of.days) > 2 else np.full(len(of.axes), BROAD**2)
+    rest = marginal(of, variance)
+    if found:
+        rest = rest.with_column(found.axis, course(of.days, found.first, found.shape))
+    inverse, _ = rest.solved()
+    mean = rest.design @ (inverse @ np.einsum("tnp,tn->p", rest.design, rest.vector))
+    known = np.linalg.inv(of.matrix + np.diag(1.0 / variance))
+    about = np.einsum("tij,tj->ti", known, of.vector - np.einsum("tij,tj->ti", of.matrix, mean))
+    # the mean's own uncertainty shows where a session says little
+    reach = np.einsum("tij,jk->tik", known, np.diag(1.0 / variance)) @ rest.design
+    spread = np.einsum("tnp,pq,tnq->tn", reach, inverse, reach)
+    return mean + about, np.sqrt(np.einsum("tii->ti", known) + spread)

@@ -1,0 +1,189 @@
+"""What one session says of a rig: how its errors would answer to each number, each effect and each sensor.
+
+To first order the squared errors over sigma of a session are e2 + 2 b'q + q'A q for a move q of the rig's numbers, of
+effects that it lacks and of its sensors, the initial states following. A, b and e2 are all that sessions have to keep,
+so that what holds over a year is found without a recording being simulated again (Rao's score test, over sessions).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...plant.effects import Effect, applies
+from ...rigs.rig import Rig
+from ..fit.determined import FreeParameter
+from ..fit.free_parameters import at_strength, model_with
+from ..fit.solver import Fit
+from ..fit.windows import Windows
+from ..trace.problem import EstimationProblem
+from ..trace.refit import fit_rig
+from ..trace.score import NuisanceProjection, effect_change
+
+STRENGTH = 0.1  # of an effect's typical strength, at which its slope is taken
+# How a healthy rig moves from session to session, one standard deviation.
+# Of the number: some 5 K of the oil (viscosity 3 % a kelvin: Merritt, Hydraulic Control Systems, ch. 2), a pump.
+HEALTHY = {"b": 0.15, "beta": 0.03, "Cl": 0.1, "Ps": 0.01}
+_SMALL = 0.1  # of its range: no number is held to less than that much of it
+LITTLE = 0.005  # of any other number, or of an effect's typical strength
+OF_SCALE = 0.002  # a transducer's, of its reading
+HELD = 3.0  # such deviations, to which the rig's numbers are held
+Columns = list[np.ndarray]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A direction in which a rig may change: a number of it, an effect, or a sensor's scale or zero.
+
+    A move of 1 is `scale` of the SI `unit`. `value`: of the rig as it was first; 0 for an effect or a sensor.
+    `healthy`: the move from session to session of a rig that nothing ails.
+    """
+
+    name: str
+    unit: str
+    scale: float = 1.0
+    value: float = 0.0
+    healthy: float = LITTLE
+
+    def at(self, move: float) -> float:
+        """The number in SI after a move."""
+        return self.value + self.scale * move
+
+
+@dataclass(frozen=True, eq=False)
+class SessionEvidence:
+    """Of one session: `axes` [n], the first `numbers` of which are the rig's; `at` [n], where the errors were taken to
+    first order; matrix A [n, n] and gradient b [n] there, of squared errors over sigma; samples; chi2 there."""
+
+    axes: tuple[Axis, ...]
+    numbers: int
+    at: np.ndarray
+    matrix: np.ndarray
+    gradient: np.ndarray
+    samples: int
+    chi2: float
+    residuals: Mapping[str, float]
+
+    def json(self) -> dict[str, Any]:
+        """As plain data."""
+        return {
+            name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(self).items()
+        }
+
+
+def from_json(stored: Mapping[str, Any]) -> SessionEvidence:
+    """The evidence again."""
+    axes = tuple(Axis(**axis) for axis in stored["axes"])
+    arrays = {name: np.array(stored[name], dtype=float) for name in ("at", "matrix", "gradient")}
+    return SessionEvidence(**{**stored, **arrays, "axes": axes})
+
+
+def watched_effects(rig: Rig, library: Sequence[Effect]) -> list[Effect]:
+    """One formula, the library's first, of each effect that the rig has room for and lacks."""
+    known = {use.name for use in rig.effects}
+    able = [effect for effect in library if applies(effect, rig) and effect.name not in known]
+    return list({effect.name: effect for effect in reversed(able)}.values())[::-1]
+
+
+def rig_as_found(rig: Rig, problem: EstimationProblem) -> Rig:
+    """The rig with its uncertain numbers as a first session has them, held to what healthy rigs do, or to what that
+    session tells of them. Raises InputError where no fit is near."""
+    fit = fit_rig(problem).fit
+    numbers = dict(rig.numbers)
+    for k, (free, x) in enumerate(zip(fit.free, fit.x, strict=True)):
+        if free.name in numbers:
+            value, (low, high) = free.value(float(x)), fit.interval(k)
+            healthy = HEALTHY.get(free.name, LITTLE) * max(abs(value), _SMALL * (free.high - free.low))
+            reach = max(HELD * healthy, high - low)
+            ends = {"low": value - reach, "high": value + reach}
+            numbers[free.name] = replace(numbers[free.name], value=value, interval=None, **ends)
+    return replace(rig, numbers=numbers)
+
+
+def session_evidence(problem: EstimationProblem, library: Sequence[Effect]) -> SessionEvidence:
+    """A session's errors to first order about its fit, of a rig whose numbers are held to what healthy ones do.
+
+    Numbers that were free would follow what an effect does; numbers that stayed would leave so much of the oil's
+    temperature that what a first order neglects would be more than the noise. Raises InputError where no fit is near.
+    """
+    model, windows, free = problem.model(), problem.train, problem.free
+    fit = fit_rig(problem).fit
+    rest = NuisanceProjection(model, windows, fit)
+    axes, columns = [_number_axis(each, problem.rig) for each in free], rest.numbers()
+    for axis, change in [
+        *_effects(problem, library, model, fit, rest.errors),
+        *sensor_changes(windows, problem.rig, rest.errors),
+    ]:
+        axes.append(axis)
+        columns.append(_flat(rest.without_states([part.reshape(len(part), -1, 1) for part in change])))
+    slope = np.column_stack(columns)
+    errors = _flat(rest.without_states([part.reshape(len(part), -1, 1) for part in rest.errors]))
+    at = np.zeros(len(axes))
+    at[: len(free)] = fit.x
+    return SessionEvidence(
+        tuple(axes),
+        len(free),
+        at,
+        slope.T @ slope / problem.kappa,
+        slope.T @ errors / problem.kappa,
+        windows.samples,
+        fit.chi2,
+        _by_signal(windows.names, rest.errors),
+    )
+
+
+def _number_axis(free: FreeParameter, rig: Rig) -> Axis:
+    unit = rig.numbers[free.name].si if free.name in rig.numbers else "1"
+    scale = free.width if free.scale is None else free.scale
+    healthy = min(HEALTHY.get(free.name, LITTLE) * abs(free.start) / scale, 1 / HELD)
+    return Axis(free.name, unit, scale, free.start, max(healthy, LITTLE))
+
+
+def _effects(
+    problem: EstimationProblem, library: Sequence[Effect], model: Any, fit: Fit, errors: Sequence[np.ndarray]
+) -> list[tuple[Axis, Columns]]:
+    """Each effect that the rig lacks, with the slopes of the errors to its strength."""
+    found, windows = [], problem.train
+    for effect in watched_effects(problem.rig, library):
+        strong = model_with(problem.rig, (effect,), windows.names, True, model.sessions, windows.from_rest)
+        change = effect_change(strong, model, windows, fit, effect, at_strength(effect, STRENGTH), errors)
+        if change is not None:
+            found.append((Axis(effect.name, "typical"), [part / STRENGTH for part in change]))
+    return found
+
+
+def sensor_changes(windows: Windows, rig: Rig, errors: Sequence[np.ndarray]) -> list[tuple[Axis, Columns]]:
+    """The scale and the zero of each sensor that is compared, with what they change in the errors.
+
+    The scale multiplies what the model predicts: a reading has noise, which would explain itself.
+    """
+    found = []
+    for k, name in enumerate(windows.names):
+        only = np.arange(len(windows.names)) == k
+        true = [
+            np.where((group.weight > 0) & only, group.measured * group.weight + error, 0.0)
+            for group, error in zip(windows.groups, errors, strict=True)
+        ]
+        found.append((Axis(f"{name}.scale", "1", healthy=OF_SCALE), true))
+        step = _typical_step(windows, k)
+        zero = [group.weight * only * step for group in windows.groups]
+        found.append((Axis(f"{name}.zero", rig.signal(name).si, step, healthy=0.0), zero))
+    return found
+
+
+def _typical_step(windows: Windows, k: int) -> float:
+    """A twentieth of how far a signal moves, SI."""
+    return 0.05 * max(float(np.ptp(group.measured[..., k])) for group in windows.groups) or 1.0
+
+
+def _flat(parts: Sequence[np.ndarray]) -> np.ndarray:
+    return np.concatenate([part.ravel() for part in parts])
+
+
+def _by_signal(names: Sequence[str], errors: Sequence[np.ndarray]) -> dict[str, float]:
+    """RMS of the errors over sigma of each compared signal."""
+    return {
+        name: float(np.sqrt(np.mean(np.concatenate([part[..., k].ravel() ** 2 for part in errors]))))
+        for k, name in enumerate(names)
+    }
