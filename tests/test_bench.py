@@ -161,7 +161,7 @@ def test_the_report_opens_with_the_controller_to_take_and_where_it_is_weak(confi
 
 
 def test_the_numbers_of_every_controller_and_rig_are_in_the_report(outcome):
-    controllers, rigs, nominal = whole_page(outcome).sections[-1].items
+    controllers, rigs, nominal = whole_page(outcome.page, outcome.subject).sections[-1].items
     assert controllers.rows[0] == ["p", "P", "gain 0.24 1/m"]
     assert rigs.rows == [["mass+50", "M 1500 kg (1.5 times)"]]
     assert "beta" in [row[0] for row in nominal.rows]

@@ -132,7 +132,8 @@ def test_the_index_makes_no_request(tmp_path: Path):
 def test_a_page_in_a_notebook_has_head_and_picture_too():
     figure = Figure("Steps", "time [s]", [Panel("position [mm]", [Curve("p", np.arange(2.0), np.arange(2.0))])])
     page = Page("Loops", "It settles.", [Section("Steps", [figure])])
-    whole = whole_page(Outcome({}, lambda: (page, figure), subject=Subject(load_rig("jack-10t"))))
+    outcome = Outcome({}, lambda: (page, figure), subject=Subject(load_rig("jack-10t")))
+    whole = whole_page(outcome.page, outcome.subject)
     assert "jack-10t" in whole.head["rig"]
     assert [section.title for section in whole.body] == ["Numbers of the rig"]
     assert render(whole).count("<figure") == 1

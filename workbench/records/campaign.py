@@ -60,7 +60,8 @@ class Campaign:
     `select` are records that choose between models; without any, parts of the train records do so in turn. `score` is
     what is fitted and quoted: errors in short "windows", or of one "free-run" through each record. In the records of
     `sessions` some of the rig's numbers may be others, over those of `drifts` they may drift. `corrector`: the one of
-    the rig's valve that the recorded command drives; empty: the rig's own.
+    the rig's valve that the recorded command drives; empty: the rig's own. `input_noise`: that of inputs which were
+    measured, by name; others are known.
     """
 
     path: Path
@@ -147,7 +148,10 @@ def load_campaign(folder: str | Path, leg: int | None = None) -> Campaign:
     return Campaign(
         file.parent,
         rig,
-        *(records[role] for role in ROLES),
+        static=records["static"],
+        train=records["train"],
+        select=records["select"],
+        heldout=records["heldout"],
         sheets=sheets,
         score=score,
         sessions=sessions,
