@@ -132,7 +132,8 @@ def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table:
 def _forecast(rows: Sequence[Mapping[str, Any]]) -> Table:
     lines = [[row["figure"], row["limit"], row["from"], row["to"], row["by"]] for row in rows]
     note = "80 %, if what changes goes on as it does."
-    return Table("When the loop passes a limit", ["figure", "limit", "from", "to", "by"], lines, note)
+    title = "When the loop passes a limit" if lines else "No figure of the loop is on its way past a limit"
+    return Table(title, ["figure", "limit", "from", "to", "by"], lines, note)
 
 
 def _left_out(lines: Sequence[str]) -> list[Table]:
