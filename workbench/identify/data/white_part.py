@@ -16,10 +16,10 @@ def white_part(name: str, records: Iterable[Record]) -> SignalNoise:
     """White noise by third differences: their rms over blocks of 50 rows, and the blocks' median, which passes over
     moves.
 
-    Of signals that move, sigma comes out 10 % too large in the median (17 % at most), and of noise with kappa 4 too
+    Of signals that move, sigma comes out 10 % too large in the median (20 % at most), and of noise with kappa 4 too
     small by 14 %. A tenth of the blocks instead of half of them would leave 5 % of the first, and make 20 % of the
     second, which is what false alarms are made of. Third differences do not tell one from the other: with a colour of
-    their own fitted, both are off by up to 40 %.
+    their own fitted, both are off by up to 48 %.
     """
     squares = [np.zeros(0)]
     for record in records:
