@@ -5,13 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from workbench import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.record.platform import platform_plan, run_platform_record
 from workbench.commands.trace.legs import platform_answer, sentence, suspected
 from workbench.commands.trace.platform import leg_effects
-from workbench.plant import build_force_port
 from workbench.plant.effects import find, known_effects
 from workbench.rigs.number import Number
 from workbench.rigs.platform import load_platform
@@ -88,8 +86,6 @@ def test_a_leg_lacks_nothing_that_acts_on_what_it_moves():
     outside = {effect.name for effect in known_effects() if effect.name.startswith("load.")}
     assert outside
     assert not outside & able
-    with pytest.raises(InputError, match="no force port"):
-        build_force_port(replace(rig, effects=(declared("load.spring", "linear"),)))
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
-from .effects import Effect, applies, inside_port, known_effects, resolve
+from .effects import Effect, applies, known_effects, resolve
 from .linear import build_linear
 from .load import cell_forces, specimen_force
 from .orifice import root
@@ -63,10 +63,6 @@ def build_force_port(rig: Rig) -> Plant:
     step before takes w H/2 of damping from it: about zero at 0.1 ms, the wrong sign at 1 ms.
     """
     b = _assembly(rig, f"{rig.name} force port")
-    _check_slots(rig, b.effects)
-    for effect in b.effects:
-        if not inside_port(effect.laws):
-            raise InputError(f"rig {rig.name}: {effect.title} acts on what a jack moves, which no force port has")
     command = b.input("command", "1", 1.0)
     x = b.input("position", "m", rig["S"] / 2) - b["xmid"]
     v = b.input("velocity", "m/s", rig.limit("speed"))
