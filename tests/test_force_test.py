@@ -170,6 +170,15 @@ def test_a_played_rig_leaves_its_sheet(tmp_path):
     assert "compensated" in (out / "report.html").read_text()
 
 
+def test_records_without_a_load_cell_leave_a_page_that_says_what_they_lack(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["force-test", "experiments/sample", "--out", str(out)]) == 0
+    rows = json.loads((out / "metrics.json").read_text())["rows"]
+    assert all(row["value"] is None and row["reason"] for row in rows)
+    assert "No report" not in capsys.readouterr().out
+    assert "no record force-static" in (out / "report.html").read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from ...report import Figure, Page, Section
     from .design_numbers import Subject
 
-Draw = Callable[[], "tuple[Page, Figure]"]
-"""Makes the page of a report, and its telling figure."""
+Draw = Callable[[], "tuple[Page, Figure | None]"]
+"""Makes the page of a report, and its telling figure, None where there is nothing to draw."""
 
 NO_REPORT = "No report could be drawn"
 

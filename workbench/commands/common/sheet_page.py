@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...base.errors import InputError
 from ...identify.acceptance.row import Row
-from ...report import Figure, Page, Section, Table
+from ...report import Page, Section, Table
 from .outcome import Outcome
 from .sheet_options import Asked
 
@@ -112,8 +112,3 @@ def _files(digests: Mapping[str, str]) -> Table:
 
 def _bundled(sheet: Asked) -> str:
     return f"The rig {sheet.rig.name} comes with jackbench; the versions below say which one it was."
-
-
-def with_picture(page: Page, figure: Figure | None) -> tuple[Page, Figure]:
-    """What an outcome draws: the page and its telling figure, an empty one where there is none."""
-    return page, figure if figure is not None else Figure(page.title, "", [])

@@ -11,7 +11,7 @@ from ...identify.acceptance.row import Row
 from ...report import Curve, Figure, Page, Panel, Section
 from ...report.figures import Mark
 from ..common.sheet_options import Asked
-from ..common.sheet_page import sheet_page, with_picture
+from ..common.sheet_page import sheet_page
 
 _HOW = (
     "At rest in the manner of ISO 7500-1, in motion in the manner of ASTM E467 and ISO 4965-1. A sine has the size of "
@@ -25,7 +25,7 @@ _PLAYED = (
 )
 
 
-def force_page(sheet: Asked, found: ForceSheet, rows: Sequence[Row], asked: Reference) -> tuple[Page, Figure]:
+def force_page(sheet: Asked, found: ForceSheet, rows: Sequence[Row], asked: Reference) -> tuple[Page, Figure | None]:
     """The page and its telling figure, the errors over frequency."""
     dynamic = _dynamic(found, rows, asked)
     sections = [Section("Over frequency", [dynamic])] if dynamic is not None else []
@@ -34,7 +34,7 @@ def force_page(sheet: Asked, found: ForceSheet, rows: Sequence[Row], asked: Refe
     how = _HOW if sheet.campaign else _HOW + _PLAYED
     accuracy = f" The reference's own 95 % interval counts as {100 * asked.accuracy:g} % either way."
     page = sheet_page(f"Load-cell sheet: {sheet.name}", sheet, rows, sections, how + accuracy)
-    return with_picture(page, dynamic)
+    return page, dynamic
 
 
 def _dynamic(found: ForceSheet, rows: Sequence[Row], asked: Reference) -> Figure | None:

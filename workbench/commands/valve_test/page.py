@@ -5,7 +5,7 @@ from ...identify.acceptance.flow_curve import FlowCurve
 from ...identify.acceptance.valve_test import ValveSheet
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, bode
 from ..common.sheet_options import Asked
-from ..common.sheet_page import sheet_page, with_picture
+from ..common.sheet_page import sheet_page
 
 _RECORDED = (
     "In the manner of ISO 10770-1. Flow from the piston's speed is less what compresses the oil and what leaks past "
@@ -19,7 +19,7 @@ _PLAYED = (
 )
 
 
-def valve_page(sheet: Asked, found: ValveSheet) -> tuple[Page, Figure]:
+def valve_page(sheet: Asked, found: ValveSheet) -> tuple[Page, Figure | None]:
     """The page and its telling figure, the flow curve."""
     figure = None if found.curve is None else _curve(found.curve)
     sections = [Section("Flow over command", [figure])] if figure is not None else []
@@ -35,7 +35,7 @@ def valve_page(sheet: Asked, found: ValveSheet) -> tuple[Page, Figure]:
         ]
         sections.append(Section("Frequency response", [bode("Flow or spool over command", curves)]))
     how = _RECORDED if sheet.campaign else _PLAYED
-    return with_picture(sheet_page(f"Valve sheet: {sheet.name}", sheet, found.rows, sections, how), figure)
+    return sheet_page(f"Valve sheet: {sheet.name}", sheet, found.rows, sections, how), figure
 
 
 def _curve(curve: FlowCurve) -> Figure:
