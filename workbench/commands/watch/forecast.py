@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 
 from ...identify.watch.changes import History
-from .told import Told
+from .told import NORMAL, Told
 
 LIMITS = {"gain_margin_db": (6.0, -1), "phase_margin_deg": (30.0, -1), "ms": (2.5, 1)}  # and on which side it is worse
 _DRAWS, _INTERVAL = 2000, (0.1, 0.9)
 _HORIZON = 2.0  # years; beyond it nothing is said
 _FEWEST = 4
-_Z = 1.96
 
 
 def forecasts(
@@ -27,7 +26,7 @@ def forecasts(
     if told is None or told.change.shape != "drift" or not told.rate:
         return []
     value, low, high = told.rate
-    of_rate = (high - low) / (2 * _Z * abs(value)) if value else 1.0
+    of_rate = (high - low) / (2 * NORMAL * abs(value)) if value else 1.0
     rows = []
     for figure, (limit, side) in LIMITS.items():
         values = np.array([np.nan if each is None else each for each in costs[figure]])

@@ -10,9 +10,8 @@ from ...identify.watch.changes import FEWEST, History
 from ...records.dated_sessions import DatedSession
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
-from .told import Told
+from .told import NORMAL, Told
 
-_Z = 1.96
 _LOOP = {
     "gain_margin_db": "gain margin [dB]",
     "phase_margin_deg": "phase margin [deg]",
@@ -96,7 +95,7 @@ def _course(told: Told, weeks: np.ndarray, marks: Sequence[Mark]) -> Panel:
     """What is named, by its own fits."""
     at = sorted(told.course)
     value = np.array([told.course[t][0] for t in at])
-    half = _Z * np.array([told.course[t][1] for t in at])
+    half = NORMAL * np.array([told.course[t][1] for t in at])
     band = (value - half, value + half)
     return Panel(told.label, [Curve(told.name.among[0], weeks[at], value, "points", band=band)], marks=marks)
 
@@ -111,7 +110,7 @@ def _panel(
     axis = known.axes[k]
     about = moves[:, k]
     low, value, high = (
-        np.array([axis.at(float(move)) for move in about + side * _Z * deviations[:, k]]) for side in (-1, 0, 1)
+        np.array([axis.at(float(move)) for move in about + side * NORMAL * deviations[:, k]]) for side in (-1, 0, 1)
     )
     return Panel(
         f"{axis.name} [{axis.unit}]", [Curve(axis.name, weeks, value, "points", band=(low, high))], marks=marks

@@ -22,9 +22,7 @@ from .forecast import forecasts
 from .loop_costs import FIGURES, loop_figures
 from .page import watch_page
 from .reader import SessionReader, read_sessions
-from .told import Told, named
-
-_Z = 1.96
+from .told import NORMAL, Told, named
 
 
 def watched_rig(found: DatedSessions, given: str | None) -> Rig:
@@ -99,7 +97,7 @@ def run_watch(
 def _numbers(known: History, move: Any, deviation: Any) -> dict[str, list[float]]:
     """Each number of the rig, effect and sensor: value, low, high (95 %)."""
     return {
-        label(axis): [axis.at(float(move[k] + side * _Z * deviation[k])) for side in (0, -1, 1)]
+        label(axis): [axis.at(float(move[k] + side * NORMAL * deviation[k])) for side in (0, -1, 1)]
         for k, axis in enumerate(known.axes)
     }
 
@@ -113,7 +111,7 @@ def _of_the_name(told: Told | None, session: int) -> dict[str, list[float]]:
     if told is None or session not in told.course:
         return {}
     value, deviation = told.course[session]
-    return {told.label: [value, value - _Z * deviation, value + _Z * deviation]}
+    return {told.label: [value, value - NORMAL * deviation, value + NORMAL * deviation]}
 
 
 def _alarm(told: Told, sessions: Sequence[DatedSession]) -> dict[str, Any]:

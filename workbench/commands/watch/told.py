@@ -12,7 +12,7 @@ from ...records.dated_sessions import DatedSession
 from .reader import SessionReader
 
 _NEWEST = 2  # sessions that a name is judged by
-_Z = 1.96
+NORMAL = 1.96  # standard deviations in half of a 95 % interval
 
 
 @dataclass(frozen=True)
@@ -89,5 +89,5 @@ def _rate(days: np.ndarray, change: Change, values: Mapping[int, Explained]) -> 
     left = (y - design @ solved) * weights
     scatter = max(1.0, float(left @ left) / max(len(since) - 2, 1))
     covariance = scatter * np.linalg.pinv((design * weights[:, None]).T @ (design * weights[:, None]))
-    half = _Z * float(np.sqrt(covariance[1, 1]))
+    half = NORMAL * float(np.sqrt(covariance[1, 1]))
     return float(solved[1]), float(solved[1] - half), float(solved[1] + half)

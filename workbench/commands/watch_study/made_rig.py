@@ -15,7 +15,7 @@ from ..trace_study.campaigns.scene import Scene
 FIRST_DAY = date(2025, 1, 6)
 WEEK = 7
 SEASON, DAILY = 6.0, 2.0  # K, of the oil about its mean: over a year, and from session to session
-PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.02}  # of the number, with the oil's temperature
+PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.02}  # of the number: what is true of made oils, a watch has its own
 SUPPLY = 0.003  # of the supply pressure, from session to session
 NOISIER = 0.15  # of each sensor's noise, from session to session
 HEALTHY = "nothing"
