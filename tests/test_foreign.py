@@ -1,7 +1,9 @@
 """Foreign formats, each made by its own library or by hand, are read with their names, units, clocks and gaps."""
 
 import importlib
+import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.records.foreign import column, open_foreign, write_parts
 from workbench.records.foreign.csv_text import read_csv
+from workbench.records.foreign.open import READERS
 from workbench.records.foreign.unit_names import heading_of, name_of
 
 T = np.arange(400) * 1e-3
@@ -208,7 +211,8 @@ def test_a_workbook_with_lines_above_the_table(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("suffix", "module", "group"), [("tdms", "nptdms", "tdms"), ("mf4", "asammdf", "mdf"), ("xlsx", "openpyxl", "xlsx")]
+    ("suffix", "module", "group"),
+    [("tdms", "nptdms", "tdms"), ("mf4", "asammdf", "mdf"), ("xlsx", "openpyxl", "xlsx"), ("unv", "pyuff", "uff")],
 )
 def test_a_missing_library_is_asked_for_by_its_group(tmp_path, monkeypatch, suffix, module, group):
     (tmp_path / f"a.{suffix}").write_bytes(b"x" * 100)
@@ -217,9 +221,9 @@ def test_a_missing_library_is_asked_for_by_its_group(tmp_path, monkeypatch, suff
         open_foreign(tmp_path / f"a.{suffix}")
 
 
-@pytest.mark.parametrize("suffix", ["mat", "h5", "parquet", "tdms", "mf4", "xlsx", "csv.gz"])
+@pytest.mark.parametrize("suffix", ["mat", "h5", "parquet", "tdms", "mf4", "xlsx", "uff", "rsp", "csv.gz"])
 def test_a_broken_file_is_refused_in_one_line(tmp_path, suffix):
-    module = {"tdms": "nptdms", "mf4": "asammdf", "xlsx": "openpyxl"}.get(suffix)
+    module = {"tdms": "nptdms", "mf4": "asammdf", "xlsx": "openpyxl", "uff": "pyuff"}.get(suffix)
     if module and importlib.util.find_spec(module) is None:
         pytest.skip(f"{module} is not installed")
     (tmp_path / f"a.{suffix}").write_bytes(b"\x1f\x8bno such thing" * 50)
@@ -298,3 +302,8 @@ def test_a_group_s_name_goes_before_a_side_alone(tmp_path, head, cells):
     rows = zip(T, U, X, X, X, strict=True)
     (tmp_path / "a.csv").write_text(head + "".join(",".join(f"{v:.4f}" for v in row) + "\n" for row in rows))
     assert list(table(tmp_path / "a.csv")[0]) == cells
+
+
+def test_the_page_names_every_suffix_that_is_read():
+    page = (Path(__file__).parents[1] / "docs" / "how" / "campaign.md").read_text()
+    assert set(READERS) <= set(re.findall(r"(?<= )\.[\w.]+", page))

@@ -21,6 +21,7 @@ GROUPS = {
     "tdms": "import of TDMS files",
     "mdf": "import of MDF files",
     "xlsx": "import of Excel sheets",
+    "uff": "import of universal files",
     "mujoco": "the jack in a MuJoCo model",
     "cluster": "the workers of a Dask cluster",
     "fmu": "checking and simulating FMUs",

@@ -5,7 +5,8 @@ open          a file by its suffix
 csv_shape, csv_text    text of numbers: its layout; its rows in chunks
 parquet       tables of another maker
 matlab, hdf5, nested    structures: what lies beside a clock belongs to it
-tdms, mdf, xlsx, optional    formats whose libraries are optional
+rpc           drive files and responses of test rigs
+tdms, mdf, xlsx, uff, optional    formats whose libraries are optional
 clocks        channels with clocks of their own on one clock
 stamps, epochs    dates and times of day as seconds; clocks that count since 1970
 unit_names    units as header cells have them

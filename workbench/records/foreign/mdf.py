@@ -8,8 +8,8 @@ import numpy as np
 from ...base.errors import InputError, short_path
 from .clocks import Group, on_one_clock
 from .optional import needed
-from .source import Heading, Source
-from .unit_names import heading_of, plain_unit
+from .source import Source
+from .unit_names import named
 
 if TYPE_CHECKING:
     from asammdf import MDF, Signal
@@ -37,14 +37,10 @@ def _group(file: "MDF", index: int) -> Group | None:
         return None
     name = getattr(file.groups[index].channel_group, "acq_name", "") or f"group {index + 1}"
     values = tuple(np.where(_valid(s), s.samples.astype(float), np.nan) for s in signals)
-    return Group(name, tuple(map(_heading, signals)), values, np.asarray(signals[0].timestamps, dtype=float))
+    headings = tuple(named(s.name, s.unit) for s in signals)
+    return Group(name, headings, values, np.asarray(signals[0].timestamps, dtype=float))
 
 
 def _valid(signal: "Signal") -> np.ndarray:
     bad = signal.invalidation_bits
     return np.ones(signal.samples.size, bool) if bad is None else ~np.asarray(bad, dtype=bool)
-
-
-def _heading(signal: "Signal") -> Heading:
-    heading = heading_of(signal.name)
-    return Heading(signal.name, plain_unit(signal.unit) if signal.unit.strip() else heading.unit)

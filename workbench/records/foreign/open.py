@@ -17,6 +17,8 @@ READERS: Mapping[str, str] = {
     ".tdms": "tdms:read_tdms",
     **dict.fromkeys((".mf4", ".mdf"), "mdf:read_mdf"),
     **dict.fromkeys((".xlsx", ".xlsm"), "xlsx:read_xlsx"),
+    **dict.fromkeys((".rpc", ".rpc3", ".rsp", ".drv", ".tim"), "rpc:read_rpc"),
+    **dict.fromkeys((".uff", ".unv", ".uf"), "uff:read_uff"),
 }
 """Module and function by suffix; only the one that is needed is imported."""
 

@@ -10,7 +10,7 @@ from ...base.files import open_file
 from .clocks import Group, on_one_clock
 from .optional import needed
 from .source import Heading, Source
-from .unit_names import heading_of, plain_unit
+from .unit_names import named
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsGroup
@@ -59,5 +59,4 @@ def _heading(channel: "TdmsChannel") -> Heading:
     if np.dtype(channel.dtype).kind == "M":
         return Heading(channel.name, "s")
     units = [channel.properties[name] for name in _UNITS if str(channel.properties.get(name, "")).strip()]
-    heading = heading_of(channel.name)
-    return Heading(channel.name, plain_unit(str(units[0])) if units else heading.unit)
+    return named(channel.name, str(units[0]) if units else "")

@@ -37,6 +37,12 @@ def heading_of(cell: str) -> Heading:
     return Heading(cell)
 
 
+def named(cell: str, unit: str) -> Heading:
+    """A column with its unit as the file tells it beside the name; where that is nothing, the one in its name."""
+    told = unit.strip().lower() not in ("", "none")
+    return Heading(cell, plain_unit(unit) if told else heading_of(cell).unit)
+
+
 def name_of(cell: str) -> str:
     """A header cell without its unit."""
     cell = cell.strip()
