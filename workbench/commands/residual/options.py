@@ -34,10 +34,10 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
 def _platform_residual(options: argparse.Namespace, words: list[str], name: str) -> None:
     if options.free_run:
         raise InputError("--free-run is of one jack, and a platform's legs are judged in windows; leave it out")
-    from .platform import leg_campaigns, run_platform_residual
+    from .platform import judged_legs, run_platform_residual
 
     platform = load_platform(name)
-    campaigns = leg_campaigns(options.campaign, platform, options.heldout)
+    campaigns = judged_legs(options.campaign, platform, options.heldout)
     prints = [fingerprint(campaign) for campaign in campaigns]
     identity = {"command": "residual", "campaigns": prints, "rig": platform.table()}
     folder = f"residual-{campaigns[0].path.resolve().name}"

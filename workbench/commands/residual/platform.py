@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
-from ...identify.data.leg_cut import leg_campaign, leg_rig
+from ...identify.data.leg_cut import leg_campaigns, leg_rig
 from ...records import Campaign
 from ...records.campaign import judged_by
 from ...report import Page, Section, Table
@@ -21,9 +21,9 @@ _NOTE = (
 )
 
 
-def leg_campaigns(folder: Path, platform: Platform, heldout: Sequence[str]) -> list[Campaign]:
+def judged_legs(folder: Path, platform: Platform, heldout: Sequence[str]) -> list[Campaign]:
     """The records of each leg; `heldout` names those to hold out instead of the campaign's. Raises InputError."""
-    campaigns = [leg_campaign(folder, platform, leg) for leg in range(LEGS)]
+    campaigns = leg_campaigns(folder, platform)
     return [judged_by(campaign, heldout) for campaign in campaigns] if heldout else campaigns
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...identify.trace.rule import gate
 from ...report import Curve, Figure, Mark, Page, Panel, Scene, Section, Table
-from ...rigs.platform import Platform, forward
+from ...rigs.platform import Platform
 from ..common.error_page import AFTER, BEFORE
 from ..common.platform_scene import platform_lines
 from .answer import TraceAnswer
@@ -69,14 +69,11 @@ def _scene(platform: Platform, answers: Sequence[TraceAnswer], marked: Collectio
     records = [answer.trace.problem.heldout.records[0] for answer in answers]
     stride = max(1, round(_FRAME / records[0].period))
     positions = np.column_stack([record.signals["position"][::stride] for record in records])
-    middle = np.array([leg.rig.middle for leg in platform.legs])
-    poses = [np.zeros(positions.shape[1])]
-    for lengths in positions - middle + platform.middle:
-        poses.append(forward(platform.geometry, lengths, poses[-1]))
-    still = int(np.argmax(np.abs(poses[1:]).max(axis=1)))
+    poses = platform.poses(positions)
+    still = int(np.argmax(np.abs(poses).max(axis=1)))
     names = ", ".join(f"leg {i + 1}" for i in sorted(marked))
     note = f"{names} stands out: something is missing from its model. " if len(marked) == 1 else ""
     note = f"{names} stand out: something is missing from their models. " if len(marked) > 1 else note
     note += f"{records[0].name}, poses by the measured lengths of the legs, drawn {_LARGER:g} times larger."
-    lines = platform_lines(platform, _LARGER * np.array(poses[1:]), set(marked))
+    lines = platform_lines(platform, _LARGER * poses, set(marked))
     return Scene("The platform in the held-out record", {records[0].name: lines}, _FRAME, note, still)

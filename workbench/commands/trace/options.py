@@ -76,11 +76,11 @@ def _trace_platform(options: argparse.Namespace, words: list[str], name: str) ->
     """The same of a platform's campaign, leg by leg."""
     if options.rig_out is not None:
         raise InputError("--rig-out is of one jack; the rigs of a platform's legs are left beside its report")
-    from ..residual.platform import leg_campaigns
+    from ..residual.platform import judged_legs
     from .platform import identity, run_platform_trace
 
     platform, files = load_platform(name), [str(file.resolve()) for file in options.effects]
-    campaigns = leg_campaigns(options.campaign, platform, options.heldout)
+    campaigns = judged_legs(options.campaign, platform, options.heldout)
     command = identity(campaigns, platform, files, options.without, options.several)
     shared = {"files": files, "without": options.without, "several": options.several, "jobs": processes(options)}
     study = partial(run_platform_trace, platform, campaigns, **shared)

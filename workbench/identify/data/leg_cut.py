@@ -3,6 +3,7 @@
 Nothing of the platform, its payload or the other legs is in that: what they do to the leg is in the measured force.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...records import Campaign, InputNoise, Record, load_campaign
 from ...records.campaign import ROLES
-from ...rigs.platform import Platform
+from ...rigs.platform import LEGS, Platform
 from ...rigs.platform.kinematics import leg_vectors
 from ...rigs.rig import Rig
 from .white_part import white_part
@@ -28,34 +29,59 @@ def leg_rig(platform: Platform, leg: int) -> Rig:
     return replace(rig, sensors={name: sensor for name, sensor in rig.sensors.items() if name not in _TAKEN})
 
 
-def leg_campaign(folder: str | Path, platform: Platform, leg: int) -> Campaign:
-    """The records of a leg, counted from 0, as those of a jack. Raises InputError where a signal that the cut needs is
-    missing."""
-    campaign, weight = load_campaign(folder, leg + 1), _rod_weight(platform, leg)
-    for record in campaign.records:
-        for name in NEEDED:
-            if name not in record.signals:
-                where = f"{campaign.path}: record {record.name}: no column leg{leg + 1}.{name}"
-                raise InputError(f"{where}; a leg is cut out of its platform by it: record it")
-    roles = {role: tuple(_cut(record, weight) for record in getattr(campaign, role)) for role in ROLES}
+def leg_campaigns(folder: str | Path, platform: Platform) -> list[Campaign]:
+    """The records of each leg as those of a jack. Raises InputError where a signal that the cut needs is missing."""
+    whole = [load_campaign(folder, leg + 1) for leg in range(LEGS)]
+    for leg, campaign in enumerate(whole, 1):
+        for record in campaign.records:
+            for name in NEEDED:
+                if name not in record.signals:
+                    where = f"{campaign.path}: record {record.name}: no column leg{leg}.{name}"
+                    raise InputError(f"{where}; a leg is cut out of its platform by it: record it")
+    burdens = {role: [_burden(platform, legs) for legs in _together(whole, role)] for role in ROLES}
+    return [_as_jack(campaign, burdens, leg) for leg, campaign in enumerate(whole)]
+
+
+def _together(whole: Sequence[Campaign], role: str) -> list[tuple[Record, ...]]:
+    """The records of a role, each as its six legs."""
+    return list(zip(*(getattr(campaign, role) for campaign in whole), strict=True))
+
+
+def _burden(platform: Platform, legs: Sequence[Record]) -> np.ndarray:
+    positions = np.column_stack([record.signals["position"] for record in legs])
+    return rod_burden(platform, legs[0].t, platform.poses(positions))
+
+
+def _as_jack(campaign: Campaign, burdens: Mapping[str, list[np.ndarray]], leg: int) -> Campaign:
+    """The campaign of one leg with its cut records; the noise of its load cell is that of an input."""
     noise = InputNoise(white_part("force", campaign.records).sigma, _HELD)  # at rest the platform still rings in it
+    roles = {
+        role: tuple(_cut(*each) for each in zip(getattr(campaign, role), [b[:, leg] for b in own], strict=True))
+        for role, own in burdens.items()
+    }
     return replace(campaign, **roles, input_noise={"disturbance": noise})
 
 
-def _rod_weight(platform: Platform, leg: int) -> float:
-    """Weight [N] of the rod along the leg at home. It changes by a twentieth over the stroke, and the rod's centripetal
-    force is as small: both are below the noise of a load cell."""
-    vector = leg_vectors(platform.geometry, np.zeros(6))[leg]
-    return float(
-        platform.legs[leg].numbers["rod_mass"].value * platform["gravity"] * vector[2] / np.linalg.norm(vector)
-    )
-
-
-def _cut(record: Record, weight: float) -> Record:
+def _cut(record: Record, burden: np.ndarray) -> Record:
     """The force becomes an input that is held from row to row: the mean of both rows, or it would come half a period
     late."""
-    force, (now, after) = record.signals["force"], _HELD
-    load = now * force + after * np.append(force[1:], force[-1]) + weight
+    force, (now, after) = record.signals["force"] + burden, _HELD
+    load = now * force + after * np.append(force[1:], force[-1])
     kept = {name: values for name, values in record.signals.items() if name not in _TAKEN}
     valid = {name: record.valid[name] for name in kept}
     return replace(record, signals={**kept, "disturbance": load}, valid=valid, notes=())
+
+
+def rod_burden(platform: Platform, t: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """What a rod bears beside its load cell's force and the inertia along its leg, [n, 6] N, at times t [n] in poses
+    [n, 6]: m (g cos - w^2 r), its weight along the leg less the centripetal force of its centre, r from the base joint.
+
+    Both follow from the energy of `workbench.plant.platform_body`. They change by some 50 N over a stroke, which moves
+    a jack that nothing holds by 0.1 mm in some seconds.
+    """
+    vectors = leg_vectors(platform.geometry, poses)
+    lengths = np.linalg.norm(vectors, axis=-1)
+    along = vectors / lengths[..., None]
+    turning = np.sum(np.gradient(along, t, axis=0) ** 2, axis=-1)
+    mass, centre = (np.array([leg.numbers[name].value for leg in platform.legs]) for name in ("rod_mass", "rod_centre"))
+    return mass * (platform["gravity"] * along[..., 2] - turning * (lengths - centre))

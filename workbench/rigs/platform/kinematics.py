@@ -84,20 +84,20 @@ def pose_rates(pose: np.ndarray) -> np.ndarray:
 
 
 def forward(geometry: Geometry, lengths: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
-    """The pose [6] with these leg lengths [6], by Newton's method from the pose `start` (home).
+    """The poses [.., 6] with these leg lengths [.., 6], by Newton's method from the pose `start` (home).
 
     Six lengths belong to up to forty poses; this is the one that steps from `start` lead to, so start near. Raises
     InputError where they lead nowhere: lengths that no pose has, or a start beyond a singular pose.
     """
-    pose = np.zeros(6) if start is None else np.array(start, float)
+    pose = np.zeros(lengths.shape) if start is None else np.broadcast_to(start, lengths.shape).astype(float)
     for _ in range(_STEPS):
         short = lengths - leg_lengths(geometry, pose)
         if np.abs(short).max() <= _CLOSED * np.max(lengths):
             return pose
         slopes = leg_speeds(geometry, pose) @ np.linalg.inv(pose_rates(pose))
-        if not np.all(np.isfinite(slopes)) or np.linalg.cond(slopes) > 1e12:
+        if not np.all(np.isfinite(slopes)) or np.max(np.linalg.cond(slopes)) > 1e12:
             break
-        pose = pose + np.linalg.solve(slopes, short)
+        pose = pose + np.linalg.solve(slopes, short[..., None])[..., 0]
     raise InputError("no pose with these leg lengths near the one that the search starts at; start nearer")
 
 

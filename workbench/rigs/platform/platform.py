@@ -12,7 +12,7 @@ from ...base.errors import InputError, nearest
 from ...base.units import Spec
 from ..number import Number, number_entry
 from ..rig import Rig
-from .kinematics import Geometry
+from .kinematics import Geometry, forward
 
 LEGS = 6
 _ANY = float("inf")
@@ -93,6 +93,10 @@ class Platform:
     def middle(self) -> np.ndarray:
         """Lengths [6] of the legs at mid stroke, m."""
         return np.array([leg.numbers["length"].value for leg in self.legs])
+
+    def poses(self, positions: np.ndarray) -> np.ndarray:
+        """Poses [n, 6] in which the jacks stand at positions [n, 6], m. Raises InputError where there are none."""
+        return forward(self.geometry, positions - [leg.rig.middle for leg in self.legs] + self.middle)
 
     @property
     def period(self) -> float:
