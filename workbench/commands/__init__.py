@@ -50,6 +50,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "retune": "tune a controller anew on a rig as found: what that buys",
         "watch": "a rig over months: which number or effect changes, since when, what it costs a loop",
         "valve-test": "the sheet of a valve: flow, gains, lap, hysteresis, steps, frequency response, with limits",
+        "capability": "the sheet of what a rig can do: its envelope over frequency, what binds, heat, sizing",
         "force-test": "the sheet of a load cell: its errors at rest and in motion, and what compensation leaves",
     },
     "deliver": {

@@ -61,6 +61,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "jackbench retune tune_p_dp --found found.toml --trials 100",
     ),
     "watch": ("jackbench watch rig-3", 'jackbench watch rig-3 --false-alarms "1 per 5 years" --exit-code'),
+    "capability": (
+        "jackbench capability jack-10t --loop position_tuned --pdf",
+        "jackbench capability jack-10t --drive course.csv --cooler '20 kW' --catalogue catalogue.toml",
+    ),
     "force-test": (
         "jackbench force-test jack-10t --specimen '1e7 N/m' --grips '20 kg'",
         "jackbench force-test campaign --within 1 --pdf",

@@ -72,18 +72,31 @@ def closed_loop_sine(
     A point is flagged saturated where the guard altered the command or the current reached the drive's limit; where the
     loop trips it is NaN and not settled.
     """
+    points = played_sines(engine, rig, make, start, [(float(f), amplitude) for f in frequencies])
+    name = make().measures[0]
+    flags = {key: np.array([getattr(point, key) for point in points]) for key in FLAGS}
+    response = np.array([point.response for point in points], complex)
+    return SteppedSine(np.asarray(frequencies), amplitude, {name: response}, **flags)
+
+
+def played_sines(
+    engine: Engine,
+    rig: Rig,
+    make: Callable[[], Controller],
+    start: Equilibrium,
+    sines: Sequence[tuple[float, float]],
+) -> list[SinePoint]:
+    """Sines of the reference, frequency [Hz] and amplitude (unit of the signal) each, played until they settle."""
     controller = make()
     name = controller.measures[0]
     level = float(engine.observe(start.x, start.u)[engine.plant.output(name)])
-    points = [SinePoint(rig, name, float(f), level, amplitude) for f in frequencies]
+    points = [SinePoint(rig, name, f, level, amplitude) for f, amplitude in sines]
     if compiled := SampledLoop(engine, rig, controller, start).compiled:
         run_points(engine, compiled, start, points)
     else:
         for point in points:
             _run_in_python(SampledLoop(engine, rig, make(), start), point)
-    flags = {key: np.array([getattr(point, key) for point in points]) for key in FLAGS}
-    response = np.array([point.response for point in points], complex)
-    return SteppedSine(np.asarray(frequencies), amplitude, {name: response}, **flags)
+    return points
 
 
 def _run_in_python(loop: SampledLoop, point: SinePoint) -> None:

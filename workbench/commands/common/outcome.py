@@ -30,7 +30,7 @@ class Outcome:
 
     `files` are further files, text or bytes by name; `subject` is what the report is about. `draw` gives the report and
     its telling figure; it is called when all else has been written, so that no page costs an answer. In a notebook an
-    outcome shows its verdict and that figure.
+    outcome shows its verdict and that figure. What is not `dated` is made again to the byte.
     """
 
     metrics: Mapping[str, Any]
@@ -38,6 +38,7 @@ class Outcome:
     tables: "Mapping[str, Mapping[str, np.ndarray]]" = field(default_factory=dict)
     files: Mapping[str, str | bytes] = field(default_factory=dict)
     subject: "Subject | None" = None
+    dated: bool = True
 
     @cached_property
     def drawing(self) -> Drawing:
@@ -121,13 +122,13 @@ def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], command: st
     from .head import finished_at, whole_page
     from .run_folder import resolved_config
 
-    date = finished_at()
+    date = finished_at() if outcome.dated else ""
     for file, content in outcome.files.items():
         (run.dir / file).write_bytes(content.encode() if isinstance(content, str) else content)
     run.keep(outcome.metrics, resolved_config(identity), outcome.tables)
     page, html, fault = rendered(whole_page(outcome.page, outcome.subject, date, command), outcome.kept)
     fault = outcome.drawing.fault or fault
-    told = {"title": page.title, "verdict": page.verdict, "date": date, "command": command or None}
+    told = {"title": page.title, "verdict": page.verdict, "date": date or None, "command": command or None}
     metrics = {**outcome.metrics, FAULT: fault} if fault else outcome.metrics
     run.finish(metrics, resolved_config({**identity, REPORT: told}), {}, html)
     return page

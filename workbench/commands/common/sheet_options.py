@@ -1,6 +1,7 @@
 """What commands are asked that leave a sheet: a campaign or a rig, limits, and a PDF."""
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InputError
 from ...records.campaign import FILE, Campaign, campaign_rig, load_campaign
+from ...rigs.platform import bundled_platforms
 from ...rigs.rig import Rig
 from ...rigs.rig_file import bundled, load_rig
 from .options import Call, computes
@@ -15,6 +17,16 @@ from .shipped import campaign
 
 if TYPE_CHECKING:
     from ...identify.acceptance.row import Limit
+
+
+@dataclass(frozen=True)
+class Made:
+    """What making a sheet again needs: the name of what it is of, digests of every file that was read by name, and the
+    seed of the noise where there is one."""
+
+    of: str
+    digests: dict[str, str]
+    seed: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,52 +45,72 @@ class Asked:
         """The campaign's folder, or the rig."""
         return self.campaign.path.name if self.campaign else self.rig.name
 
+    @property
+    def made(self) -> Made:
+        """What making it again needs."""
+        return Made(self.rig.name, self.digests, self.seed)
+
 
 def sheet_options(parser: argparse.ArgumentParser, call: Call, subject: str = "CAMPAIGN|RIG") -> None:
     """Options of a command that leaves a sheet."""
+    recorded = "CAMPAIGN" in subject
     what = "a campaign folder, or a bundled rig or a rig file, which is then played"
-    parser.add_argument(
-        "subject", metavar=subject, help=what if "CAMPAIGN" in subject else "a bundled rig or a rig file"
-    )
+    parser.add_argument("subject", metavar=subject, help=what if recorded else "a bundled one, or its file")
     parser.add_argument("--limits", type=Path, metavar="FILE", help="a TOML: by line, what the maker states and limits")
-    parser.add_argument("--seed", type=int, default=0, help="of the sensor noise of a played rig (default: 0)")
+    if recorded:
+        parser.add_argument("--seed", type=int, default=0, help="of the sensor noise of a played rig (default: 0)")
     parser.add_argument(
         "--pdf", action="store_true", help="print the sheet into sheet.pdf too, by an installed Chromium"
     )
-    computes(parser, call, rig="CAMPAIGN" in subject)
+    computes(parser, call, rig=recorded)
 
 
-def asked(options: argparse.Namespace, campaigns: bool = True) -> Asked:
+def asked(options: argparse.Namespace) -> Asked:
     """What the options say. Raises InputError."""
     if options.seed < 0:
         raise InputError(f"--seed {options.seed}: must be 0 or more")
     folder = campaign(options.subject)
-    is_campaign = campaigns and (folder.is_dir() or folder.name == FILE)
+    is_campaign = folder.is_dir() or folder.name == FILE
     loaded = load_campaign(folder) if is_campaign else None
     rig = load_rig(options.rig or campaign_rig(folder)) if is_campaign else load_rig(options.subject)
+    check_jack(rig)
+    limits, digests = limits_of(options.limits)
+    own = campaign_digests(loaded) if loaded else file_digests(options.subject)
+    return Asked(rig, loaded, options.seed, limits, own | digests)
+
+
+def check_jack(rig: Rig) -> None:
+    """Raises InputError for what is no jack."""
     if not rig.is_jack:
-        raise InputError(f"{options.subject}: {rig.name} is no jack with a valve; name one")
-    if options.limits is None:
-        return Asked(rig, loaded, options.seed, {}, _digests(loaded, options.subject))
+        raise InputError(f"{rig.name}: is no jack with a valve; name one")
+
+
+def limits_of(path: Path | None) -> "tuple[dict[str, Limit], dict[str, str]]":
+    """Limits by line, and the digest of their file. Raises InputError."""
+    if path is None:
+        return {}, {}
     from ...identify.acceptance.row import read_limits
 
-    limits, digests = read_limits(options.limits), _digests(loaded, options.subject)
-    return Asked(rig, loaded, options.seed, limits, digests | {options.limits.name: _digest(options.limits)})
+    return read_limits(path), file_digests(path)
+
+
+def limit_tables(limits: "Mapping[str, Limit]") -> dict[str, Any]:
+    """As an identity has them."""
+    return {name: vars(limit) for name, limit in limits.items()}
 
 
 def identity(command: str, sheet: Asked) -> dict[str, Any]:
     """What says that a sheet is the same one."""
-    limits = {name: vars(limit) for name, limit in sheet.limits.items()}
+    limits = limit_tables(sheet.limits)
     return {"command": command, "rig": sheet.rig.table(), "seed": sheet.seed, "limits": limits, "files": sheet.digests}
 
 
-def _digests(loaded: Campaign | None, subject: str) -> dict[str, str]:
-    """SHA-256 of the files of a campaign, or of a rig file; a bundled rig is of jackbench's version."""
-    if loaded is not None:
-        files = sorted(path for path in loaded.path.iterdir() if path.is_file())
-        return {path.name: _digest(path) for path in files}
-    return {} if subject in bundled() else {Path(subject).name: _digest(Path(subject))}
+def campaign_digests(loaded: Campaign) -> dict[str, str]:
+    """SHA-256 of the files of a campaign."""
+    return file_digests(*sorted(path for path in loaded.path.iterdir() if path.is_file()))
 
 
-def _digest(path: Path) -> str:
-    return sha256(path.read_bytes()).hexdigest()
+def file_digests(*names: str | Path) -> dict[str, str]:
+    """SHA-256 of files by name; what is bundled is of jackbench's version."""
+    paths = [Path(name) for name in names if name not in (*bundled(), *bundled_platforms())]
+    return {path.name: sha256(path.read_bytes()).hexdigest() for path in paths}

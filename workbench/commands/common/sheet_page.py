@@ -1,6 +1,7 @@
 """A sheet as a page: its lines with limits, where to sign, and what making it again needs; printed where asked."""
 
 import argparse
+import re
 import shutil
 import subprocess
 import tempfile
@@ -11,18 +12,20 @@ from ...base.errors import InputError
 from ...identify.acceptance.row import Row
 from ...report import Page, Section, Table
 from .outcome import Outcome
-from .sheet_options import Asked
+from .sheet_options import Made
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 _SECONDS = 120
+_DATES, _DATE = re.compile(rb"(/(?:CreationDate|ModDate) \(D:)([^)]*)"), b"19700101000000+00'00'"
 _NAMED = 3  # lines that a verdict names
 
 
-def sheet_page(title: str, sheet: Asked, rows: Sequence[Row], sections: Sequence[Section], how: str) -> Page:
+def sheet_page(title: str, made: Made, rows: Sequence[Row], sections: Sequence[Section], how: str) -> Page:
     """The page of a sheet: lines, then what belongs to it, then digests and signatures."""
     own = [Section("Lines", [_lines(rows), *([_missing(rows)] if any(r.value is None for r in rows) else [])])]
-    last = Section("Signed", [_signatures(), _files(sheet.digests) if sheet.digests else _bundled(sheet), how])
-    return Page(title, _verdict(rows), [*own, *sections, last], {"seed": str(sheet.seed)})
+    last = Section("Signed", [_signatures(), _files(made.digests) if made.digests else _bundled(made.of), how])
+    footer = {} if made.seed is None else {"seed": str(made.seed)}
+    return Page(title, verdict(rows), [*own, *sections, last], footer)
 
 
 def printed(options: argparse.Namespace, outcome: Outcome, name: str) -> None:
@@ -60,9 +63,16 @@ def print_pdf(page: Path, pdf: Path) -> None:
             ) from None
     if not pdf.exists():
         raise InputError(f"--pdf: {command[0]} left no {pdf}; print {page} by hand")
+    pdf.write_bytes(undated(pdf.read_bytes()))
 
 
-def _verdict(rows: Sequence[Row]) -> str:
+def undated(pdf: bytes) -> bytes:
+    """A PDF whose dates are one and the same: it is signed with a date, and made again to the byte."""
+    return _DATES.sub(lambda found: found[1] + _DATE.ljust(len(found[2])), pdf)
+
+
+def verdict(rows: Sequence[Row]) -> str:
+    """How many lines are said, and how many pass."""
     said, judged = [r for r in rows if r.value is not None], [r for r in rows if r.passed is not None]
     failed = [row.id for row in judged if not row.passed]
     words = (
@@ -110,5 +120,5 @@ def _files(digests: Mapping[str, str]) -> Table:
     return Table("Files that this sheet is made of", ["file", "SHA-256"], [list(item) for item in digests.items()])
 
 
-def _bundled(sheet: Asked) -> str:
-    return f"The rig {sheet.rig.name} comes with jackbench; the versions below say which one it was."
+def _bundled(name: str) -> str:
+    return f"{name} comes with jackbench; the versions below say which one it was."

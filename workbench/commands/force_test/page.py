@@ -33,7 +33,7 @@ def force_page(sheet: Asked, found: ForceSheet, rows: Sequence[Row], asked: Refe
         sections.append(Section("At rest", [_static(found.static)]))
     how = _HOW if sheet.campaign else _HOW + _PLAYED
     accuracy = f" The reference's own 95 % interval counts as {100 * asked.accuracy:g} % either way."
-    page = sheet_page(f"Load-cell sheet: {sheet.name}", sheet, rows, sections, how + accuracy)
+    page = sheet_page(f"Load-cell sheet: {sheet.name}", sheet.made, rows, sections, how + accuracy)
     return page, dynamic
 
 

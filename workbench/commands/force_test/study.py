@@ -21,7 +21,9 @@ def run_force_test(sheet: Asked, asked: Reference, stage: Stage, progress: Progr
     found = force_sheet(_records(sheet), sheet.rig, asked)
     rows = judged(found.rows, {**found.limits, **sheet.limits})
     metrics = {"rows": [row.table() for row in rows]}
-    return Outcome(metrics, lambda: force_page(sheet, found, rows, asked), _tables(found), subject=Subject(sheet.rig))
+    return Outcome(
+        metrics, lambda: force_page(sheet, found, rows, asked), _tables(found), subject=Subject(sheet.rig), dated=False
+    )
 
 
 def _records(sheet: Asked) -> Sequence[Record]:

@@ -35,7 +35,7 @@ def valve_page(sheet: Asked, found: ValveSheet) -> tuple[Page, Figure | None]:
         ]
         sections.append(Section("Frequency response", [bode("Flow or spool over command", curves)]))
     how = _RECORDED if sheet.campaign else _PLAYED
-    return sheet_page(f"Valve sheet: {sheet.name}", sheet, found.rows, sections, how), figure
+    return sheet_page(f"Valve sheet: {sheet.name}", sheet.made, found.rows, sections, how), figure
 
 
 def _curve(curve: FlowCurve) -> Figure:

@@ -30,7 +30,7 @@ def run_valve_test(sheet: Asked, stage: Stage, progress: Progress) -> Outcome:
         low, high = found.curve.band()
         tables["flow_curve"] = {"command": found.curve.command, "flow": found.curve.flow, "low": low, "high": high}
     metrics = {"rows": [row.table() for row in rows]}
-    return Outcome(metrics, lambda: valve_page(sheet, found), tables, subject=Subject(sheet.rig))
+    return Outcome(metrics, lambda: valve_page(sheet, found), tables, subject=Subject(sheet.rig), dated=False)
 
 
 def _recorded(sheet: Asked) -> ValveSheet:

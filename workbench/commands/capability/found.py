@@ -1,0 +1,29 @@
+"""What the sheet of a jack shows besides its lines."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...control.controller_spec import ControllerSpec
+from ...loop.performance.bounds import Envelope
+from ...loop.performance.drive import Demands
+from ...loop.performance.followed import Followed
+from ...loop.performance.reached import Reached
+from ...loop.performance.sizing import Choice
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a page shows besides lines: the envelope, what the loop (or `why` none) follows of it, what the engine
+    reached, measured sines (f [Hz], amplitude [m]) by record, what the drive file takes and what does it."""
+
+    envelope: Envelope
+    loop: ControllerSpec | None
+    why: str
+    followed: Followed | None
+    reached: Sequence[Reached]
+    measured: Mapping[str, np.ndarray]
+    demands: Demands | None
+    valves: Sequence[Choice]
+    pumps: Sequence[Choice]

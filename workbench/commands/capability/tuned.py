@@ -1,0 +1,27 @@
+"""The loop that a sheet plays: one of an experiment, or the one that tunes itself on the rig's model."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...control.automatic_tuning import pulses
+from ...control.controller_spec import ControllerSpec
+from ...loop.rows import LoopSetup
+from ...loop.sampled_loop import SampledLoop
+from ..commission.automatic import self_tuning
+
+
+def self_tuned(setup: LoopSetup) -> ControllerSpec | str:
+    """What the moves of `controllers.automatic` make of a rig, without noise; else why there is nothing."""
+    spec = self_tuning(setup.rig)
+    controller = spec.build(setup.rig.period.value)
+    try:
+        loop = SampledLoop(setup.engine, setup.rig, controller, setup.null)
+    except InputError as error:
+        return str(error)
+    run = loop.run(np.full(pulses(spec.design.pulse, setup.rig.period.value).size, setup.rig.middle))
+    law = getattr(controller, "law", None)
+    if run.tripped or law is None:
+        return f"the moves by which it would tune itself trip: {run.tripped}"
+    return replace(law, name="automatic")

@@ -1,0 +1,152 @@
+"""The envelope: the largest sine of a motion at each frequency, by each of what bounds it, from the model.
+
+A sine has its frequency alone: what an overdriven valve still moves, distorted, is beyond. Bounds are those of
+`BOUNDS`, each by itself; flow, valve and command rate bind the opening of lands, each of what the one before leaves.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...plant.valve.supply import supply_power
+from ...rigs.rig import Rig
+from .carried import Carried
+from .lands import demanded, oil_speed
+
+BOUNDS = {
+    "stroke": "the rig's limit of stroke",
+    "speed limit": "the rig's limit of speed",
+    "force limit": "the rig's limit of force at the load cell",
+    "supply": "force of the supply, without a flow",
+    "flow": "flow of the open lands at the pressure drop that the load leaves",
+    "valve": "the same, where a valve follows full command no further",
+    "command rate": "the same, where the command's rate is limited too",
+    "cavitation": "no chamber below the vapour's pressure, 0 bar here",
+    "pump": "mean flow of a cycle out of the pump",
+}
+PHASES, HALVINGS = 240, 50
+_SMALLEST, _FAR = 1e-7, 1e3  # of the stroke: the amplitudes that are looked at
+_TOGETHER = 1.01  # bounds so near to each other are one, the first of them
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """What opens and feeds the lands: the response [n] to full command at f [n] Hz, and the pump's flow [m^3/s]."""
+
+    f: np.ndarray
+    response: np.ndarray
+    pump: float | None = None
+
+    def opening(self, f: np.ndarray) -> np.ndarray:
+        """Share of full opening [k] at full command; what was not looked at is as at the ends."""
+        return np.minimum(1.0, np.interp(np.log(f), np.log(self.f), np.abs(self.response)))
+
+
+@dataclass(frozen=True, eq=False)
+class Envelope:
+    """Amplitudes of a motion [k] (m, or rad) at f [k] Hz by each bound's name; `cell` [k]: force at the load cell and
+    `pressure` [k]: of the piston, N, a unit of it."""
+
+    f: np.ndarray
+    bounds: Mapping[str, np.ndarray]
+    cell: np.ndarray
+    pressure: np.ndarray
+
+    @property
+    def amplitude(self) -> np.ndarray:
+        """The largest [k]."""
+        return np.min(list(self.bounds.values()), axis=0)
+
+    @property
+    def binding(self) -> list[str]:
+        """Which bound it is at each frequency [k]."""
+        names, least = list(self.bounds), self.amplitude
+        return [
+            next(name for name in names if self.bounds[name][k] <= _TOGETHER * least[k]) for k in range(self.f.size)
+        ]
+
+    def spans(self) -> list[tuple[str, float, float]]:
+        """Bounds with the frequencies [Hz] from and to which they bind, from low to high."""
+        spans: list[tuple[str, float, float]] = []
+        for name, f in zip(self.binding, self.f.tolist(), strict=True):
+            if spans and spans[-1][0] == name:
+                spans[-1] = (name, spans[-1][1], f)
+            else:
+                spans.append((name, f, f))
+        return spans
+
+
+def envelope(carried: Carried, drive: Drive) -> Envelope:
+    """Of one jack."""
+    rig, f, w = carried.rig, carried.f, 2 * np.pi * carried.f
+    way = max(abs(carried.travel), 1e-12)
+    stroke = rig.limit("stroke") / way
+    opened, rate = drive.opening(f), np.minimum(1.0, rig.limit("command_rate") / w)
+    motion = Motion(carried)
+    bounds = {
+        "stroke": np.full(f.size, stroke),
+        "speed limit": rig.limit("speed") / (w * way),
+        "force limit": np.minimum(_FAR * stroke, rig.limit("force") / np.maximum(np.abs(carried.cell), 1e-300)),
+        "supply": _largest(lambda x: motion.opens(0.0 * x, x, np.ones(f.size)), stroke, f.size),
+        "flow": _largest(lambda x: motion.opens(x, x, np.ones(f.size)), stroke, f.size),
+        "valve": _largest(lambda x: motion.opens(x, x, opened), stroke, f.size),
+        "command rate": _largest(lambda x: motion.opens(x, x, opened * rate), stroke, f.size),
+        "cavitation": _largest(motion.filled, stroke, f.size),
+    }
+    if drive.pump is not None:
+        bounds["pump"] = _pumped(rig, motion.oil, drive.pump, stroke)
+    return Envelope(f, bounds, np.abs(carried.cell), np.abs(carried.force))
+
+
+def weakest(each: Sequence[Envelope]) -> Envelope:
+    """Of jacks that move together: at each frequency and by each bound the least, force by the most loaded."""
+    bounds = {name: np.min([one.bounds[name] for one in each], axis=0) for name in each[0].bounds}
+    cell, pressure = (np.max([getattr(one, name) for one in each], axis=0) for name in ("cell", "pressure"))
+    return Envelope(each[0].f, bounds, cell, pressure)
+
+
+class Motion:
+    """Speed of the oil and pressure force over a cycle, per unit of amplitude [k, phases]."""
+
+    def __init__(self, carried: Carried) -> None:
+        self.rig, self.held = carried.rig, carried.held
+        turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
+        w, force = 2 * np.pi * carried.f, carried.force
+        one = 1j * w
+        self.oil = oil_speed(self.rig, one * carried.travel, force, one * force)
+        self.speed, self.force = (np.real(each[:, None] * turn) for each in (self.oil, force))
+
+    def opening(self, amplitude: np.ndarray) -> np.ndarray:
+        """Share of full opening [k, phases], positive to the A side."""
+        speed = amplitude[:, None] * self.speed
+        return np.sign(speed) * demanded(self.rig, speed, self.held + amplitude[:, None] * self.force).opening
+
+    def opens(self, speed: np.ndarray, force: np.ndarray, opening: np.ndarray) -> np.ndarray:
+        """Whether openings [k] do, for amplitudes [k] of speed and of force."""
+        need = demanded(self.rig, speed[:, None] * self.speed, self.held + force[:, None] * self.force)
+        return need.opening.max(axis=1) <= opening
+
+    def filled(self, amplitude: np.ndarray) -> np.ndarray:
+        """Whether no chamber is below the vapour's pressure."""
+        need = demanded(self.rig, amplitude[:, None] * self.speed, self.held + amplitude[:, None] * self.force)
+        return need.lowest.min(axis=1) >= 0
+
+
+def _pumped(rig: Rig, oil: np.ndarray, pump: float, most: float) -> np.ndarray:
+    """Of a cycle one half fills A and one half B; the leakage at null is off what the pump gives."""
+    half = np.full(1, (rig["Ps"] + rig["Pr"]) / 2)
+    lost = float(supply_power(rig, np.zeros(1), half, half, np.full(1, rig["Ps"]))[0]) / rig["Ps"]
+    mean = sum(rig.areas) / np.pi * np.abs(oil)
+    return np.minimum(most, max(0.0, pump - lost) / np.maximum(mean, 1e-300))
+
+
+def _largest(holds: Callable[[np.ndarray], np.ndarray], most: float, count: int) -> np.ndarray:
+    """The largest amplitudes [count] up to `most` that hold, 0 where the smallest does not."""
+    low, high = np.full(count, np.log(_SMALLEST * most)), np.full(count, np.log(most))
+    whole, none = holds(np.exp(high)), ~holds(np.exp(low))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        good = holds(np.exp(middle))
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    return np.where(none, 0.0, np.where(whole, most, np.exp(low)))

@@ -1,0 +1,97 @@
+"""What a drive file takes of a rig: opening of the lands, flow, power, heat; and an accumulator beside a pump.
+
+A file has corners that no jack follows: what is above a band is taken off. The force is the motion's, by the linear
+model of what is carried.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...rigs.rig import Rig
+from ..capability import capability
+from .carried import carried_by_jack
+from .lands import Demand, demanded, drawn_power, oil_speed
+
+MODE_SHARE = 0.5  # of the mode of mass and oil: the band of a drive file where none is given
+PRECHARGE, ADIABATIC = 0.9, 1.4  # of the lowest pressure; exponent of nitrogen's pressure over its volume
+_FADE, _GRID, _SLOWEST = 1.5, 400, 1e-3  # of the band, where nothing is left; frequencies of the load; Hz
+
+
+@dataclass(frozen=True, eq=False)
+class Demands:
+    """Over a drive file at a control period: position [k] m, speeds [k] m/s of the piston and of the oil, and pressure
+    force [k] N."""
+
+    rig: Rig
+    t: np.ndarray
+    position: np.ndarray
+    speed: np.ndarray
+    oil: np.ndarray
+    force: np.ndarray
+
+    @cached_property
+    def lands(self) -> Demand:
+        """Opening and chamber pressures."""
+        return demanded(self.rig, self.oil, self.force)
+
+    @cached_property
+    def power(self) -> np.ndarray:
+        """Out of the supply [k] W."""
+        return drawn_power(self.rig, self.oil, self.force)
+
+    @property
+    def flow(self) -> np.ndarray:
+        """Out of the supply [k] m^3/s."""
+        return self.power / self.rig["Ps"]
+
+    @property
+    def heat(self) -> float:
+        """Mean power [W] that stays in the oil: what the supply gave, less what the piston passed on."""
+        return float(np.mean(self.power) - np.mean(self.force * self.speed))
+
+
+def demands(rig: Rig, position: np.ndarray, band: float | None = None) -> Demands:
+    """Of positions [k] m from mid stroke at the control period, up to a band [Hz], else half of the mode's frequency.
+
+    The file is taken as played forth and back, so that it may end elsewhere than it begins.
+    """
+    band = MODE_SHARE * capability(rig).mode if band is None else band
+    there = np.concatenate((position, position[::-1]))
+    f = np.fft.rfftfreq(there.size, rig.period.value)
+    lines = np.fft.rfft(there) * np.clip((_FADE * band - f) / ((_FADE - 1) * band), 0.0, 1.0)
+    grid = np.geomspace(_SLOWEST, max(_FADE * band, f[-1]), _GRID)
+    load = carried_by_jack(rig, grid)
+    at = np.log(np.maximum(f, _SLOWEST))
+    real, imaginary = (np.interp(at, np.log(grid), part) for part in (np.real(load.force), np.imag(load.force)))
+    force = real + 1j * (f > 0) * imaginary
+    turn = 2j * np.pi * f
+    oil = oil_speed(rig, turn, force, turn * force)
+
+    def back(values: np.ndarray) -> np.ndarray:
+        return np.fft.irfft(values, there.size)[: position.size]
+
+    t = np.arange(position.size) * rig.period.value
+    return Demands(rig, t, back(lines), back(lines * turn), back(lines * oil), load.held + back(lines * force))
+
+
+def lacking(flow: np.ndarray, period: float, pump: float) -> float | None:
+    """The most oil [m^3] that a flow [k] m^3/s, played again and again, takes beyond what a pump has given; None where
+    the pump gives less than the mean."""
+    if pump < float(flow.mean()):
+        return None
+    missing = most = 0.0
+    for each in ((np.tile(flow, 2) - pump) * period).tolist():
+        missing = max(0.0, missing + each)
+        most = max(most, missing)
+    return most
+
+
+def accumulator(oil: float, supply: float, sag: float) -> float:
+    """Gas volume [m^3] that gives `oil` [m^3] while the supply [Pa] falls by a share `sag`, by the adiabatic gas law:
+    p V^1.4 stays as it is, from a precharge of 0.9 of the lowest pressure (Rabie, Fluid Power Engineering, 2009,
+    ch. 7)."""
+    low = (1 - sag) * supply
+    first = PRECHARGE * low
+    return oil / ((first / low) ** (1 / ADIABATIC) - (first / supply) ** (1 / ADIABATIC))

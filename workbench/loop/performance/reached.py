@@ -1,0 +1,80 @@
+"""Whether a sine is reached on the engine: the command that it takes, added to a slow loop, learned cycle by cycle.
+
+The loop holds the middle. The command is a sum of harmonics, at first the opening that the lands need, before the
+valve; what the motion lacks of each is then divided by the linear plant's response and added (iterative learning in
+the frequency domain; Moore, Iterative Learning Control for Deterministic Systems, 1993, ch. 2). A sine counts as
+reached where what its bound is of, speed or acceleration, is nowhere in a cycle further than `NEAR` of its amplitude
+from the sine's: beyond the envelope a valve still moves a jack, but by no sine.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...control.controller_spec import ControllerSpec
+from ...linear.linearisation import linear_plant
+from ..describing_function import sampled_frequencies
+from ..rows import LoopSetup
+from ..sampled_loop import SampledLoop
+from .bounds import Motion
+from .carried import carried_by_jack, response
+
+NEAR = 0.05
+OF_SPEED = ("flow", "valve", "command rate")  # bounds of the speed; others that are played are of the acceleration
+PLAYED = (*OF_SPEED, "supply", "cavitation")
+HARMONICS, ROUNDS = 15, 30
+_BLOCK, _CORRECTED = 0.4, 0.4  # s of a round at least; share of what is lacking that is added
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Of a sine of `amplitude` [m] at f [Hz]: how far, as a share, what its `bound` is of is off it at best, and the
+    lowest chamber pressure [Pa] then; `told`: why the guard stopped it, if it did."""
+
+    f: float
+    amplitude: float
+    bound: str
+    off: float = np.inf
+    lowest: float = np.inf
+    told: str = ""
+
+    @property
+    def there(self) -> bool:
+        """Whether it counts as reached: by a sine, and with both chambers full."""
+        return self.off <= NEAR and self.lowest >= 0
+
+
+def reached(setup: LoopSetup, loop: ControllerSpec, f: float, amplitude: float, bound: str) -> Reached:
+    """A sine whose cycle is whole samples, next to f [Hz]; infinitely far off where the loop trips at once."""
+    period = setup.rig.period.value
+    f = float(sampled_frequencies(f, f, 1, period)[0])
+    cycle = round(1 / (f * period))
+    orders = np.arange(1, min(HARMONICS, cycle // 4) + 1)
+    turn = np.exp(2j * np.pi * np.outer(np.arange(cycle) / cycle, orders))
+    signal = "velocity" if bound in OF_SPEED else "acceleration"
+    linear = linear_plant(setup.engine.plant, setup.moving, outputs=(signal, "spool"), p=setup.smooth)
+    gain, spool = response(linear, orders * f)
+    wanted = np.zeros(orders.size, complex)
+    wanted[0] = amplitude * (2j * np.pi * f) ** (1 if bound in OF_SPEED else 2)
+    sent = _opening(setup, f, amplitude, orders) * setup.rig["z3max"] / spool
+    blocks, best = max(2, int(np.ceil(_BLOCK * f))), Reached(f, amplitude, bound)
+    played = SampledLoop(setup.engine, setup.rig, loop.build(period), setup.null)
+    for _ in range(ROUNDS):
+        wave = np.real(turn @ sent)
+        run = played.run(np.full(cycle * blocks, setup.rig.middle), added=np.tile(wave, blocks))
+        if run.tripped:
+            return replace(best, told=run.tripped)
+        last, lowest = (run.record.signals[name][-cycle:] for name in (signal, "lowest_pressure"))
+        off = float(np.abs(last - np.real(turn @ wanted)).max() / abs(wanted[0]))
+        if off < best.off:
+            best = replace(best, off=off, lowest=float(lowest.min()))
+        sent = sent + _CORRECTED * (wanted - 2 * turn.conj().T @ last / cycle) / gain
+    return best
+
+
+def _opening(setup: LoopSetup, f: float, amplitude: float, orders: np.ndarray) -> np.ndarray:
+    """Harmonics of the opening that the lands need, at most full."""
+    motion = Motion(carried_by_jack(setup.rig, np.array([f])))
+    opening = np.clip(motion.opening(np.array([amplitude]))[0], -1.0, 1.0)
+    at = np.arange(opening.size) / opening.size
+    return 2 * np.exp(-2j * np.pi * np.outer(orders, at)) @ opening / opening.size
