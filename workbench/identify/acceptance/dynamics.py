@@ -75,7 +75,8 @@ def sine_response(record: Record, output: str) -> Response:
     """Of a record with sines of one frequency after another, rests between them. Raises InputError for what is none."""
     blocks = [block for block in _moving(record) if block[1] - block[0] > 2 * _REST]
     if not blocks:
-        raise InputError(f"record {record.name}: no sine in it: the command stands still")
+        does = "goes by jumps" if np.ptp(record.signals["command"]) > 0 else "stands still"
+        raise InputError(f"record {record.name}: no sine in it: the command {does}; play sines with rests between")
     points = sorted((_sine(record, output, *block) for block in blocks), key=lambda point: point[0])
     f, response, radius = (np.array(column) for column in zip(*points, strict=True))
     return Response(f, response, radius)
