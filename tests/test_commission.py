@@ -12,9 +12,11 @@ from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.commission import designs, study
+from workbench.commands.commission.allowed import allowed, smaller
 from workbench.commands.commission.automatic import automatic
+from workbench.commands.commission.designs import exactly
 from workbench.commands.commission.looks import WAY, check_rest, check_sides, small_moves
-from workbench.commands.commission.motions import corners, doubted, standard_records
+from workbench.commands.commission.motions import doubted, standard_records
 from workbench.commands.commission.obstacles import Barred
 from workbench.commands.commission.relay import Relay, relay_reference, relay_ways
 from workbench.commands.commission.rig_time import RigTime
@@ -27,7 +29,8 @@ from workbench.link.client import LinkClient
 from workbench.link.course import play_course, rest_record
 from workbench.loop.capability import oil_stiffness
 from workbench.loop.rig_variations import with_delay
-from workbench.loop.rows import linear_loops, loop_setup
+from workbench.loop.rows import judge, linear_loops, loop_setup
+from workbench.loop.scenarios import SCENARIOS
 from workbench.records import Record
 from workbench.rigs.rig_file import load_rig
 
@@ -151,18 +154,82 @@ def test_what_is_the_wrong_way_round_is_named_on_the_rig_before_it_has_gone_far(
     assert np.abs(spent.last.signals["position"] - RIG.middle).max() < 10 * MOVE
 
 
-def test_the_automatic_controller_is_stable_with_margins_on_every_corner():
+def ends():
+    """The rig, and each of the numbers that decide at either end of its bounds."""
+    yield RIG
+    for name in ("M", "beta", "Ps", "K3"):
+        yield from (RIG.with_values(**{name: end}) for end in RIG.numbers[name].uncertain or ())
+
+
+def test_the_automatic_controller_is_stable_with_margins_at_every_end():
     law = automatic(RIG, AS_DECLARED)
-    for rig in corners(RIG):
+    for rig in ends():
         loops = linear_loops(law, loop_setup(with_delay(rig, rig.computing_delay.value)))
         assert loops.stable
         assert loops.worst(min, "gain_margin_db") > 3.0
 
 
-def test_records_stay_within_the_limits_of_every_corner():
-    waves = standard_records(doubted(RIG), automatic(RIG, AS_DECLARED))
+@pytest.fixture(scope="module")
+def plants():
+    """What the datasheet allows."""
+    return allowed(doubted(RIG))
+
+
+def test_the_plants_that_are_allowed_are_all_ends_together_and_some_between(plants):
+    names = plants.engine.plant.parameters
+    assert plants.p[0].tolist() == plants.engine.plant.p.tolist()
+    assert (~plants.drawn).sum() == 1 + 2**4
+    for name in ("M", "beta", "Ps", "K3"):
+        low, high = RIG.numbers[name].uncertain or (0.0, 0.0)
+        values = plants.p[:, names.index(name)]
+        assert (values.min(), values.max()) == (low, high)
+        assert np.all((values[plants.drawn] > low) & (values[plants.drawn] < high))
+    known = allowed(exactly(RIG))
+    assert len(known.p) == 2
+    assert known.expected(automatic(RIG, AS_DECLARED), SCENARIOS["position-10mm"]).settling_s is None
+
+
+def test_records_stay_within_the_limits_of_every_plant_and_go_as_far_as_that_lets_them(plants):
+    law = automatic(RIG, AS_DECLARED)
+    stable = plants.stable(law)
+    assert 17 < len(stable.p) <= len(plants.p)
+    waves = standard_records(stable, law)
     assert [wave.name for wave in waves] == ["steps", "triangle", "multisine"]
-    assert all(np.abs(wave.reference - RIG.middle).max() < 0.95 * RIG.limit("stroke") for wave in waves)
+    for wave in waves:
+        start = float(wave.reference[0])
+        assert stable.fits(law, wave.reference - start, start - RIG.middle, wave.command)
+    steps = waves[0].scaled(8.0)
+    assert not stable.fits(law, steps.reference - RIG.middle, 0.0, steps.command)
+
+
+def test_a_step_that_some_plant_does_not_take_is_played_smaller_and_says_so(plants):
+    """At a share of the stroke from which 100 mm would end beyond 95 % of it."""
+    law, far = automatic(RIG, AS_DECLARED), replace(SCENARIOS["position-100mm"], start_share=0.6, duration=1.0)
+    stable = plants.stable(law)
+    taken = smaller(stable, law, far)
+    assert taken is not None
+    assert taken.name == f"position-100mm-as-{1e3 * taken.size:.3g}mm"
+    assert 0.6 * RIG.limit("stroke") + taken.size < 0.95 * RIG.limit("stroke")
+    near = replace(SCENARIOS["position-1mm"], duration=1.0)
+    assert smaller(stable, law, near) == near
+    assert smaller(plants, replace(law, design=replace(law.design, gain=500.0)), near) is None
+
+
+def test_what_is_expected_holds_what_single_plants_do(plants):
+    law, scenario = automatic(RIG, AS_DECLARED), replace(SCENARIOS["position-10mm"], duration=1.0)
+    stable = plants.stable(law)
+    told = stable.expected(law, scenario)
+    assert told.settling_s is not None
+    low, high = told.settling_s
+    inside = 0
+    rigs = list(ends())[1:]
+    for rig in rigs:
+        setup = loop_setup(rig)
+        settling = judge(law, scenario, setup, linear_loops(law, setup), 2)[1]["settling_s"]
+        inside += settling is not None and low * 0.9 <= settling <= (high or np.inf) * 1.1
+    assert inside >= len(rigs) - 1
+    assert told.overshoot_percent is not None
+    assert 0.0 <= told.overshoot_percent[0] <= (told.overshoot_percent[1] or np.inf)
 
 
 def test_the_whole_way_on_a_rig_of_other_numbers(tmp_path, monkeypatch):
@@ -188,6 +255,15 @@ def test_the_whole_way_on_a_rig_of_other_numbers(tmp_path, monkeypatch):
     found = load_rig(tmp_path / "out/found.toml")
     assert found["M"] == pytest.approx(1080.0, rel=0.02)
     assert found["beta"] == pytest.approx(0.9e9, rel=0.02)
+    (goal,) = [row for row in told["rows"] if (row["way"], row["scenario"]) == ("found", "position-10mm")]
+    low, high = goal["settling_s"]["between"]
+    assert low <= goal["settling_s"]["predicted"] <= high
+    assert goal["stiffness"]["predicted"] > 0
+    assert goal["stiffness"]["measured"] is None
+    assert [each["frequency_hz"] for each in told["bode"]] == [1, 2, 5, 10, 20, 30]
+    for each in told["bode"]:
+        assert each["gain_db"]["measured"] == pytest.approx(each["gain_db"]["predicted"], abs=0.5)
+        assert each["phase_deg"]["measured"] == pytest.approx(each["phase_deg"]["predicted"], abs=4.0)
     assert told["rig_seconds"] < 600
     assert main(["run", str(tmp_path / "out/controller.toml"), "--out", str(tmp_path / "run")]) == 0
     assert (tmp_path / "out/c/found.c").is_file()

@@ -7,9 +7,11 @@ import pytest
 from made_links import at, served
 
 from workbench.base.checkpoint import no_checkpoint
+from workbench.commands.commission.allowed import allowed
+from workbench.commands.commission.designs import exactly
 from workbench.commands.commission.obstacles import obstacles, told
 from workbench.commands.commission.rig_time import RigTime
-from workbench.commands.commission.verify import played_way
+from workbench.commands.commission.verify import Way, played_way
 from workbench.commands.excite.study import drive
 from workbench.commands.record.study import standard_set
 from workbench.control.controller_type import controller
@@ -40,7 +42,7 @@ def met(truth, law, waves=(), scenarios=(GOAL,)):
     with served(bench(truth, True)) as server, LinkClient(at(server), "") as client:
         spent, rest = RigTime(client, RIG, 600.0, no_checkpoint), rest_record(client)
         records = [spent.played(wave, LAW, "excitation") for wave in waves]
-        judged = played_way(spent, "found", law, RIG, scenarios, lambda _: None)
+        judged = played_way(spent, "found", Way(law, allowed(exactly(RIG))), scenarios, lambda _: None)
         assert server.trips == 0
     return judged, rest, records
 

@@ -1,6 +1,5 @@
 """What a commissioning leaves: commission.json, the controller as file, C and ST, and the rig as it was found."""
 
-import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -8,6 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ...base.gain_phase import gain_db, phase_deg
 from ...base.toml_text import toml_text
 from ...control.automatic_tuning import SmallMoves
 from ...control.controller_spec import ControllerSpec
@@ -20,23 +22,27 @@ from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome
+from ..common.run_folder import metrics_json
 from ..drive.study import Judged
+from .allowed import Expected
 from .designs import experiment_of
 from .obstacles import Obstacle
 from .page import barred_page, commission_page
 from .rig_time import RigTime
 from .rounds import Found
-from .verify import STEPS, best_way, limit_row, table_row
+from .verify import STEPS, Way, best_way, limit_row, responses, table_row
+
+_PAIR = ("predicted", "measured")
 
 
 @dataclass(frozen=True)
 class Results:
-    """What came out: the goal, what small moves told, each way's controller and the rig that it was made for, how they
-    did, what was found, what the rounds left open and why they ended, and what is in the way."""
+    """What came out: the goal, what small moves told, each way's controller and the plants that it was made for, how
+    they did, what was found, what the rounds left open and why they ended, and what is in the way."""
 
     goal: str
     moves: SmallMoves
-    ways: Mapping[str, tuple[ControllerSpec, Rig]]
+    ways: Mapping[str, Way]
     judged: Sequence[Judged]
     found: Found | None
     reasons: Sequence[str]
@@ -48,13 +54,15 @@ def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Out
     """Of a commissioning that came to its end; its `folder`; `began` [s] in this process' CPU time."""
     found, judged, goal = results.found, results.judged, results.goal
     rig = found.rig if found else spent.rig
-    rows = [table_row(each) for each in judged]
+    stiff = {name: each.stiffness() for name, each in results.ways.items()}
+    rows = [table_row(each, _expected(results.ways[each.controller], each), stiff[each.controller]) for each in judged]
     rows += [limit_row(name, settling_limit(rig, SCENARIOS[name]).settling) for name in STEPS]
     way = best_way(rows, goal)
     metrics = {
         "verdict": found.answer.verdict if found else "unknown",
         "effects": list(found.answer.effects) if found else [],
         "rows": rows,
+        "bode": _bode(judged),
         "rig_seconds": spent.spent,
         "trips": sum(each.row["tripped"] is not None for each in judged),
         "ended": next((each.row["tripped"] for each in judged if each.row["tripped"]), results.ended or spent.over),
@@ -68,12 +76,30 @@ def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Out
         "timing": {"computing_seconds": time.process_time() - began},
     }
     (folder / "c").mkdir(exist_ok=True)
-    files = _files(results.ways[way][0], rig, metrics)
-    subject = Subject(rig, [spec for spec, _ in results.ways.values()])
+    files = _files(results.ways[way].spec, rig, metrics)
+    subject = Subject(rig, [each.spec for each in results.ways.values()])
     assert spent.last is not None
     last = spent.last
     sentence = found.answer.sentence if found else results.ended or ""
     return Outcome(metrics, lambda: commission_page(goal, metrics, judged, sentence, last), {}, files, subject)
+
+
+def _expected(way: Way, each: Judged) -> Expected:
+    return way.plants.expected(way.spec, each.scenario)
+
+
+def _bode(judged: Sequence[Judged]) -> list[dict[str, Any]]:
+    """The found rig's controller, sine by sine; null where one was not played to its end."""
+    f, *both = responses(judged, "found")
+    gains, phases = (np.stack([of(each) for each in both], axis=1).tolist() for of in (gain_db, phase_deg))
+    return [
+        {
+            "frequency_hz": hz,
+            "gain_db": dict(zip(_PAIR, gain, strict=True)),
+            "phase_deg": dict(zip(_PAIR, phase, strict=True)),
+        }
+        for hz, gain, phase in zip(f.tolist(), gains, phases, strict=True)
+    ]
 
 
 def barred_outcome(spent: RigTime, obstacle: Obstacle, computing: float) -> Outcome:
@@ -111,4 +137,4 @@ def _files(spec: ControllerSpec, found: Rig, metrics: Mapping[str, Any]) -> dict
 
 def _text(metrics: Mapping[str, Any]) -> str:
     whole = {**metrics, "computing_seconds": metrics["timing"]["computing_seconds"]}
-    return json.dumps(whole, indent=2) + "\n"
+    return metrics_json(whole)

@@ -41,6 +41,11 @@ class Found:
     predicted: float | None
     exact: float | None
 
+    @property
+    def explains(self) -> bool:
+        """Whether the records are those of the rig as found, if not to the last of the noise."""
+        return self.answer.verdict in ("named", "incomplete", "none")
+
     def again(self, measured: float | None) -> str:
         """Why the records do not suffice, of the settling [s] measured on the rig; empty where they do."""
         if measured is None:
@@ -104,7 +109,7 @@ def further(folder: Path, rig: Rig, found: Found, run: Run, say: Progress) -> li
     """What is to be recorded next, for what the records in a folder do not tell: of the rig as found where an effect
     has a name, else of the datasheet's."""
     say("plans records of what is not known yet")
-    model = found.rig if found.answer.verdict in ("named", "incomplete", "none") else rig
+    model = found.rig if found.explains else rig
     outcome = run_plan(load_campaign(folder), model, named_stage(run, "plan"), say)
     waves = []
     for row in outcome.metrics["records"][:_FURTHER]:

@@ -13,15 +13,17 @@ from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress
 from ..common.run_folder import Run
+from ..common.wire_campaign import wire_rig
 from ..drive.study import Judged
+from .allowed import Allowed, allowed, safe
 from .automatic import automatic
 from .looks import WAY, check_rest, check_sides, small_moves
-from .motions import doubted, safe, standard_records
+from .motions import doubted, standard_records
 from .obstacles import Barred, obstacles
 from .results import Results, barred_outcome, outcome
 from .rig_time import RigTime
 from .rounds import Found, Searches, campaign_in, found_by, further
-from .verify import SINE, STEPS, played_way, settling_of
+from .verify import SINE, SINES, STEPS, Way, played_way, settling_of
 
 _ROUNDS = 2
 
@@ -62,14 +64,16 @@ def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) 
     rest, moves = _looks(spent, progress)
     law = automatic(rig, moves)
     searches = Searches(law, wanted.goal, wanted.jobs, run, progress)
-    records = _played(spent, standard_records(rig, law), law, progress)
+    plants = allowed(wire_rig(rig, spent.client))
+    records = _played(spent, standard_records(plants.stable(law), law), law, progress)
     progress("searches a controller for the rig as the datasheet has it")
-    ways = {"automatic": (law, rig), "datasheet": (searches.design(rig, "datasheet"), rig)}
-    judged = [each for way, (spec, model) in ways.items() for each in _verified(spent, way, spec, model, progress)]
-    last = _rounds(spent, searches, rest, records, progress)
+    design = searches.design(rig, "datasheet")
+    ways = {"automatic": Way(law, plants.stable(law)), "datasheet": Way(design, plants)}
+    judged = [each for name, way in ways.items() for each in played_way(spent, name, way, (*STEPS, SINE), progress)]
+    last = _rounds(spent, searches, plants, rest, records, progress)
     judged += last.judged
-    if last.found is not None:
-        ways["found"] = (last.found.spec, last.found.rig)
+    if last.way is not None:
+        ways["found"] = last.way
     verdict, effects = (last.found.answer.verdict, last.found.answer.effects) if last.found else ("unknown", ())
     barred = obstacles(judged, wanted.goal, verdict, effects, rest, records.values())
     return Results(wanted.goal, moves, ways, judged, last.found, last.reasons, last.ended, barred)
@@ -77,19 +81,25 @@ def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) 
 
 @dataclass
 class _Rounds:
-    """What the last round found, if one did, what its controller did on the rig, what each round left open, and why the
-    rounds ended before they were over: what was recorded and found until then stays."""
+    """What the last round found, if one did, its controller, what that did on the rig, what each round left open, and
+    why the rounds ended before they were over: what was recorded and found until then stays."""
 
     found: Found | None = None
+    way: Way | None = None
     judged: list[Judged] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     ended: str | None = None
 
 
 def _rounds(
-    spent: RigTime, searches: Searches, rest: Record, records: dict[str, Record], progress: Progress
+    spent: RigTime,
+    searches: Searches,
+    plants: Allowed,
+    rest: Record,
+    records: dict[str, Record],
+    progress: Progress,
 ) -> _Rounds:
-    """`records` gets what the rounds record."""
+    """`records` gets what the rounds record; `plants` are what the datasheet allows."""
     done, heldout = _Rounds(), list(records)[-1:]
     rig, run, law = spent.rig, searches.run, searches.start
     try:
@@ -97,12 +107,15 @@ def _rounds(
             folder = run.dir / ("campaign" if number == 1 else f"campaign-{number}")
             campaign_in(folder, rig, spent.client, rest, records, heldout)
             found = done.found = found_by(folder, searches, spent.client, number, rig.name)
-            done.judged = _verified(spent, "found", found.spec, found.rig, progress, number)
+            way = done.way = Way(found.spec, allowed(wire_rig(found.rig, spent.client)))
+            done.judged = played_way(spent, "found", way, (*STEPS, *SINES), progress, number)
             done.reasons.append(found.again(settling_of(done.judged, searches.goal)))
             if not done.reasons[-1] or number == _ROUNDS:
                 break
             progress(f"once more: {done.reasons[-1]}")
-            waves = safe(rig, law, further(folder, rig, found, run, progress), found.rig)
+            waves = further(folder, rig, found, run, progress)
+            for each in (way.plants, *([] if found.explains else [plants])):
+                waves = safe(each.stable(law), law, waves)
             records |= _played(spent, waves, law, progress)
     except (InputError, Barred) as error:
         progress(str(error))
@@ -128,10 +141,3 @@ def _played(spent: RigTime, waves: list[Excitation], law: ControllerSpec, say: P
         say(f"plays {wave.name} on the rig, {wave.t[-1]:.3g} s")
         records[wave.name] = spent.played(wave, law, "excitation")
     return records
-
-
-def _verified(
-    spent: RigTime, way: str, spec: ControllerSpec, model: Rig, say: Progress, number: int = 1
-) -> list[Judged]:
-    """A way's controller, predicted by its rig, in every scenario at the live rig."""
-    return played_way(spent, way, spec, model, (*STEPS, SINE), say, number)

@@ -1,54 +1,83 @@
 """Scenarios played on the rig by every way to a controller, measured beside predicted."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
+from ...control.protocol import NoLinearView
 from ...link.course import Played
 from ...loop.conditions import Conditions
 from ...loop.rows import linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import SCENARIOS, Scenario
+from ...loop.stiffness_and_noise import dynamic_stiffness
 from ...rigs.rig import Rig
 from ..common.outcome import Progress
-from ..common.wire_campaign import wire_rig
 from ..drive.study import Judged, judge_played
+from .allowed import Allowed, Expected, smaller
 from .obstacles import Barred
 from .rig_time import RigTime
 
 SINE = "position-sine-5hz"
+SINES = tuple(name for name in SCENARIOS if name.startswith("position-sine-"))
+"""Of the bode plot, slowest first."""
 STEPS = ("position-1mm", "position-10mm", "position-100mm")
 _ELSEWHERE = "position-10mm"
 _WATCHED = 1.0  # s of a step
+_SLOWEST = 0.1  # Hz, that stiffness is looked at from
 _OVERSHOOT = 8.0  # %: as far as a controller may go on the rig that was searched for 5 %
 
 
+@dataclass(frozen=True)
+class Way:
+    """A way's controller, and the plants that it was made for."""
+
+    spec: ControllerSpec
+    plants: Allowed
+
+    def stiffness(self) -> float | None:
+        """The least that the loop holds against a load [N/m], on its rig without dry friction; None where that has no
+        linear view, or is unstable."""
+        setup = loop_setup(self.plants.rig)
+        f = np.geomspace(_SLOWEST, self.plants.rig.nyquist / 2, 200)
+        try:
+            if not linear_loops(self.spec, setup).stable:
+                return None
+            return float(np.abs(dynamic_stiffness(self.spec, setup, f)).min())
+        except NoLinearView:
+            return None
+
+
 def played_way(
-    spent: RigTime, way: str, spec: ControllerSpec, model: Rig, scenarios: Sequence[str], say: Progress, number: int = 1
+    spent: RigTime, name: str, way: Way, scenarios: Sequence[str], say: Progress, number: int = 1
 ) -> list[Judged]:
     """A way's controller, predicted by its model, in every scenario at the live rig until it is stopped or the time is
-    over, in the round of a `number`. The measures are the live rig's. After 10 mm that did not settle nothing larger is
-    played."""
-    judged, rig = list[Judged](), spent.rig
-    setup = loop_setup(wire_rig(model, spent.client))
+    over, in the round of a `number`. The measures are the live rig's. A scenario is played as large as every plant of
+    the way takes it; after 10 mm that did not settle nothing larger is played."""
+    judged, spec = list[Judged](), way.spec
+    setup = loop_setup(way.plants.rig)
     loops = linear_loops(spec, setup)
-    for scenario in _places(scenarios, rig):
-        say(f"{way}: {scenario.name} on the rig")
+    for wanted in _places(scenarios, spent.rig):
+        scenario = smaller(way.plants, spec, wanted)
+        if scenario is None:
+            say(f"{name}: {wanted.name} is not played: at no size do all plants that the records allow take it")
+            continue
+        say(f"{name}: {scenario.name} on the rig")
         try:
-            played = _played(spent, way, spec, scenario, number)
+            played = _played(spent, name, spec, scenario, number)
         except Barred as barred:
             say(str(barred))
             break
         if len(played.run.rows) > 1:
-            judged.append(judge_played(Conditions(), spec.named(way), scenario, played, setup, loops))
+            judged.append(judge_played(Conditions(), spec.named(name), scenario, played, setup, loops))
         if played.ended is not None:
-            say(f"{way}, {scenario.name}: {played.ended}")
+            say(f"{name}, {scenario.name}: {played.ended}")
             break
         if scenario.name.startswith(_ELSEWHERE) and judged[-1].row["settling_s"] is None:
-            say(f"{way}, {scenario.name}: did not settle, so nothing larger is played")
+            say(f"{name}, {scenario.name}: did not settle, so nothing larger is played")
             break
     return judged
 
@@ -79,7 +108,7 @@ def best_way(rows: Sequence[Mapping[str, Any]], goal: str) -> str:
 
 def _held(rows: Sequence[Mapping[str, Any]], way: str, goal: str) -> bool:
     """Whether every step settled, and the goal's without more overshoot than was searched for, wherever it began."""
-    steps = [row for row in rows if row["way"] == way and row["scenario"] != SINE]
+    steps = [row for row in rows if row["way"] == way and row["scenario"] not in SINES]
     return all(row["settling_s"]["measured"] is not None for row in steps) and all(
         (row["overshoot_percent"]["measured"] or 0.0) <= _OVERSHOOT for row in steps if row["scenario"].startswith(goal)
     )
@@ -92,11 +121,12 @@ def limit_row(scenario: str, limit: float | None) -> dict[str, Any]:
             "overshoot_percent": empty, "sine_error": empty, "stiffness": empty}  # fmt: skip
 
 
-def table_row(each: Judged) -> dict[str, Any]:
-    """A row of commission.json."""
+def table_row(each: Judged, expected: Expected, stiffness: float | None) -> dict[str, Any]:
+    """A row of commission.json; `between`: where 95 % of the plants lie that the way allows. A stiffness is not
+    measured, as nothing pushes at the rig."""
     pairs = {
-        key: {"predicted": each.prediction[key], "measured": each.row[key]}
-        for key in ("settling_s", "overshoot_percent")
+        key: {"predicted": each.prediction[key], "measured": each.row[key], "between": between}
+        for key, between in asdict(expected).items()
     }
     sine = {"predicted": None, "measured": None}
     if each.scenario.frequency is not None:
@@ -105,7 +135,32 @@ def table_row(each: Judged) -> dict[str, Any]:
             "measured": _sine_error(each.measured, each.scenario),
         }
     return {"way": each.controller, "scenario": each.scenario.name, **pairs, "sine_error": sine,
-            "stiffness": {"predicted": None, "measured": None}}  # fmt: skip
+            "stiffness": {"predicted": stiffness, "measured": None}}  # fmt: skip
+
+
+def responses(judged: Sequence[Judged], way: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of a way's sines: frequencies [k] in Hz, and position over reference, complex [k], predicted and measured."""
+    sines = [each for each in judged if each.controller == way and each.scenario.frequency is not None]
+    sines.sort(key=lambda each: each.scenario.frequency or 0.0)
+    f = np.array([each.scenario.frequency for each in sines], float)
+    told = ([_response(run, each.scenario) for run in (each.predicted, each.measured)] for each in sines)
+    both = np.array(list(told), complex).reshape(-1, 2)
+    return f, both[:, 0], both[:, 1]
+
+
+def _response(run: LoopRun, scenario: Scenario) -> complex:
+    """Position over reference at a sine's frequency, of the later half; NaN where that was not played."""
+    half = len(run.record.t) // 2
+    if run.tripped is not None or half < 10 or scenario.frequency is None:
+        return complex(np.nan, np.nan)
+    t = run.record.t[half:] - run.record.t[half]
+    turn = np.exp(2j * np.pi * scenario.frequency * t)
+    parts = np.stack([turn.real, turn.imag, np.ones_like(t), t], axis=1)
+    wanted, did = (
+        np.linalg.lstsq(parts, run.record.signals[name][half:], rcond=None)[0]
+        for name in ("reference", scenario.signal)
+    )
+    return complex((did[0] - 1j * did[1]) / (wanted[0] - 1j * wanted[1]))
 
 
 def _places(names: Sequence[str], rig: Rig) -> Iterator[Scenario]:

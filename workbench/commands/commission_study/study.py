@@ -18,14 +18,16 @@ from ...link.rig_server import RigServer, in_background
 from ...link.served_rig import ServedRig
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
+from ..commission.allowed import allowed
 from ..commission.automatic import automatic
-from ..commission.designs import searched_design
+from ..commission.designs import exactly, searched_design
 from ..commission.motions import doubted
 from ..commission.rig_time import RigTime
 from ..commission.study import Wanted, run_commission
-from ..commission.verify import played_way, settling_of
+from ..commission.verify import Way, played_way, settling_of
 from ..common.outcome import Outcome, Progress, leave, no_checkpoint
 from ..common.run_folder import Run, open_run
+from ..common.wire_campaign import wire_rig
 from . import RIG
 from .colour import ColouredDraws
 from .page import page
@@ -89,7 +91,8 @@ def _known(truth: Rig, told: Mapping[str, Any], at: str) -> float | None:
     spec, _ = searched_design(truth, law, "known", GOAL, no_checkpoint, lambda _: None, 1)
     with LinkClient(at, "") as client:
         spent = RigTime(client, truth, 60 * MINUTES, no_checkpoint)
-        judged = played_way(spent, "known", spec, truth, (GOAL,), lambda _: None)
+        way = Way(spec, allowed(exactly(wire_rig(truth, client))))
+        judged = played_way(spent, "known", way, (GOAL,), lambda _: None)
     return settling_of(judged, GOAL)
 
 
