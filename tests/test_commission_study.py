@@ -19,7 +19,7 @@ RIG = load_rig("jack-10t")
 PLANS = [hidden_plan(RIG, number, 1) for number in range(20)]
 HERE = Path(__file__).parent
 COMMISSIONED = json.loads((HERE / "commissioned_rigs.json").read_text())
-PAGE = (HERE.parent / "docs" / "commission.md").read_text()
+PAGE = (HERE.parent / "docs" / "results" / "commission.md").read_text()
 
 
 def test_every_hidden_rig_has_numbers_within_half_its_bounds_and_formulas_that_the_library_lacks():
