@@ -35,7 +35,7 @@ PAGES = (
 HELD = re.compile(r"^<!-- held: (jackbench [^:]+): ([^>]+?) -->$", re.MULTILINE)
 NOT_HELD = {
     "What a loop contains": "defaults that rig files declare, not results",
-    "How well is a rig commissioned?": "an hour; held by tests/test_commission_study.py to the rigs that were commissioned",
+    "How well is a rig commissioned?": "an hour; held by tests/test_commission_study.py to the rigs that were run",
     "What knowledge buys": "two hours; held by tests/test_knowledge.py to the searches that were run",
     "JackBench-v0": "a thousand episodes each, by examples/rl_baselines.py",
     "How do I use Stable-Baselines3?": "two minutes of training, by examples/rl/ppo_on_p_dp.py",
