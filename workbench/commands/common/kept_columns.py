@@ -28,6 +28,15 @@ class KeptColumns(Mapping[str, np.ndarray]):
         kind = self._types[name]
         return np.fromfile(self._file(name), kind)
 
+    def parts(self, rows: int) -> Iterator[dict[str, np.ndarray]]:
+        """All columns, so many rows at a time, of columns of one length."""
+        name = next(iter(self._types))
+        for first in range(0, self._file(name).stat().st_size // self._types[name].itemsize, rows):
+            yield {
+                name: np.fromfile(self._file(name), kind, rows, offset=first * kind.itemsize)
+                for name, kind in self._types.items()
+            }
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._types)
 

@@ -13,7 +13,7 @@ import os
 import platform
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -28,12 +28,14 @@ from filelock import FileLock, Timeout
 from ...base.errors import InputError, short_path
 from ...base.files import sync, write_whole
 from ...base.toml_text import toml_text
+from .kept_columns import KeptColumns
 
 T = TypeVar("T")
 
 _ARRAY = "__array__"
 _COMMAND, _LOCK = "@command.json", "@lock"  # quote() escapes "@": no stage can have these names
 _LONGEST_NAME = 200
+_ROWS = 2**16  # of a table on disk that are in memory at once
 _DIGITS = 10  # of the floats in metrics.json: last-bit differences between machines do not show
 
 
@@ -70,8 +72,7 @@ class Run:
         write_whole(self.dir / "metrics.json", metrics_json(metrics))
         write_whole(self.dir / "config.toml", config_toml)
         for name, columns in tables.items():
-            table = pa.table({key: pa.array(np.asarray(column)) for key, column in columns.items()})
-            pq.write_table(table, self.dir / f"{name}.parquet")
+            _write_table(columns, self.dir / f"{name}.parquet")
 
     def finish(
         self,
@@ -129,6 +130,16 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
     Raises TypeError for a key that is no string and for a value that JSON does not know.
     """
     return json.dumps(_plain(metrics, _rounded), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _write_table(columns: Mapping[str, np.ndarray], path: Path) -> None:
+    """Columns that are on disk are read part by part."""
+    with ExitStack() as stack:
+        writer: pq.ParquetWriter | None = None
+        for part in columns.parts(_ROWS) if isinstance(columns, KeptColumns) else (columns,):
+            table = pa.table({key: pa.array(np.asarray(column)) for key, column in part.items()})
+            writer = writer or stack.enter_context(pq.ParquetWriter(path, table.schema))
+            writer.write_table(table)
 
 
 def versions() -> dict[str, str]:
