@@ -97,7 +97,7 @@ def test_gaps_broken_rows_and_a_rate_above_the_table_are_said(tmp_path):
     assert numbers["Weg"].size == 399
     assert np.isnan(numbers["Weg"]).sum() == 1
     assert parts[0].period == pytest.approx(1e-3)
-    assert any("1 rows left out" in note for note in parts[0].notes)
+    assert any("1 row left out" in note for note in parts[0].notes)
 
 
 @pytest.mark.parametrize(

@@ -118,7 +118,7 @@ def test_what_only_fills_the_last_frame_is_left_out_and_said(tmp_path):
     write_rpc(tmp_path / "a.drv", Layout(fill=0.0), RAMP, TWO)
     _, table, notes = read(tmp_path / "a.drv")
     assert table.shape == (3, 600)
-    assert notes == ["left out at the end: 168 rows that only fill the last group"]
+    assert notes == ["left out at the end, only filling the last group: 168 rows"]
 
 
 def test_a_record_that_never_moves_stays_whole(tmp_path):

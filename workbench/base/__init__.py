@@ -15,4 +15,5 @@ desktop         a page in the browser of this machine
 gain_phase      gain in decibels and phase in degrees of a complex response
 vector_fitting  a rational function fitted to a frequency response
 columns         named columns, and as a pandas table
+words           counts and ranges as a sentence has them
 """

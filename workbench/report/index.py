@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from html import escape
 from urllib.parse import quote
 
+from ..base.words import counted
 from .page import html_page
 
 MARK = '<meta name="generator" content="jackbench">'  # what an index of ours has in its text
@@ -49,7 +50,7 @@ def _row(run: FinishedRun) -> str:
         f"{_link(run.name, 'report.html', run.name)}{title}{date}",
         f"{escape(run.verdict) or '–'}{command}",
         f"{escape(run.rig)}{'<br>' if run.rig else ''}{_links(run, 'rig', 'experiment')}",
-        "<br>".join(filter(None, (_others(run), f"{run.tables} tables (*.parquet)" if run.tables else ""))),
+        "<br>".join(filter(None, (_others(run), f"{counted(run.tables, 'table')} (*.parquet)" if run.tables else ""))),
         f"<code>{escape(run.next)}</code>" if run.next else "",
     )
     return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.words import counted
 from ...report import Curve, Figure, Page, Panel, Section, Table
 
 _WAYS = ("automatic", "datasheet", "found", "known")
@@ -14,9 +15,9 @@ def page(metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
     """The report and its telling figure: settling by every way, rig by rig."""
     rows, whole = metrics["rows"], metrics["summary"]
     verdict = (
-        f"{whole['commissioned']} of {whole['rigs']} rigs were commissioned, with {whole['trips']} trips and "
-        f"{whole['wrong_names']} wrong names. 10 mm settles within 1.15 times of what tuning with the truth known "
-        f"reaches on {whole['within_1.15_of_known']}, and is predicted within 15 % on "
+        f"{whole['commissioned']} of {whole['rigs']} rigs were commissioned, with {counted(whole['trips'], 'trip')} "
+        f"and {counted(whole['wrong_names'], 'wrong name')}. 10 mm settles within 1.15 times of what tuning with the "
+        f"truth known reaches on {whole['within_1.15_of_known']}, and is predicted within 15 % on "
         f"{whole['predicted_within_15_percent']}."
     )
     numbers = np.arange(len(rows), dtype=float)

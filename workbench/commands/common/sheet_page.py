@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ...base.errors import InputError
+from ...base.words import counted
 from ...identify.acceptance.row import Row
 from ...report import Page, Section, Table
 from .outcome import Outcome
@@ -78,7 +79,7 @@ def verdict(rows: Sequence[Row]) -> str:
     words = (
         f"{len(said)} of {len(rows)} lines are said by these records."
         if len(said) < len(rows)
-        else f"{len(rows)} lines."
+        else f"{counted(len(rows), 'line')}."
     )
     if not judged:
         return f"{words} No limits were given."

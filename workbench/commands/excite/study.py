@@ -13,6 +13,7 @@ from ...base.errors import InputError, nearest
 from ...base.files import check_place
 from ...base.signals import SIGNALS
 from ...base.units import from_si, to_si
+from ...base.words import counted
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
 from ...engine import Engine
@@ -155,7 +156,7 @@ def _shape(design: Design, played: Excitation) -> str:
     text = f"{what}: peak {_peak(design, played):.4g}, RMS {rms:.4g}, crest factor {crest_factor(values):.3g}"
     if design.kind == "multisine" and design.band:
         lines = harmonics(design.band, design.seconds, played.period, design.lines) / design.seconds
-        return f"{text}; {lines.size} lines from {lines[0]:.3g} to {lines[-1]:.4g} Hz, {design.spectrum}"
+        return f"{text}; {counted(lines.size, 'line')} from {lines[0]:.3g} to {lines[-1]:.4g} Hz, {design.spectrum}"
     return f"{text}; {design.band[0]:g} to {design.band[1]:g} Hz" if design.kind == "chirp" and design.band else text
 
 

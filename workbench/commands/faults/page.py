@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.words import counted
 from ...loop.fault_counts import BEYOND, STOP, counts, harmful
 from ...loop.fault_trial import MOMENTS, FaultTrials
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -37,7 +38,7 @@ def verdict(metrics: Mapping[str, Any]) -> str:
     words += f"{BEYOND:g} %"
     words += f", besides {many['helpless']} of a stuck valve, which no command stops" if many["helpless"] else ""
     words += _saving(metrics)
-    return f"{words}; {metrics['false_trips']} false trips on {metrics['plants']} plants a loop."
+    return f"{words}; {counted(metrics['false_trips'], 'false trip')} on {counted(metrics['plants'], 'plant')} a loop."
 
 
 def _saving(metrics: Mapping[str, Any]) -> str:

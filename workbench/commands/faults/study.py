@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from ...base.words import counted
 from ...control.controller_spec import ControllerSpec
 from ...loop.fault_counts import counts, harmful, helpless
 from ...loop.fault_trial import MOMENTS, FaultLoops, FaultTrial, FaultTrials
@@ -39,7 +40,7 @@ def run_faults(trials: FaultTrials, stage: Stage, progress: Progress) -> Outcome
             if not plays_in_lanes(spec.build(loops.rig.period.value)):
                 left_out.append(spec.name)
                 continue
-            progress(f"{spec.name} on {trials.plants} plants without a fault")
+            progress(f"{spec.name} on {counted(trials.plants, 'plant')} without a fault")
             trips[spec.name] = stage(
                 f"{spec.name} without a fault", lambda loops=loops, spec=spec: _trips(trials, loops, spec)
             )

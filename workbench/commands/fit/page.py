@@ -7,6 +7,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from ...base.units import from_si
+from ...base.words import counted
 from ...identify.fit.sessions import SessionDifference
 from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -125,7 +126,8 @@ def _matrix(correlation: Mapping[str, Any]) -> Table:
 
 def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
     chi2 = metrics["chi2"]["heldout"]
-    said = f"{len(metrics['parameters'])} numbers of {problem.rig.name} are fitted; "
+    count = len(metrics["parameters"])
+    said = f"{counted(count, 'number')} of {problem.rig.name} {'is' if count == 1 else 'are'} fitted; "
     if chi2 is None:
         return f"{said}some held-out windows cannot be simulated with them."
     said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"

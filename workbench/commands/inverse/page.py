@@ -8,6 +8,7 @@ import numpy as np
 
 from ...base.gain_phase import gain_db, phase_deg
 from ...base.units import from_si
+from ...base.words import counted, spanned
 from ...loop.designed_inverse import ReferenceInverse
 from ...loop.learning import Iteration
 from ...loop.margins import LinearLoop
@@ -60,10 +61,10 @@ def page(
     """The report; `drawn`: its section of drawn plants."""
     record, ahead = config.record, config.preview * config.record.rig.period.value * 1e3
     factors = {name: [row["factor"] for row in metrics["rows"] if row["controller"] == name] for name in inverted}
-    ranges = ", ".join(f"{min(each):.3g} to {max(each):.3g} for {name}" for name, each in factors.items())
+    ranges = ", ".join(f"{spanned(each)} for {name}" for name, each in factors.items())
     verdict = (
         f"Looking {ahead:g} ms ahead, the inverse divides the error of {record.scenario.name} by {ranges}, on "
-        f"{len(record.rigs)} rigs; it is designed on {len(config.over)} of them."
+        f"{counted(len(record.rigs), 'rig')}; it is designed on {len(config.over)} of them."
     )
     parts = inverted.values()
     sections = [

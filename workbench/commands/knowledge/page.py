@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.words import counted
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ..common.judged import judged_words
 from .config import KnowledgeConfig
@@ -39,7 +40,7 @@ def knowledge_page(config: KnowledgeConfig, metrics: Mapping[str, Any]) -> Page:
     )
     heads, lines = list(_COLUMNS.values()), [[row[key] for key in _COLUMNS] for row in rows]
     best = [_COLUMNS["settling_p99_s"]]
-    table = Table(f"On {config.plants} plants", heads, lines, note, dict.fromkeys(best, "min"))
+    table = Table(f"On {counted(config.plants, 'plant')}", heads, lines, note, dict.fromkeys(best, "min"))
     sections = [
         Section("What knowledge buys", [knowledge_figure(metrics), table]),
         Section("The designs", [_numbers(name, part) for name, part in _by_controller(rows)]),

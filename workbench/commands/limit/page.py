@@ -7,6 +7,7 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
+from ...base.words import spanned
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
 
@@ -45,19 +46,10 @@ def _verdict(rows: Sequence[Mapping[str, Any]]) -> str:
     for row in rows:
         if row["limit_s"] is not None:
             found.setdefault(row["scenario"], []).append(row["limit_s"])
-    said = [
-        f"{name} in {min(times):.3g} s"
-        if max(times) == min(times)
-        else f"{name} in {min(times):.3g} to {max(times):.3g} s"
-        for name, times in found.items()
-    ]
+    said = [f"{name} in {spanned(times)} s" for name, times in found.items()]
     lacking = sum(row["limit_s"] is None for row in rows)
     none = f" {lacking} of {len(rows)} rows have no limit; the table says why." if lacking else ""
     return f"Nothing settles sooner: {'; '.join(said)}.{none}" if said else "No limit was found; the table says why."
-
-
-def _span(times: Sequence[float]) -> str:
-    return " to ".join(dict.fromkeys(f"{time:.3g}" for time in (min(times), max(times))))
 
 
 def _table(metrics: Mapping[str, Any]) -> Table:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError, LinkLost
+from ...base.words import counted
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
 from ...records import Record
@@ -74,7 +75,7 @@ def _row(name: str, record: Record, rig: Rig, names: list[str]) -> dict[str, Any
 
 def _page(metrics: dict[str, Any], records: dict[str, Record]) -> Page:
     rows = metrics["rows"]
-    verdict = f"{len(rows)} records of {metrics['rig']}"
+    verdict = f"{counted(len(rows), 'record')} of {metrics['rig']}"
     verdict += f"; {rows[-1]['record']} is held out." if rows else "."
     if metrics["late"]:
         verdict += f" {metrics['late']} readings were lost or late."

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
+from ...base.words import spanned
 from ...identify.data.leg_cut import leg_campaigns, leg_rig
 from ...records import Campaign
 from ...records.campaign import judged_by
@@ -65,7 +66,7 @@ def _page(platform: Platform, metrics: dict[str, Any], worst: int, sections: Seq
     told = "cannot be simulated" if chi2 is None else f"has chi2 {chi2:.3g}"
     others = [each["chi2"] for each in metrics["legs"] if each["leg"] != worst + 1 and each["chi2"] is not None]
     verdict = f"Leg {worst + 1} is farthest from its declared jack: it {told}"
-    verdict += f", the others {min(others):.3g} to {max(others):.3g}." if others else "."
+    verdict += f", the others {spanned(others)}." if others else "."
     table = Table("chi2 by leg", ["leg", "chi2"], by_leg, _NOTE)
     named = [Section(f"Leg {worst + 1}: {section.title}", section.items) for section in sections]
     return Page(f"Residual of {platform.name}, leg by leg", verdict, [Section("Legs", [table]), *named])

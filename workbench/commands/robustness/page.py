@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
+from ...base.words import counted
 from ...loop.rows import moving_at
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
@@ -41,13 +42,13 @@ def robustness_page(
     rows, unit = metrics["rows"], config.signal.unit
     step, band = (float(from_si(size, unit, config.signal.si)) for size in (config.step, metrics["band"]))
     table = Table(
-        f"A step of {step:g} {unit} on {config.plants} plants",
+        f"A step of {step:g} {unit} on {counted(config.plants, 'plant')}",
         list(_COLUMNS.values()),
         [[row[key] for key in _COLUMNS] for row in rows],
         f"Counts of plants. Settled within {band:.3g} {unit}; a plant that never settles counts as the "
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
         f"{moving_at(config.signal, config.rig.passing_speed)}, where each plant was drawn and at "
-        f"{len(config.positions)} positions. "
+        f"{counted(len(config.positions), 'position')}. "
         "The limit: the soonest that the nominal rig settles at all, at mid stroke (jackbench limit). "
         f"{judged_words(config.conditions, config.rig)}",
         dict.fromkeys(_BEST, "min"),

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...base.process_pool import Jobs, process_pool
+from ...base.words import counted
 from ...loop.limit import limits_by_name, times_limit
 from ...loop.scenarios import Scenario
 from ...loop.sensors import settling_band
@@ -33,7 +34,7 @@ def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress, j
 
     By blocks of plants, a stage a place of the linear loops and one a controller's steps, by the workers of `jobs`.
     """
-    progress(f"{len(config.controllers)} controllers on {config.plants} plants")
+    progress(f"{counted(len(config.controllers), 'controller')} on {counted(config.plants, 'plant')}")
     kept, draw = [Kept.of(spec, config) for spec in config.controllers], KeptColumns()
     plant, every = build(config.rig), blocks(config)
     with process_pool(jobs, partial(at_work, config)) as pool:
@@ -93,7 +94,7 @@ def kept_row(kept: Kept, config: RobustnessConfig, limit: float | None) -> dict[
     settling = columns["settling_s"]
     settling[np.isnan(settling) | columns["tripped"]] = np.inf
     p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
-    bad = sum(columns[key] * np.uint8(weight) for key, weight in _WEIGHTS.items())
+    bad = np.sum([weight * columns[key].view(np.uint8) for key, weight in _WEIGHTS.items()], axis=0, dtype=np.uint8)
     lane = int(np.lexsort((np.nan_to_num(columns["ms"], nan=np.inf), settling, bad))[-1])
     unstable = bool(columns["unstable"].any())
     return {

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...base.gain_phase import gain_db, phase_deg
 from ...base.units import from_si
+from ...base.words import counted
 from ...engine import Engine
 from ...linear import equilibrium, valve_blocks
 from ...linear.crossings import corner_frequency
@@ -204,5 +205,5 @@ def _flags(sine: SteppedSine) -> str:
     if sine.cavitated.any():
         notes.append(f"a chamber falls below 0 bar from {sine.f[sine.cavitated].min():.0f} Hz")
     if not sine.settled.all():
-        notes.append(f"{int((~sine.settled).sum())} points did not settle in 60 cycles")
+        notes.append(f"{counted(int((~sine.settled).sum()), 'point')} did not settle in 60 cycles")
     return ("; ".join(notes) + ".") if notes else "No saturation, no cavitation; every point settled."

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.words import counted
 from ...control.controller_spec import ControllerSpec
 from ...loop.lane_loop import plays_in_lanes
 from ...loop.rig_variations import with_delay
@@ -130,7 +131,7 @@ def _drawn(
     plants = sine_plants(config, with_delay(config.rig, config.conditions.delay(spec, config.rig)))
     way, rows, tables = _ways(config)[-1], [], {}
     for asked in config.sines:
-        progress(f"{spec.name} on {config.plants} plants, {asked.frequency:g} Hz")
+        progress(f"{spec.name} on {counted(config.plants, 'plant')}, {asked.frequency:g} Hz")
         compute = partial(_columns, config, plants, _with_sines(config, spec, loops, asked, way), asked)
         columns = stage(f"{spec.name} plants {asked.frequency:g} Hz", compute)
         rows.append({"controller": spec.name, "way": way} | plants_row(plants, asked, columns))

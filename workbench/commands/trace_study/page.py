@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.words import counted
 from ...identify.trace.rule import NEIGHBOUR
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
@@ -39,7 +40,7 @@ def picture(rows: Sequence[Row]) -> Figure:
 def _verdict(rows: Sequence[Row], rates: Sequence[TraceScore]) -> str:
     missed = [rate for rate in rates if rate.met is False]
     asked = sum(rate.met is not None for rate in rates)
-    count = f"{len(rows)} campaigns"
+    count = counted(len(rows), "campaign")
     if not missed:
         return f"{count}: all {asked} rates that have a target meet it."
     worst = "; ".join(f"{rate.label} {rate.value:.3g} ({rate.sense} {rate.target:.3g})" for rate in missed)

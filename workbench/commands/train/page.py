@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
+from ...base.words import counted, spanned
 from ...loop.envelope import DRAWN
 from ...report import Curve, Figure, Known, Page, Panel, Section, Table
 from ..common.row_table import RowTable
@@ -64,8 +65,8 @@ def _on_unseen(unseen: Unseen) -> Iterator[str]:
         if None not in [row[key] for row in (start, trained) for key in keys]:
             late, slowest, ms = (f"{trained[key]:.3g} instead of {start[key]:.3g}" for key in keys)
             yield (
-                f"On {start['plants']} plants that no run has seen, 99 % settle {start['scenario']} within {late} s, "
-                f"the slowest within {slowest} s, with Ms {ms} at worst."
+                f"On {counted(start['plants'], 'plant')} that no run has seen, 99 % settle {start['scenario']} within "
+                f"{late} s, the slowest within {slowest} s, with Ms {ms} at worst."
             )
 
 
@@ -78,7 +79,7 @@ def _pairs(unseen: Unseen) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any
 def _spread(runs: Sequence[Run]) -> str:
     costs = [run.verdict.cost for run in runs if run.verdict.cost is not None]
     lost = f", {len(runs) - len(costs)} without one" if len(costs) < len(runs) else ""
-    return f"Costs of the {len(runs)} runs: {min(costs):.4g} to {max(costs):.4g}{lost}"
+    return f"Costs of {counted(len(runs), 'run')}: {spanned(costs)}{lost}"
 
 
 def _unseen(config: TrainConfig, unseen: Unseen) -> Table:
@@ -93,7 +94,7 @@ def _unseen(config: TrainConfig, unseen: Unseen) -> Table:
     heads = ["scenario", "design", "unstable", "tripped", "settling, median [s]", "99 % [s]", "slowest [s]"]
     heads += ["overshoot, worst [%]", f"IAE, mean [{signal.unit} s]", "Ms, worst [1]"]
     note = "Drawn as those of the search, by another seed; with noise and computing delay."
-    return Table(f"On {unseen[0]['plants']} plants that no run has seen", heads, lines, note)
+    return Table(f"On {counted(unseen[0]['plants'], 'plant')} that no run has seen", heads, lines, note)
 
 
 def _times(value: float | None, factor: float) -> float | None:

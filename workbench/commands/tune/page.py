@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.words import counted
 from ...loop.envelope import DRAWN
 from ...loop.rows import LinearLoops
 from ...loop.sampled_loop import LoopRun
@@ -60,7 +61,7 @@ def _verdict(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, rows: 
     settled = [row["settling_s"] for row in rows if row["settling_s"] is not None]
     slowest = f"settled in {max(settled):.3g} s at the latest, " if settled else ""
     return (
-        f"{config.name}: {outcome}. On {len(config.rigs)} rigs {slowest}"
+        f"{config.name}: {outcome}. On {counted(len(config.rigs), 'rig')} {slowest}"
         f"overshoot {_highest(rows, 'overshoot_percent'):.1f} % at most, "
         f"Ms {_highest(rows, 'ms'):.2f} at most and {rows[0]['ms']:.2f} on the nominal one."
     )

@@ -6,6 +6,7 @@ from typing import Any
 
 from ...base.process_pool import Jobs
 from ...base.toml_text import toml_text
+from ...base.words import counted
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
@@ -27,7 +28,7 @@ def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: Jobs = 
     Each trial is a stage: a resumed search asks its sampler the same again and reads the stored answers, and so goes on
     as if nothing had happened.
     """
-    progress(f"{len(config.rigs)} rigs: operating points")
+    progress(f"{counted(len(config.rigs), 'rig')}: operating points")
     trials = search(config.problem, stage, progress, jobs)
     nearest = nearest_trial(trials)
     best = nearest if nearest.verdict.cost is not None else None

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.words import counted
 from ...identify.watch.changes import FEWEST, History
 from ...records.dated_sessions import DatedSession
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -70,9 +71,11 @@ def verdict(metrics: Mapping[str, Any], last: date) -> str:
     """What changes, since when, how fast; or that nothing does."""
     count = len(metrics["sessions"])
     if count < FEWEST:
-        return f"{count} sessions: {FEWEST} are needed to know how this rig wanders, so no alarm is given yet."
+        return (
+            f"{counted(count, 'session')}: {FEWEST} are needed to know how this rig wanders, so no alarm is given yet."
+        )
     if not metrics["alarms"]:
-        return f"Nothing changes beyond a healthy wander over {count} sessions until {last}."
+        return f"Nothing changes beyond a healthy wander over {counted(count, 'session')} until {last}."
     coming = [
         f"{row['figure']} of {metrics['controller']} passes {row['limit']:g} between {row['from']} and {row['to']}"
         for row in metrics["forecast"]

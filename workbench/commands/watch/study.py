@@ -7,6 +7,7 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
+from ...base.words import counted
 from ...identify.watch.changes import Change, History, first_told, history, smoothed
 from ...identify.watch.naming import Name
 from ...identify.watch.session_evidence import Axis
@@ -62,7 +63,7 @@ def run_watch(
     days = [float((session.day - sessions[0].day).days) for session in sessions]
     with one_blas_thread():
         known = history(evidence, days, [s.repair for s in sessions], [s.temperature for s in sessions])
-        progress(f"what changes over {len(sessions)} sessions")
+        progress(f"what changes over {counted(len(sessions), 'session')}")
         change, first_alarm = first_told(known, a_year)
         moves, deviations = smoothed(known, change)
         told = named(reader, sessions, known, change, first_alarm) if change else None

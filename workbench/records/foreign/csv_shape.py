@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...base.errors import InputError, short_path
+from ...base.words import counted
 from ..table import MISSING
 from .source import Heading, unique_headings
 from .stamps import is_stamp
@@ -66,7 +67,7 @@ def csv_shape(path: Path, head: bytes, whole: bool) -> CsvShape:
     kinds = _kinds([row for row in rows[body:] if len(row) == width], width)
     cells = [cell for row in rows[body:] for cell in row]
     headings, header_lines = _headings(path, rows[:body], width)
-    notes = [f"{body - header_lines} lines before the table"] if body > header_lines else []
+    notes = [f"{counted(body - header_lines, 'line')} before the table"] if body > header_lines else []
     return CsvShape(
         encoding=encoding,
         delimiter=delimiter,

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...base.errors import InputError, short_path
 from ...base.files import open_file
+from ...base.words import counted
 from ..table import MISSING
 from .csv_shape import BLANKS, CsvShape, csv_shape
 from .source import Heading, Source, unique_headings
@@ -86,7 +87,7 @@ def _blocks(
         except (EOFError, OSError, zlib.error) as error:
             raise InputError(f"{short_path(path)}: broken or truncated ({error}); copy or record it again") from None
     if broken:
-        notes.append(f"{len(broken)} rows left out: not {len(shape.headings)} cells")
+        notes.append(f"{counted(len(broken), 'row')} left out: not {len(shape.headings)} cells")
 
 
 def _reader(

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...base.errors import InputError, echo, short_path
 from ...base.files import open_file
+from ...base.words import counted
 from .clocks import Group, on_one_clock
 from .source import Source
 from .unit_names import named
@@ -170,7 +171,7 @@ def _without_filling(header: _Header, stored: np.ndarray, notes: list[str]) -> n
         repeated = tail.shape[1] - 1 - others[-1] if others.size else 1
         kept = rows - repeated + int(not others.size or np.any(tail[:, -1]))
     if kept < rows:
-        notes.append(f"left out at the end: {rows - kept} rows that only fill the last group")
+        notes.append(f"left out at the end, only filling the last group: {counted(rows - kept, 'row')}")
     if header.has_half_frames:
         notes.append("HALF_FRAMES: half a frame at the beginning and one at the end, which may be no part of the test")
     return stored[:, :kept]
