@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test fuzz lowest check figures docs clean
+.PHONY: demo test fuzz lowest check figures docs wheel release clean
 
 demo: .venv/ready
 	@echo "1/3 the paper's figures on jack-10t"
@@ -42,6 +42,13 @@ docs: .venv/docs
 	$(BIN)/python .ci/links.py docs/_build/html
 	@echo "open docs/_build/html/index.html"
 
+wheel: .venv/dev
+	$(BIN)/python .ci/release.py
+
+release: .venv/dev
+	@test -n "$(VERSION)" || { echo "which version? make release VERSION=0.2.0"; exit 1; }
+	$(BIN)/python .ci/release.py $(VERSION)
+
 .venv/ready: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "jackbench needs Python 3.11 or newer, this is " + sys.version.split()[0])'
 	$(PYTHON) -m venv .venv
@@ -59,4 +66,4 @@ docs: .venv/docs
 	@touch $@
 
 clean:
-	rm -rf .venv .venv-lowest out docs/_build docs/reference
+	rm -rf .venv .venv-lowest dist out docs/_build docs/reference
