@@ -2,11 +2,12 @@
 
 import pytest
 
-from workbench.base.words import counted, spanned
+from workbench.base.words import agreed, counted, spanned
 
 
 def test_one_of_a_thing_is_no_plural():
     assert [counted(n, "false trip") for n in (0, 1, 2)] == ["0 false trips", "1 false trip", "2 false trips"]
+    assert [agreed("need", n) for n in (0, 1, 2)] == ["need", "needs", "need"]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,11 @@ def counted(count: int, one: str) -> str:
     return f"{count} {one}" if count == 1 else f"{count} {one}s"
 
 
+def agreed(verb: str, count: int) -> str:
+    """What so many do: one needs, three need."""
+    return f"{verb}s" if count == 1 else verb
+
+
 def spanned(values: Iterable[float]) -> str:
     """From the least to the largest to three digits, 10.2 to 10.5; one number where both are the same to a reader."""
     least_first = sorted(values)

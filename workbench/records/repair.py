@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.words import counted
 
 MOST_BAD_TIMES = 0.01
 GAP = 1.5  # of the period; a longer interval is a dropped sample
@@ -49,7 +50,7 @@ def uneven_times(path: Path, rows: np.ndarray, t: np.ndarray) -> list[str]:
     notes = []
     if gaps.any():
         lost = int(np.sum(np.rint(steps[gaps] / period) - 1))
-        samples = f"{lost} sample{'s' if lost > 1 else ''} dropped before {_rows(rows[1:][gaps])}"
+        samples = f"{counted(lost, 'sample')} dropped before {_rows(rows[1:][gaps])}"
         notes.append(f"{path.name}: {samples}; the command is held there")
     worst = float(np.max(np.abs(steps[~gaps] - period)))
     if worst > JITTER * period:

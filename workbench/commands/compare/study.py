@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...base.errors import InputError
+from ...base.words import agreed, counted
 from ...report import Figure, Known, Page, Section, Table
 from ...report.table import Cell
 from ..common.outcome import REPORT, Outcome
@@ -165,10 +166,10 @@ def _verdict(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> str
     lost = [change for change in changes if change.is_lost]
     if not numbers and not lost:
         return f"{', '.join(run.name for run in runs)}: no number to compare; the curves are below."
-    moved = [change for change in numbers if change.counts]
+    moved, of = [change for change in numbers if change.counts], counted(len(numbers), "number")
     if not moved and not lost:
-        return f"None of {len(numbers)} numbers changes by more than 1 % from {first}, and what a sensor resolves."
-    said = f"{len(moved)} of {len(numbers)} numbers change by more than 1 % from {first}"
+        return f"None of {of} changes by more than 1 % from {first}, and what a sensor resolves."
+    said = f"{len(moved)} of {of} {agreed('change', len(moved))} by more than 1 % from {first}"
     said += f", {len(lost)} are there in one run alone" if lost else ""
     order = {key: place for place, key in enumerate(TELLING)}
     last = len(order)

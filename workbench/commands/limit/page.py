@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...base.words import spanned
+from ...base.words import counted, spanned
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
 
@@ -48,7 +48,7 @@ def _verdict(rows: Sequence[Mapping[str, Any]]) -> str:
             found.setdefault(row["scenario"], []).append(row["limit_s"])
     said = [f"{name} in {spanned(times)} s" for name, times in found.items()]
     lacking = sum(row["limit_s"] is None for row in rows)
-    none = f" {lacking} of {len(rows)} rows have no limit; the table says why." if lacking else ""
+    none = f" No limit in {lacking} of {counted(len(rows), 'row')}; the table says why." if lacking else ""
     return f"Nothing settles sooner: {'; '.join(said)}.{none}" if said else "No limit was found; the table says why."
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...base.words import agreed, counted
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...plant.effects import Effect
@@ -331,11 +332,12 @@ def _explains(trace: Trace) -> str:
 def _counted(effects: Sequence[Effect]) -> list[str]:
     """Many effects: the described numbers that are others, and how many effects act beside them."""
     numbers = [effect.shifts for effect in effects if effect.shifts]
-    beside = f"{len(effects) - len(numbers)} effects act"
+    others = len(effects) - len(numbers)
+    beside = f"{counted(others, 'effect')} {agreed('act', others)}"
     if not numbers:
         return [beside]
-    others = "is another number" if len(numbers) == 1 else "are other numbers"
-    return [f"{listed(numbers)} {others} than described", beside]
+    verb = "is another number" if len(numbers) == 1 else "are other numbers"
+    return [f"{listed(numbers)} {verb} than described", beside]
 
 
 def _as_good(trace: Trace, fit: CandidateFit) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.process_pool import Jobs, process_pool
+from ...base.words import agreed, counted
 from ...records.campaign import FILE
 from ...records.dated_sessions import dated_sessions
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -94,7 +95,8 @@ def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
     ]
     heads = ["rig", "alarm", "since", "passes", "gain margin [dB]", "settling [s]", "sessions", "newest", "left out"]
     alarmed = [row["name"] for row in rows if row["alarms"]]
-    said = f"{len(alarmed)} of {len(rows)} rigs need attention" + (f": {', '.join(alarmed)}." if alarmed else ".")
+    said = f"{len(alarmed)} of {counted(len(rows), 'rig')} {agreed('need', len(alarmed))} attention"
+    said += f": {', '.join(alarmed)}." if alarmed else "."
     words = Table("What each says", ["rig", "what its watch says"], [[row["name"], row["said"]] for row in rows])
     margins = np.array([row["margins"].get("gain_margin_db") or np.nan for row in rows], dtype=float)
     points = Curve("newest session", np.arange(1.0, len(rows) + 1), margins, "points")
