@@ -43,6 +43,7 @@ NOT_HELD = {
     "Is it named for its neighbour?": "an hour; held by tests/test_study_tables.py to the campaigns that were traced",
     "Training a policy": "three searches of minutes; what the best of them does is held",
     "A search": "each search takes up to 80 s; one of them is held, and the bench holds what all of them left",
+    "Memory and time of many plants": "of one machine; tests/test_robustness_memory.py holds what is kept of a plant",
     "Speed": "times, different in each run",
     "A real rig: what a trace finds": "data not shipped, and minutes",
     "A real rig: what two voltages do not tell": "fits of minutes, and data not shipped",

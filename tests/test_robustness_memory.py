@@ -58,6 +58,10 @@ def peak(work):
     return most
 
 
+def bytes_a_plant(kept):
+    return sum(column.nbytes for columns in (kept.lanes, kept.loops) for column in columns.values()) // (40 * BLOCK)
+
+
 def test_blocks_of_plants_leave_nothing_in_memory(config):
     """A block has 1000 plants of 12 places and of a step: 480 kB of numbers."""
     (_, few), (_, many) = taken(config, 3), taken(config, 40)
@@ -65,8 +69,12 @@ def test_blocks_of_plants_leave_nothing_in_memory(config):
 
 
 def test_the_rows_of_a_controller_need_a_few_numbers_a_plant_at_once(config):
-    """Of the 139 bytes that are kept of one; so the rows of a million plants need 35 MB."""
+    """Of the 147 bytes that are kept of one, as the page says; so the rows of a million plants need 35 MB."""
     kept, _ = taken(config, 40)
+    assert bytes_a_plant(kept) == 147
+    assert (
+        f"{bytes_a_plant(kept)} bytes for each law" in (EXPERIMENTS.parent / "docs/results/robustness.md").read_text()
+    )
     assert peak(kept.linear_rows) < 20 * 40 * BLOCK
     assert peak(lambda: kept_row(kept, config, None)) < 35 * 40 * BLOCK
     row = kept_row(kept, config, None)
