@@ -1,8 +1,12 @@
 """The book: sentences keep the house's rules, and notebooks are the chapters."""
 
+from pathlib import Path
+
 import prose
 import pytest
 from notebooks import CHAPTERS, FOLDER, ROOT, notebook
+
+from workbench.commands import COMMANDS
 
 READ_TWICE = [
     "What a found rig buys a controller says `jackbench retune`.",
@@ -11,20 +15,56 @@ READ_TWICE = [
     "Equal chances.",
     "Only differences beyond the band count.",
     "Here what limits the loop is what drives it.",
+    "Choose another sheet: traced are sheets of flow.",
+    "A spread is of position laws.",
+    "Records of another day are\nof another state of the rig.",
+    "What does it buy a controller that its rig is known?",
+    "Leave it away.",
+    "That margin cannot be had.",
+    "The behavior of the valve.",
+    "The plant is linearized.",
 ]
 
 
 @pytest.mark.parametrize("sentence", READ_TWICE)
 def test_a_sentence_that_has_to_be_read_twice_is_found(sentence):
-    assert [line for line, _ in prose.broken(f"A line.\n\n{sentence}\n")] == [3]
+    assert {line for line, _ in prose.broken(f"A line.\n\n{sentence}\n")} == {3}
+
+
+@pytest.mark.parametrize(
+    "sentence", ["It is of course so.", "Its size is resized.", "The loop is stable.", "Leave it out."]
+)
+def test_a_plain_sentence_is_left_alone(sentence):
+    assert not list(prose.broken(sentence))
 
 
 def test_code_is_no_sentence():
     assert not list(prose.broken(f"```text\n{READ_TWICE[0]}\n```\n\n    {READ_TWICE[4]}\n"))
 
 
-def test_every_page_and_help_text_keeps_the_rules():
-    assert not [(path.name, what) for path, text in prose.texts() for what in prose.broken(text)]
+def test_messages_and_help_are_read_and_docstrings_are_not():
+    code = '''
+def f(parser, x):
+    """A docstring is of no interest."""
+    parser.add_argument("--band", help="of the drive file")
+    raise InputError(f"{x}: is of a drive file")
+'''
+    read = sorted(prose.said(Path("f.py"), code), key=lambda text: text.line)
+    assert [(text.line, text.words, text.is_help) for text in read] == [
+        (4, "of the drive file", True),
+        (5, "X: is of a drive file", False),
+    ]
+    assert list(prose.broken(read[0].words, prose.HELP))
+    assert list(prose.broken(read[1].words))
+
+
+def test_every_page_message_and_help_text_keeps_the_rules():
+    assert not list(prose.complaints())
+
+
+def test_a_command_is_listed_by_a_verb():
+    other = {"a", "an", "the", "from", "how", "of", "to", "what", "whether", "which", "why"}
+    assert not [what for what in COMMANDS.values() if what.split()[0] in other]
 
 
 @pytest.mark.parametrize("name", CHAPTERS)

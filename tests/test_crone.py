@@ -217,6 +217,6 @@ def test_the_command_of_the_readme_leaves_out_what_is_no_position_law_and_says_s
     assert main(["spread", str(EXPERIMENT), "--json"]) == 0
     said = capsys.readouterr()
     assert list(json.loads(said.out)) == ["p-dp", "pid-lead", "crone1", "crone2"]
-    assert said.err == "left out: lqg; a spread is of position laws\n"
+    assert said.err == "left out: lqg; a spread needs position laws\n"
     assert main(["spread", str(EXPERIMENT), "--controller", "lqg"]) == 2
     assert "lqg: measures position, pa, pb" in capsys.readouterr().err

@@ -165,7 +165,7 @@ def test_sessions_are_read_with_patterns_of_names_and_files(tmp_path):
         ('[sessions.warm]\nnumbers = ["K3"]', "sessions.warm.records: missing"),
         ('[sessions.warm]\nrecords = ["warm *"]\nnumber = ["K3"]', 'number: unknown key; did you mean "numbers"?'),
         ('[sessions.a]\nrecords = ["warm *"]\n[sessions.b]\nrecords = ["* steps"]', "warm steps is also in session a"),
-        ('[sessions.warm]\nrecords = ["*"]\nnumbers = ["K3"]', "every train record is of a session with its own K3"),
+        ('[sessions.warm]\nrecords = ["*"]\nnumbers = ["K3"]', "train record belongs to a session with its own K3"),
         ('[sessions.warm]\nrecords = ["warm *"]\ntemperature = "48 bar"', "temperature"),
         ("sessions = 3", "sessions"),
     ],

@@ -310,7 +310,7 @@ def test_a_closed_loop_sheet_is_played_in_the_position_loop(tmp_path):
         (("command", "flwo"), "jack-10t", 'did you mean "flow"'),
         (("command", "flow"), None, "add --rig"),
         (("command", "pa"), "jack-10t", "gives no pa"),
-        (("spool", "pa"), "jack-10t", "is on no bench"),
+        (("spool", "pa"), "jack-10t", "is measured on no bench"),
     ],
 )
 def test_a_sheet_that_nothing_can_stand_beside_is_refused(tmp_path, pair, rig, words):

@@ -98,7 +98,7 @@ def test_messages_are_in_that_unit(unit, tmp_path, capsys):
 def test_standard_scenarios_are_of_lengths():
     plant = wb.linear_plant(control.tf([1.0], [1.0, 0.0]), "1 ms", "90 deg", position="deg")
     assert plant.limit("stroke") == pytest.approx(np.pi / 2)
-    with pytest.raises(InputError, match="is of a length, plant is measured in deg"):
+    with pytest.raises(InputError, match="is a length, plant is measured in deg"):
         wb.loop.reach.check_reach(wb.SCENARIOS["position-10mm"], plant)
     assert wb.ClosedLoop(plant, P(gain=2.0)).step("5 deg", "1 s").scenario.name == "position step of 5 deg"
 

@@ -201,7 +201,7 @@ def test_an_experiment_names_the_file(tmp_path):
         ({"W1": np.full((6, 5), math.nan)}, "W1 has numbers that are not finite"),
         ({"limit": 2.0}, "limit is 2; it must be above 0, and 1 at most"),
         ({"squash": "relu"}, "squash is .relu.; give tanh or clip"),
-        ({"signals": np.array([1.0, 2.0, 3.0])}, "is of float64; give text"),
+        ({"signals": np.array([1.0, 2.0, 3.0])}, "holds float64; give text"),
         ({"W1": np.array([[{}] * 5] * 6)}, "is no .npz file of numbers"),
     ],
 )

@@ -168,7 +168,7 @@ def test_a_number_that_is_blamed_for_an_effect_is_a_false_alarm():
     [
         (["--rig", "crane"], "--rig crane: campaigns are drawn on jack-10t or pump-rig"),
         (["--kind", "number"], "--kind number: campaigns on jack-10t are single, clean, off, pair"),
-        (["--kind", "clean", "--campaigns", "."], "--kind is of campaigns that are drawn"),
+        (["--kind", "clean", "--campaigns", "."], "--kind is for campaigns that are drawn"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(capsys, words, says):

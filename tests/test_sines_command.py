@@ -84,7 +84,7 @@ def test_a_controller_without_a_form_in_lanes_is_judged_on_the_rigs_only(folder)
         ('"10 mm"', '"300 mm"', "amplitude: beyond the stroke limit of 240 mm; lower it"),
         ("harmonics = 3", "harmonics = 2", "harmonics: the highest odd order that is taken out: 3 or 5"),
         ("stroke = 0.9", "stroke = 1.5", "stroke: a share, at most 1"),
-        ('gain = "4 1/m"', 'gain = "4 1/m"\nstiffness = "1 kN/mm"', "controls the force; sines are of the position"),
+        ('gain = "4 1/m"', 'gain = "4 1/m"\nstiffness = "1 kN/mm"', "controls the force; sines move the position"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(folder, capsys, old, new, says):

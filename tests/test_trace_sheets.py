@@ -172,10 +172,13 @@ def test_cells_may_be_empty(tmp_path):
         (["--output", "flow", "--amplitude", "1"], "add --rig"),
         (["--output", "flow", "--rig", "jack-10t"], "at which amplitude"),
         (["--output", "flow", "--rig", "jack-10t", "--amplitude", "100 %", "25 %"], "2 for 1 sheets"),
-        (["--output", "flow", "--rig", "jack-10t", "--several"], "--several is of campaigns"),
-        (["--output", "flow", "--rig", "jack-10t", "--jobs", "2"], "--jobs is of campaigns"),
+        (["--output", "flow", "--rig", "jack-10t", "--several"], "--several is for campaigns"),
+        (["--output", "flow", "--rig", "jack-10t", "--jobs", "2"], "--jobs is for campaigns"),
         (["--output", "flow", "--rig", "jack-10t", "--amplitude", "1", "--sigma", "0", "1"], "must be above 0"),
-        (["--output", "flow", "--rig", "jack-10t", "--amplitude", "1", "--input", "position"], "traced are sheets of"),
+        (
+            ["--output", "flow", "--rig", "jack-10t", "--amplitude", "1", "--input", "position"],
+            "cannot be traced; take a sheet of",
+        ),
     ],
 )
 def test_refused(tmp_path: Path, capsys, words, says):

@@ -249,7 +249,7 @@ def test_the_block_diagram_is_the_whole_valve_at_low_frequency(rig, valve_bench)
 
 
 def test_the_block_diagram_refuses_another_valve():
-    with pytest.raises(InputError, match="rig festo-tp511: the block diagram is of a three-stage valve"):
+    with pytest.raises(InputError, match="rig festo-tp511: the block diagram needs a three-stage valve"):
         valve_blocks(load_rig("festo-tp511"))
 
 

@@ -66,7 +66,7 @@ def check(path: Path, content: bytes) -> None:
     allowed, digest = _allowed(), _digest(content)
     if _EVERYTHING not in allowed and digest not in allowed and digest not in _remembered():
         raise InputError(
-            f"{path}: Python code that a rig file names, and not trusted; read it, then `jackbench trust {path}`, "
+            f"{path}: Python code that a rig file names is not trusted; read it, then `jackbench trust {path}`, "
             "or add --trust for once"
         )
 

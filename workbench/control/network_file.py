@@ -50,7 +50,7 @@ def _check_kinds(arrays: Mapping[str, np.ndarray], shown: str) -> None:
     for key, values in arrays.items():
         if values.dtype.kind not in ("U" if key in _TEXT else "fiu"):
             what = "text" if key in _TEXT else "numbers"
-            raise InputError(f"{shown}: {echo(key)} is of {values.dtype}; give {what}")
+            raise InputError(f"{shown}: {echo(key)} holds {values.dtype}; give {what}")
 
 
 def _check_shapes(arrays: Mapping[str, np.ndarray], shown: str) -> None:

@@ -51,7 +51,7 @@ def valve_blocks(rig: Rig, at_null: bool = False) -> ValveBlocks:
     import control
 
     if not rig.valve_kind.has_pilot or rig.valve_kind.correctors[rig.corrector]:
-        raise InputError(f"rig {rig.name}: the block diagram is of a three-stage valve with a proportional spool loop")
+        raise InputError(f"rig {rig.name}: the block diagram needs a three-stage valve with a proportional spool loop")
     pressure = null_pressure(rig)
     nozzle = rig["l"] * rig["Kbuse"] * np.pi * rig["Dbuse"] * np.sqrt(pressure - rig["Pr"])
     lands = rig["K2"] * np.sqrt((rig["Ps"] - rig["Pr"]) / 2) * (2 if at_null else 1)

@@ -29,7 +29,7 @@ def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, floa
     smooth = plant.without_dry_friction()
     law = linear_view(replace(spec, compensators=()).build(period))
     if law.input_labels != ["reference", "position"]:
-        raise InputError(f"{spec.name}: measures {', '.join(law.input_labels[1:])}; a spread is of position laws")
+        raise InputError(f"{spec.name}: measures {', '.join(law.input_labels[1:])}; a spread needs position laws")
     parts = [cast("Compensator | MapsCommand", part.build(period)) for part in spec.compensators]
 
     nominal = rig.passing_speed if rig.is_jack else 0.0

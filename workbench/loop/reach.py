@@ -46,7 +46,7 @@ def check_reach(scenario: Scenario, rig: Rig) -> None:
 def _check_linear(scenario: Scenario, rig: Rig) -> None:
     """Raises InputError for what only a jack can do: stand elsewhere, move a specimen's far end, carry a load."""
     if (unit := rig.signal(scenario.signal).unit) != SIGNALS[scenario.signal].unit and scenario in SCENARIOS.values():
-        raise _error(scenario, f"is of a length, {rig.name} is measured in {unit}; write a table [scenario.NAME]")
+        raise _error(scenario, f"is a length, {rig.name} is measured in {unit}; write a table [scenario.NAME]")
     if not rig.is_jack and (scenario.start or scenario.start_share):
         raise _error(scenario, f"{rig.name} is a linear plant, the same everywhere; take the start out")
     if not rig.is_jack and scenario.travel:

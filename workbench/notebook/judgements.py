@@ -112,7 +112,7 @@ def sines(
     listed = loops_of_one_rig(loops, "sines")
     first = listed[0]
     if not first.rig.is_jack or first.signal.name != "position":
-        raise InputError("sines: are of the position of a jack; give loops that control one")
+        raise InputError("sines: they move the position of a jack; give loops that control one")
     if harmonics not in ORDERS:
         raise InputError(f"sines: harmonics: the highest odd order that is taken out, one of {list(ORDERS)}")
     members = checked_rigs(first, rigs, "sines")
@@ -159,7 +159,7 @@ def inverse(
     first = listed[0]
     asked = scenario(record, "inverse") if isinstance(record, str) else record
     if asked.signal != first.signal.name:
-        raise InputError(f"inverse: {asked.name} is of the {asked.signal}, the loops control the {first.signal.name}")
+        raise InputError(f"inverse: {asked.name} asks for a {asked.signal}, the loops control the {first.signal.name}")
     members = checked_rigs(first, rigs, "inverse")
     over, conditions = tuple(members), first.conditions(seed)
     rest, ramp = quantity("0.3 s", "s"), quantity(fade, "s")

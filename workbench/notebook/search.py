@@ -113,7 +113,7 @@ def scenarios_of(loop: ClosedLoop, scenarios: Sequence[str | Scenario] | None, w
     result = tuple(scenario(each, where) if isinstance(each, str) else each for each in names)
     if other := [each for each in result if each.signal != loop.signal.name]:
         raise InputError(
-            f"{where}: {other[0].name} is of the {other[0].signal}, the loop controls the {loop.signal.name}"
+            f"{where}: {other[0].name} asks for a {other[0].signal}, the loop controls the {loop.signal.name}"
         )
     return result
 

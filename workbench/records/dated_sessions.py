@@ -51,7 +51,7 @@ def dated_sessions(folder: Path) -> DatedSessions:
     kept: list[DatedSession] = []
     for session in found:
         if same := [other.name for other in kept if other.day == session.day]:
-            left_out.append(f"{session.name}: is of {session.day}, as {same[0]} is; one session a day is read")
+            left_out.append(f"{session.name}: has the day of {same[0]}, {session.day}; one session a day is read")
         else:
             kept.append(session)
     if not kept:

@@ -52,7 +52,7 @@ def read_sessions(tables: Table, files: Mapping[str, str], train: Sequence[str])
         for number in session.numbers:
             inside = {name for each in sessions if number in each.numbers for name in each.records}
             if inside.issuperset(train):
-                said = f"every train record is of a session with its own {number}; leave the first session out"
+                said = f"every train record belongs to a session with its own {number}; leave the first session out"
                 raise table.complaint("numbers", f"{said}: its {number} is the rig's")
     return sessions
 

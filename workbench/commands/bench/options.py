@@ -12,7 +12,7 @@ from ..common.shipped import experiment
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/benchmark.toml")
+    parser.add_argument("experiment", type=experiment, help="a bench experiment, such as experiments/benchmark.toml")
     works(parser)
     computes(parser, _bench)
 

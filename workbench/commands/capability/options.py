@@ -36,14 +36,22 @@ _SAG = 0.1
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     sheet_options(parser, _capability, "RIG|PLATFORM")
-    parser.add_argument("--campaign", type=Path, metavar="DIR", help="a campaign folder: its sines of the position")
-    parser.add_argument("--loop", metavar="EXPERIMENT", help="whose controller is played (else one that tunes itself)")
-    parser.add_argument("--controller", default="p-dp", metavar="NAME", help="of --loop (default: p-dp)")
-    parser.add_argument("--pump", metavar="FLOW", help="what the pump gives, such as '100 l/min'")
+    parser.add_argument("--campaign", type=Path, metavar="DIR", help="a campaign folder with sines of the position")
+    parser.add_argument(
+        "--loop",
+        metavar="EXPERIMENT",
+        help="experiment of the controller that plays the sines (default: it tunes itself)",
+    )
+    parser.add_argument("--controller", default="p-dp", metavar="NAME", help="controller of --loop (default: p-dp)")
+    parser.add_argument("--pump", metavar="FLOW", help="flow of the pump, such as '100 l/min'")
     parser.add_argument("--drive", type=Path, metavar="FILE", help="a drive file: a CSV with t and position")
-    parser.add_argument("--band", metavar="FREQUENCY", help="of the drive file (default: half of the oil's mode)")
-    parser.add_argument("--cooler", metavar="POWER", help="that the drive file's heat is held against, as '20 kW'")
-    parser.add_argument("--sag", type=float, metavar="PERCENT", help="of the supply at an accumulator (default: 10)")
+    parser.add_argument("--band", metavar="FREQUENCY", help="band of the drive file (default: half of the oil's mode)")
+    parser.add_argument(
+        "--cooler", metavar="POWER", help="cooler that has to carry the drive file's heat, such as '20 kW'"
+    )
+    parser.add_argument(
+        "--sag", type=float, metavar="PERCENT", help="fall of the supply that an accumulator may allow (default: 10)"
+    )
     parser.add_argument("--catalogue", type=Path, metavar="FILE", help="a TOML with valves and pumps to choose from")
 
 
@@ -62,7 +70,7 @@ def _capability(options: argparse.Namespace, words: list[str]) -> None:
 def _platform(options: argparse.Namespace) -> _Task:
     for name in (*_OF_A_JACK, *_WITH_DRIVE):
         if getattr(options, name) is not None:
-            raise InputError(f"--{name}: is of one jack, and {options.subject} is a platform; leave it out")
+            raise InputError(f"--{name}: is for one jack, and {options.subject} is a platform; leave it out")
     platform = load_platform(options.subject)
     limits, digests = limits_of(options.limits)
     digests = file_digests(options.subject) | digests
@@ -134,7 +142,9 @@ def _with_loop(
     loop = loop_of(experiment(options.loop), options.controller)
     spec = loop.controllers[0]
     if spec.build(asked.rig.period.value).measures[0] != "position":
-        raise InputError(f"--controller {options.controller}: sines are of the position; name one that controls it")
+        raise InputError(
+            f"--controller {options.controller}: sines move the position; name a controller of the position"
+        )
     return replace(asked, loop=spec), more | {"loop": loop.source}
 
 
@@ -142,7 +152,7 @@ def _with_drive(asked: "CapabilityAsked", options: argparse.Namespace) -> tuple[
     if options.drive is None:
         for name in (*_WITH_DRIVE, "sag"):
             if getattr(options, name) is not None:
-                raise InputError(f"--{name}: is of a drive file; name one with --drive")
+                raise InputError(f"--{name}: needs a drive file; name one with --drive")
         return asked, {}
     from .catalogue import load_catalogue
     from .config import DriveAsked, read_course

@@ -124,7 +124,9 @@ def _smaller_wave(plants: Allowed, loop: ControllerSpec, wave: Excitation) -> Ex
         start = float(trial.reference[0])
         if plants.fits(loop, trial.reference - start, start - plants.rig.middle, trial.command):
             return trial
-    raise InputError(f"{wave.name}: some plant that the records allow takes it at no size; narrow the rig's bounds")
+    raise InputError(
+        f"{wave.name}: one of the plants that the records allow cannot play it at any size; narrow the rig's bounds"
+    )
 
 
 def smaller(plants: Allowed, spec: ControllerSpec, scenario: Scenario) -> Scenario | None:

@@ -13,10 +13,12 @@ _LEAST = 2.0  # minutes
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("rig", help="the datasheet's rig: a bundled one or a rig file, whose numbers have bounds")
+    parser.add_argument("rig", help="the rig of the datasheet, with bounds: a bundled rig or a rig file")
     on_link(parser, required=True)
-    parser.add_argument("--minutes", type=float, default=10.0, metavar="M", help="of the rig's time, at most")
-    parser.add_argument("--goal", default="position-10mm", metavar="SCENARIO", help="step that is to settle first")
+    parser.add_argument("--minutes", type=float, default=10.0, metavar="M", help="longest time on the rig")
+    parser.add_argument(
+        "--goal", default="position-10mm", metavar="SCENARIO", help="step that the search makes settle soonest"
+    )
     works(parser, cluster=False)
     computes(parser, _commission, rig=False)
 

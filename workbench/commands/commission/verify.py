@@ -63,7 +63,7 @@ def played_way(
     for wanted in _places(scenarios, spent.rig):
         scenario = smaller(way.plants, spec, wanted)
         if scenario is None:
-            say(f"{name}: {wanted.name} is not played: at no size do all plants that the records allow take it")
+            say(f"{name}: {wanted.name} is not played: a plant that the records allow cannot play it at any size")
             continue
         say(f"{name}: {scenario.name} on the rig")
         try:

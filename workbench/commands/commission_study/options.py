@@ -13,8 +13,8 @@ from . import RIG
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("--number", type=int, default=20, metavar="N", help="rigs to commission (default: 20)")
-    parser.add_argument("--first", type=int, default=0, metavar="K", help="number of the first (default: 0)")
-    parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
+    parser.add_argument("--first", type=int, default=0, metavar="K", help="number of the first rig (default: 0)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of what is drawn (default: 0)")
     works(parser)
     computes(parser, _commission_study, rig=False)
 

@@ -14,9 +14,11 @@ from .step_experiment import StepConfig, load_steps
 
 def of_controllers(parser: argparse.ArgumentParser, call: Call) -> None:
     """Options of such a command."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/position_crone.toml")
-    parser.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
-    parser.add_argument("--controller", metavar="NAME", help="only this one")
+    parser.add_argument(
+        "experiment", type=experiment, help="a step experiment, such as experiments/position_crone.toml"
+    )
+    parser.add_argument("--rig", help="a bundled rig or a rig file, instead of the experiment's")
+    parser.add_argument("--controller", metavar="NAME", help="the one controller to take (default: all)")
     prints(parser, call)
 
 

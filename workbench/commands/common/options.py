@@ -31,15 +31,15 @@ def prints(command: argparse.ArgumentParser, call: Call) -> None:
 def computes(command: argparse.ArgumentParser, call: Call, rig: bool = True, force: bool = True) -> None:
     """Options of a command that leaves a run folder; without `force` it has a --force of its own."""
     if rig:
-        command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that is named")
+        command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that the input names")
     command.add_argument("--out", type=Path, help="folder to leave the results in (default: out/NAME)")
-    command.add_argument("--picture", type=Path, help="also draw the report's telling figure into a .png or .svg file")
+    command.add_argument("--picture", type=Path, help="also draw the report's main figure into this .png or .svg file")
     if force:
         command.add_argument("--force", action="store_true", help="replace an existing folder")
     command.set_defaults(call=call)
 
 
-def draws(command: argparse.ArgumentParser, what: str = "how many to draw (default: as the experiment says)") -> None:
+def draws(command: argparse.ArgumentParser, what: str = "number of plants to draw (default: the experiment's)") -> None:
     """The option of a command that draws plants."""
     command.add_argument("--plants", type=int, metavar="N", help=what)
 
@@ -55,7 +55,7 @@ def works(command: argparse.ArgumentParser, cluster: bool = True) -> None:
     """The options of a command whose stages several processes share, those of a cluster too where `cluster`."""
     command.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one per core)")
     if cluster:
-        what = "let the workers of a Dask cluster do it instead: its scheduler, such as tcp://192.168.0.7:8786"
+        what = "scheduler of a Dask cluster whose workers do the work, such as tcp://192.168.0.7:8786"
         command.add_argument("--cluster", metavar="ADDRESS", help=what)
 
 
@@ -71,7 +71,7 @@ def jobs(options: argparse.Namespace) -> "Jobs":
     if options.cluster is None:
         return processes(options)
     if options.jobs is not None:
-        raise InputError("--jobs is of this machine, --cluster of others; leave one of them out")
+        raise InputError("--jobs is for this machine, --cluster for others; leave one of them out")
     from ...base.cluster import cluster_at
 
     return cluster_at(options.cluster)
@@ -79,8 +79,8 @@ def jobs(options: argparse.Namespace) -> "Jobs":
 
 def on_link(command: argparse.ArgumentParser, required: bool) -> None:
     """Where a live rig is."""
-    command.add_argument("--at", required=required, metavar="udp://HOST:PORT", help="where a live rig answers")
-    command.add_argument("--token", default="", help="what the rig wants to hear in a hello")
+    command.add_argument("--at", required=required, metavar="udp://HOST:PORT", help="address of the live rig")
+    command.add_argument("--token", default="", help="the token that the rig asks for")
 
 
 def finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> Outcome:

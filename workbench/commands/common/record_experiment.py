@@ -73,7 +73,7 @@ class RecordExperiment:
         Raises InputError for a controller that does not run in lanes.
         """
         if not plays_in_lanes(spec.build(self.rig.period.value)):
-            raise InputError(f"{spec.name}: does not run on drawn plants, in lanes; choose another")
+            raise InputError(f"{spec.name}: does not run in lanes, which drawn plants need; choose another")
         rig = with_delay(self.rig, self.conditions.delay(spec, self.rig))
         engine = Engine(build(rig))
         draw = drawn.draw(engine.plant)

@@ -19,7 +19,7 @@ def record_options(
 ) -> None:
     """Of an experiment such as `shown`. `load` reads it, with another rig or number of plants; `study` imports what
     computes."""
-    parser.add_argument("experiment", type=experiment, help=f"such as experiments/{shown}")
+    parser.add_argument("experiment", type=experiment, help=f"an experiment file, such as experiments/{shown}")
     draws(parser)
     computes(parser, partial(_play, load, study))
 

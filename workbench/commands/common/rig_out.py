@@ -12,7 +12,7 @@ from .outcome import Outcome, Progress, Stage
 
 def leaves_rig(command: argparse.ArgumentParser, call: Call) -> None:
     """Options of a command that computes, and leaves a rig."""
-    command.add_argument("--rig-out", type=Path, metavar="FILE", help="also write the rig as found, a .toml file")
+    command.add_argument("--rig-out", type=Path, metavar="FILE", help="also write the found rig into this .toml file")
     computes(command, call)
 
 

@@ -70,7 +70,7 @@ def _own(name: str, tables: Table, rig: Rig) -> Scenario:
         raise table.complaint("size", "must be there, and not 0")
     if "profile" in table:
         if signal != "position":
-            raise table.complaint("profile", "is of a position; a force has none")
+            raise table.complaint("profile", "is for a position; a force has none")
         return read_profile(name, table, size, rig, further)
     if "rate" in table:
         further["rate"] = table.quantity("rate", Spec(f"{si}/s", 1e-12, _LARGE, "rate of a ramp"))
@@ -106,7 +106,7 @@ def _check_keys(table: Table) -> None:
     """Raises InputError for a key that another one must go with."""
     for key, needed in (("slow", "file"), ("acceleration", "profile"), ("jerk", "profile")):
         if key in table and needed not in table:
-            raise table.complaint(key, f"is of a {needed}; give one")
+            raise table.complaint(key, f"needs a {needed}; give one")
     if "profile" in table and "travel" in table:
         raise table.complaint("travel", "not together with profile; remove one")
 

@@ -83,7 +83,7 @@ def session_fits_table(problem: EstimationProblem, fits: Sequence[SessionFit]) -
         f"{session.name}: {', '.join(session.records)}{_warm(session.temperature)}"
         for session in problem.campaign.sessions
     )
-    note = f"The interval is of the difference: the rig's own number is taken as fitted. Sessions: {every}."
+    note = f"The interval is that of the difference: the rig's own number is taken as fitted. Sessions: {every}."
     return Table("Numbers of sessions", head, [each.row() for each in fits], note=note)
 
 

@@ -41,7 +41,7 @@ def sessions_sentence(problem: EstimationProblem, differences: Sequence[SessionD
         return ""
     first = differences[0]
     by = f"{abs(first.percent):.2g} % {'larger' if first.percent > 0 else 'smaller'}"
-    said = f" The records {first.group} are of another state of the rig: there {first.number} is {by}."
+    said = f" The records {first.group} were recorded with the rig in another state: there {first.number} is {by}."
     lines = session_lines(problem, first)
     return said + (f" To fit it apart, have in {FILE}: {' '.join(lines)}." if lines else "")
 
@@ -59,8 +59,8 @@ def sessions_section(problem: EstimationProblem, differences: Sequence[SessionDi
         "Groups of records that differ",
         ["group", "number", "larger by [%]", "95 % +- [%]", "records"],
         rows,
-        note="One fit has them alike. If they are of different days or temperatures, declare them a session: "
-        f"{' '.join(lines) or f'[sessions.NAME] in {FILE}'}",
+        note="One fit has them alike. If they were recorded on different days or at different temperatures, "
+        f"declare them a session: {' '.join(lines) or f'[sessions.NAME] in {FILE}'}",
     )
     return [Section("Sessions", [table])]
 

@@ -55,12 +55,14 @@ def sheet_options(parser: argparse.ArgumentParser, call: Call, subject: str = "C
     """Options of a command that leaves a sheet."""
     recorded = "CAMPAIGN" in subject
     what = "a campaign folder, or a bundled rig or a rig file, which is then played"
-    parser.add_argument("subject", metavar=subject, help=what if recorded else "a bundled one, or its file")
-    parser.add_argument("--limits", type=Path, metavar="FILE", help="a TOML: by line, what the maker states and limits")
-    if recorded:
-        parser.add_argument("--seed", type=int, default=0, help="of the sensor noise of a played rig (default: 0)")
+    parser.add_argument("subject", metavar=subject, help=what if recorded else "a bundled rig or platform, or its file")
     parser.add_argument(
-        "--pdf", action="store_true", help="print the sheet into sheet.pdf too, by an installed Chromium"
+        "--limits", type=Path, metavar="FILE", help="a TOML with the maker's values and limits, line by line"
+    )
+    if recorded:
+        parser.add_argument("--seed", type=int, default=0, help="seed of a played rig's sensor noise (default: 0)")
+    parser.add_argument(
+        "--pdf", action="store_true", help="also print the sheet into sheet.pdf, with an installed Chromium"
     )
     computes(parser, call, rig=recorded)
 

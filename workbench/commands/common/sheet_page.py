@@ -42,9 +42,7 @@ def browser() -> str:
     """The installed browser that prints. Raises InputError where there is none."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
-        raise InputError(
-            f"--pdf: no {BROWSERS[0]} is installed, which prints the page; print report.html from a browser"
-        )
+        raise InputError(f"--pdf: no {BROWSERS[0]} is installed to print the page; print report.html from a browser")
     return found
 
 
@@ -77,7 +75,7 @@ def verdict(rows: Sequence[Row]) -> str:
     said, judged = [r for r in rows if r.value is not None], [r for r in rows if r.passed is not None]
     failed = [row.id for row in judged if not row.passed]
     words = (
-        f"{len(said)} of {len(rows)} lines are said by these records."
+        f"{len(said)} of {len(rows)} lines follow from these records."
         if len(said) < len(rows)
         else f"{counted(len(rows), 'line')}."
     )

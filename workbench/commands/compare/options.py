@@ -8,7 +8,7 @@ from .finished import fingerprint, load
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("folders", nargs="+", metavar="DIR", help="folder that a command left")
+    parser.add_argument("folders", nargs="+", metavar="DIR", help="folders that commands left")
     computes(parser, _compare, rig=False)
 
 

@@ -15,8 +15,10 @@ def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("experiment", type=experiment, help="a step experiment, such as experiments/first_loop.toml")
     on_link(parser, required=True)
-    parser.add_argument("--controller", metavar="NAME", help="only this one of the experiment's controllers")
-    parser.add_argument("--opcua", type=int, metavar="N", help="port on which a SCADA panel may look on by OPC UA")
+    parser.add_argument(
+        "--controller", metavar="NAME", help="the one controller of the experiment to play (default: all)"
+    )
+    parser.add_argument("--opcua", type=int, metavar="N", help="port of the OPC UA server for a SCADA panel")
     computes(parser, _drive)
 
 

@@ -9,16 +9,18 @@ from .config import KINDS, Design
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("rig", help="a bundled rig or a rig file: its control period and its limits")
+    parser.add_argument("rig", help="the bundled rig or rig file whose control period and limits are kept")
     parser.add_argument("kind", choices=KINDS)
     parser.add_argument("--signal", choices=("command", "reference"), default="command")
-    parser.add_argument("--amplitude", type=float, required=True, help="peak: command [1] or reference [mm]")
+    parser.add_argument(
+        "--amplitude", type=float, required=True, help="peak of the command [1] or of the reference [mm]"
+    )
     parser.add_argument("--seconds", type=float, required=True, help="length of one period")
-    parser.add_argument("--repeat", type=int, default=1, help="periods (default: 1)")
-    parser.add_argument("--band", type=float, nargs=2, metavar="HZ", help="of a chirp or multisine")
-    parser.add_argument("--lines", type=int, help="of a multisine, about (default: every harmonic)")
-    parser.add_argument("--spectrum", choices=("flat", "1/f"), default="flat", help="of a multisine")
-    parser.add_argument("--sweep", choices=("log", "linear"), default="log", help="of a chirp")
+    parser.add_argument("--repeat", type=int, default=1, help="number of periods (default: 1)")
+    parser.add_argument("--band", type=float, nargs=2, metavar="HZ", help="band of a chirp or multisine")
+    parser.add_argument("--lines", type=int, help="about how many lines a multisine has (default: every harmonic)")
+    parser.add_argument("--spectrum", choices=("flat", "1/f"), default="flat", help="spectrum of a multisine")
+    parser.add_argument("--sweep", choices=("log", "linear"), default="log", help="sweep of a chirp")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .csv file")
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     parser.set_defaults(call=_excite)

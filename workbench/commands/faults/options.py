@@ -11,8 +11,8 @@ from .config import load_faults
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/faults.toml")
-    draws(parser, "how many without a fault (default: the experiment's)")
+    parser.add_argument("experiment", type=experiment, help="a faults experiment, such as experiments/faults.toml")
+    draws(parser, "number of drawn plants without a fault (default: the experiment's)")
     computes(parser, _faults)
 
 

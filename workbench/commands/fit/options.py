@@ -14,7 +14,9 @@ STARTS = 3
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     on_campaign(parser)
-    parser.add_argument("--starts", type=int, default=STARTS, help=f"places to start from (default: {STARTS})")
+    parser.add_argument(
+        "--starts", type=int, default=STARTS, help=f"number of places to start from (default: {STARTS})"
+    )
     parser.add_argument(
         "--free-run", action="store_true", help="fit one run through each whole record, not windows of 0.5 s"
     )

@@ -157,6 +157,6 @@ def _loop(rig: Rig, plant: Plant, spec: ControllerSpec, x: np.ndarray, u: np.nda
     controller.reset(reference, measured, float(u[0]))
     law = sampled_law(controller)
     if law is None:
-        raise InputError(f"{spec.name}: is Python code, no law that is data or a graph; an FMU cannot hold it")
+        raise InputError(f"{spec.name}: is Python code; an FMU holds only laws that are data or a graph")
     loop = CompiledLoop(engine, rig, law, sensors, u, law.picked(reference, measured))
     return FmuLoop(loop.law.shape, loop.numbers[0], loop.state[0], loop.law.durations, reference)

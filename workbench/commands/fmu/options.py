@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("rig", help="a bundled rig or a rig file")
-    inside = "put a controller of a step experiment inside, sampled, with its delay and the guard"
+    inside = "put this controller of a step experiment inside, sampled, with its delay and the guard"
     parser.add_argument("--controller", metavar="FILE:NAME", help=inside)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder to make for it (default: RIG-fmu)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to make (default: RIG-fmu)")
     parser.set_defaults(call=_fmu)
 
 

@@ -18,19 +18,25 @@ _MOST = 50.0  # %
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     sheet_options(parser, _force_test)
-    parser.add_argument("--specimen", metavar="STIFFNESS", help="of a played rig's specimen, such as '1e7 N/m'")
     parser.add_argument(
-        "--grips", metavar="MASS", help="of a played rig, between load cell and specimen, such as '12 kg'"
+        "--specimen", metavar="STIFFNESS", help="stiffness of a played rig's specimen, such as '1e7 N/m'"
     )
     parser.add_argument(
-        "--within", type=float, default=1.0, metavar="PERCENT", help="what a force range may be off by (default: 1)"
+        "--grips", metavar="MASS", help="mass between load cell and specimen of a played rig, such as '12 kg'"
+    )
+    parser.add_argument(
+        "--within",
+        type=float,
+        default=1.0,
+        metavar="PERCENT",
+        help="largest error of a force range that passes (default: 1)",
     )
     parser.add_argument(
         "--reference-within",
         type=float,
         default=0.0,
         metavar="PERCENT",
-        help="half of the reference cell's own 95 %% interval, which every error's interval then holds (default: 0)",
+        help="half of the reference cell's 95 %% interval, which widens that of every error (default: 0)",
     )
 
 

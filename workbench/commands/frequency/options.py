@@ -11,11 +11,11 @@ from .config import identity, load
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("source", type=campaign, help="folder with a campaign.toml, or a sheet: frequency, gain, phase")
-    parser.add_argument("--input", default="command", help="signal (default: command)")
-    parser.add_argument("--output", required=True, help="signal, such as spool")
-    parser.add_argument("--record", action="append", default=[], help="a record by name, instead of those held out")
-    parser.add_argument("--period", type=float, help="length of one period [s], where it is not found by itself")
-    parser.add_argument("--amplitude", type=float, help="of a sheet, in the unit of its input: 1, mA, mm")
+    parser.add_argument("--input", default="command", help="input signal (default: command)")
+    parser.add_argument("--output", required=True, help="output signal, such as spool")
+    parser.add_argument("--record", action="append", default=[], help="name of a record, instead of those held out")
+    parser.add_argument("--period", type=float, help="length of one period [s] (default: found in the record)")
+    parser.add_argument("--amplitude", type=float, help="amplitude of a sheet, in the unit of its input: 1, mA, mm")
     computes(parser, _frequency)
 
 

@@ -127,7 +127,7 @@ def _sine(rig: Rig, sheet: FrequencySheet) -> dict[str, np.ndarray]:
         response = sine.response[sheet.output]
     else:
         pairs = "command or current to a signal of the valve, or reference to position"
-        raise InputError(f"sheet {sheet.name}: {sheet.input} to {sheet.output} is on no bench; take {pairs}")
+        raise InputError(f"sheet {sheet.name}: {sheet.input} to {sheet.output} is measured on no bench; take {pairs}")
     return {"response": response / response[0] if sheet.relative else response}
 
 

@@ -15,7 +15,7 @@ from ..common.options import computes, finish_in_folder
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="recordings of one rig, of any kind")
-    parser.add_argument("--rig", required=True, help="a bundled rig or a rig file: what the columns are held against")
+    parser.add_argument("--rig", required=True, help="the bundled rig or rig file that the columns are compared with")
     computes(parser, _import, rig=False)
 
 

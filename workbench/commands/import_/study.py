@@ -1,4 +1,4 @@
-"""Recordings as labs leave them, made a campaign folder: columns guessed, roles proposed, held against the rig."""
+"""Recordings as labs leave them, made a campaign folder: columns guessed, roles proposed, compared with the rig."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ def run_import(files: Sequence[Path], rig: Rig, declared: str, run: Run, progres
     for name, text in extra.items():
         (run.dir / name).write_text(text, encoding="utf-8")
     period = next((part.period for part in parts if part.period is not None), None)
-    progress("held against the rig")
+    progress("compared with the rig")
     guesses, division, problem = _tried(run.dir, parts, guesses, rig, named, period)
     text = campaign_text(named, division, guesses, period)
     numbers = metrics(guesses, division, parts, problem)

@@ -56,6 +56,6 @@ def _outer(table: Table, rig: Rig, period: float) -> StateSpace:
     if not denominator[0]:
         raise table.complaint("denominator", "begins with 0; begin with the highest power of s that it has")
     if len(numerator) > len(denominator):
-        raise table.complaint("numerator", "is of a higher power of s than the denominator; shorten it")
+        raise table.complaint("numerator", "has a higher power of s than the denominator; shorten it")
     sampled = tustin(transfer_function(numerator, denominator), period)
     return state_space(*sampled, period, [signal], ["reference"])

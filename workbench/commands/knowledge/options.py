@@ -11,7 +11,9 @@ from .config import load_knowledge
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/knowledge.toml")
+    parser.add_argument(
+        "experiment", type=experiment, help="a knowledge experiment, such as experiments/knowledge.toml"
+    )
     draws(parser)
     works(parser)
     computes(parser, _knowledge)

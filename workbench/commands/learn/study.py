@@ -86,7 +86,7 @@ def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage
     learning = learning_filter(f, samples, design, np.array(list(responses.values())), highest)
     convergence = Convergence(learning, responses)
     if max(convergence.largest.values()) > BOUND:
-        raise InputError(f"{controller.name}: learning converges with no cut-off on all rigs; name fewer")
+        raise InputError(f"{controller.name}: no cut-off lets learning converge on all rigs; name fewer rigs")
     return convergence
 
 

@@ -15,12 +15,14 @@ from ..common.step_experiment import load_steps
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/benchmark.toml")
+    parser.add_argument(
+        "experiment", type=experiment, help="a step or bench experiment, such as experiments/benchmark.toml"
+    )
     parser.add_argument(
         "--margin",
         default="0 bar",
         metavar="PRESSURE",
-        help="how far above the vapour's pressure, 0 bar absolute here, every chamber stays (default: 0 bar)",
+        help="least pressure of every chamber above the vapour's, 0 bar absolute (default: 0 bar)",
     )
     works(parser)
     computes(parser, _limit)

@@ -19,7 +19,9 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help="the folder to make")
     source = parser.add_mutually_exclusive_group()
     source.add_argument("--rig", default="jack-10t", help="a bundled rig or a rig file (default: jack-10t)")
-    source.add_argument("--datasheet", type=Path, metavar="FILE", help="build the rig from a datasheet, as new-rig")
+    source.add_argument(
+        "--datasheet", type=Path, metavar="FILE", help="build the rig from this datasheet, as new-rig does"
+    )
     source.add_argument("--ask", choices=STAGES, help="ask for the numbers of a valve's, jack's and load's datasheet")
     parser.set_defaults(call=_new)
 

@@ -13,7 +13,7 @@ from ..common.shipped import experiment
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("datasheet", type=experiment, help="such as experiments/new_rig.toml")
+    parser.add_argument("datasheet", type=experiment, help="a datasheet file, such as experiments/new_rig.toml")
     computes(parser, _new_rig, rig=False)
 
 

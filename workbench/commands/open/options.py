@@ -12,7 +12,7 @@ _REPORT = "report.html"
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument(
-        "run", nargs="?", metavar="RUN", help="folder that a command left, or its name in out/ (default: the newest)"
+        "run", nargs="?", metavar="RUN", help="folder of a run, or its name in out/ (default: the newest)"
     )
     parser.set_defaults(call=_open)
 

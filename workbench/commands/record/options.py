@@ -12,11 +12,16 @@ from .config import identity, plan
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("rig", help="a bundled rig or a rig file, with [[effects]] or without, or a platform")
+    parser.add_argument("rig", help="a bundled rig or platform, or its file, with or without [[effects]]")
     parser.add_argument(
-        "--play", type=Path, nargs="+", default=[], metavar="FILE", help="excitations; the last is held out"
+        "--play",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="files of excitations; the last one is held out",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the sensor noise (default: 0)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the sensor noise (default: 0)")
     on_link(parser, required=False)
     computes(parser, _record, rig=False)
 
@@ -41,7 +46,7 @@ def _record(options: argparse.Namespace, words: list[str]) -> None:
 
 def _record_platform(options: argparse.Namespace, words: list[str]) -> None:
     if options.play or options.at is not None:
-        raise InputError("--play and --at are of one jack; take them out: a platform plays motions of its own")
+        raise InputError("--play and --at are for one jack; take them out: a platform plays motions of its own")
     from .platform import identity as identity_of
     from .platform import platform_plan, run_platform_record
 

@@ -16,7 +16,7 @@ from ..common.shipped import campaign as campaign_folder
 
 def on_campaign(parser: argparse.ArgumentParser) -> None:
     """Which campaign a command works on, and which of its records judge."""
-    parser.add_argument("campaign", type=campaign_folder, help="folder with a campaign.toml")
+    parser.add_argument("campaign", type=campaign_folder, help="a folder with a campaign.toml")
     holds_out(parser)
 
 
@@ -27,7 +27,7 @@ def holds_out(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="NAME",
-        help='records to hold out instead of the campaign\'s, by name or pattern ("*_5V_*"); the others are fitted',
+        help='names or patterns ("*_5V_*") of records to hold out, instead of the campaign\'s; the others are fitted',
     )
 
 

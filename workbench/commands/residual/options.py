@@ -13,7 +13,9 @@ from .config import fingerprint, load, on_campaign
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     on_campaign(parser)
-    parser.add_argument("--free-run", action="store_true", help="add the error of one run through each whole record")
+    parser.add_argument(
+        "--free-run", action="store_true", help="also give the error of one run through each whole record"
+    )
     computes(parser, _residual)
 
 
@@ -33,7 +35,7 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
 
 def _platform_residual(options: argparse.Namespace, words: list[str], name: str) -> None:
     if options.free_run:
-        raise InputError("--free-run is of one jack, and a platform's legs are judged in windows; leave it out")
+        raise InputError("--free-run is for one jack, and a platform's legs are judged in windows; leave it out")
     from .platform import judged_legs, run_platform_residual
 
     platform = load_platform(name)

@@ -13,10 +13,14 @@ from .config import load_retune
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/tune_p_dp.toml; or of run, or bench")
-    parser.add_argument("--found", required=True, metavar="RIG", help="the rig as fit or trace left it, a .toml file")
-    parser.add_argument("--controller", metavar="NAME", help="which one, where the experiment has several")
-    parser.add_argument("--trials", type=int, metavar="N", help="designs that are tried (default: the experiment's)")
+    parser.add_argument(
+        "experiment", type=experiment, help="a tune, run or bench experiment, such as experiments/tune_p_dp.toml"
+    )
+    parser.add_argument(
+        "--found", required=True, metavar="RIG", help="the .toml file of the rig that fit or trace found"
+    )
+    parser.add_argument("--controller", metavar="NAME", help="the controller to retune, if the experiment has several")
+    parser.add_argument("--trials", type=int, metavar="N", help="number of designs to try (default: the experiment's)")
     works(parser)
     computes(parser, _retune)
 

@@ -39,7 +39,7 @@ def retune_page(
         f"{found.name} retuned on {found.start.rig.name}",
         _verdict(found, trials[0], nearest, metrics),
         [
-            Section("What it buys", [_rows_table(config, rows), *_unseen(found)]),
+            Section("What it gains", [_rows_table(config, rows), *_unseen(found)]),
             Section("Steps", [steps_figure(found, each, runs, rows) for each in found.start.scenarios]),
             Section("The numbers", [numbers_table(found.problem, trials[0], nearest), goals_table(nearest)]),
             Section("The search", [cost_figure(trials)]),

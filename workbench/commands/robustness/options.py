@@ -11,7 +11,9 @@ from .config import load_robustness
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/robustness.toml")
+    parser.add_argument(
+        "experiment", type=experiment, help="a robustness experiment, such as experiments/robustness.toml"
+    )
     draws(parser)
     works(parser)
     computes(parser, _robustness)

@@ -11,7 +11,7 @@ from .config import load_config
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/paper.toml")
+    parser.add_argument("experiment", type=experiment, help="an experiment file, such as experiments/paper.toml")
     computes(parser, _run)
 
 

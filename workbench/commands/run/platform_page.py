@@ -226,7 +226,9 @@ def _map_figure(config: PlatformConfig, findings: "PlatformFindings") -> Figure:
         )
         for name, value in zip(panels, values, strict=True):
             panels[name].append(Curve(axis, 100 * share, value))
-    note = "Of the leg that has most of it, at rest; flow at all the speeds of the experiment together, signs at worst."
+    note = (
+        "Values of the leg that has most, at rest; flow at all the speeds of the experiment together, signs at worst."
+    )
     drawn = [Panel(name, curves) for name, curves in panels.items()]
     return Figure("Along each axis", "share of the reach [%]", drawn, note=note)
 
@@ -238,7 +240,7 @@ def _worst_table(config: PlatformConfig, findings: "PlatformFindings") -> Table:
         f"{axis} {size * shown:.4g} {unit}"
         for axis, size, shown, unit in zip(AXES, config.workspace.box, _SHOWN, UNITS, strict=True)
     )
-    note = f"Of the corners of a box of +-({limits}) and 2000 poses inside; flow at all the speeds asked for together."
+    note = f"The largest of the corners of a box of +-({limits}) and 2000 poses inside; flow at all speeds together."
     return Table("Worst poses", ["quantity", "value", "unit", *heads], rows, note)
 
 

@@ -14,17 +14,17 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rate", type=float, metavar="HZ", help="control rate (default: the rig's own)")
     parser.add_argument("--port", type=int, default=0, metavar="N", help="UDP port (default: a free one)")
     pace = parser.add_mutually_exclusive_group()
-    pace.add_argument("--lockstep", action="store_true", help="paced by the client: each command is one period")
-    pace.add_argument("--realtime", action="store_true", help="paced by the clock (default)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the sensors' noise (default: 0)")
-    parser.add_argument("--ideal", action="store_true", help="no noise, no resolution, no computing delay")
-    parser.add_argument("--effects", type=Path, metavar="FILE.toml", help="[[effects]] that the rig file does not have")
-    both = 'replace an existing folder; with a SPECIMEN, such as "1e7 N/m": put that on the load cell'
+    pace.add_argument("--lockstep", action="store_true", help="let the client set the pace: one command, one period")
+    pace.add_argument("--realtime", action="store_true", help="let the clock set the pace (default)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the sensor noise (default: 0)")
+    parser.add_argument("--ideal", action="store_true", help="leave out noise, resolution and computing delay")
+    parser.add_argument("--effects", type=Path, metavar="FILE.toml", help="file of [[effects]] to add to the rig")
+    both = 'replace an existing folder; with a SPECIMEN, such as "1e7 N/m", put it on the load cell'
     parser.add_argument("--force", dest="forced", action="append", nargs="?", metavar="SPECIMEN", default=[], help=both)
     parser.add_argument("--bind", default="", metavar="HOST", help="address to listen on (default: this machine alone)")
-    parser.add_argument("--token", default="", help="what a client's hello must bring; needed with --bind")
+    parser.add_argument("--token", default="", help="text that a client's hello must have; needed with --bind")
     parser.add_argument("--page-port", type=int, default=0, metavar="N", help="port of the page (default: a free one)")
-    parser.add_argument("--opcua", type=int, metavar="N", help="port on which a SCADA panel may look on by OPC UA")
+    parser.add_argument("--opcua", type=int, metavar="N", help="port of the OPC UA server for a SCADA panel")
     computes(parser, _serve, rig=False, force=False)
 
 

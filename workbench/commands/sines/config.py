@@ -144,5 +144,5 @@ def _controllers(top: Table, path: Path, rig: Rig) -> tuple[tuple[ControllerSpec
     specs = tuple(controller_spec(name, table) for name, table in tables.items())
     for spec in specs:
         if (signal := spec.build(rig.period.value).measures[0]) != "position":
-            raise top.complaint("controllers", f"{spec.name} controls the {signal}; sines are of the position")
+            raise top.complaint("controllers", f"{spec.name} controls the {signal}; sines move the position")
     return specs, {name: table.values for name, table in tables.items()}

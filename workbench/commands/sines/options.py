@@ -12,7 +12,7 @@ from .config import load_sines
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/sines.toml")
+    parser.add_argument("experiment", type=experiment, help="a sines experiment, such as experiments/sines.toml")
     draws(parser)
     computes(parser, _sines)
 

@@ -11,7 +11,7 @@ from ..common.options import computes, finish
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("--link", action="store_true", help="time a rig behind the wire instead, beside an empty loop")
-    parser.add_argument("--minutes", type=float, default=10.0, help="with --link: how long at each rate (default: 10)")
+    parser.add_argument("--minutes", type=float, default=10.0, help="time at each rate, with --link (default: 10)")
     computes(parser, _speed)
 
 

@@ -22,7 +22,7 @@ def _spread(options: argparse.Namespace, _words: list[str]) -> None:
     ]
     specs = able or config.controllers  # where there is none, the first says why
     if left := [spec.name for spec in config.controllers if spec not in specs]:
-        print(f"left out: {', '.join(left)}; a spread is of position laws", file=sys.stderr)
+        print(f"left out: {', '.join(left)}; a spread needs position laws", file=sys.stderr)
     spreads = {spec.name: overshoot_spread(config.rig, spec) for spec in specs}
 
     def text(name: str) -> str:

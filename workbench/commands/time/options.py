@@ -13,7 +13,9 @@ from ..common.step_experiment import load_steps
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/benchmark.toml")
+    parser.add_argument(
+        "experiment", type=experiment, help="a step or bench experiment, such as experiments/benchmark.toml"
+    )
     computes(parser, _time)
 
 

@@ -87,8 +87,8 @@ def _page(
             [name, t["solve_p50_us"], t["solve_p99_us"], t["solve_p99_us"] / period / 1e4, t["late"], len(spent[name])]
             for name, t in timing.items()
         ],
-        note="Of this machine, one process, Python. timed.toml beside this report has the 99th percentiles as "
-        "computing delays, with which `run`, `bench` and `tune` judge instead of the rig's.",
+        note="Measured on this machine, in one process, in Python. timed.toml beside this report has the 99th "
+        "percentiles as computing delays, with which `run`, `bench` and `tune` judge instead of the rig's.",
         best={"median [us]": "min", "99 % [us]": "min"},
     )
     verdict = (

@@ -19,22 +19,24 @@ def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument(
         "campaign", type=campaign, nargs="+", metavar="CAMPAIGN|SHEET.csv",
-        help="folder with a campaign.toml; or sheets of frequency responses: frequency, gain, phase",
+        help="a folder with a campaign.toml, or sheets of frequency responses (frequency, gain, phase)",
     )  # fmt: skip
     holds_out(parser)
-    parser.add_argument("--effects", type=Path, nargs="+", default=[], metavar="FILE.py", help="effects of your own")
-    parser.add_argument("--without", nargs="+", default=[], metavar="NAME", help="effects that are not to be tried")
     parser.add_argument(
-        "--several", action="store_true", help="the rig lacks more than one effect: add those that explain a part too"
+        "--effects", type=Path, nargs="+", default=[], metavar="FILE.py", help="files with effects of your own"
     )
-    parser.add_argument("--input", default="command", help="of sheets: signal (default: command)")
-    parser.add_argument("--output", help="of sheets: signal, such as spool")
+    parser.add_argument("--without", nargs="+", default=[], metavar="NAME", help="effects to leave out")
+    parser.add_argument(
+        "--several", action="store_true", help="add effects that explain only a part, for a rig that lacks several"
+    )
+    parser.add_argument("--input", default="command", help="input signal of sheets (default: command)")
+    parser.add_argument("--output", help="output signal of sheets, such as spool")
     parser.add_argument(
         "--amplitude", nargs="+", action="extend", default=[], metavar="SIZE",
-        help='of sheets: one, or one a sheet, such as "100 %%"; %% is of full input',
+        help='amplitude of all sheets, or one for each sheet, such as "100 %%" of full input',
     )  # fmt: skip
     parser.add_argument(
-        "--sigma", type=float, nargs=2, metavar=("DB", "DEG"), help="what sheets are known to (default: 0.2 2)"
+        "--sigma", type=float, nargs=2, metavar=("DB", "DEG"), help="standard deviations of sheets (default: 0.2 2)"
     )
     works(parser, cluster=False)
     leaves_rig(parser, _trace)
@@ -56,7 +58,7 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
         wrong = next(path for path in paths if not path.is_file())
         raise InputError(f"{wrong}: several arguments must all be sheets of frequency responses; name one campaign")
     if options.output or options.amplitude or options.sigma:
-        raise InputError("--output, --amplitude and --sigma are of sheets, not of a campaign; take them out")
+        raise InputError("--output, --amplitude and --sigma belong to sheets, not to a campaign; take them out")
     options.campaign = paths[0]
     if is_platform(name := options.rig or campaign_rig(paths[0])):
         return _trace_platform(options, words, name)
@@ -75,7 +77,7 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
 def _trace_platform(options: argparse.Namespace, words: list[str], name: str) -> None:
     """The same of a platform's campaign, leg by leg."""
     if options.rig_out is not None:
-        raise InputError("--rig-out is of one jack; the rigs of a platform's legs are left beside its report")
+        raise InputError("--rig-out is for one jack; the rigs of a platform's legs are left beside its report")
     from ..residual.platform import judged_legs
     from .platform import identity, run_platform_trace
 

@@ -25,7 +25,7 @@ def read_sheets(options: argparse.Namespace) -> tuple[Rig, tuple[SheetPoints, ..
         raise InputError(f"{paths[0]}: a sheet names no rig; add --rig")
     for given, option in ((options.several, "--several"), (options.jobs, "--jobs")):
         if given:
-            raise InputError(f"{paths[0]}: {option} is of campaigns; leave it out")
+            raise InputError(f"{paths[0]}: {option} is for campaigns; leave it out")
     if options.sigma and not all(0 < value < math.inf for value in options.sigma):
         raise InputError("--sigma {:g} {:g}: both must be above 0".format(*options.sigma))
     sizes = options.amplitude or [None]

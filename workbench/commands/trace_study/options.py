@@ -13,14 +13,18 @@ _RIGS = ("jack-10t", "pump-rig")
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("--campaigns", type=Path, metavar="DIR", help="folders with a truth.json beside them")
+    parser.add_argument(
+        "--campaigns", type=Path, metavar="DIR", help="folder of campaigns with a truth.json beside them"
+    )
     parser.add_argument("--rig", default=_RIGS[0], help=f"draw on {' or '.join(_RIGS)} (default: {_RIGS[0]})")
     parser.add_argument("--number", type=int, default=100, metavar="N", help="campaigns to draw (default: 100)")
-    parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
-    parser.add_argument("--kind", help="draw campaigns of one kind only: clean, single, pair, number, off, neighbours")
-    parser.add_argument("--several", action="store_true", help="trace as trace --several does")
+    parser.add_argument("--seed", type=int, default=0, help="seed of what is drawn (default: 0)")
+    parser.add_argument(
+        "--kind", help="the one kind of campaigns to draw: clean, single, pair, number, off, neighbours"
+    )
+    parser.add_argument("--several", action="store_true", help="trace with --several")
     works(parser)
-    parser.add_argument("--keep", type=Path, metavar="DIR", help="leave the drawn campaigns there")
+    parser.add_argument("--keep", type=Path, metavar="DIR", help="folder for the drawn campaigns")
     computes(parser, _trace_study, rig=False)
 
 
@@ -32,7 +36,7 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
     if options.rig not in _RIGS:
         raise InputError(f"--rig {options.rig}: campaigns are drawn on {' or '.join(_RIGS)}")
     if options.campaigns and options.kind:
-        raise InputError("--kind is of campaigns that are drawn; leave it away, or --campaigns")
+        raise InputError("--kind is for campaigns that are drawn; leave out --kind or --campaigns")
     folder = options.campaigns and options.campaigns.resolve()  # workers have working folders of their own
     campaigns = given(folder) if folder else []
     from ..trace.study import traced

@@ -66,7 +66,7 @@ def _scores(rates: Sequence[TraceScore]) -> Table:
         rows,
         note=(
             "Low and high: exact 95 % binomial intervals (Clopper and Pearson), of the median by its order statistics. "
-            "Scored are campaigns with all sensors and good excitation; faint ones, whose base fit leaves a held-out "
+            "Campaigns with all sensors and good excitation are scored; faint ones, whose base fit leaves a held-out "
             f"chi2 below {VISIBLE:g}, count apart."
         ),
     )

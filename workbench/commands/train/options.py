@@ -12,7 +12,7 @@ from .config import load_train
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/train_p_dp.toml")
+    parser.add_argument("experiment", type=experiment, help="a train experiment, such as experiments/train_p_dp.toml")
     works(parser)
     computes(parser, _train)
 

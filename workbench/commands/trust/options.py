@@ -9,7 +9,7 @@ from ...base.trust import trust
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="Python file that `effect_files` names")
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="Python files that `effect_files` names")
     parser.set_defaults(call=_trust)
 
 

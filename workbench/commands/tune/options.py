@@ -12,7 +12,7 @@ from .config import load_tune
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("experiment", type=experiment, help="such as experiments/tune_p_dp.toml")
+    parser.add_argument("experiment", type=experiment, help="a tune experiment, such as experiments/tune_p_dp.toml")
     works(parser)
     computes(parser, _tune)
 

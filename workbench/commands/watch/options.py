@@ -22,23 +22,23 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "folder",
         type=Path,
-        help="a rig's: a dated sub-folder a session, each a campaign; or one with a sub-folder a rig",
+        help="folder of a rig with one dated campaign for each session, or of several such folders",
     )
     parser.add_argument(
         "--false-alarms",
         default="1 per 2 years",
         metavar="RATE",
-        help='how often a healthy rig may raise an alarm (default: "1 per 2 years")',
+        help='rate at which a healthy rig may raise an alarm (default: "1 per 2 years")',
     )
     parser.add_argument(
         "--loop",
         type=experiment,
         default="experiments/position_tuned.toml",
         metavar="EXPERIMENT",
-        help="of the controller that is held against the rig (default: experiments/position_tuned.toml)",
+        help="experiment of the controller to judge on the rig (default: experiments/position_tuned.toml)",
     )
-    parser.add_argument("--controller", default="p-dp", metavar="NAME", help="which of its controllers (default: p-dp)")
-    parser.add_argument("--exit-code", action="store_true", help="exit with 3 where there is an alarm, for cron")
+    parser.add_argument("--controller", default="p-dp", metavar="NAME", help="controller of --loop (default: p-dp)")
+    parser.add_argument("--exit-code", action="store_true", help="exit with status 3 if there is an alarm, for cron")
     works(parser)
     computes(parser, _watch)
 

@@ -120,7 +120,7 @@ def _check_alike(
 ) -> None:
     """Raises InputError where a session is of another rig, or a signal in another unit than before."""
     if campaign.rig != rig.name and load_rig(campaign.rig).name.split("-")[0] != rig.name.split("-")[0]:
-        raise InputError(f"is of the rig {campaign.rig}, the others are of {rig.name}")
+        raise InputError(f"was recorded on the rig {campaign.rig}, the others on {rig.name}")
     for name, value in size.items():
         usual = [other[name] for other in before if name in other]
         if len(usual) >= 2 and np.median(usual) > 0 and value > 0:

@@ -34,7 +34,7 @@ def watched_rig(found: DatedSessions, given: str | None) -> Rig:
         for place in (found.folder / session.name, found.folder):
             if (place / FILE).exists():
                 return load_rig(campaign_rig(place))
-    raise InputError(f"{found.folder}: no session says of which rig it is; give --rig")
+    raise InputError(f"{found.folder}: no session names its rig; give --rig")
 
 
 def identity(found: DatedSessions, rig: Rig, loop: StepConfig, a_year: float) -> dict[str, Any]:

@@ -13,10 +13,14 @@ _LEAST = {"number": 1, "first": 0, "sessions": 12, "years": 1, "seed": 0}
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("--number", type=int, default=12, metavar="N", help="rigs to watch (default: 12)")
-    parser.add_argument("--first", type=int, default=0, metavar="K", help="number of the first (default: 0)")
-    parser.add_argument("--sessions", type=int, default=30, metavar="T", help="of each rig, a week apart (default: 30)")
-    parser.add_argument("--years", type=int, default=200, metavar="Y", help="drawn healthy rig-years (default: 200)")
-    parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: 0)")
+    parser.add_argument("--first", type=int, default=0, metavar="K", help="number of the first rig (default: 0)")
+    parser.add_argument(
+        "--sessions", type=int, default=30, metavar="T", help="sessions of each rig, a week apart (default: 30)"
+    )
+    parser.add_argument(
+        "--years", type=int, default=200, metavar="Y", help="years of healthy rigs to draw (default: 200)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="seed of what is drawn (default: 0)")
     works(parser)
     computes(parser, _watch_study, rig=False)
 

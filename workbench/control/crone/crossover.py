@@ -30,7 +30,7 @@ def order_for(law: Law, plant: DesignPlant, crossover: float, margin: float, per
         low, high = np.degrees(np.array([least, largest]) + margin)
         raise InputError(
             f"a phase margin of {np.degrees(margin):.0f} deg at {crossover:g} Hz is out of reach: {low:.0f} to "
-            f"{high:.0f} deg can be had there; ask for that, or move the crossover"
+            f"{high:.0f} deg can be reached there; ask for that, or move the crossover"
         )
     from scipy.optimize import brentq
 

@@ -8,7 +8,7 @@ from .sections import Coefficients, identifier
 
 _HEAD = """\
 /* {name}: command of a servo-hydraulic jack's controller, computed once every {period:g} ms. SI units.
- * Compile with -DCHECK_{upper} for a program that holds it against its test vector: status 0 means equal. */
+ * Compile with -DCHECK_{upper} for a program that compares it with its test vector: status 0 means equal. */
 """
 _HEADER = """\
 #ifndef {upper}_H

@@ -50,7 +50,7 @@ def bench_of(rig: Rig, input: str, output: str) -> Bench:
     """
     benches: Mapping[str, tuple[Build, ...]] = {"current": (build_pilot_bench,), "command": (build_valve_bench, build)}
     if input not in benches:
-        raise InputError(f"a sheet of {input} to {output}: traced are sheets of {' and '.join(benches)}; take one")
+        raise InputError(f"a sheet of {input} to {output} cannot be traced; take a sheet of {' or '.join(benches)}")
     outputs = []
     for bench in benches[input]:
         plant = bench(rig)

@@ -103,7 +103,7 @@ def _fit_from(problem: EstimationProblem, starts: int, report_progress: Callable
     if best is None or lost:
         raise InputError(
             f"{problem.campaign.path}: {problem.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant "
-            "would be; check units, signs, and that the records are of this rig"
+            "would be; check units and signs, and whether the records are this rig's"
         )
     return with_selection(problem, model, best, ())
 
