@@ -254,6 +254,13 @@ def test_nothing_leaves_the_page():
     assert not re.findall(r"https?://", own_html(html))
 
 
+def test_a_page_unfolds_the_words_of_the_house_that_it_shows():
+    html = render(page("Two laws trip. chi2 is 1.2 after 5 ms.", figure(line("held-out records"))))
+    shown = re.findall(r"<dt>([^<]*)</dt>", html.partition('<details class="words">')[2].partition("</details>")[0])
+    assert shown == ["record", "held-out record", "chi2", "law", "trip"]
+    assert '<details class="words">' not in render(page("x"))
+
+
 def test_contents_are_listed_when_there_are_more_than_three_sections():
     assert "<nav" not in render(page("x", sections=3))
     assert render(page("x", sections=4)).count('<li><a href="#s') == 4

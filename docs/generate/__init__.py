@@ -11,13 +11,14 @@ controllers   controllers and compensators with their design numbers
 commands      every command with its options
 examples      the scripts of examples/, run, with what they print and draw
 architecture  pictures of the rooms and of the ways through them
+words         the words of the house with their meanings
 doors         the names of `workbench`, `controllers` and `envs`
 """
 
 from pathlib import Path
 from typing import Any
 
-from . import architecture, commands, controllers, doors, effects, examples, files, readme, rig_keys
+from . import architecture, commands, controllers, doors, effects, examples, files, readme, rig_keys, words
 
 
 def setup(app: Any) -> dict[str, bool]:
@@ -45,6 +46,7 @@ def write_pages(folder: Path, cache: Path) -> None:
         **controllers.pages(),
         **commands.pages(),
         **doors.pages(),
+        **words.parts(),
         **examples.pages(folder, cache),
     }
     for name, text in pages.items():

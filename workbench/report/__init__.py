@@ -3,6 +3,7 @@
 figures, table    figures and tables as plain data
 digits            how many digits of a number are shown
 page, chart       one HTML page; its charts
+glossary          the words of the house, which a page unfolds and the site lists
 index             the page that lists finished runs
 still, show       pictures; figures and pages in a notebook or a browser
 scene             lines that move in space, and stand still in print

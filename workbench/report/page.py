@@ -9,6 +9,7 @@ from pathlib import Path
 
 from .chart import chart, height, is_thinned
 from .figures import Figure
+from .glossary import glossary_html
 from .palette import Look, looks
 from .scene import Scene, scene_html
 from .table import Table, table_html
@@ -72,11 +73,11 @@ def render(page: Page) -> str:
     if any(isinstance(item, Scene) for section in page.body for item in section.items):
         plots += f"<script>{_asset('scene.js')}</script>\n"
     head = _definitions(page.head)
-    return html_page(
-        page.title,
+    shown = (
         f'<header>\n<h1>{escape(page.title)}</h1>\n{head}<p class="verdict">{escape(page.verdict)}</p>\n</header>\n'
-        f"{picture}{_contents(page)}<main>\n{sections}</main>\n{_footer(page)}{plots}",
+        f"{picture}{_contents(page)}<main>\n{sections}</main>\n"
     )
+    return html_page(page.title, f"{shown}{glossary_html(shown)}{_footer(page)}{plots}")
 
 
 def html_page(title: str, body: str) -> str:
