@@ -12,6 +12,8 @@ from .client import LinkClient
 from .wire_loop import WireLoop, WireRun
 
 _STANDS = 0.4  # s before and after a course, of which the later half says where it stands
+_PATIENCE = 6  # times that long, until a jack that was moved to its start no longer creeps there
+_CREEPS = 4.0  # standard deviations of the sensor's mean over half of that
 _REST = 1.0  # s of a record at rest
 _SPEED = 0.05  # of the speed limit, on the way to a start
 _FORCE_TIME = 1.0  # s, to bring a force back
@@ -55,16 +57,22 @@ def play_course(
     begins: Callable[[], None] = lambda: None,
 ) -> Played:
     """From where the rig stands to `start` of the controlled signal (SI), None for where it stands, and from there,
-    once it `begins`, along deviations `reference` [k] from it, with a command `added` [k]; then back."""
+    once it no longer creeps and `begins`, along deviations `reference` [k] from it, with a command `added` [k]; then
+    back."""
     loop = WireLoop(client, rig, controller, noisy)
     signal, period = controller.measures[0], rig.period.value
     home, stand = loop.level, round(_STANDS / period)
+    patience = 1 if start is None else _PATIENCE
     start = home if start is None else start
     runs: list[WireRun] = []
+    waited = 0
     try:
         runs.append(loop.run(ramp(rig, signal, home, start)))
         if runs[-1].ended is None:
             runs.append(loop.run(np.full(stand, start)))
+        while len(runs) > 1 and waited + 1 < patience and _creeps(runs[1], rig, signal):
+            waited += 1
+            runs[1] = loop.run(np.full(stand, start))
         standing = runs[-1]
         level = _level(standing, signal, home)
         if standing.ended is None:
@@ -77,7 +85,7 @@ def play_course(
         loop.end()
     whole = joined(runs[1:3] or runs)
     back = runs[3].record if len(runs) > 3 else None
-    seconds = sum(len(run.rows) for run in runs) * period
+    seconds = (sum(len(run.rows) for run in runs) + waited * stand) * period
     return Played(runs[min(2, len(runs) - 1)], level, whole, back, runs[-1].ended, runs[-1].lost, seconds)
 
 
@@ -99,6 +107,16 @@ def joined(runs: Sequence[WireRun]) -> Record:
     signals = {name: np.concatenate([record.signals[name] for record in records]) for name in names}
     valid = {name: np.concatenate([record.valid[name] for record in records]) for name in names}
     return Record("wire", t, signals, valid)
+
+
+def _creeps(run: WireRun, rig: Rig, signal: str) -> bool:
+    """Whether the controlled signal's mean over the later half of a whole run is another than over the first."""
+    if run.ended is not None:
+        return False
+    values, sensor = run.record.signals[signal], rig.sensors[signal]
+    half = len(values) // 2
+    noise = _CREEPS * sensor.noise * np.sqrt(2 / half) + sensor.resolution
+    return abs(float(values[half:].mean() - values[:half].mean())) > noise
 
 
 def _level(run: WireRun, signal: str, else_: float) -> float:

@@ -56,11 +56,14 @@ def played_way(
 ) -> list[Judged]:
     """A way's controller, predicted by its model, in every scenario at the live rig until it is stopped or the time is
     over, in the round of a `number`. The measures are the live rig's. A scenario is played as large as every plant of
-    the way takes it; after 10 mm that did not settle nothing larger is played."""
+    the way takes it; after 10 mm that did not settle no further step is played, and nothing larger."""
     judged, spec = list[Judged](), way.spec
     setup = loop_setup(way.plants.rig)
     loops = linear_loops(spec, setup)
+    unsettled = False
     for wanted in _places(scenarios, spent.rig):
+        if unsettled and (wanted.frequency is None or abs(wanted.size) > SCENARIOS[_ELSEWHERE].size):
+            continue
         scenario = smaller(way.plants, spec, wanted)
         if scenario is None:
             say(f"{name}: {wanted.name} is not played: a plant that the records allow cannot play it at any size")
@@ -77,8 +80,8 @@ def played_way(
             say(f"{name}, {scenario.name}: {played.ended}")
             break
         if scenario.name.startswith(_ELSEWHERE) and judged[-1].row["settling_s"] is None:
-            say(f"{name}, {scenario.name}: did not settle, so nothing larger is played")
-            break
+            say(f"{name}, {scenario.name}: did not settle, so no further step is played, and nothing larger")
+            unsettled = True
     return judged
 
 
