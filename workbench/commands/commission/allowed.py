@@ -56,10 +56,17 @@ class Allowed:
     def _places(self) -> dict[float, PlantLanes]:
         return {}
 
-    def fits(self, spec: ControllerSpec, reference: np.ndarray, start: float, added: np.ndarray | float = 0.0) -> bool:
+    def fits(self, spec: ControllerSpec, reference: np.ndarray, start: float) -> bool:
         """Whether all of them stay clear of the limits along deviations `reference` [k] from a start [m from mid
-        stroke], with commands `added` [k]: nothing trips, no chamber empties, 5 % of stroke and speed are left."""
-        return all(bool(self._clear(part).all()) for part in self._runs(spec, reference, start, added))
+        stroke]: nothing trips, 5 % of stroke and speed are left."""
+        return all(bool(self._clear(part).all()) for part in self._runs(spec, reference, start, 0.0))
+
+    def take(self, spec: ControllerSpec, wave: Excitation) -> bool:
+        """Whether all of them take an excitation in a loop so; and no chamber empties, where no model holds that the
+        record is to be fitted by."""
+        start = float(wave.reference[0])
+        runs = self._runs(spec, wave.reference - start, start - self.rig.middle, wave.command)
+        return all(bool(self._clear(part).all()) and part.signals[_RECORDED[2]].min() >= 0.0 for part in runs)
 
     def stable(self, spec: ControllerSpec) -> "Allowed":
         """Those of them on which a controller that the rig itself gave is stable."""
@@ -85,11 +92,9 @@ class Allowed:
 
     def _clear(self, part: Lanes) -> np.ndarray:
         """Which lanes [lanes] stay clear of the limits."""
-        position, velocity, pressure = (part.signals[name] for name in _RECORDED)
-        far = np.abs(position - self.rig.middle).max(axis=1) / self.rig.limit("stroke")
-        fast = np.abs(velocity).max(axis=1) / self.rig.limit("speed")
-        whole = ~part.failed & (part.trip == 0) & (pressure.min(axis=1) >= 0.0)
-        return whole & (np.maximum(far, fast) <= 1 - MARGIN)
+        far = np.abs(part.signals["position"] - self.rig.middle).max(axis=1) / self.rig.limit("stroke")
+        fast = np.abs(part.signals["velocity"]).max(axis=1) / self.rig.limit("speed")
+        return ~part.failed & (part.trip == 0) & (np.maximum(far, fast) <= 1 - MARGIN)
 
 
 def _middle(values: np.ndarray) -> tuple[float, float | None]:
@@ -121,8 +126,7 @@ def safe(plants: Allowed, loop: ControllerSpec, waves: Sequence[Excitation]) -> 
 def _smaller_wave(plants: Allowed, loop: ControllerSpec, wave: Excitation) -> Excitation:
     for factor in SMALLER ** np.arange(TRIES):
         trial = wave.scaled(float(factor))
-        start = float(trial.reference[0])
-        if plants.fits(loop, trial.reference - start, start - plants.rig.middle, trial.command):
+        if plants.take(loop, trial):
             return trial
     raise InputError(
         f"{wave.name}: one of the plants that the records allow cannot play it at any size; narrow the rig's bounds"
