@@ -1,5 +1,7 @@
 """What the schedule over the stroke and the inverse of the lap are for: a loop gain that stays."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,11 +11,15 @@ from controllers.pressure import PressureFeedback as Feedback
 from workbench.base.errors import InputError
 from workbench.control.inner_loop import inner_loop_closed
 from workbench.control.load_class import load_class
+from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.linear.linearisation import linear_plant
 from workbench.linear.state_space import sampled_response
 from workbench.loop.margins import linear_loop
+from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
 COLUMN = 0.25 + 0.3e-3 / 0.00467  # m: half the stroke and the dead volume over the area of jack-10t
@@ -80,6 +86,41 @@ def test_the_inverse_is_odd_and_leaves_full_command_as_it_is():
 def test_a_lap_without_a_width_is_refused():
     with pytest.raises(InputError, match="width"):
         P(gain="3 1/m") + FeedForward(velocity=0.1) + LapInverse(excess=0.001, width=0.0)
+
+
+OVERLAP = Number("overlap", 0.01, "1", "1", "made here")
+LANDS = replace(load_rig("jack-10t"), effects=(EffectUse("main.deadband", "lap", {"overlap": OVERLAP}),))
+
+
+def test_an_overlap_as_wide_as_the_inverse_is_refused():
+    Law(Law.Design(excess=-0.9e-3, width=1e-3), 1e-3)
+    with pytest.raises(InputError, match="below the width"):
+        Law(Law.Design(excess=-1e-3, width=1e-3), 1e-3)
+
+
+def test_a_loop_that_jumps_over_most_of_an_overlap_settles_where_the_other_stays_in_it():
+    """10 mm on lands that overlap by 1 % of the travel."""
+    law = P(gain="4 1/m") + PressureFeedback(gain="2e-4 1/bar", corner="0.5 Hz", column=COLUMN)
+    engine = Engine(build(LANDS))
+    start = equilibrium(engine.plant)
+    start_at = load_rig("jack-10t").middle
+    left = {}
+    for name, each in (("stays", law), ("jumps", law + LapInverse(excess=-0.008, width=0.01))):
+        run = SampledLoop(engine, LANDS, each.build(1e-3), start).run(np.full(1000, start_at + 0.01))
+        assert run.tripped is None
+        left[name] = abs(run.record.signals["position"][-1] - start_at - 0.01)
+    assert left["jumps"] < 0.2e-3 < 0.5 * left["stays"]
+
+
+def test_a_guard_that_knows_of_an_overlap_does_not_take_the_sensor_for_broken():
+    """Slow sines that pass the overlap again and again: the same jack under a guard without it is held for broken."""
+    law, t = P(gain="1 1/m").build(1e-3), 1e-3 * np.arange(2000)
+    engine = Engine(build(LANDS))
+    start = equilibrium(engine.plant)
+    asked = LANDS.middle + 0.02 * np.sin(2 * np.pi * t)
+    assert SampledLoop(engine, LANDS, law, start).run(asked).tripped is None
+    unaware = replace(LANDS, effects=())
+    assert "does not move as flow" in (SampledLoop(engine, unaware, law, start).run(asked).tripped or "")
 
 
 def test_the_jack_that_an_outer_controller_sees_has_the_schedule_and_the_slope_of_the_map(plant):

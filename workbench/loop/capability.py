@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..rigs.number import Number
 from ..rigs.rig import Rig
 
 SHARE = 0.8  # of force and flow that a planned motion takes: the rest is the loop's
@@ -75,3 +76,10 @@ def oil_stiffness(rig: Rig) -> float:
     """Of both chambers [N/m] at mid stroke: the sum of beta A^2/V."""
     areas = np.array(rig.areas)
     return float(np.sum(rig["beta"] * areas**2 / (np.array(rig.dead_volumes) + areas * rig["S"] / 2)))
+
+
+def dead_zone(rig: Rig) -> Number | None:
+    """Share of the spool's travel, either side of null, in which lands that overlap let nothing through: as a rig
+    declares it or was found to have it, by its main.deadband; None without."""
+    found = (use.numbers["overlap"] for use in rig.effects if use.name == "main.deadband" and "overlap" in use.numbers)
+    return next(found, None)

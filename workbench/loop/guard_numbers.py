@@ -8,7 +8,7 @@ import numpy as np
 from ..engine.guard_shape import TRIPS, WATCHED, GuardShape
 from ..rigs.rig import Rig
 from ..rigs.schema import FOLLOWING_TIME
-from .capability import oil_stiffness, stall_force
+from .capability import dead_zone, oil_stiffness, stall_force
 
 _NEVER = 1e15  # of a rule that a rig cannot have
 _BRAKING = 0.95  # of the stall force and of the force limit, for which the guard opens the valve to brake
@@ -97,7 +97,7 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "hold": _HOLDING / full if rig.stop == "hold" else 0.0,
         "opening": 1 / full,
         "fade": braking / rig["M"] / full * rig.period.value,
-        "allowed": _OFFSET * rig.limit("stroke") + (sensor.scatter if sensor else 0.0),
+        "allowed": _OFFSET * rig.limit("stroke") + (sensor.scatter if sensor else 0.0) + _withheld(rig, full),
         "allowed_impulse": (_FRICTION * stall + 2 * _dry_friction(rig)) * _WINDOW,
         "friction": rig["b"],
         "lag": min(1.0, rig.period.value / valve),
@@ -113,6 +113,13 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "supply": rig["Ps"],
         "drain": rig["Pr"],
     }
+
+
+def _withheld(rig: Rig, full: float) -> float:
+    """Travel [m] of a jack that goes at `full` [m/s] at full command, that an overlap keeps back in the window in which
+    the observer, which has no overlap, looks."""
+    overlap = dead_zone(rig)
+    return 0.0 if overlap is None else overlap.value * full * _WINDOW
 
 
 def _following_error(rig: Rig) -> float:

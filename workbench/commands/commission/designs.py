@@ -1,4 +1,5 @@
-"""A controller searched for a rig: P, scheduled pressure feedback, the lap inverted, a shaped reference."""
+"""A controller searched for a rig: P, scheduled pressure feedback, the lap or an overlap inverted, a shaped
+reference."""
 
 from dataclasses import fields, replace
 from typing import Any
@@ -8,6 +9,7 @@ from ...base.process_pool import Jobs
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
 from ...control.protocol import is_number
+from ...loop.capability import dead_zone
 from ...loop.conditions import Conditions
 from ...loop.limits import Limits
 from ...loop.scenarios import SCENARIOS
@@ -22,6 +24,7 @@ DESIGNS = 300
 _SEARCHES = 2  # from other seeds: settling jumps where a swing leaves the band, and one search ends at another best
 _RANGE = 4.0  # about a first guess, either way
 _OVERSHOOT = 5.0  # %
+_JUMPED, _LEAST = 0.8, 5e-4  # of an overlap; share of the travel below which there is none
 
 
 def searched_design(
@@ -83,10 +86,22 @@ def _structure(rig: Rig, start: ControllerSpec) -> ControllerSpec:
         controller("controllers.pressure:PressureFeedback", gain=1e-10, corner=0.5, column=column(rig)),
     )
     whole = controller("controllers.p:P", gain=gain) + feedback[0]
-    lap = rig["eps"] / rig["z3max"] if {"eps", "z3max"} <= rig.numbers.keys() else None
-    if lap is not None:
-        whole = whole + controller("controllers.lap_inverse:LapInverse", excess=0.9 * lap, width=1.2 * lap)
+    lands = _lands(rig)
+    if lands is not None:
+        whole = whole + lands
     return whole + controller("controllers.shaping:Shaping", corner=25.0, lead=0.005, notch=20.0)
+
+
+def _lands(rig: Rig) -> ControllerSpec | None:
+    """The inverse of the lands: of an overlap that the rig has, most of what is sure of it; else of its lap."""
+    overlap = dead_zone(rig)
+    sure = 0.0 if overlap is None else min(overlap.uncertain or (overlap.value,))
+    if sure > _LEAST:
+        return controller("controllers.lap_inverse:LapInverse", excess=-_JUMPED * sure, width=sure)
+    if not {"eps", "z3max"} <= rig.numbers.keys():
+        return None
+    lap = rig["eps"] / rig["z3max"]
+    return controller("controllers.lap_inverse:LapInverse", excess=0.9 * lap, width=1.2 * lap)
 
 
 def _searched(whole: ControllerSpec) -> tuple[Searched, ...]:
@@ -95,7 +110,8 @@ def _searched(whole: ControllerSpec) -> tuple[Searched, ...]:
     for i, part in enumerate(whole.compensators):
         for name, unit in _NUMBERS[part.use.rpartition(":")[2]]:
             value = float(getattr(part.design, name))
-            found.append(_about(("compensators", i, name), unit, value))
+            if value > 0:
+                found.append(_about(("compensators", i, name), unit, value))
     return tuple(found)
 
 
