@@ -229,15 +229,15 @@ def test_a_curve_is_shown_with_its_slopes():
 
 def test_a_linear_element_is_shown_as_gains():
     piece = find("learned.drive", "command; linear 1")
-    gains = small_signal(piece, {"linear_gain1": 0.5, "linear_T1": 0.01}, [0.0, 1 / (2 * np.pi * 0.01)])
+    gains = small_signal(piece)({"linear_gain1": 0.5, "linear_T1": 0.01}, [0.0, 1 / (2 * np.pi * 0.01)])
     assert gains == pytest.approx([1.5, 1 + 0.5 / (1 + 1j)])
-    assert small_signal(find("drive.lag", "command filter"), {"tau": 0.0}, [100.0]) == pytest.approx([1.0])
+    assert small_signal(find("drive.lag", "command filter"))({"tau": 0.0}, [100.0]) == pytest.approx([1.0])
 
 
 @pytest.mark.parametrize("words", ["main.deadband: linear; linear 1", "learned.opening: lands; linear 1"])
 def test_a_linear_element_behind_openings_is_shown_beyond_the_dead_band(words):
     numbers = {"overlap": 0.03, "linear_gain1": 0.5, "linear_T1": 0.01}
-    gains = small_signal(find(*words.split(": ")), numbers, [0.0, 1 / (2 * np.pi * 0.01)])
+    gains = small_signal(find(*words.split(": ")))(numbers, [0.0, 1 / (2 * np.pi * 0.01)])
     assert gains == pytest.approx([1.5, 1 + 0.5 / (1 + 1j)])
 
 

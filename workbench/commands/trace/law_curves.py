@@ -115,13 +115,14 @@ def _differences(law: LawCurve, formula: LawCurve, at: np.ndarray, part: int, ne
 def gain_curve(effect: Effect, fit: Fit, frequencies: np.ndarray) -> tuple[LawCurve, LawCurve]:
     """Gain [dB] and phase [deg] of a fitted effect for a `small_signal` at `frequencies` [k] Hz."""
     numbers, covariance = effect_numbers(effect, fit), effect_covariance(effect, fit)
-    response = small_signal(effect, numbers, frequencies)
+    gain_of = small_signal(effect)
+    response = gain_of(numbers, frequencies)
     slopes = np.zeros((len(frequencies), len(effect.numbers)), dtype=complex)
     for column, entry in enumerate(effect.numbers):
         if not entry.given:
             step = _STEP * (float(np.sqrt(covariance[column, column])) or abs(entry.typical))
             step = step if numbers[entry.name] + step <= entry.high else -step
-            moved = small_signal(effect, {**numbers, entry.name: numbers[entry.name] + step}, frequencies)
+            moved = gain_of({**numbers, entry.name: numbers[entry.name] + step}, frequencies)
             nothing = np.zeros(len(response), complex)  # where no signal passes, none is off
             slopes[:, column] = np.divide(moved - response, step * response, out=nothing, where=response != 0)
 

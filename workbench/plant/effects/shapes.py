@@ -1,7 +1,8 @@
 """An effect as a curve or as a Bode diagram: what its first law makes of a natural variable, or of a small signal."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -67,28 +68,34 @@ def static_curve(
 
 
 def small_signal(
-    effect: Effect, numbers: Mapping[str, float], frequencies: ArrayLike, held: Mapping[str, float] | None = None
-) -> np.ndarray:
-    """Complex gain [k] of the first part that passes the first law, at `frequencies` [Hz]: for a Bode diagram.
+    effect: Effect, held: Mapping[str, float] | None = None
+) -> Callable[[Mapping[str, float], ArrayLike], np.ndarray]:
+    """Complex gain [k] of the first part that passes the first law, of numbers [SI] by name and frequencies [k] Hz.
 
-    About 0, or, where openings pass, about an edge open by `OPEN` of the travel. Numbers [SI] by name; `held` as for
+    About 0, or, where openings pass, about an edge open by `OPEN` of the travel: for a Bode diagram. `held` as for
     `static_curve`.
     """
     slot = next(iter(effect.laws))
-    d, x = ca.SX.sym("d"), ca.SX.sym("x", len(effect.states))
+    d, p, x = (ca.SX.sym(name, n) for name, n in zip("dpx", (1, len(effect.numbers), len(effect.states)), strict=True))
     known = {**HELD, **(held or {})}
     offers = {name: ca.SX(known.get(name, 0.0)) for name in SLOTS[slot].offers}
     place, passing = 0.0, (d, *(ca.SX(0) for _ in PASSAGES[slot].parts[1:]))
     if slot == "main_openings":
         place, passing = OPEN * known["travel"], _edges(d)
         offers |= {"spool": d}
-    y, rate = _results(effect, slot, passing, offers, ca.SX([numbers[n.name] for n in effect.numbers]), x)
+    y, rate = _results(effect, slot, passing, offers, p, x)
     parts = [ca.jacobian(of, by) for of in (y[0], rate) for by in (x, d)]
-    law = ca.Function("law", [d, x], [rate, *parts])
-    start = np.array([state.start for state in effect.states])
-    rates, _, _, slopes, _ = map(np.array, law(place, start))
+    return partial(_gain, effect, ca.Function("law", [d, p, x], [rate, *parts]), place)
+
+
+def _gain(
+    effect: Effect, law: ca.Function, place: float, numbers: Mapping[str, float], frequencies: ArrayLike
+) -> np.ndarray:
+    """Complex gain [k] at frequencies [k] Hz of a law's slopes, its states at rest."""
+    values, start = [numbers[n.name] for n in effect.numbers], np.array([state.start for state in effect.states])
+    rates, _, _, slopes, _ = map(np.array, law(place, values, start))
     rest = start - np.linalg.pinv(slopes) @ rates.ravel() if len(start) else start
-    _, c, through, a, b = map(np.array, law(place, rest))
+    _, c, through, a, b = map(np.array, law(place, values, rest))
     poles = 2j * np.pi * np.ravel(np.asarray(frequencies, dtype=float))
     return np.array([(c @ np.linalg.solve(pole * np.eye(len(a)) - a, b) + through).item() for pole in poles])
 
