@@ -11,14 +11,17 @@ A table of numbers without a comment is refused, except in the pages and section
 import json
 import re
 import shlex
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from functools import cache
+from io import StringIO
 from math import prod
 from pathlib import Path
 from typing import Any
+
+from workbench import cli
 
 ROOT = Path(__file__).parents[1]
 
@@ -131,12 +134,13 @@ def done(command: str) -> tuple[str, dict[str, Any]]:
             place = words.index("--rig-out") + 1
             words[place] = f"{scratch}/{words[place]}"
         out = [] if words[0] in PRINTS else ["--out", f"{scratch}/out"]
-        call = [sys.executable, "-m", "workbench.cli", *words, *out]
-        run = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
-        if run.returncode:
-            raise RuntimeError(f"{command}: {run.stderr.splitlines()[-1]}")
+        printed, told = StringIO(), StringIO()
+        with chdir(ROOT), redirect_stdout(printed), redirect_stderr(told):
+            status = cli.main([*words, *out])
+        if status:
+            raise RuntimeError(f"{command}: {told.getvalue().splitlines()[-1]}")
         metrics = Path(scratch, "out", "metrics.json").read_text(encoding="utf-8") if out else "{}"
-        return run.stdout, json.loads(metrics)
+        return printed.getvalue(), json.loads(metrics)
 
 
 def misprints(text: str, only: str = "") -> Iterator[str]:

@@ -13,7 +13,7 @@ from judged_reading import TooSlow, bad_message, limited, unbounded
 from mutants import LONG
 from mutated_inputs import KINDS, examine, prepare, seeded
 
-INPUTS = 400  # of a kind
+INPUTS = 150  # of a kind
 
 
 @pytest.fixture(scope="module")

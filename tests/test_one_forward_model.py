@@ -5,7 +5,7 @@ The prediction is that of fits, in windows and through whole records. Everything
 Legs of a platform are in test_platform_records.py.
 """
 
-import re
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +27,7 @@ from workbench.identify.fit.solver import fit_numbers
 from workbench.identify.fit.windows import cut_windows
 from workbench.linear import equilibrium
 from workbench.plant import build
-from workbench.plant.effects import EQUATIONS, acts, applies, known_effects, learned, refinements, with_apart
+from workbench.plant.effects import EQUATIONS, Effect, acts, applies, known_effects, learned, refinements, with_apart
 from workbench.plant.effects.grammar import GRAMMAR
 from workbench.plant.effects.reshape import SEPARATOR
 from workbench.records import Record
@@ -167,11 +167,13 @@ def test_the_intervals_of_fitted_delays_cover_the_truth():
     assert np.std(errors) == pytest.approx(1.0, abs=3 / np.sqrt(2 * count))
 
 
-def some_refinement(words: re.Pattern[str], share: float):
-    """A refinement that a formula says in these words, of the effect at a share of the way through the library."""
+def some_refinements() -> Iterator[Effect]:
+    """One refinement for each form of the grammar, each of an effect farther on in the library."""
     plain = (e for e in EFFECTS if e.laws and not sticks(e) and SEPARATOR not in e.formula)
-    refined = [e for each in plain for e in refinements(each) if words.fullmatch(e.formula.rpartition(SEPARATOR)[2])]
-    return refined[int(share * len(refined))]
+    refined = [e for each in plain for e in refinements(each)]
+    for number, form in enumerate(GRAMMAR):
+        of_form = [e for e in refined if form.words.fullmatch(e.formula.rpartition(SEPARATOR)[2])]
+        yield of_form[int(number / len(GRAMMAR) * len(of_form))]
 
 
 def learned_places():
@@ -209,7 +211,7 @@ def in_plants(effects):
     return [*packed(free), *([e] for e in alone)]
 
 
-ADDED = [*(some_refinement(each.words, i / len(GRAMMAR)) for i, each in enumerate(GRAMMAR)), *learned_places()]
+ADDED = [*some_refinements(), *learned_places()]
 PLANTS = [*in_plants(EFFECTS), *in_plants(ADDED)]
 PUMPS = [
     (rig, effects)
