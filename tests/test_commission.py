@@ -11,7 +11,7 @@ from made_links import at, jack_bench, served
 from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.commission import designs, study
+from workbench.commands.commission import designs, results, study
 from workbench.commands.commission.allowed import allowed, smaller
 from workbench.commands.commission.automatic import automatic
 from workbench.commands.commission.designs import exactly
@@ -23,6 +23,7 @@ from workbench.commands.commission.rig_time import RigTime
 from workbench.commands.commission.rounds import Found
 from workbench.commands.commission.verify import best_way
 from workbench.commands.excite.study import drive
+from workbench.commands.trace import study as trace_study
 from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves
 from workbench.link import client as client_module
 from workbench.link.client import LinkClient
@@ -232,6 +233,8 @@ def test_what_is_expected_holds_what_single_plants_do(plants):
 def test_the_whole_way_on_a_rig_of_other_numbers(tmp_path, monkeypatch):
     monkeypatch.setattr(designs, "DESIGNS", 12)
     monkeypatch.setattr(study, "_ROUNDS", 1)
+    monkeypatch.setattr(results, "STEPS", ("position-10mm",))  # of which the fastest motion is told
+    monkeypatch.setattr(trace_study, "detectability", lambda *_: [])
     from workbench.link.bench import bench
 
     other = replace(RIG.with_values(M=1080.0, beta=0.9e9, K3=RIG["K3"] * 0.97), name="jack-10t")

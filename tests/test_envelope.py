@@ -119,10 +119,10 @@ def test_the_bad_corner_is_no_better_than_any_end_of_a_number(space):
 
 
 def test_margins_at_once_are_those_of_each_part(space):
-    controller = TUNED["p-dp"].build(1e-3)
-    parts = space.margins(controller)
-    assert parts[0][0] is space.varied
-    assert parts[-1][0].names == space.corner(controller).names
+    controller, thin = TUNED["p-dp"].build(1e-3), space.with_drawn(range(300))
+    parts = thin.margins(controller)
+    assert parts[0][0] is thin.varied
+    assert parts[-1][0].names == thin.corner(controller).names
     for lanes, margins in parts:
         for each, alone in zip(margins, lanes.margins(controller), strict=True):
             np.testing.assert_allclose(each.ms, alone.ms, rtol=1e-9)
@@ -198,13 +198,12 @@ def test_noise_of_the_command_grows_with_the_gain(space):
 
 
 def test_goals_say_by_how_much_and_where(space):
-    controller = MID_STROKE["p-dp"].build(
-        1e-3
-    )  # fixed pressure feedback: unstable or nearly so at the ends of the stroke
-    goals = {goal.name: goal for goal in linear_goals(space, controller, Limits())}
+    thin, controller = space.with_drawn(range(300)), MID_STROKE["p-dp"].build(1e-3)
+    # fixed pressure feedback: unstable or nearly so at the ends of the stroke
+    goals = {goal.name: goal for goal in linear_goals(thin, controller, Limits())}
     assert goals["stable on every plant"].miss > 0
     assert "216 mm" in goals["stable on every plant"].where
-    moved = list(motion_goals(space, TUNED["p"].build(1e-3), [TEN], Limits()))
+    moved = list(motion_goals(thin, TUNED["p"].build(1e-3), [TEN], Limits()))
     assert [goal.name for goal in moved] == [
         "noise of the command",
         "position-10mm: nowhere trips",
@@ -212,7 +211,7 @@ def test_goals_say_by_how_much_and_where(space):
     ]
     assert not any(goal.miss for goal in moved)
     tight = {
-        goal.name: goal for goal in motion_goals(space, TUNED["p-dp"].build(1e-3), [TEN], Limits(overshoot_percent=0.2))
+        goal.name: goal for goal in motion_goals(thin, TUNED["p-dp"].build(1e-3), [TEN], Limits(overshoot_percent=0.2))
     }
     over = tight["position-10mm: overshoot [%]"]
     assert over.miss > 0
