@@ -7,7 +7,8 @@ import pytest
 
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.record.platform import platform_plan, run_platform_record
+from workbench.commands.record import platform as record
+from workbench.commands.record.platform import platform_plan
 from workbench.commands.trace.legs import platform_answer, sentence, suspected
 from workbench.commands.trace.platform import leg_effects
 from workbench.plant.effects import find, known_effects
@@ -92,11 +93,14 @@ def test_a_leg_lacks_nothing_that_acts_on_what_it_moves():
 def campaign(tmp_path_factory):
     """A recorded platform with dry friction in leg 4, of which the campaign says nothing; parts of its records."""
     folder = tmp_path_factory.mktemp("platform")
-    plan = platform_plan("hexapod", 2)
+    plan, (_, slow, mixed) = platform_plan("hexapod", 2), record.MOTIONS
     rubbing = replace(plan.platform.legs[3].rig, effects=(declared("jack.friction", "coulomb"),))
     legs = [replace(leg, rig=rubbing) if i == 3 else leg for i, leg in enumerate(plan.platform.legs)]
     made = replace(plan, platform=replace(plan.platform, legs=tuple(legs)))
-    for name, text in run_platform_record(made, no_checkpoint, lambda _: None).files.items():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(record, "MOTIONS", (replace(slow, seconds=4.0), replace(mixed, seconds=3.0)))
+        files = record.run_platform_record(made, no_checkpoint, lambda _: None).files
+    for name, text in files.items():
         (folder / name).write_text(text)
     (folder / "campaign.toml").write_text(PARTS)
     return folder
