@@ -62,6 +62,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "study": {
         "trace-study": "measure how often a trace is right",
+        "sheet-study": "measure how often the lines of a sheet hold the truth",
         "watch-study": "measure how well rigs are watched over months",
         "commission-study": "measure how well hidden rigs are commissioned",
         "speed": "time the engine beside public solvers",

@@ -61,6 +61,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "jackbench retune tune_p_dp --found found.toml --trials 100",
     ),
     "watch": ("jackbench watch rig-3", 'jackbench watch rig-3 --false-alarms "1 per 5 years" --exit-code'),
+    "sheet-study": (
+        "jackbench sheet-study jack-10t",
+        "jackbench sheet-study jack-10t --sheets force --number 20",
+    ),
     "capability": (
         "jackbench capability jack-10t --loop position_tuned --pdf",
         "jackbench capability jack-10t --drive course.csv --cooler '20 kW' --catalogue catalogue.toml",

@@ -45,11 +45,13 @@ class CellErrors:
 
 @dataclass(frozen=True)
 class ForceBench:
-    """A rig with a specimen, its load cell, and the seed of its sensors' noise. Raises InputError without either."""
+    """A rig with a specimen, its load cell, and the seed of its sensors' noise, which records have unless they are not
+    `noisy`. Raises InputError without a specimen or a load cell."""
 
     rig: Rig
     seed: int
     cell: CellErrors = field(default_factory=CellErrors)
+    noisy: bool = True
 
     def __post_init__(self) -> None:
         if not self.rig["ks"]:
@@ -108,8 +110,15 @@ class ForceBench:
             run = play(ready, wave.scaled(float(factor)), self.seed + which)
             told = trouble(run)
             if told is None:
-                return self._logged(replace(run.record, name=wave.name), which)
+                true = replace(run.record, name=wave.name)
+                return self._logged(true, which) if self.noisy else self._shown(true)
         raise InputError(f"{self.rig.name}: its drive cannot play {wave.name}: {told}; take another specimen")
+
+    def _shown(self, true: Record) -> Record:
+        """What the cell shows, and all else as it is."""
+        at_specimen = true.signals.get("reference_force", true.signals["force"])
+        shown = {"force": self.cell.shown(true.signals["force"]), "reference_force": at_specimen}
+        return replace(true, signals={**true.signals, **shown}, valid={})
 
     def _logged(self, true: Record, which: int) -> Record:
         random = np.random.default_rng([self.seed, which])

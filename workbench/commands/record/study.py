@@ -54,7 +54,7 @@ def run_record(plan: Plan, stage: Stage, progress: Progress) -> Outcome:
     records, rows = [], []
     for number, (name, wave) in enumerate(played.items()):
         progress(f"{name}: {wave.t[-1]:.3g} s")
-        stored = stage(f"record-{name}", partial(_recorded, ready, wave, [plan.seed, number]))
+        stored = stage(f"record-{name}", partial(recorded, ready, wave, [plan.seed, number]))
         records.append(Record(name, wave.t, stored["signals"]))
         rows.append({"record": name, "role": _role(name, list(played)), **stored["effort"]})
     metrics = {"rows": rows, "seed": plan.seed, "loop_gain": ready.loop.design.gain}
@@ -187,7 +187,8 @@ def _logged(drive: DriveSimulation, run: LoopRun, seed: int) -> dict[str, np.nda
     return given | {name: values for name, values in readings.items() if name not in idle}
 
 
-def _recorded(drive: DriveSimulation, excitation: Excitation, entropy: list[int]) -> dict[str, Any]:
+def recorded(drive: DriveSimulation, excitation: Excitation, entropy: list[int]) -> dict[str, Any]:
+    """An excitation as the rig's sensors log it, `signals`, with the `effort` it took. Raises InputError for a trip."""
     seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
     run = play(drive, excitation, seed)
     if run.tripped is not None:

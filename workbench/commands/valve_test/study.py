@@ -22,7 +22,7 @@ _PER_MINUTE = 60000.0
 def run_valve_test(sheet: Asked, stage: Stage, progress: Progress) -> Outcome:
     """`rows` of the sheet; the curve and the responses as tables."""
     progress("records" if sheet.campaign else "the valve on its test bench")
-    found = _recorded(sheet) if sheet.campaign else _played(TestBench(sheet.rig, sheet.seed), progress)
+    found = _recorded(sheet) if sheet.campaign else played_sheet(TestBench(sheet.rig, sheet.seed), progress)
     rows = judged(found.rows, sheet.limits)
     found = replace(found, rows=rows)
     tables = {f"response_{name}": _columns(response) for name, response in found.responses.items()}
@@ -41,7 +41,7 @@ def _recorded(sheet: Asked) -> ValveSheet:
     return replace(found, rows=[*found.rows, *_pilot(sheet.rig, {}, None, lacks)])
 
 
-def _played(bench: TestBench, progress: Progress) -> ValveSheet:
+def played_sheet(bench: TestBench, progress: Progress) -> ValveSheet:
     """All that the bench can play, with the frequency responses by stepped sine."""
     records = bench.flow_records() + [bench.pressure_record()] + [bench.step_record(size) for size in STEPS]
     found = valve_sheet(records, bench.rig)

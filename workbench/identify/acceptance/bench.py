@@ -19,6 +19,7 @@ METER = 1e-3  # of the rated flow: noise of a sample of a flow meter, declared h
 PERIOD = 5e-3  # s, of what moves slowly
 FAST = 2.5e-4  # s, of steps
 CYCLE, CYCLES = 20.0, 2  # s, triangles
+SLOW = 60.0  # s, of one on blocked ports, whose pressures are late
 ABOUT_NULL = 0.02  # of full command: where pressure gain and leakage are looked at
 FINE = (0.03, 10.0)  # of full command, s: a second triangle for the flow about null
 DWELL = 0.15  # s
@@ -49,7 +50,7 @@ class TestBench:
     def pressure_record(self) -> Record:
         """A triangle about null on blocked ports: port pressures, and the flow that the supply gives."""
         return self._played(
-            build_blocked_valve(self.rig), "valve-pressure", _triangle(ABOUT_NULL, CYCLE, CYCLES), PERIOD, 3
+            build_blocked_valve(self.rig), "valve-pressure", _triangle(ABOUT_NULL, SLOW, CYCLES), PERIOD, 3
         )
 
     def step_record(self, size: int) -> Record:

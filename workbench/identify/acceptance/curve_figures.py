@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .flow_curve import FlowCurve
-from .row import Row, measured, unsaid
+from .row import CONFIDENCE, Row, measured, unsaid
 
 STRAIGHT = 0.05  # of full command, from which on a side is taken as straight
 NULL = 0.002  # of full command: half the span over which the gain at null is taken
@@ -117,13 +117,18 @@ def _lap(command: np.ndarray, flow: np.ndarray) -> float:
 
 
 def _linearity(curve: FlowCurve) -> Row:
-    """The node that is furthest off its side's line: its distance, over the flow at the side's end."""
+    """The node that is furthest off its side's line: its distance, over the flow at the side's end.
+
+    Of many nodes the furthest is far by noise too, so that the interval is that of all of them together (Bonferroni).
+    """
     id, meaning = "linearity", "furthest from the straight line of its side, over the flow at its end"
     if reason := _sides(curve.command):
         return unsaid(id, meaning, "%", reason)
-    weights = [each for side in (1.0, -1.0) for each in _distances(curve, side)]
-    worst = max(weights, key=lambda weight: abs(float(weight @ curve.flow)))
-    return measured(id, meaning, "%", curve.estimate(worst * np.sign(float(worst @ curve.flow))), 100.0, positive=True)
+    every = [curve.estimate(each) for side in (1.0, -1.0) for each in _distances(curve, side)]
+    ends = [each.interval(1 - (1 - CONFIDENCE) / len(every)) for each in every]
+    low = max(max(under, -over, 0.0) for under, over in ends)
+    value, high = max(abs(each.value) for each in every), max(max(abs(under), abs(over)) for under, over in ends)
+    return Row(id, meaning, "%", 100 * value, 100 * low, 100 * high)
 
 
 def _distances(curve: FlowCurve, side: float) -> list[np.ndarray]:

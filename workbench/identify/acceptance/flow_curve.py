@@ -33,6 +33,7 @@ FEWEST = 0.02  # s within half a cell of a node, below which it is left out
 _TRAVEL, _BALANCE = (0.5, 0.5), (1.0, -1.0)  # of the two chambers: what moves the piston, and what cancels
 _QUIET = 1e3  # Pa: where a land's drop is no longer told from noise
 _TOLD, _ROUNDS = 0.2, 3
+_RECORDED = 1e-3  # of a supply that was recorded: how well that is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,8 @@ def piston_curve(records: Sequence[Record], rig: Rig, opening: Opening) -> FlowC
 
 
 def _fitted(parts: Sequence[tuple[Record, np.ndarray]], nodes: np.ndarray, rig: Rig) -> tuple[np.ndarray, Fit]:
-    known, prior = _declared(rig, nodes)
+    unknown = any("supply" not in record.signals for record, _ in parts)
+    known, prior = _declared(rig, nodes, unknown)
     balanced = any("supply" not in record.signals and _has_both(record) for record, _ in parts)
     fit, curve = None, known[: nodes.size]
     for _ in range(_ROUNDS):  # what an unknown supply pressure does depends on the curve
@@ -109,7 +111,7 @@ def _balanced(
     parts: Sequence[tuple[Record, np.ndarray]], nodes: np.ndarray, rig: Rig, curve: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The supply pressure by which as much flows into A as out of B, where it was not recorded; lands that match."""
-    known, prior = _declared(rig, nodes)
+    known, prior = _declared(rig, nodes, True)
     beside = slice(nodes.size, None)
     series = [s for part in parts if _has_both(part[0]) for s in _series(*part, nodes, rig, curve, _BALANCE)]
     own = [Series(s.y - s.x[:, : nodes.size] @ curve, s.x[:, beside], s.group) for s in series]
@@ -119,11 +121,12 @@ def _balanced(
     return known, prior
 
 
-def _declared(rig: Rig, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Known values and deviations of the nodes, and beside them 1/beta, Cl, and a shift of the supply [share]."""
+def _declared(rig: Rig, nodes: np.ndarray, unknown: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Known values and deviations of the nodes, and beside them 1/beta, Cl, and a shift of the supply [share], which
+    is one where it is `unknown` alone: else it would take up what a lag that is not quite the valve's leaves."""
     beta, leak = rig.numbers["beta"].value, rig.numbers["Cl"].value
     flows, loose = _believed(rig, nodes)
-    deviations = [_share(rig, "beta") / beta, _share(rig, "Cl") * leak, _share(rig, "Ps")]
+    deviations = [_share(rig, "beta") / beta, _share(rig, "Cl") * leak, _share(rig, "Ps") if unknown else _RECORDED]
     return np.append(flows, [1 / beta, leak, 0.0]), np.append(loose, np.maximum(deviations, 1e-30))
 
 

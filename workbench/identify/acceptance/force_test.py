@@ -49,7 +49,7 @@ def force_sheet(records: Sequence[Record], rig: Rig, asked: Reference) -> ForceS
     found = referenced_mass(points, span)
     mass, gain = found if found else (free_mass(free, rig) or _declared(rig), span.value if span else 0.0)
     check_reference(points, mass, gain, asked.within)
-    rows = [*static_rows(static, asked.accuracy), _mass(mass, points)]
+    rows = [*static_rows(static, asked.accuracy), _mass(mass, gain if found else 0.0, points)]
     names = _names(points)
     rows += [_error(name, point, mass, asked) for name, point in zip(names, points, strict=True)]
     rows += [_compensated(name, points, i, mass, span, asked) for i, name in enumerate(names)]
@@ -84,7 +84,8 @@ def _declared(rig: Rig) -> Estimate | None:
     return Estimate(number.value, float(deviation))
 
 
-def _mass(mass: Estimate | None, points: Sequence[ForcePoint]) -> Row:
+def _mass(mass: Estimate | None, gain: float, points: Sequence[ForcePoint]) -> Row:
+    """Of the mass that the cell shows, which an error `gain` of its span enlarges."""
     meaning = "mass between load cell and specimen"
     if mass is None:
         why = (
@@ -93,7 +94,8 @@ def _mass(mass: Estimate | None, points: Sequence[ForcePoint]) -> Row:
         )
         return unsaid("mass", meaning, "kg", why)
     sources = sorted({point.source for point in points if point.source})
-    return measured("mass", meaning + (f", acceleration by {' and '.join(sources)}" if sources else ""), "kg", mass)
+    meaning += f", acceleration by {' and '.join(sources)}" if sources else ""
+    return measured("mass", meaning, "kg", mass, 1 / (1 + gain))
 
 
 def _error(name: str, point: ForcePoint, mass: Estimate | None, asked: Reference) -> Row:

@@ -64,7 +64,7 @@ class Opening:
         """The opening [k] in units of the command: the spool's, where there is one."""
         if self.travel is None or "spool" not in record.signals:
             return self.follows(record)
-        rows = 2 * round(SMOOTH / record.period / 2) + 1
+        rows = 2 * int(SMOOTH / record.period / 2) + 1
         return (uniform_filter1d(record.signals["spool"], rows, mode="nearest") - self.bias) / self.travel
 
 

@@ -65,7 +65,9 @@ def regress(series: Sequence[Series], known: np.ndarray, prior: np.ndarray, summ
     coefficients, covariance, scale = problem.solve(ratio)
     scores = np.vstack([_scores(s, coefficients, ratio, scale, summed) for s in scaled])
     precision = np.diag(problem.precision)  # a prior that is off by its own deviation scatters too
-    grouped = covariance @ (scores.T @ scores * len(scores) / max(1, len(scores) - 1) + precision) @ covariance
+    told = unit.size - float(np.trace(covariance @ precision))  # unknowns that the data say, which follow their errors
+    inflated = len(scores) / max(1.0, len(scores) - told)
+    grouped = covariance @ (scores.T @ scores * inflated + precision) @ covariance
     both = np.outer(unit, unit)
     return Fit(unit * coefficients, both * covariance, both * grouped, len(scores))
 

@@ -47,9 +47,9 @@ class Estimate:
     deviation: float
     freedom: float = np.inf
 
-    def interval(self) -> tuple[float, float]:
-        """95 % by Student's t."""
-        reach = float(student.ppf(0.5 + CONFIDENCE / 2, self.freedom)) * self.deviation
+    def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
+        """By Student's t."""
+        reach = float(student.ppf(0.5 + confidence / 2, self.freedom)) * self.deviation
         return self.value - reach, self.value + reach
 
 

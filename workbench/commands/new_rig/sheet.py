@@ -1,0 +1,142 @@
+"""A rig from a valve's sheet: a second-order valve with the figures that the sheet states, on the rest of another rig.
+
+The sheet is metrics.json of `jackbench valve-test`. Its intervals become the bounds of the rig's numbers; then the rig
+plays the sheet again.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ...base.errors import InputError
+from ...identify.acceptance.bench import TestBench
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.number import Number
+from ...rigs.rig import Rig, number_specs
+from ...rigs.valve.second_order import SECOND_ORDER
+from ..common.design_numbers import Subject
+from ..common.outcome import Outcome, Progress, Stage
+from ..valve_test.study import played_sheet
+
+FILE = "metrics.json"
+REFERENCE = 5.0  # Hz, that a sheet's gains are referred to
+_RESPONSES = ("main_25", "main_100", "main_small", "main_5")  # the first that the sheet has both corners of
+_LOST = ("current", "pilot_spool", "flapper")  # signals of a valve with a pilot
+_CORRECTOR = "p"  # as rigs from datasheets have it; the kind has none of its own
+_ROOT = float(np.sqrt(35e5))
+_PER_MINUTE = 60000.0
+Rows = Mapping[str, Mapping[str, Any]]
+
+
+def read_sheet(path: Path) -> Rows:
+    """The lines of a sheet that have a value, by id. Raises InputError for a file that is none."""
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))["rows"]
+        return {row["id"]: row for row in rows if row["value"] is not None}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: no sheet of valve-test ({type(error).__name__}); name its {FILE}") from None
+
+
+def rig_of_sheet(rows: Rows, like: Rig, name: str) -> Rig:
+    """`like` with the sheet's valve. Raises InputError for a sheet without gains, lap, null or both corners of a
+    response, and for a valve that is not of the second order, or overlapped."""
+    gains = [_line(rows, f"flow_gain_{way}") for way in ("extending", "retracting")]
+    lap, null = _line(rows, "lap"), _line(rows, "null_bias")
+    if lap[0] >= 0:
+        raise InputError(f"{name}: its valve is overlapped by {lap[0]:g} %; such a rig needs the effect main.deadband")
+    f3db, f90 = _corners(rows, name)
+    travel = like["z3max"]
+    scale = 1 / (_PER_MINUTE * travel * _ROOT)
+    gain = tuple(scale * float(np.mean([each[k] for each in gains])) for k in range(3))
+    eps = tuple(-each * travel / 200 for each in (lap[0], lap[2], lap[1]))
+    numbers = {
+        "f0": _number("f0", f90, "-90 deg"),
+        "zeta": _number("zeta", tuple(_damping(f3db[0], f90[0], name) for _ in range(3)), "-3 dB over -90 deg"),
+        "z0": _number("z0", tuple(-each / 100 for each in (null[0], null[2], null[1])), "null bias"),
+        "K3": _number("K3", gain, "flow gains"),
+        "z3max": Number("z3max", travel, "m", "m", f"as {like.name}; only flow over travel matters"),
+        "eps": _number("eps", eps, "lap"),
+        "n": like.numbers["n"],
+    }
+    specs = number_specs(SECOND_ORDER.name, _CORRECTOR, like.jack, like.load)
+    every = {key: numbers.get(key) or like.numbers[key] for key in specs}
+    kept = tuple(use for use in like.effects if use.name.startswith(("jack.", "load.", "sensor.")))
+    sensors = {key: sensor for key, sensor in like.sensors.items() if key not in _LOST}
+    own = {"valve": SECOND_ORDER.name, "corrector": _CORRECTOR, "numbers": every, "effects": kept}
+    return replace(like, name=name, title=f"{like.title}, with the valve of a sheet", sensors=sensors, **own)
+
+
+def run_sheet_rig(rows: Rows, rig: Rig, stage: Stage, progress: Progress) -> Outcome:
+    """`rows`: each line of the sheet beside what the rig plays, and whether that lies within the sheet's interval."""
+    progress("the rig's valve on its test bench")
+    played = {row.id: row.value for row in played_sheet(TestBench(rig, 0), progress).rows}
+    lines = [
+        {**{key: row[key] for key in ("id", "value", "low", "high", "unit")}, "rig": value,
+         "within": bool(row["low"] <= value <= row["high"])}
+        for id, row in rows.items() if (value := played.get(id)) is not None
+    ]  # fmt: skip
+    return Outcome({"rows": lines}, lambda: _page(rig, lines), subject=Subject(rig))
+
+
+def _page(rig: Rig, lines: list[dict[str, Any]]) -> tuple[Page, Figure]:
+    inside = sum(line["within"] for line in lines)
+    head = ["line", "sheet", "low", "high", "this rig", "unit", "within"]
+    cells = [
+        [*(line[key] for key in ("id", "value", "low", "high", "rig", "unit")), "yes" if line["within"] else "no"]
+        for line in lines
+    ]
+    off = np.array([2 * (each["rig"] - each["value"]) / max(each["high"] - each["low"], 1e-12) for each in lines])
+    curve = Curve("lines", np.arange(1, len(lines) + 1.0), off, "markers")
+    figure = Figure(
+        "What the rig plays less the sheet, over half of its interval", "", [Panel("off [1]", [curve])],
+        x_names=[line["id"] for line in lines],
+    )  # fmt: skip
+    note = (
+        "One second-order valve has one response: at other amplitudes than the one that it was made of it may differ."
+    )
+    page = Page(
+        f"{rig.name}: a rig from a valve's sheet",
+        f"{inside} of {len(lines)} lines that the rig plays lie within the sheet's intervals.",
+        [Section("The sheet, played again", [figure, Table("", head, cells, note)])],
+    )
+    return page, figure
+
+
+def _line(rows: Rows, id: str) -> tuple[float, float, float]:
+    if id not in rows:
+        raise InputError(f"the sheet has no {id}, which a rig needs; play or record more of the valve")
+    row = rows[id]
+    return float(row["value"]), float(row["low"]), float(row["high"])
+
+
+def _corners(rows: Rows, name: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    both = next((stem for stem in _RESPONSES if {f"{stem}_f3db", f"{stem}_f90"} <= rows.keys()), None)
+    if both is None:
+        raise InputError(f"{name}: the sheet has no response with both corners, -3 dB and -90 deg; record sines")
+    return _line(rows, f"{both}_f3db"), _line(rows, f"{both}_f90")
+
+
+def _damping(f3db: float, f90: float, name: str) -> float:
+    """Damping ratio at which a lag of the second order, f90 [Hz] its frequency, is at f3db 3 dB below its gain at 5 Hz."""
+
+    def level(zeta: float) -> float:
+        ratio = np.array([f3db, REFERENCE]) / f90
+        size = 1 / np.hypot(1 - ratio**2, 2 * zeta * ratio)
+        return float(20 * np.log10(size[0] / size[1])) + 3
+
+    low, high = SECOND_ORDER.numbers["zeta"].low, SECOND_ORDER.numbers["zeta"].high
+    if level(low) * level(high) > 0:
+        raise InputError(f"{name}: no second-order valve has -3 dB at {f3db:g} Hz and -90 deg at {f90:g} Hz")
+    return float(brentq(level, low, high))  # pyright: ignore[reportArgumentType]
+
+
+def _number(name: str, ends: tuple[float, ...], what: str) -> Number:
+    value, low, high = ends
+    unit = SECOND_ORDER.numbers[name].unit
+    bounds = (low, high) if low < value < high else (None, None)
+    return Number(name, value, unit, unit, f"valve sheet: {what}", *bounds)
