@@ -1,1 +1,4 @@
-"""`jackbench new-rig DATASHEET.toml`: a rig from a maker's numbers."""
+"""`jackbench new-rig DATASHEET.toml|SHEET.json`: a rig from a maker's numbers, or from a valve's own sheet.
+
+sheet    a rig from the sheet of valve-test
+"""

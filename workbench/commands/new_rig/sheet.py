@@ -25,7 +25,7 @@ from ..valve_test.study import played_sheet
 
 FILE = "metrics.json"
 REFERENCE = 5.0  # Hz, that a sheet's gains are referred to
-_RESPONSES = ("main_25", "main_100", "main_small", "main_5")  # the first that the sheet has both corners of
+_RESPONSES = {"main_25": 0.25, "main_100": 1.0, "main_small": np.inf, "main_5": 0.05}  # amplitudes, the best first
 _LOST = ("current", "pilot_spool", "flapper")  # signals of a valve with a pilot
 _CORRECTOR = "p"  # as rigs from datasheets have it; the kind has none of its own
 _ROOT = float(np.sqrt(35e5))
@@ -49,14 +49,16 @@ def rig_of_sheet(rows: Rows, like: Rig, name: str) -> Rig:
     lap, null = _line(rows, "lap"), _line(rows, "null_bias")
     if lap[0] >= 0:
         raise InputError(f"{name}: its valve is overlapped by {lap[0]:g} %; such a rig needs the effect main.deadband")
-    f3db, f90 = _corners(rows, name)
+    stem = _response(rows, name)
+    f3db, f90 = _line(rows, f"{stem}_f3db"), _line(rows, f"{stem}_f90")
     travel = like["z3max"]
     scale = 1 / (_PER_MINUTE * travel * _ROOT)
     gain = tuple(scale * float(np.mean([each[k] for each in gains])) for k in range(3))
     eps = tuple(-each * travel / 200 for each in (lap[0], lap[2], lap[1]))
+    zeta = _damping(f3db[0], f90[0], -lap[0] / 200 / _RESPONSES[stem], name)
     numbers = {
         "f0": _number("f0", f90, "-90 deg"),
-        "zeta": _number("zeta", tuple(_damping(f3db[0], f90[0], name) for _ in range(3)), "-3 dB over -90 deg"),
+        "zeta": _number("zeta", 3 * (zeta,), "-3 dB over -90 deg"),
         "z0": _number("z0", tuple(-each / 100 for each in (null[0], null[2], null[1])), "null bias"),
         "K3": _number("K3", gain, "flow gains"),
         "z3max": Number("z3max", travel, "m", "m", f"as {like.name}; only flow over travel matters"),
@@ -114,19 +116,24 @@ def _line(rows: Rows, id: str) -> tuple[float, float, float]:
     return float(row["value"]), float(row["low"]), float(row["high"])
 
 
-def _corners(rows: Rows, name: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    both = next((stem for stem in _RESPONSES if {f"{stem}_f3db", f"{stem}_f90"} <= rows.keys()), None)
-    if both is None:
+def _response(rows: Rows, name: str) -> str:
+    """The first of _RESPONSES that the sheet has both corners of."""
+    stem = next((each for each in _RESPONSES if {f"{each}_f3db", f"{each}_f90"} <= rows.keys()), None)
+    if stem is None:
         raise InputError(f"{name}: the sheet has no response with both corners, -3 dB and -90 deg; record sines")
-    return _line(rows, f"{both}_f3db"), _line(rows, f"{both}_f90")
+    return stem
 
 
-def _damping(f3db: float, f90: float, name: str) -> float:
-    """Damping ratio at which a lag of the second order, f90 [Hz] its frequency, is at f3db 3 dB below its gain at 5 Hz."""
+def _damping(f3db: float, f90: float, lap: float, name: str) -> float:
+    """Damping ratio of a lag of natural frequency f90 [Hz] by which the flow at f3db is 3 dB below that at 5 Hz.
+
+    `lap`: the underlap of a land over the amplitude of the sine; it adds 4/pi of itself to the flow's first harmonic
+    (a relay's describing function, as an opening that is there at once), the more the less a spool still moves.
+    """
 
     def level(zeta: float) -> float:
         ratio = np.array([f3db, REFERENCE]) / f90
-        size = 1 / np.hypot(1 - ratio**2, 2 * zeta * ratio)
+        size = 1 / np.hypot(1 - ratio**2, 2 * zeta * ratio) + 4 / np.pi * lap
         return float(20 * np.log10(size[0] / size[1])) + 3
 
     low, high = SECOND_ORDER.numbers["zeta"].low, SECOND_ORDER.numbers["zeta"].high

@@ -14,7 +14,9 @@ SHEETS = ("valve", "records", "force")
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("rig", help="a bundled rig or a rig file: rigs are drawn within its bounds")
-    parser.add_argument("--sheets", nargs="+", choices=SHEETS, default=SHEETS, help="whose lines (default: all)")
+    parser.add_argument(
+        "--sheets", nargs="+", choices=SHEETS, default=SHEETS, help="sheets to draw rigs for (default: all)"
+    )
     parser.add_argument("--number", type=int, default=200, metavar="N", help="rigs of each sheet (default: 200)")
     computes(parser, _sheet_study, rig=False)
 
