@@ -1,5 +1,6 @@
 """What a watch leaves: watch.json by its contract, the page with its alarm, the exit status for cron."""
 
+import argparse
 import json
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from workbench.cli import main
 from workbench.commands.watch import reader, study
+from workbench.commands.watch.options import options
 from workbench.commands.watch.reader import SessionReader
 from workbench.identify.watch.naming import Explained
 from workbench.identify.watch.session_evidence import Axis, SessionEvidence
@@ -117,3 +119,10 @@ class _here:
 
     def __exit__(self, *_):
         return None
+
+
+def test_the_loop_that_is_judged_is_there_in_any_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    parser = argparse.ArgumentParser()
+    options(parser)
+    assert parser.parse_args(["months"]).loop.is_file()

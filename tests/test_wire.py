@@ -340,6 +340,49 @@ def test_readings_that_are_lost_in_a_fast_motion_are_no_trip_and_the_controller_
     assert run.record.signals["position"][-1] == pytest.approx(0.05, abs=1e-3)
 
 
+class Late(LinkClient):
+    """A client in real time, as a rig in lockstep plays it: each answer comes so many periods after its own, and until
+    then the rig goes on with the one before. `acted`: the command from each reading on."""
+
+    def __init__(self, where: str, late: list[int]) -> None:
+        super().__init__(where)
+        self.hello = replace(self.hello, lockstep=False)
+        self._late, self._acting, self._number, self.acted = iter(late), 0.0, 0, [0.0]
+
+    @property
+    def sequence(self):
+        return self._number
+
+    def exchange(self, values):
+        self._number, before = self._number + 1, self._old
+        readings = []
+        for _ in range(next(self._late) + 1):
+            self.hello = replace(self.hello, lockstep=True)
+            readings.append(replace(super().exchange((self._acting,)), sequence=before))
+            self.hello = replace(self.hello, lockstep=False)
+            self.acted.append(self._acting)
+        self._old, self._acting, self.acted[-1] = self._number, values[0], values[0]
+        self.passed = readings[:-1]
+        return replace(readings[-1], sequence=self._number)
+
+    _old = 0
+
+
+def test_a_record_in_real_time_has_every_reading_and_the_command_that_acted_however_late_an_answer_was():
+    late = np.random.default_rng(3).choice([0, 0, 0, 0, 1, 2], 400).tolist()
+    reference = 0.005 * np.sin(2 * np.pi * 4 * np.arange(400) * RIG.period.value)
+    spec = next(spec for spec in TUNED.controllers if spec.name == "p-dp")
+    with served(jack_bench(computes=False)) as server, Late(at(server), late) as client:
+        loop = WireLoop(client, RIG, spec.build(RIG.period.value))
+        run = loop.run(reference)
+        loop.end()
+    assert run.ended is None
+    assert run.late > 50
+    ticks = [row[0] for row in run.rows]
+    assert ticks == list(range(len(ticks)))
+    assert run.record.signals["command"].tolist() == client.acted[: len(ticks)]
+
+
 def test_a_reading_that_is_no_number_is_recorded_as_not_valid():
     run = WireRun(1e-3, ("position", "pa"))
     for tick, pa in enumerate((1e7, np.nan, 1.1e7)):

@@ -29,6 +29,7 @@ class LinkClient:
             self._socket.close()
             raise InputError(f"--at {at}: {error.strerror or error}; check host and port") from None
         self._sequence = 0
+        self.passed: list[Reading] = []  # that came before the newest one, and were not answered
         self.latest: Reading | None = None  # for those who look on
         self.asked = (0.0, 0.0)  # reference and command, of a loop at this rig
         self._token = token.encode()
@@ -87,11 +88,19 @@ class LinkClient:
                 return reading
         raise LinkLost(f"no answer to command {self._sequence}")
 
+    @property
+    def sequence(self) -> int:
+        """Number of the command that was sent last since the rig was switched on; 0 before the first."""
+        return self._sequence
+
     def _newest(self, reading: Reading) -> Reading:
         """Of the readings that wait, the last: who is late answers what is now."""
+        waiting = [reading]
         while (more := self._reading(0.0)) is not None:
-            reading = more if more.tick > reading.tick else reading
-        return reading
+            waiting.append(more)
+        newest = max(waiting, key=lambda each: each.tick)
+        self.passed = [each for each in waiting if each.tick < newest.tick]
+        return newest
 
     def _greet(self) -> Hello:
         try:

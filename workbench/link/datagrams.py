@@ -36,6 +36,11 @@ class Reading:
         """Whether the rig has tripped."""
         return bool(self.status & IS_TRIPPED)
 
+    @property
+    def watchdog(self) -> bool:
+        """Whether its watchdog has fired: the command is 0."""
+        return bool(self.status & WATCHDOG)
+
 
 def datagram(kind: int, body: bytes = b"") -> bytes:
     """One of a kind."""

@@ -1,9 +1,10 @@
 """A controller of the workbench at a live rig: behind the guard, from where the rig stands, recorded."""
 
 import gc
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,8 @@ class Stopped(Exception):
 
 @dataclass
 class WireRun:
-    """What a loop at a rig did, [k] each: ticks, reference, command sent and demanded, and the readings by channel.
+    """What a loop at a rig did, [k] each: ticks, reference, command and what was demanded, and the readings by channel.
+    The command is in lockstep the one that answers the reading, and in real time the one that acts from it on.
 
     `ended`: why it stopped before its course was over, or None; `lost`: whether that was the link. `late`: how many
     readings were lost or late.
@@ -42,17 +44,17 @@ class WireRun:
     lost: bool = False
     late: int = 0
 
-    def keep(self, reading: Reading, first: int, reference: float, sent: float, demanded: float) -> None:
-        """What is sent in answer to a reading, ticks counted from `first`; a reading has one row."""
+    def keep(self, reading: Reading, first: int, reference: float, command: float, demanded: float) -> None:
+        """The row of a reading, ticks counted from `first`; a reading has one row."""
         tick = reading.tick - first
         if not self.rows or tick > self.rows[-1][0]:
-            self.rows.append((tick, reference, sent, demanded))
+            self.rows.append((tick, reference, command, demanded))
             self.readings.append(reading.values)
 
     @property
     def record(self) -> Record:
-        """The recording: `t`, `reference`, `command` and the channels, SI; the command answers the reading of its
-        row. A reading that is no number is 0 there, and not valid."""
+        """The recording: `t`, `reference`, `command` and the channels, SI. A reading that is no number is 0 there, and
+        not valid."""
         table = np.array(self.rows or np.zeros((0, 4)))
         readings = np.array(self.readings).reshape(-1, len(self.names)).T
         numbers = np.isfinite(readings)
@@ -82,6 +84,7 @@ class WireLoop:
         self._loop: CompiledController | GuardedController = controller_on(rig, controller, hello.names, noisy)
         self._reading: Reading = client.on()
         self._before = self._reading
+        self._sent = {0: 0.0}  # commands by their number
         self._loop.reset(self.measured, 0.0)
         self._controlled = controller.measures[0]
 
@@ -109,8 +112,7 @@ class WireLoop:
         try:
             with _undisturbed():
                 while (k := self._reading.tick - first) < len(reference):
-                    for tick, measured in self._missed():
-                        self._loop.sample(measured, *asked(tick - first))
+                    self._pass_over(run, first, asked)
                     self._instant(run, first, *asked(k))
         except (Stopped, LinkLost) as error:
             run.ended, run.lost = str(error), isinstance(error, LinkLost)
@@ -130,46 +132,75 @@ class WireLoop:
         if reading.tripped:
             raise Stopped("the rig has tripped")
         sent, demanded, _ = self._loop.sample(self.measured, reference, added, future)
-        run.keep(reading, first, reference, sent, demanded)
+        run.keep(reading, first, reference, self._acting(reading, sent), demanded)
         self._client.asked = reference, sent
         self._advance(sent, run)
         if self._loop.tripped is not None:
             raise Stopped(self._loop.tripped)
 
-    def _missed(self) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Ticks and readings by channel that were lost before the newest one, on a straight line between those beside
-        them: time goes on for guard and controller, which else take the way of several periods for that of one. No two
-        are alike, for a sensor that repeats itself is a dead one."""
+    def _acting(self, reading: Reading, sent: float) -> float:
+        """The command of a reading's row, where `sent` answers it: in real time the one that the rig says it took last,
+        however late that came, and none where its watchdog has fired."""
+        if self._client.hello.lockstep:
+            return sent
+        return 0.0 if reading.watchdog else self._sent.get(reading.sequence, sent)
+
+    def _pass_over(self, run: WireRun, first: int, asked: Callable[[int], tuple[float, float, Any]]) -> None:
+        """Time goes on for guard and controller over readings that nobody answered; those that came have their row."""
+        came = {each.tick: each for each in self._client.passed}
+        for tick, measured in self._missed(came):
+            _, demanded, _ = self._loop.sample(measured, *asked(tick - first))
+            if tick in came:
+                run.keep(came[tick], first, asked(tick - first)[0], self._acting(came[tick], 0.0), demanded)
+
+    def _missed(self, came: Mapping[int, Reading]) -> Iterator[tuple[int, Mapping[str, float]]]:
+        """Ticks and readings by channel before the newest one: as they `came`, or where they were lost on a straight
+        line between those that were answered, since guard and controller else take the way of several periods for that
+        of one. No two are alike, for a sensor that repeats itself is a dead one."""
         before, after = self._before, self._reading
         whole = after.tick - before.tick
         for i in range(1, whole):
+            tick = before.tick + i
+            if tick in came:
+                yield tick, dict(zip(self._names, came[tick].values, strict=True))
+                continue
             unlike = _UNLIKE * (-1) ** i
             values = [
                 a + (b - a) * i / whole + unlike * max(1.0, abs(b))
                 for a, b in zip(before.values, after.values, strict=True)
             ]
-            yield before.tick + i, dict(zip(self._names, values, strict=True))
+            yield tick, dict(zip(self._names, values, strict=True))
 
     def _advance(self, command: float, run: WireRun) -> None:
         self._before = self._reading
-        self._reading = self._client.exchange((command,))
+        self._send(command)
         missed = self._reading.tick - self._before.tick - 1
         run.late += missed
         if missed > self._client.hello.watchdog_periods:
             raise LinkLost(f"{missed} readings in a row were lost or late")
+
+    def _send(self, command: float) -> None:
+        """A command, remembered by its number; the next reading."""
+        self._sent[self._client.sequence + 1] = command
+        self._reading = self._client.exchange((command,))
 
     def _bring_to_rest(self, run: WireRun, first: int) -> None:
         """The guard's way to command 0, recorded as long as the rig answers."""
         try:
             sent = self._loop.stop(self.measured)
             for _ in range(round(_ENDS / self._period)):
-                run.keep(self._reading, first, self.level, sent, 0.0)
-                self._reading = self._client.exchange((sent,))
+                run.keep(self._reading, first, self.level, self._acting(self._reading, sent), 0.0)
+                self._send(sent)
                 if sent == 0:
                     return
                 sent, _, _ = self._loop.sample(self.measured, self.level)
         except (LinkLost, KeyboardInterrupt):
             return
+
+
+def acts_after_its_row(hello_period: float, lockstep: bool, computing: float) -> float:
+    """How late [s] the command of a recorded row acts after its reading was taken: see `WireRun`."""
+    return acts_after(hello_period, lockstep, computing) if lockstep else _NEVER_LATE * hello_period
 
 
 def acts_after(hello_period: float, lockstep: bool, computing: float) -> float:

@@ -1,6 +1,7 @@
 """What is played on the live rig: recorded, kept, and no longer than is allowed."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,8 @@ class RigTime:
 
     def relay(self, way: float, size: float, check: Callable[[Record], object], blind: bool = False) -> Record:
         """A relay that turns at `way` [m], from a command `size` on: from the middle, or where no loop has moved the
-        rig yet, `blind` from where it stands. `check` raises what is wrong with it."""
+        rig yet, `blind` from where it stands. `check` raises what is wrong with it. Its command is the one that answers
+        a reading, so that what lags it lags a loop."""
         period = self.rig.period.value
 
         def play() -> Played:
@@ -63,7 +65,11 @@ class RigTime:
             return play_course(self.client, self.rig, relay, relay_reference(self.rig, way), start, begins=relay.begin)
 
         name = f"relay-{1e3 * way:g}mm"
-        return self._whole(name, self._course(name, "look", play, len(relay_reference(self.rig, way)), check))
+        record = self._whole(name, self._course(name, "look", play, len(relay_reference(self.rig, way)), check))
+        if self.client.hello.lockstep:
+            return record
+        command = record.signals["command"]
+        return replace(record, signals={**record.signals, "command": np.append(command[1:], command[-1])})
 
     def played(self, wave: Excitation, loop: ControllerSpec, why: str) -> Record:
         """An excitation in a loop that holds the jack."""

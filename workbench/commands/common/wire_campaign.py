@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from ...base.toml_text import toml_text
 from ...link.client import LinkClient
-from ...link.wire_loop import acts_after
+from ...link.wire_loop import acts_after, acts_after_its_row
 from ...loop.rig_variations import with_delay
 from ...records import Record
 from ...records.frequency_sheet import table_text
@@ -17,24 +17,21 @@ OWN = "rig.toml"
 
 def wire_rig(rig: Rig, client: LinkClient) -> Rig:
     """The rig as a loop behind the link meets it: its commands act as late as they do there."""
-    return with_delay(rig, _late(rig, client))
-
-
-def _late(rig: Rig, client: LinkClient) -> float:
-    return acts_after(client.hello.period, client.hello.lockstep, rig.computing_delay.value)
+    return with_delay(rig, acts_after(client.hello.period, client.hello.lockstep, rig.computing_delay.value))
 
 
 def wire_campaign(
     rig: Rig, client: LinkClient, static: Record, records: Mapping[str, Record], heldout: Sequence[str]
 ) -> dict[str, str]:
     """Its files by name: `records` by name but for `static` are train or held out; campaign.toml says how late their
-    commands act, which answer readings that were taken before."""
+    commands act after the readings of their rows."""
     roles = {
         "static": ["static.csv"],
         "train": [f"{name}.csv" for name in records if name not in heldout],
         "heldout": [f"{name}.csv" for name in heldout],
     }
-    late = {"value": 1e3 * _late(rig, client), "unit": "ms"}
+    after = acts_after_its_row(client.hello.period, client.hello.lockstep, rig.computing_delay.value)
+    late = {"value": 1e3 * after, "unit": "ms"}
     files = {
         "campaign.toml": toml_text({"rig": OWN, "late": late, "records": roles}),
         OWN: rig_text(replace(rig, name="rig")),

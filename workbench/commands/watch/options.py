@@ -33,9 +33,9 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--loop",
         type=experiment,
-        default="experiments/position_tuned.toml",
+        default="position_tuned",
         metavar="EXPERIMENT",
-        help="experiment of the controller to judge on the rig (default: experiments/position_tuned.toml)",
+        help="experiment of the controller to judge on the rig (default: position_tuned, which is shipped)",
     )
     parser.add_argument("--controller", default="p-dp", metavar="NAME", help="controller of --loop (default: p-dp)")
     parser.add_argument("--exit-code", action="store_true", help="exit with status 3 if there is an alarm, for cron")

@@ -35,7 +35,7 @@ def _watch_study(options: argparse.Namespace, words: list[str]) -> None:
     from .study import run_watch_study
 
     rigs = drawn_rigs(options.first + options.number, options.seed, options.sessions)[options.first :]
-    loop = loop_of(experiment("experiments/position_tuned.toml"), "p-dp")
+    loop = loop_of(experiment("position_tuned"), "p-dp")
     identity = {"command": "watch-study", "rigs": [str(rig) for rig in rigs], "years": options.years}
     study = partial(run_watch_study, rigs, loop, options.years, jobs=jobs(options))
     finish_in_folder(options, words, "watch-study", identity, study)
