@@ -65,7 +65,7 @@ def test_nothing_larger_is_played_after_a_step_that_did_not_settle():
 def test_a_pilot_with_hysteresis_keeps_the_jack_from_resting_and_the_cause_is_told(effects, mend):
     judged, rest, _ = met(lacks("pilot.hysteresis", "play", r=(4e-4, "A")), LAW)
     (barred,) = obstacles(judged, GOAL, "named" if effects else "unknown", effects, rest, [])
-    assert "does not come to rest" in barred.what
+    assert "brings the jack to rest" in barred.what
     assert all(name in barred.what for name in effects)
     assert mend in barred.mend
     assert float(barred.costs.split()[0]) > 5.0  # mm: the command of a slow loop stays within the hysteresis

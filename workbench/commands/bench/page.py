@@ -171,7 +171,7 @@ def _fallbacks(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     names = {controller.name for controller in loop.controllers}
     keys = ["controller", "rig", "scenario", "samples", "fallbacks"]
     rows = [[row[key] for key in keys] for row in metrics["fallbacks"] if row["controller"] in names]
-    note = "Samples in which the solver did not arrive within its iterations, and the plan before went on."
+    note = "Samples in which the solver did not converge within its iterations, so that the plan before went on."
     return [Table("Fallbacks", keys, rows, note=note)] if rows else []
 
 

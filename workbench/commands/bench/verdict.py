@@ -125,10 +125,10 @@ def _table(loop: BenchLoop, rows: Sequence[EnvelopeRow], metrics: Metrics) -> Ta
         [list(line.values()) for line in lines],
         note=f"On {', '.join(envelope_rigs(loop))} at {places} % of the stroke limit, towards the middle; a controller "
         "without a form in lanes is on the first rig there and on the others at mid stroke. Steps and loads under "
-        "the bench's conditions; all at worst but where it says nominal: the first rig. Settling on a specimen is a "
-        "column of its own; recovery is from a load's coming into the band of the sensor. Ms at null and moving; the "
-        "worst counts the bad corner of all declared bounds too. A dash where a loop is unstable, never settles or "
-        "never makes up for a load.",
+        "the bench's conditions. Values are the worst; nominal is the first rig. Settling on a specimen is a column of "
+        "its own; recovery runs from a load's coming until the jack is back within the sensor's band. Ms at null and "
+        "moving; its worst includes the bad corner of all declared bounds. A dash: the loop is unstable, never settles "
+        "or never makes up for a load.",
         best=dict.fromkeys((name for name in names if name not in ("controller", "slowest on")), "min"),
     )
 

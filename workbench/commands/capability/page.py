@@ -19,7 +19,7 @@ from .pictures import LENGTH, force_picture, motions, speeds, tripartite
 _HOW = (
     "A sine of the position at mid stroke, by the model: its force by the linear model of what the jack carries, the "
     "opening of the lands by the pressure drop that this force leaves, the valve by its response to full command. "
-    "Intervals are what the bounds of the rig's numbers leave open, to first order, the valve's response as declared."
+    "Intervals cover the bounds of the rig's numbers, to first order, with the valve's response as declared."
 )
 _PLAYED = (
     "The engine was asked in the middle of each span: a command learned cycle by cycle. A sine counts as reached where "
@@ -27,7 +27,7 @@ _PLAYED = (
 )
 _THERMAL = (
     "The lands' flow with their leakage, without the pilot's; a pump that gives what is drawn, without its own losses. "
-    "What the jack passes on as work is off the heat."
+    "Work that the jack passes on is not heat."
 )
 _PER_MINUTE, _LITRES = 60000.0, 1e3
 

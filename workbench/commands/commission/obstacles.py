@@ -78,8 +78,9 @@ def _hunts(steps: Sequence["Judged"], effects: Sequence[str]) -> Iterator[Obstac
     cause = f"; the records say {' or '.join(causes)}" if causes else "; the records do not say why"
     names = ", ".join(each.controller for each in steps)
     yield Obstacle(
-        f"the jack does not come to rest where it should with any controller ({names}){cause}",
-        f"{away:.2g} mm or more of a step of {1e3 * abs(steps[0].scenario.size):g} mm are missing at its end, or swing",
+        f"no controller brings the jack to rest where it should ({names}){cause}",
+        f"{away:.2g} mm or more of a step of {1e3 * abs(steps[0].scenario.size):g} mm are missing at its end, "
+        "or the jack swings by as much",
         "; ".join(f"look at {_MEND[name]}" for name in causes) or _UNNAMED,
     )
 

@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 _WORDS = {
     "automatic": "no model: rules and small moves",
     "datasheet": "tuned on the datasheet",
-    "found": "tuned on the rig as found",
-    "limit": "the limit: what physics allows the rig as found",
+    "found": "tuned on the found rig",
+    "limit": "the limit: what physics allows the found rig",
 }
 _STAYS = {
-    "automatic": "by rules, since that of the rig as found did not hold",
-    "datasheet": "tuned on the datasheet, since that of the rig as found did not hold",
-    "found": "tuned on the rig as found",
+    "automatic": "by rules, since the found rig's did not hold",
+    "datasheet": "tuned on the datasheet, since the found rig's did not hold",
+    "found": "tuned on the found rig",
 }
-_SHORT = {"automatic": "no model", "datasheet": "datasheet", "found": "rig as found", "limit": "the limit"}
+_SHORT = {"automatic": "no model", "datasheet": "datasheet", "found": "found rig", "limit": "the limit"}
 _STEPS = (
     "Predicted: in simulation on the rig that the controller was made for, and on 60 drawn within what is uncertain of "
-    "it. The limit: what physics allows the rig as found."
+    "it. The limit: what physics allows the found rig."
 )
 _SINES = "RMS of the error over that of the reference, which has the same speed at all frequencies."
 _STIFFNESS = "The least against a load, at any frequency. Not measured: nothing pushes at the rig by a known force."

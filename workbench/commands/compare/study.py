@@ -123,8 +123,8 @@ def _table(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> Table
         "Metrics of the rows that runs share",
         heads,
         [_line(row, keys, runs) for row in rows],
-        note="Changes are against the first that has the row; none in percent where a change is below what a sensor "
-        "resolves, or where a ratio says nothing.",
+        note="Changes are from the first run that has the row. They have no percentage where a change is below what a "
+        "sensor resolves, or where a ratio says nothing.",
         fold=True,
     )
 
@@ -168,7 +168,7 @@ def _verdict(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> str
         return f"{', '.join(run.name for run in runs)}: no number to compare; the curves are below."
     moved, of = [change for change in numbers if change.counts], counted(len(numbers), "number")
     if not moved and not lost:
-        return f"None of {of} changes by more than 1 % from {first}, and what a sensor resolves."
+        return f"None of {of} changes by more than 1 % from {first} and by more than a sensor resolves."
     said = f"{len(moved)} of {of} {agreed('change', len(moved))} by more than 1 % from {first}"
     said += f", {len(lost)} are there in one run alone" if lost else ""
     order = {key: place for place, key in enumerate(TELLING)}

@@ -103,9 +103,9 @@ def _unseen(rows: Sequence[_Row]) -> Table:
             loops = ", ".join(dict.fromkeys(row["controller"] for row in unseen))
             lines.append([name, len(unseen), max(row["beyond_percent"] for row in unseen), loops])
     note = (
-        "A fault that does not show in the time that is watched, or that moves nothing, is not detected: a load cell "
+        "A fault is not detected if it does not show in the time that is watched, or moves nothing: a load cell that "
     )
-    note += "that says nothing else at no load, samples that are lost at rest, a supply that still suffices."
+    note += "reads the same without a load, samples that are lost at rest, a supply that still suffices."
     return Table("", ["fault", "not detected", "beyond a limit [%]", "loops"], lines, note)
 
 

@@ -15,8 +15,8 @@ from ..common.sheet_page import sheet_page
 
 _HOW = (
     "At rest in the manner of ISO 7500-1, in motion in the manner of ASTM E467 and ISO 4965-1. A sine has the size of "
-    "its first harmonic in its middle. At the specimen is what the reference cell reads, else the indicated force less "
-    "mass times acceleration. What compensation leaves is judged with a mass that the other sines say."
+    "its first harmonic in its middle. The force at the specimen is the reference cell's reading, or without one the "
+    "indicated force less mass times acceleration. Compensation is judged with the mass that the other sines tell."
 )
 _PLAYED = (
     " Played by the engine on the rig file's model: a slow position loop holds levels, and sines are added to its "

@@ -107,7 +107,7 @@ def _errors(config: InverseConfig, metrics: Mapping[str, Any]) -> Table:
     ]
     heads = ["controller", "rig", "designed on", f"RMS error [{signal.unit}]", f"with the inverse [{signal.unit}]",
              "factor [1]", "command, peak [1]", "tripped"]  # fmt: skip
-    return Table("Error of the record", heads, rows, "True errors, noise and computing delay on.")
+    return Table("Error of the record", heads, rows, "True errors, with noise and computing delay.")
 
 
 def _seen(f: np.ndarray) -> np.ndarray:

@@ -15,15 +15,15 @@ from ...report.figures import Mark
 from .family import SECONDS, PlannedRecord
 
 _HOW = (
-    "Each record is simulated on the rig as fitted, under the slow position loop of its drive; the cosine is that of "
-    "what two effects do to the errors, with the campaign's records beside it and what initial states and numbers can "
-    "do as well taken out. Played: the record simulated with the first effect on, and the share of what the rig alone "
-    "then misses that each of the two explains. The record of a pair is the first of those that split it furthest that "
-    "does so as played."
+    "Each record is simulated on the rig as fitted, under the slow position loop of its drive. The cosine compares "
+    "what two effects do to the errors of this record and of the campaign's, without the part that initial states and "
+    "numbers can do as well. Played: the record is simulated with the first effect on; the shares say how much of the "
+    "misfit each of the two explains. Of the records that separate a pair furthest, the first is given that does so "
+    "as played."
 )
 _PLAY = (
-    "The .csv files beside this page are what a drive plays: reference and command, which is added to what its "
-    "position loop commands. Rehearse them with jackbench record RIG --play FILE.csv, add what the rig records to "
+    "A drive plays the .csv files beside this page: the reference, and the command, which is added to that of its "
+    "position loop. Rehearse them with jackbench record RIG --play FILE.csv, add what the rig records to "
     "campaign.toml under train, and trace again."
 )
 

@@ -16,9 +16,9 @@ from ..common.outcome import Outcome
 from .study import run_residual
 
 _NOTE = (
-    "Each leg as a jack that carries its rod under the force that its load cell measured, so that platform, payload "
-    "and the other legs count in none of it, and are not judged. The load cell's noise shakes the rod on its oil; what "
-    "that adds to the errors of the pressures is in the floor."
+    "Each leg as a jack that carries its rod under the force that its load cell measured, so platform, payload "
+    "and the other legs are not judged. The load cell's noise shakes the rod on its oil; the floor includes what that "
+    "adds to the errors of the pressures."
 )
 
 

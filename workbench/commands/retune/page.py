@@ -69,7 +69,7 @@ def _columns(run: LoopRun, scenario: Scenario) -> Columns:
 def _verdict(config: TuneConfig, old: Trial, nearest: Trial, metrics: Mapping[str, Any]) -> str:
     gain, count = metrics["gain"], metrics["trials"]
     told = [f"{name} {_change(gain[key], unit, none)}" for key, (name, unit, none) in _TOLD.items()]
-    said = f"{metrics['scenario']} on the rig as found, {config.name} retuned: {', '.join(told)}."
+    said = f"{metrics['scenario']} on the found rig, {config.name} retuned: {', '.join(told)}."
     if nearest.verdict.missed is not None:
         return f"{said} No design of {count} meets every hard goal there; the nearest misses {_missed(nearest)}."
     if old.verdict.missed is not None:

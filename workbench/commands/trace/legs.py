@@ -44,7 +44,7 @@ def sentence(legs: Sequence[Answer], said: Mapping[int, str]) -> str:
     words = [f"Leg {i + 1}: {' '.join(filter(None, (_names(legs[i]), said[i])))}" for i in order]
     others = [str(i + 1) for i in range(len(legs)) if i not in order]
     if not order:
-        return "No leg lacks anything that these records could show: each follows them as its own noise lets it."
+        return "No leg lacks anything that these records could show: each follows them to its own noise."
     if others:
         words.append(f"Nothing is missing from {'leg' if len(others) == 1 else 'legs'} {listed(others)}.")
     return " ".join(words)

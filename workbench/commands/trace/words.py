@@ -18,16 +18,16 @@ CLUE = 0.5  # R2 below which a signal says nothing of what is missing
 _FAR = 0.3  # explained share below which the next best is no rival
 
 RETUNE = (
-    "A controller tuned anew on the rig as found, beside the old one: jackbench retune EXPERIMENT --found rig.toml. "
-    "rig.toml lies beside this page; EXPERIMENT is one of tune, run or bench on this rig."
+    "jackbench retune EXPERIMENT --found rig.toml tunes a controller anew on the found rig, and compares it with the "
+    "old one. rig.toml lies beside this page; EXPERIMENT is a tune, run or bench experiment on this rig."
 )
 FREE_RUN = (
-    "Its numbers for simulations of whole records, where these windows set the model right twice a second: "
-    "jackbench fit CAMPAIGN --rig rig.toml --free-run."
+    "These windows set the model right twice a second. For simulations of whole records, fit its numbers to whole "
+    "records: jackbench fit CAMPAIGN --rig rig.toml --free-run."
 )
 PLAN = (
-    "Which record of this rig's reach tells most, simulated on the rig as fitted and left as files that its drive "
-    "plays: jackbench plan CAMPAIGN."
+    "jackbench plan CAMPAIGN simulates records within this rig's reach, says which of them tells most, and leaves it "
+    "as files that the drive plays."
 )
 EQUATION = {
     "drive": "the drive (amplifier and spool loop)",
