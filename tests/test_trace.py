@@ -321,9 +321,9 @@ def test_records_under_select_choose():
     of = rubbing_campaign()
     with one_blas_thread():
         own = estimation_problem(replace(of, select=(made(rubbing(), "again", commands(2.0)[2], 8),)), RIG)
-        left = trace(own, LIBRARY[:1], no_checkpoint, lambda _: None)
+        left = trace(own, LIBRARY[:1], no_checkpoint, lambda _: None, learns=False)
         wrong = estimation_problem(replace(of, select=(made(RIG, "smooth", commands(2.0)[2], 8),)), RIG)
-        right = trace(wrong, LIBRARY[:1], no_checkpoint, lambda _: None)
+        right = trace(wrong, LIBRARY[:1], no_checkpoint, lambda _: None, learns=False)
     assert (left.verdict, left.final.samples) == ("named", own.select.samples)
     assert not right.effects
 
