@@ -3,6 +3,7 @@
 import pytest
 
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.speed import loops
 from workbench.commands.speed import study as speed
 
 
@@ -10,7 +11,9 @@ from workbench.commands.speed import study as speed
 def metrics(rig):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(speed, "BATCHES", (1, 3))
-        patch.setattr(speed, "_REPEATS", 1)
+        for timed in (speed, loops):
+            patch.setattr(timed, "_REPEATS", 1)
+        patch.setattr(loops, "LANES", 20)
         patch.setattr(speed, "PEERS", {"CasADi CVODES": speed.PEERS["CasADi CVODES"]})
         patch.setattr(
             speed, "_environments", lambda: [{"name": "none", "steps_per_second": 1.0, "cpu_us_per_step": 1.0}]
