@@ -233,7 +233,7 @@ def test_an_element_adds_what_textbooks_say(element, numbers, gain, phase):
 
 def test_a_corrector_before_something_else_is_named_as_incomplete_and_the_rest_is_learned():
     corrector = find("drive.corrector", "first order")
-    f = np.geomspace(10.0, 150.0, 24)
+    f = np.geomspace(10.0, 150.0, 12)
     sheet = behind(ELEMENTS[1], (200.0,), made((corrector,), {}, 1.0, f=f))
     trace = trace_sheets(sheet_problem(rig(), "made", [sheet]), (corrector, RIVALS[2]), lambda _: None)
     assert trace.verdict == "incomplete"
