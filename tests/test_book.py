@@ -1,5 +1,6 @@
 """The book: sentences keep the house's rules, and notebooks are the chapters."""
 
+import re
 from pathlib import Path
 
 import prose
@@ -60,6 +61,12 @@ def f(parser, x):
 
 def test_every_page_message_and_help_text_keeps_the_rules():
     assert not list(prose.complaints())
+
+
+def test_a_page_of_the_site_has_900_words_at_most():
+    pages = {text.path: prose.CODE.sub(" ", text.words) for text in prose.texts() if text.path.parent != prose.ROOT}
+    long = {path.name: len(re.findall(r"[^\s|]{2,}", words)) for path, words in pages.items() if path.suffix == ".md"}
+    assert not {name: count for name, count in long.items() if count > 900}
 
 
 def test_a_command_is_listed_by_a_verb():
