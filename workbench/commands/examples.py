@@ -42,8 +42,8 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "record": ("jackbench record jack-10t --seed 1", "jackbench record mine.toml --at udp://192.168.0.20:4000"),
     "excite": (
-        "jackbench excite jack-10t steps --amplitude 0.2 --seconds 5 --out steps.csv",
         "jackbench excite jack-10t multisine --amplitude 0.1 --seconds 20 --band 0.5 100 --out noise.csv",
+        "jackbench excite jack-10t valve-test --out valve",
     ),
     "residual": ("jackbench residual sample", "jackbench residual campaign --rig found.toml --free-run"),
     "fit": ("jackbench fit sample", "jackbench fit campaign --starts 1 --rig-out found.toml"),

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from ...records.excitation import SIMPLE, Spacing, Spectrum
 
 KINDS = (*SIMPLE, "chirp", "multisine")
+VALVE_TEST = "valve-test"  # the records of a valve's sheet, a folder of them
 
 
 @dataclass(frozen=True)

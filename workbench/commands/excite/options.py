@@ -3,30 +3,41 @@
 import argparse
 from pathlib import Path
 
+from ...base.errors import InputError
 from ...rigs.rig_file import load_rig
-from .config import KINDS, Design
+from .config import KINDS, VALVE_TEST, Design
+
+_SIZES = ("amplitude", "seconds")
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("rig", help="the bundled rig or rig file whose control period and limits are kept")
-    parser.add_argument("kind", choices=KINDS)
-    parser.add_argument("--signal", choices=("command", "reference"), default="command")
     parser.add_argument(
-        "--amplitude", type=float, required=True, help="peak of the command [1] or of the reference [mm]"
+        "kind", choices=(*KINDS, VALVE_TEST), help="kind of excitation; valve-test: all that a valve's sheet needs"
     )
-    parser.add_argument("--seconds", type=float, required=True, help="length of one period")
+    parser.add_argument("--signal", choices=("command", "reference"), default="command")
+    parser.add_argument("--amplitude", type=float, help="peak of the command [1] or of the reference [mm]")
+    parser.add_argument("--seconds", type=float, help="length of one period")
     parser.add_argument("--repeat", type=int, default=1, help="number of periods (default: 1)")
     parser.add_argument("--band", type=float, nargs=2, metavar="HZ", help="band of a chirp or multisine")
     parser.add_argument("--lines", type=int, help="about how many lines a multisine has (default: every harmonic)")
     parser.add_argument("--spectrum", choices=("flat", "1/f"), default="flat", help="spectrum of a multisine")
     parser.add_argument("--sweep", choices=("log", "linear"), default="log", help="sweep of a chirp")
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .csv file")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FILE", help="a .csv file; a new folder for valve-test"
+    )
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     parser.set_defaults(call=_excite)
 
 
 def _excite(options: argparse.Namespace, _words: list[str]) -> None:
+    if options.kind == VALVE_TEST:
+        _valve_test(options)
+        return
+    for name in _SIZES:
+        if getattr(options, name) is None:
+            raise InputError(f"--{name}: missing; a {options.kind} needs it")
     band = tuple(options.band) if options.band else None
     shape = (options.repeat, band, options.lines, options.spectrum, options.sweep)
     design = Design(options.kind, options.signal, options.amplitude, options.seconds, *shape)
@@ -34,3 +45,12 @@ def _excite(options: argparse.Namespace, _words: list[str]) -> None:
     from .study import excite
 
     print(excite(design, rig, options.out, options.force))
+
+
+def _valve_test(options: argparse.Namespace) -> None:
+    for name in (*_SIZES, "band", "lines"):
+        if getattr(options, name) is not None:
+            raise InputError(f"--{name}: belongs to a single excitation; a valve-test has its own, leave it out")
+    from .valve_test import write_valve_test
+
+    print(write_valve_test(load_rig(options.rig), options.out))

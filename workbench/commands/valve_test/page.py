@@ -1,5 +1,7 @@
 """The page of a valve's sheet: its lines, the flow curve, and the frequency responses."""
 
+from collections.abc import Sequence
+
 from ...base.units import from_si
 from ...identify.acceptance.flow_curve import FlowCurve
 from ...identify.acceptance.valve_test import ValveSheet
@@ -19,8 +21,8 @@ _PLAYED = (
 )
 
 
-def valve_page(sheet: Asked, found: ValveSheet) -> tuple[Page, Figure | None]:
-    """The page and its telling figure, the flow curve."""
+def valve_page(sheet: Asked, found: ValveSheet, missing: Sequence[str]) -> tuple[Page, Figure | None]:
+    """The page and its telling figure, the flow curve; `missing`: records of a test that the campaign lacks."""
     figure = None if found.curve is None else _curve(found.curve)
     sections = [Section("Flow over command", [figure])] if figure is not None else []
     if found.responses:
@@ -35,6 +37,8 @@ def valve_page(sheet: Asked, found: ValveSheet) -> tuple[Page, Figure | None]:
         ]
         sections.append(Section("Frequency response", [bode("Flow or spool over command", curves)]))
     how = _RECORDED if sheet.campaign else _PLAYED
+    if missing:
+        how += f" Records that would tell more: {', '.join(missing)}; jackbench excite RIG valve-test designs them."
     return sheet_page(f"Valve sheet: {sheet.name}", sheet.made, found.rows, sections, how), figure
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...identify.acceptance.bench import TestBench
 from ...identify.acceptance.dynamics import SINES, STEPS, Response, corner_rows
+from ...identify.acceptance.excitations import missing_tests
 from ...identify.acceptance.row import Estimate, Row, judged, measured, unsaid
 from ...identify.acceptance.valve_test import ValveSheet, valve_sheet
 from ...rigs.rig import Rig
@@ -29,8 +30,9 @@ def run_valve_test(sheet: Asked, stage: Stage, progress: Progress) -> Outcome:
     if found.curve is not None:
         low, high = found.curve.band()
         tables["flow_curve"] = {"command": found.curve.command, "flow": found.curve.flow, "low": low, "high": high}
-    metrics = {"rows": [row.table() for row in rows]}
-    return Outcome(metrics, lambda: valve_page(sheet, found), tables, subject=Subject(sheet.rig), dated=False)
+    missing = [] if sheet.campaign is None else missing_tests([record.name for record in sheet.campaign.records])
+    metrics = {"rows": [row.table() for row in rows], "missing": missing}
+    return Outcome(metrics, lambda: valve_page(sheet, found, missing), tables, subject=Subject(sheet.rig), dated=False)
 
 
 def _recorded(sheet: Asked) -> ValveSheet:

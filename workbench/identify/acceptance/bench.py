@@ -41,7 +41,7 @@ class TestBench:
     def flow_records(self) -> list[Record]:
         """Triangles to full command and about null, flow metered."""
         plant = build_valve_bench(self.rig)
-        wide, fine = _triangle(1.0, CYCLE, CYCLES), _triangle(*FINE, CYCLES)
+        wide, fine = triangle(1.0, CYCLE, CYCLES), triangle(*FINE, CYCLES)
         return [
             self._played(plant, "valve-flow", wide, PERIOD, 1),
             self._played(plant, "valve-flow-null", fine, PERIOD, 2),
@@ -50,7 +50,7 @@ class TestBench:
     def pressure_record(self) -> Record:
         """A triangle about null on blocked ports: port pressures, and the flow that the supply gives."""
         return self._played(
-            build_blocked_valve(self.rig), "valve-pressure", _triangle(ABOUT_NULL, SLOW, CYCLES), PERIOD, 3
+            build_blocked_valve(self.rig), "valve-pressure", triangle(ABOUT_NULL, SLOW, CYCLES), PERIOD, 3
         )
 
     def step_record(self, size: int) -> Record:
@@ -102,7 +102,8 @@ class TestBench:
         return np.round(noisy / sensor.resolution) * sensor.resolution if sensor.resolution else noisy
 
 
-def _triangle(peak: float, seconds: float, cycles: int) -> np.ndarray:
-    rows = round(seconds / PERIOD)
+def triangle(peak: float, seconds: float, cycles: int, period: float = PERIOD) -> np.ndarray:
+    """Triangles [k] from 0 to +- peak, so many cycles of so many seconds each."""
+    rows = round(seconds / period)
     wave = np.interp(4 * np.arange(rows) / rows, [0, 1, 3, 4], [0.0, 1.0, -1.0, 0.0])
     return peak * np.tile(wave, cycles)

@@ -17,6 +17,7 @@ from .sines import PLAYED, SteadySine, check_sine, frequency
 
 STEPS, SINES = (10, 50, 100), (5, 25, 100)  # % of full command
 _REST = 5  # periods of sampling without a move of the command, which end a plateau or a sine
+_STILL, _STILL_SHARE = 1e-4, 1e-3  # of full command, and of the largest: what moves by less in a row stands still
 _SETTLED = 0.03  # of the step: how far the last two fifths of a plateau may differ
 _COHERENT = 0.9
 
@@ -87,7 +88,8 @@ def _sine(record: Record, output: str, first: int, last: int) -> tuple[float, co
     f, other = frequency(t, u)
     check_sine(record, first, last, (f, other), PLAYED, "the command")
     steady = SteadySine(record, (first + last) // 2, last, f)  # the first half is for the answer to become periodic
-    into, out = (steady.amplitudes(name) for name in ("command", output))
+    held = np.sinc(f * record.period) * np.exp(-1j * np.pi * f * record.period)  # what a drive holds for each period
+    into, out = held * steady.amplitudes("command"), steady.amplitudes(output)
     scatter = float(np.sqrt(np.sum(np.abs(out - out.mean()) ** 2) / (out.size - 1) / out.size))
     reach = float(np.sqrt(f_distribution.ppf(0.95, 2, 2 * out.size - 2)))
     return f, complex(out.mean() / into.mean()), reach * scatter / float(abs(into.mean()))
@@ -96,11 +98,13 @@ def _sine(record: Record, output: str, first: int, last: int) -> tuple[float, co
 def _moving(record: Record) -> list[tuple[int, int]]:
     """First and last (exclusive) rows of what moves between rests of the command."""
     u = record.signals["command"]
-    still = np.concatenate(([True], np.abs(np.diff(u)) < 1e-4))
+    still = np.concatenate(([True], np.abs(np.diff(u)) < min(_STILL, _STILL_SHARE * float(np.abs(u).max()))))
     count = np.convolve(still.astype(int), np.ones(_REST, int), mode="full")[: still.size]
     resting = count == _REST
     edges = np.flatnonzero(np.diff(np.concatenate(([0], (~resting).astype(int), [0]))))
-    return [(max(0, int(a) - 1), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    late = _REST - 1  # rows of rest before it counts as one
+    ends = [int(b) - late * (b < u.size) for b in edges[1::2]]
+    return [(max(0, int(a) - 1), b) for a, b in zip(edges[::2], ends, strict=True)]
 
 
 def step_rows(records: Mapping[int, Record], output: str, noise: float, dwell: str) -> list[Row]:
