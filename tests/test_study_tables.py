@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from workbench.commands.trace_study.plan import SHARES
 from workbench.commands.trace_study.score import FINE, HOW, odds, scores
 
 HERE = Path(__file__).parent
@@ -129,6 +130,16 @@ def test_what_a_trace_takes_is_what_it_took():
     assert f"answers {fine} are right" in words
     assert f'{unknown} "unknown", {others} in' in words
     assert f"{wrong} wrong." in words
+    kinds = [row["id"].split("-")[0] for row in again]
+    weights = np.array([SHARES[kind] / kinds.count(kind) for kind in kinds])
+    order = np.argsort(seconds)
+    median, most = np.array(seconds)[order][np.searchsorted(np.cumsum(weights[order]), [0.5, 0.95])]
+    assert f"with the shares of all 200 it is {median:.0f} and {most:.0f} CPU s" in words
+    before = {row["id"]: row["result"] for row in ROWS}
+    single = [row for row in again if row["group"] == "single"]
+    was = sum(before[row["id"]] == "incomplete" for row in single)
+    now = sum(row["result"] == "incomplete" for row in single)
+    assert f'{was} of them were "right, more is left" in the table; {now} is now' in words
 
 
 def test_neighbours_are_counted_as_they_were_traced():
