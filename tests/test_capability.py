@@ -22,6 +22,8 @@ from workbench.loop.platform.setup import platform_setup
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import run_loop
 from workbench.plant.valve.supply import supply_power
+from workbench.records import Record
+from workbench.records.write import write_csv
 from workbench.rigs.platform import leg_speeds, load_platform
 from workbench.rigs.rig_file import load_rig
 
@@ -191,6 +193,22 @@ def test_a_pdf_is_printed_again_to_the_byte(tmp_path):
     for name in ("a.pdf", "b.pdf"):
         print_pdf(page, tmp_path / name)
     assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
+
+
+def test_measured_sines_stand_beside_the_envelope(tmp_path):
+    t = np.arange(12000) * 1e-3
+    slow, fast = 0.02 * np.sin(4 * np.pi * t), 5e-3 * np.sin(16 * np.pi * t)
+    size = np.where((t > 1) & (t < 7), slow, np.where(t > 8, fast, 0.0))
+    record = Record("sines", t, {"command": 0.1 * size, "position": size})
+    write_csv(record, tmp_path / "sines.csv")
+    (tmp_path / "campaign.toml").write_text('rig = "jack-10t"\n[records]\nheldout = ["sines.csv"]\n')
+    out = tmp_path / "out"
+    assert main(["capability", "jack-10t", "--campaign", str(tmp_path), "--out", str(out)]) == 0
+    measured = json.loads((out / "metrics.json").read_text())["measured"]
+    assert [round(each["f"], 2) for each in measured] == [2.0, 8.0]
+    assert [each["amplitude"] for each in measured] == pytest.approx([0.02, 5e-3], rel=1e-3)
+    assert measured[0]["share"] == pytest.approx(0.02 / 0.24, rel=0.01)
+    assert "measured, sines" in (out / "report.html").read_text()
 
 
 @pytest.mark.parametrize(

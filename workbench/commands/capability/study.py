@@ -1,5 +1,6 @@
 """The sheet of what a jack can do: its envelope with what binds, what a loop follows, and what a drive file takes."""
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -34,11 +35,12 @@ INSIDE, OUTSIDE, CHECKED = 0.95, 1.1, (1.0, 60.0)  # of the envelope; Hz between
 
 def run_capability(asked: CapabilityAsked, stage: Stage, progress: Progress) -> Outcome:
     """`rows` of the sheet, `envelope` with what binds from where to where, `reached`, `valves` and `pumps`."""
+    measured = _measured(asked)
     progress("the valve at full command")
     response = TestBench(asked.rig, 0).response("main", 100)
     opened = Drive(response.f, response.response, asked.pump)
     progress("envelope")
-    found = _found(asked, opened, progress)
+    found = _found(asked, opened, measured, progress)
     progress("intervals by the rig's bounds")
     rows = rows_with_bounds(asked.rig, partial(jack_figures, asked=asked, drive=opened)) + _followed_rows(found)
     rows = judged(rows, _limits(asked))
@@ -54,7 +56,7 @@ def _limits(asked: CapabilityAsked) -> dict[str, Limit]:
     return own | dict(asked.limits)
 
 
-def _found(asked: CapabilityAsked, opened: Drive, progress: Progress) -> Found:
+def _found(asked: CapabilityAsked, opened: Drive, measured: Mapping[str, np.ndarray], progress: Progress) -> Found:
     rig = asked.rig
     highest_f = min(100.0, 0.1 / rig.period.value)
     f = sampled_frequencies(LOWEST, highest_f, POINTS, rig.period.value)
@@ -74,7 +76,7 @@ def _found(asked: CapabilityAsked, opened: Drive, progress: Progress) -> Found:
         need = demands(rig, own.position, own.band)
     catalogue = own.catalogue if own else None
     return Found(
-        whole, loop, why, lines, _reached(setup, whole), _measured(asked), need,
+        whole, loop, why, lines, _reached(setup, whole), measured, need,
         valve_choices(need, catalogue.valves) if need and catalogue else (),
         pump_choices(need, catalogue.pumps, own.sag) if need and own and catalogue else (),
     )  # fmt: skip
@@ -141,9 +143,21 @@ def _told(found: Found) -> dict[str, Any]:
             {**{key: getattr(each, key) for key in ("f", "amplitude", "bound", "off")}, "there": each.there}
             for each in found.reached
         ],
+        "measured": _shares(found),
         "valves": [_choice(each) for each in found.valves],
         "pumps": [_choice(each) for each in found.pumps],
     }
+
+
+def _shares(found: Found) -> list[dict[str, Any]]:
+    """Measured sines [SI] and the share of the envelope that they take."""
+    own = found.envelope
+    rows = []
+    for record, sines in found.measured.items():
+        for f, amplitude in sines.tolist():
+            most = float(np.exp(np.interp(np.log(f), np.log(own.f), np.log(own.amplitude))))
+            rows.append({"record": record, "f": f, "amplitude": amplitude, "share": amplitude / most})
+    return rows
 
 
 def _choice(choice: Choice) -> dict[str, Any]:
