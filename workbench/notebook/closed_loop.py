@@ -166,7 +166,7 @@ class ClosedLoop:
     ) -> Inverse:
         """A filter of the reference that undoes this loop and `others` as well as it can, at null and moving.
 
-        It knows the reference a `preview` [s] ahead, is of a `length` [s], and made for references that move within a
+        It knows the reference a `preview` [s] ahead, has a `length` [s], and is made for references that move within a
         `band` [Hz]. Raises InputError for a loop that is unstable or has no linear view.
         """
         period = self.rig.period.value
@@ -190,7 +190,7 @@ class ClosedLoop:
     ) -> ClosedLoopBode:
         """Reference -> controlled signal: linear at null, or with an `amplitude` by stepped sine, `low` to `high` [Hz].
 
-        The amplitude is in m or N, or text such as "5 mm"; "10 %" is of the rig's stroke or force limit.
+        The amplitude is in m or N, or text such as "5 mm"; "10 %" is a share of the rig's stroke or force limit.
         """
         name, linear = self.controller.name, self.linear_loops
         if amplitude is None:

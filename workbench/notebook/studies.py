@@ -71,7 +71,7 @@ def run(experiment: str | Path, rig: str | None = None, jobs: int = 1) -> Outcom
 def plan(campaign: Campaign | str | Path, rig: Rig | str | None = None) -> Outcome:
     """What to record next, to tell effects apart and to see numbers: `metrics` are those of `jackbench plan`.
 
-    `rig` is another one than the campaign names. Raises InputError.
+    `rig` replaces the one that the campaign names. Raises InputError.
     """
     return run_plan(*_loaded(campaign, rig), no_checkpoint, _quiet)
 
@@ -83,11 +83,11 @@ def retune(
     trials: int | None = None,
     jobs: int = 1,
 ) -> Outcome:
-    """What the rig as found is worth to a controller: it is searched anew there, and judged on both rigs beside the
-    old one; `metrics` are those of `jackbench retune`.
+    """What a controller gains on the found rig: it is searched anew there, and judged on both rigs beside the old one.
+    `metrics` are those of `jackbench retune`.
 
-    experiment: one of tune, run or bench, by file or bare name. found: such as the `rig` of a trace's answer, or its
-    file. controller: which one, where there are several. trials: designs that are tried, else the experiment's.
+    experiment: a tune, run or bench experiment, by file or bare name. found: a rig, such as that of a trace's answer,
+    or its file. controller: the one to retune, if there are several. trials: number of designs, else the experiment's.
     Raises InputError.
     """
     rig = found if isinstance(found, Rig) else str(found)
