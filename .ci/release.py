@@ -25,10 +25,10 @@ DATED = {"CITATION.cff": r"^date-released: (\S+)$", "CHANGELOG.md": r"^## \S+, (
 TRIED = (["--version"], ["list", "rigs"], ["run", "paper"])
 BY_HAND = """
 {version} is built in dist/. Left to do by hand:
-  .ci/run                                       where it has not passed on this commit
+  .ci/run                                         where it has not passed on this commit
   git tag -a v{version} -m "jackbench {version}" && git push origin v{version}
-  twine upload dist/jackbench-{version}*        where the wheel is to be found
-  make docs                                     and put docs/_build/html where the site is served
+  twine upload dist/jackbench-{version}*          where the wheel is to be found
+  make docs                                       and put docs/_build/html where the site is served
 """
 
 
