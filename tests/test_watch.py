@@ -69,6 +69,16 @@ def test_a_change_is_told_and_dated(axis, shape):
     assert 19 <= told <= 26
 
 
+@pytest.mark.parametrize("axis", [2, 3])
+def test_a_change_that_grows_faster_and_faster_began_before_it_was_told(axis):
+    """The nearest straight line begins later than that: it passes by what was small at first."""
+    moves = wandering(40, 3)
+    moves[:, axis] += 0.004 * np.maximum(np.arange(40) - 19.0, 0.0) ** 3
+    change, told = first_told(watched(moves, 3), 0.5)
+    assert change is not None
+    assert change.first <= told <= 24
+
+
 def test_what_a_suspect_is_shows_beside_a_wandering_rig():
     moves = wandering(40, 5)
     moves[25:, 3] += 0.2

@@ -120,22 +120,27 @@ def _panel(
     )
 
 
-def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table:
+def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table | str:
+    if not alarms:
+        return "No alarm."
     rows = [
         [" or ".join(a["among"]), a["since"], " to ".join(a["since_between"]), a["shape"],
          *((a["rate"] or {}).get(key) for key in ("value", "low", "high", "unit")), a["share"], a["told"]]
         for a in alarms
     ]  # fmt: skip
     columns = ["what", "since", "between", "how", "size or rate", "low", "high", "unit", "explains [1]", "told on"]
-    note = "Low and high: 95 %. Several names explain the sessions as well as each other; plan says what to record."
-    return Table("Alarms" if rows else "No alarm", columns, rows, note)
+    note = "Low and high: 95 %."
+    if any(len(a["among"]) > 1 for a in alarms):
+        note += " Several names explain the sessions as well as each other; `jackbench plan` says what to record."
+    return Table("", columns, rows, note)
 
 
-def _forecast(rows: Sequence[Mapping[str, Any]]) -> Table:
+def _forecast(rows: Sequence[Mapping[str, Any]]) -> Table | str:
+    if not rows:
+        return "No figure of the loop is on its way past a limit."
     lines = [[row["figure"], row["limit"], row["from"], row["to"], row["by"]] for row in rows]
     note = "80 %, if what changes goes on as it does."
-    title = "When the loop passes a limit" if lines else "No figure of the loop is on its way past a limit"
-    return Table(title, ["figure", "limit", "from", "to", "by"], lines, note)
+    return Table("When the loop passes a limit", ["figure", "limit", "from", "to", "by"], lines, note)
 
 
 def _left_out(lines: Sequence[str]) -> list[Table]:

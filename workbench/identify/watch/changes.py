@@ -234,14 +234,17 @@ def _per_kelvin(axis: Axis) -> float:
     return PER_KELVIN.get(axis.name, 0.0) * abs(axis.value) / axis.scale
 
 
-def change(of: History, a_year: float, least: np.ndarray | None = None) -> Change | None:
-    """The change that a history shows, if one passes its axis' limit; `least` [n]: the limits, drawn otherwise."""
+def change(of: History, a_year: float, least: np.ndarray | None = None, latest: int | None = None) -> Change | None:
+    """The change that a history shows, if one passes its axis' limit; `least` [n]: the limits, drawn otherwise. It
+    begins at the `latest` with that session."""
     if len(of.days) < FEWEST:
         return None
     rest = marginal(of, wander(of))
     least = limits(of, rest, a_year) if least is None else least
     cases, gain, size = gains(rest, of.days, rest.vector[..., None])
     over = gain[..., 0] / least[None, :]
+    if latest is not None:
+        over[[first > latest for first, _ in cases]] = 0.0
     best, axis = np.unravel_index(int(np.argmax(over)), over.shape)
     if over[best, axis] < 1:
         return None
@@ -251,14 +254,15 @@ def change(of: History, a_year: float, least: np.ndarray | None = None) -> Chang
 
 
 def first_told(of: History, a_year: float) -> tuple[Change | None, int]:
-    """The change as the whole history shows it, and the session [index] after which one was first told."""
+    """The change as the whole history shows it, and the session [index] after which one was first told, with which it
+    has begun at the latest."""
     if len(of.days) < FEWEST:
         return None, 0
     least = limits(of, marginal(of, wander(of)), a_year)
     found = change(of, a_year, least)
     counts = range(FEWEST, len(of.days)) if found else ()
     told = next((count for count in counts if change(of.until(count), a_year, least)), len(of.days))
-    return found, told - 1
+    return change(of, a_year, least, told - 1) or found, told - 1
 
 
 def smoothed(of: History, found: Change | None) -> tuple[np.ndarray, np.ndarray]:
