@@ -1,6 +1,8 @@
 """Coverage of sheets: truths are those of formulas, a study runs, and what made intervals too narrow stays mended."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +20,8 @@ from workbench.records import Record
 from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("jack-10t")
+RESULTS = Path(__file__).parents[1] / "docs" / "results"
+ROWS = json.loads((RESULTS / "sheets.json").read_text())["rows"]
 
 
 def test_the_true_curve_has_the_declared_lands():
@@ -55,6 +59,7 @@ def test_a_load_that_lags_behind_does_not_flatten_the_pressure_gain():
     here, there = (next(row for row in pressure_rows([r]) if row.id == "pressure_gain") for r in (record, behind))
     assert here.value is not None
     assert there.low is not None
+    assert there.high is not None
     assert there.low < here.value < there.high
 
 
@@ -77,3 +82,23 @@ def test_a_study_says_of_each_line_how_often_it_holds(tmp_path):
 def test_bad_input_is_one_line(words, tmp_path, capsys):
     assert main(["sheet-study", "jack-10t", *words, "--out", str(tmp_path / "out")]) == 2
     assert words[-1] in capsys.readouterr().err.strip().splitlines()[-1]
+
+
+def test_the_page_states_what_the_study_found():
+    page = (RESULTS / "sheets.md").read_text()
+    told = re.findall(r"^\| `(\w+)` \| (\d+) \| (\d+) \| (-?[\d.]+) \| ([\d.]+) \|$", page, re.MULTILINE)
+    found = [
+        (row["id"], str(row["rigs"]), str(row["held"]), f"{row['bias']:.2f}", f"{row['scatter']:.2f}") for row in ROWS
+    ]
+    assert told == found
+    for sheet in ("valve", "records", "force"):
+        own = [row for row in ROWS if row["sheet"] == sheet]
+        total, held = (sum(row[key] for row in own) for key in ("rigs", "held"))
+        assert re.search(rf"--sheets {sheet} --number \d+` \| {total} \| {held} \|", page)
+
+
+def test_no_line_that_was_drawn_often_holds_less_than_nine_times_of_ten():
+    often = [row for row in ROWS if row["rigs"] >= 90]
+    assert len(often) > 25
+    assert all(row["held"] >= 0.9 * row["rigs"] for row in often)
+    assert sum(row["held"] for row in often) >= 0.95 * sum(row["rigs"] for row in often)

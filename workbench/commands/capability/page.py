@@ -125,17 +125,21 @@ def _drive(drive: DriveAsked, found: Found) -> list[Figure | Table | str]:
 
 
 def _choices(title: str, choices: Sequence[Choice]) -> Table:
-    head = ["name", "flow [l/min]", "takes of it [%]", "suffices", "fails by", "accumulator [l]", "price", "order"]
+    """A valve's flow is at one drop, and a pump has its accumulator."""
+    valves = all(isinstance(choice.entry, CatalogueValve) for choice in choices)
+    last = "bandwidth [Hz]" if valves else "accumulator [l]"
+    head = ["name", "flow [l/min]", last, "takes of it [%]", "suffices", "fails by", "price", "order"]
     rows = []
     for choice in choices:
         entry = choice.entry
-        flow = (entry.rated if isinstance(entry, CatalogueValve) else entry.flow) * _PER_MINUTE
-        gas = None if choice.accumulator is None else _LITRES * choice.accumulator
-        rows.append([
-            entry.name, flow, _finite(100 * choice.used), _yes(not choice.fails), choice.fails, gas, entry.price,
-            entry.order,
-        ])  # fmt: skip
-    return Table(title, head, rows, "From the smallest on. A valve's flow is at 70 bar over both lands.")
+        if isinstance(entry, CatalogueValve):
+            own = [entry.rated * _PER_MINUTE, entry.bandwidth]
+        else:
+            own = [entry.flow * _PER_MINUTE, None if choice.accumulator is None else _LITRES * choice.accumulator]
+        verdict = [_finite(100 * choice.used), _yes(not choice.fails), choice.fails]
+        rows.append([entry.name, *own, *verdict, entry.price, entry.order])
+    note = "From the smallest on." + (" Flow at 70 bar over both lands." if valves else "")
+    return Table(title, head, rows, note)
 
 
 def _choices_in_words(found: Found) -> str:

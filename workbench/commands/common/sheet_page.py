@@ -75,9 +75,7 @@ def verdict(rows: Sequence[Row]) -> str:
     said, judged = [r for r in rows if r.value is not None], [r for r in rows if r.passed is not None]
     failed = [row.id for row in judged if not row.passed]
     words = (
-        f"{len(said)} of {len(rows)} lines follow from these records."
-        if len(said) < len(rows)
-        else f"{counted(len(rows), 'line')}."
+        f"{len(said)} of {len(rows)} lines have a value." if len(said) < len(rows) else f"{counted(len(rows), 'line')}."
     )
     if not judged:
         return f"{words} No limits were given."

@@ -121,7 +121,7 @@ def _corner(rig: Rig, stage: str, size: int, figure: str, found: float) -> float
     response = sine.response["flow"] / sine.response["flow"][0]
     if figure == "f3db":
         return corner_frequency(f[1:], gain_db(response[1:]), -3.0)
-    return corner_frequency(f[1:], phase_deg(response[1:]), -90.0)
+    return corner_frequency(f[1:], phase_deg(sine.response["flow"])[1:], -90.0)
 
 
 def _shift_truth(rig: Rig) -> float | None:
