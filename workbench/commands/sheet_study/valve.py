@@ -6,8 +6,8 @@ import numpy as np
 
 from ...base.gain_phase import gain_db, phase_deg
 from ...engine import Engine
-from ...identify.acceptance.bench import ABOUT_NULL, DWELL, FAST, TestBench
-from ...identify.acceptance.curve_figures import curve_rows
+from ...identify.acceptance.bench import ABOUT_NULL, FAST, TestBench, steps
+from ...identify.acceptance.curve_figures import curve_rows, null_bias
 from ...identify.acceptance.dynamics import STEPS, step_figures
 from ...identify.acceptance.flow_curve import FlowCurve
 from ...identify.acceptance.pressure import pressure_rows
@@ -89,8 +89,7 @@ def _step_truth(rig: Rig) -> dict[str, float | None]:
     plant, period, truths = build_valve_bench(rig), FAST / _FINER, dict[str, float | None]()
     rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
     for size in STEPS:
-        held = np.zeros(round(DWELL / period))
-        command = np.concatenate([held + side * size / 100 for side in (0, 1, 0, -1, 0, 1, 0, -1, 0)])
+        command = steps(size / 100, period)
         t = np.arange(command.size + 1) * period
         u = np.append(command, 0.0)[:, None]
         run = Engine(plant).run(rest.x, t, u)
@@ -133,8 +132,6 @@ def _shift_truth(rig: Rig) -> float | None:
 
 def curve_null(rig: Rig, nodes: np.ndarray) -> float:
     """The command at which no flow passes."""
-    from ...identify.acceptance.curve_figures import null_bias
-
     return null_bias(nodes, _standing(build_valve_bench(rig), nodes, ("flow",))[:, 0])
 
 

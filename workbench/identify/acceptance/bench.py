@@ -55,8 +55,7 @@ class TestBench:
 
     def step_record(self, size: int) -> Record:
         """Steps to +- size % and back to 0."""
-        held = np.zeros(round(DWELL / FAST))
-        command = np.concatenate([held + side * size / 100 for side in (0, 1, 0, -1, 0, 1, 0, -1, 0)])
+        command = steps(size / 100, FAST)
         return self._played(build_valve_bench(self.rig), f"valve-step-{size}", command, FAST, 10 + size)
 
     def response(self, stage: str, size: int) -> Response:
@@ -107,3 +106,9 @@ def triangle(peak: float, seconds: float, cycles: int, period: float = PERIOD) -
     rows = round(seconds / period)
     wave = np.interp(4 * np.arange(rows) / rows, [0, 1, 3, 4], [0.0, 1.0, -1.0, 0.0])
     return peak * np.tile(wave, cycles)
+
+
+def steps(size: float, period: float) -> np.ndarray:
+    """Steps [k] to +- size and back to 0, each held until a valve has settled."""
+    held = np.zeros(round(DWELL / period))
+    return np.concatenate([held + side * size for side in (0, 1, 0, -1, 0, 1, 0, -1, 0)])

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from .bench import ABOUT_NULL, CYCLE, CYCLES, DWELL, FINE, HIGHEST, SLOW, triangle
+from .bench import ABOUT_NULL, CYCLE, CYCLES, FINE, HIGHEST, SLOW, steps, triangle
 from .dynamics import SINES, STEPS
 
 TESTS = (
@@ -34,12 +34,6 @@ def bench_excitations(rig: Rig) -> dict[str, Excitation]:
 def missing_tests(names: list[str]) -> list[str]:
     """The records of a test that are not among those of these names."""
     return [test for test in TESTS if test not in names]
-
-
-def steps(size: float, period: float) -> np.ndarray:
-    """Steps [k] to +- size and back to 0, each held until a valve has settled."""
-    held = np.zeros(round(DWELL / period))
-    return np.concatenate([held + side * size for side in (0, 1, 0, -1, 0, 1, 0, -1, 0)])
 
 
 def _sines(size: float, period: float) -> np.ndarray:
