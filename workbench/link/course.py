@@ -111,10 +111,10 @@ def joined(runs: Sequence[WireRun]) -> Record:
 
 def _creeps(run: WireRun, rig: Rig, signal: str) -> bool:
     """Whether the controlled signal's mean over the later half of a whole run is another than over the first."""
-    if run.ended is not None:
+    sensor, half = rig.sensors.get(signal), len(run.rows) // 2
+    if run.ended is not None or sensor is None or half == 0:
         return False
-    values, sensor = run.record.signals[signal], rig.sensors[signal]
-    half = len(values) // 2
+    values = run.record.signals[signal]
     noise = _CREEPS * sensor.noise * np.sqrt(2 / half) + sensor.resolution
     return abs(float(values[half:].mean() - values[:half].mean())) > noise
 
