@@ -97,12 +97,21 @@ def along_a_line(transform, t, terms=4000):
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(st.floats(0.1, 1.9), size), min_size=1, max_size=4), size, st.floats(0.05, 20))
 def test_steps_on_contours_are_those_along_a_line(terms, constant, t):
-    """Any orders: two ways that share nothing but the transform."""
+    """Any orders: two ways that share nothing but the transform. The line is as near as more of its terms move it."""
     g = FractionalTransferFunction.of([(0, 1.0)], [*terms, (0, constant)])
     assume(np.diff(g.denominator.orders).min() > 0.01)
     assert g.stability()
     found = g.step(np.array([t]))[0]
-    assert found == pytest.approx(along_a_line(lambda at: g(at) / at, t), rel=1e-5, abs=1e-6 / constant)
+    half, line = (along_a_line(lambda at: g(at) / at, t, count) for count in (2000, 4000))
+    assert found == pytest.approx(line, abs=1e-6 / constant + 2 * abs(line - half))
+
+
+def test_the_step_of_a_half_order_is_its_error_function():
+    """1/(a s^(1/2) + c): (1 - exp(x^2) erfc(x))/c with x = c sqrt(t)/a (Podlubny, Fractional Differential Equations,
+    1999, ch. 1). A line is 3e-6 off there."""
+    a, c, t = 0.109375, 3.0, np.array([0.05, 5.0, 20.0])
+    g = FractionalTransferFunction.of([(0, 1.0)], [(0.5, a), (0, c)])
+    assert g.step(t) == pytest.approx((1 - erfcx(c / a * np.sqrt(t))) / c, rel=1e-12)
 
 
 @pytest.mark.parametrize("plant", PLANTS)
