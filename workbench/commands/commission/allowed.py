@@ -66,7 +66,7 @@ class Allowed:
         record is to be fitted by."""
         start = float(wave.reference[0])
         runs = self._runs(spec, wave.reference - start, start - self.rig.middle, wave.command)
-        return all(bool(self._clear(part).all()) and part.signals[_RECORDED[2]].min() >= 0.0 for part in runs)
+        return all(bool(self._clear(part).all()) and part.signals["lowest_pressure"].min() >= 0.0 for part in runs)
 
     def stable(self, spec: ControllerSpec) -> "Allowed":
         """Those of them on which a controller that the rig itself gave is stable."""
