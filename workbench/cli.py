@@ -2,6 +2,7 @@
 
 import argparse
 import errno
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -38,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _complete()
     for threads in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ.setdefault(threads, "1")  # matrices here are small, and the engine has a thread a core
+    _print_what_the_console_has()
     os.environ["PYTHONSAFEPATH"] = "1"  # worker processes import nothing from the working folder either
     try:
         if not words:
@@ -63,6 +65,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("jackbench: interrupted; the same command resumes", file=sys.stderr)
         return 130
     return 0
+
+
+def _print_what_the_console_has() -> None:
+    """A sign that the encoding of a console or a pipe lacks is shown as "?", and ends no command."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 def _complaint(text: str) -> int:

@@ -4,6 +4,7 @@ import gzip
 import json
 import os
 import stat
+import sys
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,10 +13,12 @@ from typing import Any, BinaryIO
 
 from .errors import InputError, echo, short_path
 
+WINDOWS = sys.platform == "win32"  # it syncs no folder and no file that is open for reading, renames none in use
 MEBIBYTE = 2**20
 MOST_BYTES = 256 * MEBIBYTE  # of a record, unpacked; it takes several times as much to read it
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # a pipe would wait for its writer
 _LONGEST_NAME = 100  # bytes; a file's name has two of them, and 255 bytes at most
+_NOT_IN_NAMES = set("/\\") | (set('<>:"|?*') if WINDOWS else set())
 
 
 @contextmanager
@@ -90,7 +93,7 @@ def check_place(path: Path, option: str = "") -> None:
 
 def name_problem(name: str) -> str:
     """Why a name cannot be part of the names of files that results are stored in; nothing where it can."""
-    if not name.strip() or not name.isprintable() or name.startswith(".") or set("/\\") & set(name):
+    if not name.strip() or not name.isprintable() or name.startswith(".") or _NOT_IN_NAMES & set(name):
         return f'{echo(name)} is no name to store results by; write letters, digits, "-" and "_"'
     if len(name.encode()) > _LONGEST_NAME:
         return f"a name of {len(name)} characters; write {_LONGEST_NAME} at most"
@@ -111,7 +114,9 @@ def write_whole(path: Path, text: str) -> None:
 
 def sync(path: Path) -> None:
     """Wait until a file, or the names in a folder, are on the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
+    if WINDOWS and path.is_dir():
+        return
+    descriptor = os.open(path, os.O_RDWR if WINDOWS else os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:

@@ -23,12 +23,12 @@ class IdleClock:
 
 def idle_clock(rate: float, seconds: float) -> IdleClock:
     """An empty loop at a rate [Hz] for so long. Raises OSError or RuntimeError where this machine cannot compile."""
-    job, counts = LinkJob(), np.zeros(_BINS, np.int64)
+    code, job, counts = rig_code(), LinkJob(), np.zeros(_BINS, np.int64)
     set_addresses(job, jitter=counts)
     periods = max(1, round(rate * seconds))
     job.jitter_bins, job.period_ns, job.readings = _BINS, round(1e9 / rate), periods
     job.clock_id = time.CLOCK_MONOTONIC
     exact_timers()
     job.due = time.monotonic_ns() + job.period_ns
-    rig_code().idle(ctypes.addressof(job))
+    code.idle(ctypes.addressof(job))
     return IdleClock(counts, job.worst / 1e3, job.missed, periods)

@@ -55,6 +55,8 @@ class RigCode:
 @cache
 def rig_code() -> RigCode:
     """Compiled, or from the cache. Raises OSError or RuntimeError where this machine cannot compile."""
+    if sys.platform == "win32":
+        raise OSError("its sockets and its clock are those of Linux and macOS")
     names = ("sample", "step", "answer", "lockstep", "realtime", "idle")
     text = _written_out((Path(__file__).parent / "rig.ll").read_text(encoding="utf-8"))
     addresses = object_cache.functions(("link", text), lambda: text, names)

@@ -26,7 +26,7 @@ import pyarrow.parquet as pq
 from filelock import FileLock, Timeout
 
 from ...base.errors import InputError, short_path
-from ...base.files import sync, write_whole
+from ...base.files import WINDOWS, sync, write_whole
 from ...base.toml_text import toml_text
 from .kept_columns import KeptColumns
 
@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 _ARRAY = "__array__"
 _COMMAND, _LOCK = "@command.json", "@lock"  # quote() escapes "@": no stage can have these names
-_LONGEST_NAME = 200
+_LONGEST_NAME = 100
 _ROWS = 2**16  # of a table on disk that are in memory at once
 _DIGITS = 10  # of the floats in metrics.json: last-bit differences between machines do not show
 
@@ -45,8 +45,9 @@ class Run:
     dir: DIR.partial, where a command may write files of its own (trace.json). resumed: an earlier call worked there.
     """
 
-    def __init__(self, out: Path, partial: Path, resumed: bool) -> None:
+    def __init__(self, out: Path, partial: Path, resumed: bool, lock: FileLock) -> None:
         self.out, self.dir, self.resumed = out, partial, resumed
+        self._lock = lock
         self.finished = False
         self._asked: set[str] = set()
 
@@ -87,6 +88,8 @@ class Run:
         """
         self.keep(metrics, config_toml, tables)
         write_whole(self.dir / "report.html", report)
+        if WINDOWS:  # which renames no folder with an open file in it
+            self._lock.release()
         _publish(self.dir, self.out)
         self.finished = True
 
@@ -107,12 +110,12 @@ def open_run(out: Path, command: Mapping[str, Any], force: bool = False) -> Iter
     _check_free(out, force)
     _check_ours(partial)
     made = [folder for folder in (partial, *out.parents) if not folder.exists()]
-    with _locked(partial):
+    with _locked(partial) as lock:
         keep, finished = (partial / "stages" / _COMMAND).exists(), False
         try:
             _check_free(out, force)  # another process may have finished between the first look and the lock
             keep = _claim(partial, identity, force)
-            run = Run(out, partial, resumed=keep)
+            run = Run(out, partial, keep, lock)
             yield run
             finished = run.finished
         except InputError:
@@ -200,8 +203,8 @@ def _check_ours(partial: Path) -> None:
 
 
 @contextmanager
-def _locked(partial: Path) -> Iterator[None]:
-    """DIR.partial exists and is ours alone, until this process ends. POSIX only: Windows renames no folder in use."""
+def _locked(partial: Path) -> Iterator[FileLock]:
+    """DIR.partial exists and is ours alone, until this process ends."""
     busy = InputError(f"{partial}: another process is working there; wait for it or choose another --out")
     path = partial / "stages" / _LOCK
     lock = FileLock(path, timeout=0)
@@ -215,7 +218,7 @@ def _locked(partial: Path) -> Iterator[None]:
     try:
         if not path.exists():  # the folder was published, with the file that we opened, before we got the lock
             raise busy
-        yield
+        yield lock
     finally:
         lock.release()
 
@@ -270,9 +273,11 @@ def _aside(out: Path) -> Path:
 
 
 def _file_name(stage: str) -> str:
-    """A file's name for a stage, with a digest where that would be too long for the disk."""
+    """A file's name for a stage, with a digest where it is too long or has capitals: some disks know no case."""
     name = quote(stage, safe="")
-    return name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}-{sha256(name.encode()).hexdigest()[:16]}"
+    if len(name) <= _LONGEST_NAME and stage == stage.lower():
+        return name
+    return f"{name[:_LONGEST_NAME]}-{sha256(name.encode()).hexdigest()[:16]}"
 
 
 def _remove_empty(made: list[Path]) -> None:
