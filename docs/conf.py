@@ -5,6 +5,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))  # the modules beside this file
 
+(Path(__file__).parent / "_build" / "gallery" / "site").mkdir(parents=True, exist_ok=True)
+
 project = "jackbench"
 author = "the jackbench authors"
 copyright = "the jackbench authors, BSD 3-clause"
@@ -22,6 +24,7 @@ html_theme = "furo"
 html_title = "jackbench"
 html_math_renderer = "mathml"
 html_static_path = ["_static"]
+html_extra_path = ["_build/gallery/site"]  # reports, as their commands left them
 html_css_files = ["site.css"]
 html_show_sphinx = False
 html_copy_source = False

@@ -12,13 +12,14 @@ commands      every command with its options
 examples      the scripts of examples/, run, with what they print and draw
 architecture  pictures of the rooms and of the ways through them
 words         the words of the house with their meanings
+gallery       reports that their commands make, with pictures of their first screens
 doors         the names of `workbench`, `controllers` and `envs`
 """
 
 from pathlib import Path
 from typing import Any
 
-from . import architecture, commands, controllers, doors, effects, examples, files, readme, rig_keys, words
+from . import architecture, commands, controllers, doors, effects, examples, files, gallery, readme, rig_keys, words
 
 
 def setup(app: Any) -> dict[str, bool]:
@@ -28,13 +29,13 @@ def setup(app: Any) -> dict[str, bool]:
 
 
 def _write(app: Any) -> None:
-    write_pages(Path(app.srcdir) / "reference", Path(app.srcdir) / "_build" / "examples")
+    write_pages(Path(app.srcdir) / "reference", Path(app.srcdir) / "_build")
 
 
 def write_pages(folder: Path, cache: Path) -> None:
     """Write every generated page into `folder`; a file that would stay the same is left alone, for Sphinx's own cache.
 
-    `cache` keeps what the examples left.
+    `cache` keeps what the examples left, and the gallery.
     """
     folder.mkdir(exist_ok=True)
     architecture.write(folder)
@@ -47,7 +48,8 @@ def write_pages(folder: Path, cache: Path) -> None:
         **commands.pages(),
         **doors.pages(),
         **words.parts(),
-        **examples.pages(folder, cache),
+        **examples.pages(folder, cache / "examples"),
+        **gallery.parts(cache / "gallery"),
     }
     for name, text in pages.items():
         path = folder / name

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from hashlib import sha256
 from html import escape
@@ -15,6 +16,7 @@ from .readme import ROOT
 
 _CHROMIUM = os.environ.get("CHROMIUM", "chromium")
 _WINDOW, _SCALE = "1100,820", "0.5"
+_AT_ONCE = 2
 _LONGEST = 600  # s of a command
 _FIRST = 3  # reports on the front page
 
@@ -29,18 +31,32 @@ class Shown:
     sees: str
 
 
-GALLERY = ()
+GALLERY = (
+    Shown("trace", "Why do model and rig disagree?", "jackbench trace sample", "The error before and after; the effect."),
+    Shown("loop", "A position loop", "jackbench run first_loop", "Steps, margins, sines at null and moving."),
+    Shown("capability", "What a rig can do", "jackbench capability jack-10t", "The envelope, and which bound holds where."),
+    Shown("paper", "The published model", "jackbench run paper", "Eight numbers beside the paper's."),
+    Shown("residual", "The model beside recordings", "jackbench residual sample", "Every signal, and what the model leaves."),
+    Shown("fit", "A rig's numbers, fitted", "jackbench fit sample", "Which numbers the records tell, and how well."),
+    Shown("plan", "What to record next", "jackbench plan sample", "Which record tells two effects apart."),
+    Shown("hexapod", "Six jacks under a platform", "jackbench run hexapod", "Two controllers, on a drawing that moves."),
+    Shown("robustness", "A hundred drawn plants", "jackbench robustness robustness --plants 100", "How settling and Ms spread."),
+    Shown("limit", "How soon could it settle?", "jackbench limit position_step", "The limit of physics for each step."),
+    Shown("valve", "The sheet of a valve", "jackbench valve-test jack-10t", "Flow, lap, hysteresis, steps, frequency response."),
+    Shown("inverse", "A drive file, corrected", "jackbench inverse inverse", "A record with and without an inverse before the loop."),
+)
 
 
-def parts(site: Path, cache: Path) -> dict[str, str]:
-    """The cards of the gallery, and those of the front page; `site` gets the reports and their pictures.
+def parts(cache: Path) -> dict[str, str]:
+    """The cards of the gallery, and those of the front page; `cache`/site/reports gets the reports and their pictures.
 
     A command runs again where it, or the code that it runs on, has changed. Raises RuntimeError for one that fails.
     """
-    sources = source_digest()
+    sources, site = source_digest(), cache / "site" / "reports"
     site.mkdir(parents=True, exist_ok=True)
-    for shown in GALLERY:
-        made = _made(shown, cache / shown.name, sources)
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        folders = list(pool.map(lambda shown: _made(shown, cache / shown.name, sources), GALLERY))
+    for shown, made in zip(GALLERY, folders, strict=True):
         shutil.copyfile(made / "out" / "report.html", site / f"{shown.name}.html")
         shutil.copyfile(made / "screen.png", site / f"{shown.name}.png")
     return {"part_gallery.md": _cards(GALLERY), "part_gallery_first.md": _cards(GALLERY[:_FIRST])}
@@ -54,7 +70,7 @@ def _made(shown: Shown, folder: Path, sources: bytes) -> Path:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         words = shown.command.split()[1:]
-        _call([sys.executable, "-m", "workbench", *words, "--out", "out", "--picture", "screen.png"], folder)
+        _call([sys.executable, "-m", "workbench.cli", *words, "--out", "out", "--picture", "screen.png"], folder)
         if browser := shutil.which(_CHROMIUM):
             _photograph(browser, folder)
         kept.write_text(key, "utf-8")
