@@ -15,7 +15,7 @@ from typing import Any
 from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
-_CHROMIUM = os.environ.get("CHROMIUM", "chromium")
+CHROMIUM = os.environ.get("CHROMIUM", "chromium")
 _FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--remote-debugging-port=0")
 _PATIENCE = 60.0  # s
 
@@ -46,6 +46,11 @@ class _Socket:
         )
         self._socket.sendall(head + mask + bytes(byte ^ mask[i % 4] for i, byte in enumerate(data)))
 
+    def close(self) -> None:
+        """Give it back."""
+        self._file.close()
+        self._socket.close()
+
     def receive(self) -> str:
         """The next message."""
         parts, last = b"", False
@@ -63,6 +68,10 @@ class Tab:
 
     def __init__(self, address: str, process: int) -> None:
         self._socket, self._count, self.process = _Socket(address), 0, process
+
+    def close(self) -> None:
+        """End the talk with it."""
+        self._socket.close()
 
     def call(self, method: str, **parameters: Any) -> Mapping[str, Any]:
         """What a method returns; events that come in between are let go."""
@@ -101,9 +110,12 @@ class Tab:
         held = {"mousePressed": 1, "mouseMoved": 1, "mouseReleased": 0}[kind]
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=held, clickCount=1)
 
-    def picture(self, path: Path, whole: bool = False) -> None:
-        """A picture of the window or of the whole page, .png."""
-        data = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)["data"]
+    def picture(self, path: Path, whole: bool = False, scale: float = 1.0) -> None:
+        """A picture of the window or of the whole page, .png, `scale` pixels of it for one of the page's."""
+        sizes = "document.documentElement.scrollHeight" if whole else "innerHeight"
+        width, height = self.run(f"[innerWidth, {sizes}]")
+        clip = {"x": 0, "y": 0, "width": width, "height": height, "scale": scale}
+        data = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole, clip=clip)["data"]
         path.write_bytes(base64.b64decode(data))
 
 
@@ -111,10 +123,12 @@ class Tab:
 def browser() -> Iterator[Tab]:
     """A tab of a browser of its own."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        words = [_CHROMIUM, *_FLAGS, f"--user-data-dir={folder}", "about:blank"]
+        words = [CHROMIUM, *_FLAGS, f"--user-data-dir={folder}", "about:blank"]
         process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            yield Tab(_new_tab(Path(folder) / "DevToolsActivePort"), process.pid)
+            tab = Tab(_new_tab(Path(folder) / "DevToolsActivePort"), process.pid)
+            yield tab
+            tab.close()
         finally:
             process.terminate()
             process.wait(10)
@@ -124,7 +138,7 @@ def _new_tab(port_file: Path) -> str:
     end = time.monotonic() + _PATIENCE
     while not (port_file.exists() and port_file.read_text().count("\n")):
         if time.monotonic() > end:
-            raise RuntimeError(f"{_CHROMIUM} does not start")
+            raise RuntimeError(f"{CHROMIUM} does not start")
         time.sleep(0.05)
     port = int(port_file.read_text().split()[0])
     with urlopen(Request(f"http://127.0.0.1:{port}/json/new", method="PUT"), timeout=_PATIENCE) as answer:

@@ -20,6 +20,7 @@ STATED = {
     "CHANGELOG.md": r"^## (\S+), ",
     "README.md": r"jackbench-(\S+?)-py3-none-any\.whl",
     "docs/first_hour/index.md": r"jackbench-(\S+?)-py3-none-any\.whl",
+    "docs/how/install.md": r"jackbench-(\S+?)-py3-none-any\.whl",
 }  # the first place of each file that states the version
 DATED = {"CITATION.cff": r"^date-released: (\S+)$", "CHANGELOG.md": r"^## \S+, (\d{4}-\d\d-\d\d)$"}
 TRIED = (["--version"], ["list", "rigs"], ["run", "paper"])

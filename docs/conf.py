@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))  # the modules beside this file
+sys.path.insert(1, str(Path(__file__).parents[1] / ".ci"))  # the browser
 
 (Path(__file__).parent / "_build" / "gallery" / "site").mkdir(parents=True, exist_ok=True)
 

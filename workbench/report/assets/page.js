@@ -97,7 +97,7 @@
     body.append(...[...body.rows].map((row) => [key(row), row]).sort((a, b) => order(a[0], b[0])).map((pair) => pair[1]));
   }
 
-  document.querySelectorAll("figure.item").forEach(drawFigure);
+  document.querySelectorAll("figure.item:not(.scene)").forEach(drawFigure);
   document.querySelectorAll("table").forEach((table) =>
     table.querySelectorAll("th").forEach((header, column) =>
       header.querySelector("button").addEventListener("click", () => sortBy(table, column, header))));
