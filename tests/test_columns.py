@@ -12,7 +12,7 @@ from workbench.records import Record
 
 NAMES = {
     "t": "Zeit, time, Temps, t, Zeitstempel, tout",
-    "command": "Ventil Soll, u_valve, Commande vanne, Stellgröße, spool_cmd, command, Ansteuerung",
+    "command": "Ventil Soll, u_valve, Commande vanne, Stellgröße, spool_cmd, command, Ansteuerung, Ventil_V, valve",
     "reference": "Weg Soll, x_soll, Position consigne, reference",
     "spool": "Schieberweg, xv, spool position, Valve Position, Tiroir, Spool LVDT",
     "pa": "p_A, pA, Druck A, Pression A, pressure_a, Kammerdruck A, Druck Kolbenseite, p_cap, data.p_A",

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from workbench.cli import main
+from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.tune.config import load_tune
 from workbench.rigs.rig_file import bundled, load_rig
 
@@ -24,6 +25,7 @@ def test_its_experiments_run_from_the_folder(tmp_path, monkeypatch, rig):
         assert not row["tripped"]
         assert row["gain_margin_db"] > 6
     assert load_tune("tune.toml").start.rig.numbers == load_rig(rig).numbers
+    assert [spec.name for spec in load_bench("bench.toml").loops[0].controllers] == ["p", "mine"]
 
 
 TWO_STAGE = """differential
@@ -77,7 +79,7 @@ def test_what_its_readme_names_is_there(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "mine"]) == 0
     text = (tmp_path / "mine" / "README.md").read_text()
-    for name in ("rig.toml", "step.toml", "tune.toml", "mine.py", "campaign/campaign.toml"):
+    for name in ("rig.toml", "step.toml", "tune.toml", "bench.toml", "mine.py", "campaign/campaign.toml"):
         assert name in text
         assert (tmp_path / "mine" / name).is_file()
     assert main(["residual", "mine/campaign"]) == 2

@@ -19,7 +19,7 @@ from ..show.rig_file import rig_file
 MARGIN = 7.0  # dB of gain at null, where the lap doubles it
 CROSSOVER = 0.2  # of the mode's frequency, at most
 FULL = 0.02  # m: the error that asks for full command, at least
-TEMPLATES = ("README.md", "step.toml", "tune.toml", "campaign/campaign.toml")
+TEMPLATES = ("README.md", "step.toml", "tune.toml", "bench.toml", "campaign/campaign.toml")
 CONTROLLER = "tutorial/slewed_p.py"
 
 

@@ -34,7 +34,7 @@ _WORDS: Mapping[str, Mapping[int, str]] = {
             r"steuerspannung|steuersignal|controller output|reglerausgang|drive (?:signal|output)|"
             rf"commande (?:vanne|servovanne)|u ?(?:v|sv|cmd|valve|ventil|servo)|{_SOLL} ?u"
         ),
-        PLAIN: (r"stell\w*|ansteuerung|u"),
+        PLAIN: (r"stell\w*|ansteuerung|u|(?:valve|(?:servo)?ventil|(?:servo)?vanne|servo)(?: v)?"),
         VAGUE: (rf"control|ao\d*|dac\d*|{_SOLL}|spannung|voltage|tension"),
     },
     "reference": {
