@@ -1,61 +1,72 @@
 """When a loop's figure will pass a limit, if what changes goes on as it does."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import date, timedelta
 from typing import Any
 
 import numpy as np
 
 from ...identify.watch.changes import History
-from .told import NORMAL, Told
+from ...rigs.rig import Rig
+from ..common.step_experiment import StepConfig
+from .loop_costs import margins, rig_with
+from .told import Told
 
 LIMITS = {"gain_margin_db": (6.0, -1), "phase_margin_deg": (30.0, -1), "ms": (2.5, 1)}  # and on which side it is worse
+LOST = 1.0  # dB of the first session's gain margin
 _DRAWS, _INTERVAL = 2000, (0.1, 0.9)
-_HORIZON = 2.0  # years; beyond it nothing is said
+_HORIZON = 1.0  # years ahead; beyond it nothing is said
+_PLACES = 9  # of the course ahead, at which the loop is judged
 _FEWEST = 4
+_UNSTEADY = 0.3  # of its rate, by which a wear may go on faster or slower: it is seldom a straight line
+Course = Callable[[float], Mapping[str, float]]
 
 
 def forecasts(
-    known: History, told: Told | None, costs: Mapping[str, Sequence[float | None]], first: date
+    known: History,
+    told: Told | None,
+    costs: Mapping[str, Sequence[float | None]],
+    first: date,
+    loop: StepConfig,
+    rig: Rig,
 ) -> list[dict[str, Any]]:
     """Of each figure that drifts towards its limit: the days between which it passes it, with 80 %.
 
-    A straight line through the sessions since the change began; its slope is as uncertain as the scatter about the
-    line, and as the change's own rate.
+    What is named goes on by its rate; the loop is judged on the rig of some days ahead, and a limit lies between two of
+    them. The rate is as uncertain as its interval, and as wears are unsteady.
     """
-    if told is None or told.change.shape != "drift" or not told.rate:
+    if told is None or told.change.shape != "drift" or len(told.numbers) < _FEWEST:
         return []
-    value, low, high = told.rate
-    of_rate = (high - low) / (2 * NORMAL * abs(value)) if value else 1.0
+    now = float(known.days[-1])
+    ahead = now + np.linspace(0.0, 1.0, _PLACES) ** 2 * _HORIZON * 365.25
+    seen = [margins(loop, rig_with(rig, told.numbers_at(day, known.days))) for day in ahead]
+    limits = [(name, limit, side) for name, (limit, side) in LIMITS.items()]
+    start = next((value for value in costs["gain_margin_db"] if value is not None), None)
+    if start is not None:
+        limits.append(("gain_margin_db", start - LOST, -1))
     rows = []
-    for figure, (limit, side) in LIMITS.items():
-        values = np.array([np.nan if each is None else each for each in costs[figure]])
-        since = np.arange(len(values)) >= told.change.first - 1
-        if np.count_nonzero(since & np.isfinite(values)) >= _FEWEST:
-            between = _passes(known.days[since], values[since], limit, side, of_rate)
-            if between:
-                dates = [str(first + timedelta(days=round(day))) for day in between]
-                rows.append({"figure": figure, "limit": limit, "from": dates[0], "to": dates[1], "by": told.name.axis})
+    for name, limit, side in limits:
+        between = passes(ahead - now, [each.get(name) for each in seen], limit, side, told.rate_deviation)
+        if between:
+            days = [str(first + timedelta(days=round(now + day))) for day in between]
+            rows.append(
+                {"figure": name, "limit": round(limit, 3), "from": days[0], "to": days[1], "by": told.name.axis}
+            )
     return rows
 
 
-def _passes(
-    days: np.ndarray, values: np.ndarray, limit: float, side: int, of_rate: float
+def passes(
+    ahead: np.ndarray, values: Sequence[float | None], limit: float, side: int, deviation: float
 ) -> tuple[float, float] | None:
-    """Days between which the line passes the limit with 80 %; None where it does not within the horizon, or has."""
-    good = np.isfinite(values)
-    t, y = days[good], values[good]
-    centre = t.mean()
-    slope = float((t - centre) @ (y - y.mean()) / ((t - centre) @ (t - centre)))
-    left = y - y.mean() - slope * (t - centre)
-    scatter = float(np.sqrt(left @ left / max(len(t) - 2, 1)))
-    now = y.mean() + slope * (days[-1] - centre)
-    if side * (now - limit) >= 0 or side * slope <= 0:
+    """Days between which a figure passes the limit with 80 %, of its values so many days ahead [n] at the rate as it is,
+    which has a relative deviation; a loop that has none is beyond. None where it has passed, or does not."""
+    y = np.array([np.inf * side if value is None else side * value for value in values]) - side * limit
+    beyond = np.flatnonzero(y >= 0)
+    if not beyond.size or beyond[0] == 0:
         return None
-    random = np.random.default_rng(0)
-    slopes = slope * (1 + of_rate * random.standard_normal(_DRAWS))
-    slopes = slopes + scatter / np.sqrt((t - centre) @ (t - centre)) * random.standard_normal(_DRAWS)
-    level = now + scatter / np.sqrt(len(t)) * random.standard_normal(_DRAWS)
-    ahead = np.where(side * slopes > 0, (limit - level) / np.where(slopes == 0, np.nan, slopes), np.inf)
-    low, high = np.quantile(np.maximum(ahead, 0.0), _INTERVAL)
-    return None if low > _HORIZON * 365.25 else (days[-1] + low, days[-1] + min(high, 10 * 365.25))
+    k = int(beyond[0])
+    share = -y[k - 1] / (y[k] - y[k - 1]) if np.isfinite(y[k]) else 0.5
+    day = float(ahead[k - 1] + share * (ahead[k] - ahead[k - 1]))
+    rates = np.exp(np.hypot(deviation, _UNSTEADY) * np.random.default_rng(0).standard_normal(_DRAWS))
+    low, high = np.quantile(day / rates, _INTERVAL)
+    return float(low), float(high)

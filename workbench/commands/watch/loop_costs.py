@@ -1,35 +1,52 @@
-"""What a rig's changes do to a tuned loop: its margins and its step on the rig as each session found it."""
+"""What a rig's changes do to a tuned loop: its margins, step, sine and worst plant on the rig as each session found it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...control.controller_spec import ControllerSpec
 from ...identify.watch.changes import History
 from ...loop.rig_variations import with_delay
-from ...loop.rows import judge, linear_loops, loop_setup
+from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
+from ...loop.sampled_loop import LoopRun
+from ...loop.scenarios import Scenario
 from ...plant.effects import known_effects
 from ...rigs.rig import Rig
 from ..common.fit_result import effect_use
 from ..common.step_experiment import StepConfig
-from .told import Told
+from .told import NORMAL, Told
 
-FIGURES = ("gain_margin_db", "phase_margin_deg", "ms", "settling_s", "overshoot_percent")
+FIGURES = (
+    "gain_margin_db",
+    "phase_margin_deg",
+    "ms",
+    "settling_s",
+    "overshoot_percent",
+    "sine_error",
+    "worst_gain_margin_db",
+)
+MARGINS = FIGURES[:3]
+SINE = Scenario("position-sine-5hz", "position", 2e-3, 1.0, frequency=5)
+_PLACES = (-0.8, 0.0, 0.8)  # of the stroke, at which the worst plant is sought
 
 
 def loop_figures(
-    loop: StepConfig, rig: Rig, known: History, moves: np.ndarray, told: Told | None
+    loop: StepConfig, rig: Rig, known: History, moves: np.ndarray, deviations: np.ndarray, told: Told | None
 ) -> dict[str, list[float | None]]:
-    """Margins and the first scenario's step of the first controller, on the rig of every session [T].
+    """Margins, the first scenario's step, the error of a sine and the worst plant of the first controller, on the rig
+    of every session [T].
 
-    The rig has the numbers of the session; since a change began, those of the fit with what is named.
+    The rig has the numbers of the session; since a change began, those of the fits with what is named.
     """
-    fitted: Mapping[int, Mapping[str, float]] = {} if told is None else told.numbers
     rows = []
     for t, move in enumerate(moves):
         values = {a.name: a.at(float(move[k])) for k, a in enumerate(known.axes[: known.numbers])}
-        rows.append(loop_row(loop, rig_with(rig, fitted.get(t, values))))
+        own = values if told is None else values | told.numbers_at(float(known.days[t]), known.days)
+        half = {a.name: NORMAL * a.scale * float(deviations[t, k]) for k, a in enumerate(known.axes[: known.numbers])}
+        rows.append(loop_row(loop, rig_with(rig, own)) | _worst(loop, rig, own, half))
     return {name: [row.get(name) for row in rows] for name in FIGURES}
 
 
@@ -49,12 +66,51 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
     return replace(rig, numbers={**rig.numbers, **numbers}, effects=(*rig.effects, *uses))
 
 
-def loop_row(loop: StepConfig, rig: Rig) -> dict[str, float | None]:
-    """Margins and step of the loop on a rig; nothing where the rig can not hold it."""
+def loop_row(loop: StepConfig, rig: Rig) -> dict[str, Any]:
+    """Margins, step and sine of the loop on a rig; nothing where the rig can not hold it."""
     controller, scenario = loop.controllers[0], loop.scenarios[0]
     try:
-        setup = loop_setup(with_delay(rig, loop.conditions.delay(controller, rig)))
-        loops = linear_loops(controller, setup)
-        return judge(controller, scenario, setup, loops)[1]
+        setup = _setup(loop, rig)
+        row = judge(controller, scenario, setup, linear_loops(controller, setup))[1]
     except InputError:
         return {}
+    return row | {"sine_error": _sine(controller, setup) if scenario.signal == SINE.signal else None}
+
+
+def margins(loop: StepConfig, rig: Rig, place: float = 0.0) -> dict[str, float | None]:
+    """The margins alone, at a place of the stroke; nothing where the rig can not hold the loop."""
+    controller = loop.controllers[0]
+    try:
+        setup = _setup(loop, rig).where(replace(loop.scenarios[0], start=0.0, start_share=place))
+        loops = linear_loops(controller, setup)
+    except InputError:
+        return {}
+    return {name: loops.worst(max if name == "ms" else min, name) for name in MARGINS}
+
+
+def _setup(loop: StepConfig, rig: Rig) -> LoopSetup:
+    return loop_setup(with_delay(rig, loop.conditions.delay(loop.controllers[0], rig)))
+
+
+def _sine(controller: ControllerSpec, setup: LoopSetup) -> float | None:
+    run = play(controller, SINE, setup)
+    return None if run.tripped is not None else sine_error(run, SINE)
+
+
+def sine_error(run: LoopRun, scenario: Scenario) -> float:
+    """RMS of the error over the later half, as a share of the reference's."""
+    half = len(run.record.t) // 2
+    reference, y = (run.record.signals[name][half:] for name in ("reference", scenario.signal))
+    return float(np.std(reference - y) / np.std(reference))
+
+
+def _worst(loop: StepConfig, rig: Rig, values: Mapping[str, float], half: Mapping[str, float]) -> dict[str, Any]:
+    """The least gain margin over the stroke, of plants at ends of the intervals of a session's numbers."""
+    signs = np.random.default_rng(0).choice((-1.0, 1.0), (len(_PLACES), len(half)))
+    plants: Sequence[Mapping[str, float]] = [
+        {**values, **{name: values[name] + sign * half[name] for name, sign in zip(half, row, strict=True)}}
+        for row in signs
+    ]
+    least = [margins(loop, rig_with(rig, plant), place) for plant, place in zip(plants, _PLACES, strict=True)]
+    found = [each.get("gain_margin_db") for each in least]
+    return {"worst_gain_margin_db": None if None in found else min(each for each in found if each is not None)}

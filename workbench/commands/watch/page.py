@@ -19,6 +19,8 @@ _LOOP = {
     "ms": "Ms [1]",
     "settling_s": "settling [s]",
     "overshoot_percent": "overshoot [%]",
+    "sine_error": "error of a 5 Hz sine, of its amplitude [1]",
+    "worst_gain_margin_db": "gain margin of the worst plant [dB]",
 }
 _ROW = 4  # panels of a figure
 

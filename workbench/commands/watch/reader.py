@@ -11,8 +11,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.private_cache import store, stored
 from ...base.process_pool import one_blas_thread
-from ...identify.fit.informative import informative
-from ...identify.trace.problem import MOST, EstimationProblem, estimation_problem
+from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.watch.naming import Explained, Problem, explained
 from ...identify.watch.session_evidence import SessionEvidence, from_json, rig_as_found, session_evidence
 from ...records import Campaign
@@ -23,9 +22,10 @@ from ..common.outcome import Progress
 from ..residual.config import fingerprint
 from ..trace.study import effects_for
 
-_FEW = 12  # windows of a session that suspects are fitted to
+MOST = 24  # windows of a session: 12 s
+_FEW = 14  # windows of a session that suspects are fitted to
 _OTHER = 5.0  # a signal that moves so many times more, or less, than in the sessions before is in another unit
-_FORM = 6  # of what the cache keeps
+_FORM = 11  # of what the cache keeps
 
 
 class SessionReader:
@@ -100,10 +100,10 @@ def read_sessions(
 
 
 def _problem(campaign: Campaign, rig: Rig, most: int = MOST) -> EstimationProblem:
-    """The windows of a session that tell most of the rig's numbers, so many at most."""
+    """Windows of a session, so many at most, evenly over its records: the same ones of every week's run."""
     problem = estimation_problem(replace(campaign, rig=rig.name), rig)
-    train = informative(problem.model(), problem.train, problem.free, most)
-    return replace(problem, train=problem.train.some(train))
+    few = np.unique(np.linspace(0, problem.train.count - 1, most).round().astype(int))
+    return replace(problem, train=problem.train.some(few.tolist()))
 
 
 def _sizes(campaign: Campaign) -> dict[str, float]:

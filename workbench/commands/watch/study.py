@@ -5,12 +5,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...base.words import counted
 from ...identify.watch.changes import Change, History, first_told, history, smoothed
 from ...identify.watch.naming import Name
-from ...identify.watch.session_evidence import Axis
+from ...identify.watch.session_evidence import Axis, SessionEvidence
 from ...records.campaign import FILE, campaign_rig
 from ...records.dated_sessions import DatedSession, DatedSessions
 from ...report import Figure, Page
@@ -66,9 +68,9 @@ def run_watch(
         progress(f"what changes over {counted(len(sessions), 'session')}")
         change, first_alarm = first_told(known, a_year)
         moves, deviations = smoothed(known, change)
-        told = named(reader, sessions, known, change, first_alarm) if change else None
+        told = _named(reader, sessions, evidence, known, change, first_alarm) if change else None
         progress(f"{loop.controllers[0].name} on the rig of each session")
-        costs = stage("loops", lambda: loop_figures(loop, rig, known, moves, told))
+        costs = stage("loops", lambda: loop_figures(loop, rig, known, moves, deviations, told))
     metrics = {
         "sessions": [
             {
@@ -82,7 +84,7 @@ def run_watch(
             for t, (session, each) in enumerate(zip(sessions, evidence, strict=True))
         ],
         "alarms": [_alarm(told, sessions)] if told else [],
-        "forecast": forecasts(known, told, costs, sessions[0].day),
+        "forecast": forecasts(known, told, costs, sessions[0].day, loop, rig),
         "left_out": left_out,
         "false_alarms_a_year": a_year,
         "controller": loop.controllers[0].name,
@@ -93,6 +95,18 @@ def run_watch(
 
     texts = {"watch.json": json.dumps(metrics, indent=1)}
     return Outcome(metrics, draw, {}, texts, Subject(rig, list(loop.controllers[:1])))
+
+
+def _named(
+    reader: SessionReader,
+    sessions: Sequence[DatedSession],
+    evidence: Sequence[SessionEvidence],
+    known: History,
+    change: Change,
+    first_alarm: int,
+) -> Told:
+    usual = float(np.median([each.chi2 for each in evidence[: max(change.earliest, 1)]]))
+    return named(reader, sessions, known, change, first_alarm, usual)
 
 
 def _numbers(known: History, move: Any, deviation: Any) -> dict[str, list[float]]:

@@ -7,11 +7,11 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...identify.watch.changes import Change, History, course, smoothed
-from ...identify.watch.naming import Explained, Name, name_of, suspects
+from ...identify.watch.naming import Explained, Name, name_of, nearest, suspects
 from ...records.dated_sessions import DatedSession
 from .reader import SessionReader
 
-_NEWEST = 2  # sessions that a name is judged by
+_COURSE = 8  # sessions that what is named is fitted to, at most
 NORMAL = 1.96  # standard deviations in half of a 95 % interval
 
 
@@ -19,7 +19,8 @@ NORMAL = 1.96  # standard deviations in half of a 95 % interval
 class Told:
     """A change, the session [index] of the first alarm, and its name.
 
-    By session [index]: the `course` of what is named, value and standard deviation, and all `numbers` of the rig then.
+    By session [index]: the `course` of what is named, value and standard deviation, all `numbers` of the rig then, and
+    its `days`. `moving`: the numbers of what is named.
     `rate`: the size, of a drift a year, with its 95 % interval.
     """
 
@@ -31,25 +32,59 @@ class Told:
     numbers: Mapping[int, Mapping[str, float]]
     rate: tuple[float, float, float] | None
     rate_unit: str
+    moving: tuple[str, ...]
+    days: Mapping[int, float]
+
+    @property
+    def rate_deviation(self) -> float:
+        """The relative standard deviation of the rate; 1 where it is not known."""
+        if not self.rate or not self.rate[0]:
+            return 1.0
+        value, low, high = self.rate
+        return min((high - low) / (2 * NORMAL * abs(value)), 1.0)
+
+    def numbers_at(self, day: float, days: np.ndarray) -> dict[str, float]:
+        """The rig's numbers on a day, linear between the sessions that were fitted; before them none; after them what
+        is named goes on by a line through the later half of them, the others stay as they are."""
+        fitted = sorted(self.numbers)
+        if not fitted or day < self.days[fitted[0]]:
+            return {}
+        t = np.array([self.days[k] for k in fitted])
+        values = {name: np.array([self.numbers[k][name] for k in fitted]) for name in self.numbers[fitted[-1]]}
+        now = {name: float(np.interp(day, t, value)) for name, value in values.items()}
+        late = t >= t[-1] - 0.5 * (t[-1] - t[0])
+        if day > t[-1] and late.sum() > 1:
+            for name in self.moving:
+                slope, _ = np.polyfit(t[late], values[name][late], 1)
+                now[name] += float(slope) * (day - t[-1])
+        return now
 
 
 def named(
-    reader: SessionReader, sessions: Sequence[DatedSession], known: History, change: Change, first_alarm: int
+    reader: SessionReader,
+    sessions: Sequence[DatedSession],
+    known: History,
+    change: Change,
+    first_alarm: int,
+    usual: float,
 ) -> Told:
     """Name a change by fits. A session in which no fit is near is passed over."""
     before = max(change.earliest - 1, 0)
     moves = smoothed(known.until(before + 1), None)[0].mean(axis=0)
-    axes = [known.axes[k].name for k in suspects(known, moves)]
-    old = _explained(reader, sessions, before, axes)
-    newest = list(range(len(sessions) - 1, change.first - 1, -1))[:_NEWEST]
-    fits = [_explained(reader, sessions, t, axes) for t in newest]
-    new = {axis: [each[axis] for each in fits if axis in each] for axis in axes}
-    name = name_of(old, {axis: list(each) for axis, each in new.items() if each})
+    axes = [known.axes[k].name for k in suspects(known, first_alarm, moves)]
+    new: dict[str, list[Explained]] = {}
+    for t in sorted({first_alarm, len(sessions) - 1}):
+        for axis, each in _explained(reader, sessions, t, axes).items():
+            new.setdefault(axis, []).append(each)
+        if new:
+            axes = nearest(usual, {axis: new[axis][-1] for axis in axes if axis in new})
+    name = name_of(usual, {axis: new[axis] for axis in axes if axis in new})
     if not name.among:
-        return Told(change, first_alarm, name, "", {}, {}, None, "")
+        return Told(change, first_alarm, name, "", {}, {}, None, "", (), {})
     best = name.among[0]
     values: dict[int, Explained] = {}
-    for t in range(max(change.earliest - 1, 0), len(sessions)):
+    begin = max(change.earliest - 1, 0)
+    for t in np.unique(np.linspace(begin, len(sessions) - 1, _COURSE).astype(int)).tolist():
         if found := _explained(reader, sessions, t, [best]):
             values[t] = found[best]
     unit = next(axis.unit for axis in known.axes if axis.name == best)
@@ -63,7 +98,15 @@ def named(
         {t: each.numbers for t, each in values.items()},
         rate,
         f"{unit}/year" if change.shape == "drift" else unit,
+        _moving(best, values),
+        {t: float(known.days[t]) for t in values},
     )
+
+
+def _moving(best: str, values: Mapping[int, Explained]) -> tuple[str, ...]:
+    """The numbers that go on: the one that is named, or those of the effect."""
+    names = next(iter(values.values())).numbers if values else {}
+    return tuple(name for name in names if name == best or name.startswith(f"{best}."))
 
 
 def _explained(

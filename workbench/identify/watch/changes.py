@@ -9,6 +9,7 @@ limit a gain has to pass is drawn: healthy years of this rig's own sessions.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -25,6 +26,7 @@ NOISE_SHARE = 0.3  # of a session's own uncertainty: no axis is thought to be st
 ROUNDING = 1e-6
 _EARLY = 2 * FEWEST  # sessions that say how the rig wanders
 _NORMAL_MEDIAN = 0.4549  # of the square of a normal variable
+_PRIOR_SESSIONS, LEAST_SHARE = 8, 0.5  # sessions that the healthy wander counts as; the least that is left of it
 _DRAWS = 200
 _LOOKS = 12
 _TAUS = 24
@@ -74,26 +76,33 @@ def history(
     repairs: Sequence[bool],
     temperatures: Sequence[float | None],
 ) -> History:
-    """The sessions on the axes that all of them tell of. A repair begins a new stretch with the session after it."""
-    names = [[axis.name for axis in each.axes] for each in sessions]
-    common = [
-        name for name in names[0] if all(_tells(each, own, name) for each, own in zip(sessions, names, strict=True))
-    ]
-    places = [[own.index(name) for name in common] for own in names]
-    axes = tuple(sessions[0].axes[k] for k in places[0])
-    matrices, vectors = [], []
-    for each, place in zip(sessions, places, strict=True):
-        ratio = np.array([a.scale / each.axes[k].scale for a, k in zip(axes, place, strict=True)])
-        matrices.append(each.matrix[np.ix_(place, place)] * np.outer(ratio, ratio))
-        vectors.append(matrices[-1] @ (each.at[place] / ratio) - each.gradient[place] * ratio)
-    numbers = sum(axis.name in common for axis in sessions[0].axes[: sessions[0].numbers])
-    features = _features(repairs, temperatures)
+    """The sessions on the axes that more than half of them tell of. A repair begins a new stretch with the session
+    after it."""
+    told = [_told(each) for each in sessions]
+    first: dict[str, Axis] = {}
+    for each, own in zip(sessions, told, strict=True):
+        for name, k in own.items():
+            first.setdefault(name, each.axes[k])
+    here_often = [axis for name, axis in first.items() if 2 * sum(name in own for own in told) > len(told)]
+    axes = tuple(sorted(here_often, key=lambda axis: not axis.number))
+    matrices = np.zeros((len(sessions), len(axes), len(axes)))
+    vectors = np.zeros((len(sessions), len(axes)))
+    for t, (each, own) in enumerate(zip(sessions, told, strict=True)):
+        here = [k for k, axis in enumerate(axes) if axis.name in own]
+        place = [own[axes[k].name] for k in here]
+        ratio = np.array([axes[k].scale / each.axes[own[axes[k].name]].scale for k in here])
+        own_matrix = each.matrix[np.ix_(place, place)] * np.outer(ratio, ratio)
+        matrices[t][np.ix_(here, here)] = own_matrix
+        vectors[t, here] = own_matrix @ (each.at[place] / ratio) - each.gradient[place] * ratio
     warm = all(value is not None for value in temperatures)
-    return History(axes, numbers, np.array(days), np.array(matrices), np.array(vectors), features, warm)
+    features = _features(repairs, temperatures)
+    return History(axes, sum(axis.number for axis in axes), np.array(days), matrices, vectors, features, warm)
 
 
-def _tells(session: SessionEvidence, names: Sequence[str], name: str) -> bool:
-    return name in names and session.matrix[names.index(name), names.index(name)] > LEAST_INFORMATION
+def _told(session: SessionEvidence) -> dict[str, int]:
+    """The places of the axes that a session tells of."""
+    known = np.diag(session.matrix) > LEAST_INFORMATION
+    return {axis.name: k for k, axis in enumerate(session.axes) if known[k]}
 
 
 def _features(repairs: Sequence[bool], temperatures: Sequence[float | None]) -> np.ndarray:
@@ -122,15 +131,18 @@ def estimates(of: History) -> tuple[np.ndarray, np.ndarray]:
 def wander(of: History) -> np.ndarray:
     """Variances [n] by which a healthy rig's axes move from session to session, beyond what recordings tell.
 
-    Of the first sessions, by the median square of differences between neighbours, which neither a jump nor a steady
-    wear moves much; no less than what oil and supply do to healthy rigs. Later sessions do not count: what wears would
-    hide itself.
+    Of the first sessions, by the median square of second differences, which neither a jump nor a steady wear moves
+    much; what oil and supply do to healthy rigs counts as so many sessions more, since few differences tell little.
+    Later sessions do not count: what wears would hide itself.
     """
     moves, deviations = estimates(of)
-    early, noise = moves[:_EARLY], np.median(deviations**2, axis=0)
-    spread = np.median(np.diff(early, axis=0) ** 2, axis=0) / (2 * _NORMAL_MEDIAN) if len(early) > 2 else noise
-    least = np.square([axis.healthy for axis in of.axes]) + NOISE_SHARE**2 * noise
-    return np.maximum(spread - noise, 0.0) + least
+    early, told = moves[:_EARLY], np.median(deviations**2, axis=0)
+    healthy = np.square([axis.healthy for axis in of.axes])
+    second = np.diff(early, n=2, axis=0) ** 2 / 6
+    spread = np.median(second, axis=0) / _NORMAL_MEDIAN if len(second) else told
+    share = len(early) / (len(early) + _PRIOR_SESSIONS)
+    mixed = share * np.maximum(spread - told, 0.0) + (1 - share) * healthy
+    return np.maximum(mixed, LEAST_SHARE * healthy) + NOISE_SHARE**2 * told
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,14 +267,18 @@ def change(of: History, a_year: float, least: np.ndarray | None = None, latest: 
 
 def first_told(of: History, a_year: float) -> tuple[Change | None, int]:
     """The change as the whole history shows it, and the session [index] after which one was first told, with which it
-    has begun at the latest."""
+    has begun at the latest. One odd session tells nothing: two in a row have to."""
     if len(of.days) < FEWEST:
         return None, 0
     least = limits(of, marginal(of, wander(of)), a_year)
-    found = change(of, a_year, least)
-    counts = range(FEWEST, len(of.days)) if found else ()
-    told = next((count for count in counts if change(of.until(count), a_year, least)), len(of.days))
-    return change(of, a_year, least, told - 1) or found, told - 1
+    if change(of, a_year, least) is None:
+        return None, len(of.days) - 1
+    shown = [change(of.until(count), a_year, least) is not None for count in range(FEWEST - 1, len(of.days) + 1)]
+    pairs = [count for count, (a, b) in enumerate(pairwise(shown), FEWEST) if a and b]
+    if not pairs:
+        return None, len(of.days) - 1
+    told = pairs[0] - 1
+    return change(of, a_year, least, told) or change(of, a_year, least), told
 
 
 def smoothed(of: History, found: Change | None) -> tuple[np.ndarray, np.ndarray]:

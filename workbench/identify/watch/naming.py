@@ -1,8 +1,8 @@
-"""What a change is: the suspects are fitted to sessions before and after it, with the rig otherwise as it was.
+"""What a change is: suspects compete by first order about the alarm, then by fits to sessions before and after it.
 
-To first order every axis is a line; a seal that leaks six times as much is none. So a change that was found to first
-order is named by fits: one suspect at a time is free, the rig's own numbers may move as healthy rigs do, and what a
-suspect explains of the sessions before the change does not count for it.
+While a change is small, every axis is a line, and all sessions together say whose line it is: numbers of the rig,
+effects and sensors alike. A seal that leaks six times as much is no line any more. So the best few by first order,
+about the alarm and on the newest session, are fitted, one at a time; the rig's other numbers may move as healthy ones.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,50 +14,76 @@ from ...plant.effects import Effect
 from ...rigs.number import Number
 from ...rigs.rig import Rig
 from ..fit.free_parameters import Candidate, at_strength
+from ..fit.model import Model
+from ..fit.solver import Fit
 from ..trace.problem import EstimationProblem
-from ..trace.refit import FittedModel, fit_rig, refit
+from ..trace.refit import FittedModel, refit, with_selection
 from ..trace.score import NuisanceProjection
-from .changes import History, wander
-from .session_evidence import sensor_changes
+from .changes import History, gains, marginal, wander
+from .session_evidence import COMMAND, command_changes, near_fit, sensor_changes, with_signal
 
-SUSPECTS = 7
-ALIKE = 0.93  # of the best suspect's gain: others with so much explain the change as well
-SURE = 30.0  # squared errors over sigma, that it has to be ahead at least
+SUSPECTS, NEAREST = 6, 3  # fitted about the alarm; those of them that leave least, on the newest session too
+LEAVES = 2.0  # times what the best suspect leaves of a change: who leaves no more explains it as well
+SURE = 30.0  # squared errors over sigma, that count as nothing left
 NAMED = 0.5  # of the change: a suspect that explains less is not its name
+MOST_NAMES = 4
 WEAR = 15.0  # a number may become so many times more or less
+_ROUNDS, _AGAIN = 10, 2
 _START = 0.3  # of an effect's typical strength
+_LESS = 2.0  # deviations below nothing, that an effect which has one way only may seem to have
 Problem = Callable[[Rig], EstimationProblem]
 
 
 @dataclass(frozen=True)
 class Explained:
-    """What a suspect makes of one session: the squared errors with the rig as it was, and with it; its value, SI or
-    of an effect's typical strength, with the standard deviation; all numbers of the rig, those of the effect too."""
+    """What a suspect makes of one session: the squared errors with the rig as it was, and with it, of so many samples;
+    its value, SI or of an effect's typical strength, with the standard deviation; all numbers of the rig, those of the
+    effect too."""
 
     before: float
     after: float
+    samples: int
     value: float
     deviation: float
     numbers: Mapping[str, float]
 
 
-def suspects(known: History, moves: np.ndarray) -> list[int]:
-    """The axes [SUSPECTS] that explain most of the newest session to first order beyond the moves [n] of those before;
-    those of the rig's numbers that are not meant wander as healthy ones do."""
+def suspects(known: History, told: int, moves: np.ndarray) -> list[int]:
+    """The axes [SUSPECTS] that explain most to first order: of all sessions up to the one that `told` of the change,
+    and of the newest, beyond the moves [n] before it; from both in turn."""
+    ranked = (_until(known.until(told + 1)), _newest(known, moves))
+    orders = [np.argsort(gain)[::-1].tolist() for gain in ranked]
+    turns = [axis for pair in zip(*orders, strict=True) for axis in pair]
+    return list(dict.fromkeys(turns))[:SUSPECTS]
+
+
+def _until(known: History) -> np.ndarray:
+    """Gains [n] of a change of each axis over sessions: of its best beginning and shape, if the axis can go there."""
+    rest = marginal(known, wander(known))
+    _, gain, size = gains(rest, known.days, rest.vector[..., None])
+    way = np.array([axis.one_way for axis in known.axes])
+    return np.where(way & (size[..., 0] < 0), 0.0, gain[..., 0]).max(axis=0)
+
+
+def _newest(known: History, moves: np.ndarray) -> np.ndarray:
+    """Gains [n] of each axis in the newest session; those of the rig's numbers that are not meant wander as healthy
+    ones do."""
     matrix, k = known.matrix[-1], known.numbers
     left = known.vector[-1] - matrix @ moves
     held = np.diag(1.0 / wander(known)[:k])
     own = np.linalg.solve(matrix[:k, :k] + held, np.column_stack((left[:k], matrix[:k])))
     usual = float(left[:k] @ own[:, 0])
-    best = []
-    for j in range(len(known.axes)):
+    gain = np.zeros(len(known.axes))
+    for j, axis in enumerate(known.axes):
         if j < k:
             free = held * (np.arange(k) != j)
-            best.append(float(left[:k] @ np.linalg.solve(matrix[:k, :k] + free, left[:k])) - usual)
-        else:
-            size = left[j] - matrix[j, :k] @ own[:, 0]
-            best.append(size**2 / max(matrix[j, j] - matrix[j, :k] @ own[:, 1 + j], 1e-12))
-    return [int(j) for j in np.argsort(best)[::-1][:SUSPECTS]]
+            gain[j] = float(left[:k] @ np.linalg.solve(matrix[:k, :k] + free, left[:k])) - usual
+            continue
+        size = left[j] - matrix[j, :k] @ own[:, 0]
+        known_size = max(matrix[j, j] - matrix[j, :k] @ own[:, 1 + j], 1e-12)
+        less = size / known_size + moves[j] < -_LESS / np.sqrt(known_size)
+        gain[j] = 0.0 if axis.one_way and less else size**2 / known_size
+    return gain
 
 
 def explained(problem: Problem, rig: Rig, axes: Sequence[str], library: Sequence[Effect]) -> dict[str, Explained]:
@@ -66,7 +92,7 @@ def explained(problem: Problem, rig: Rig, axes: Sequence[str], library: Sequence
     Raises InputError where no fit is near.
     """
     own = problem(rig)
-    was = fit_rig(own)
+    was = with_selection(own, own.model(), near_fit(own), ())
     formulas = {effect.name: effect for effect in reversed(library)}
     found = {}
     for axis in axes:
@@ -75,18 +101,15 @@ def explained(problem: Problem, rig: Rig, axes: Sequence[str], library: Sequence
         elif axis in formulas:
             found[axis] = _effect(own, was, formulas[axis])
         else:
-            found[axis] = _sensor(own, was, axis)
+            found[axis] = _signal(own, was, axis)
     return found
 
 
 def _number(problem: Problem, rig: Rig, name: str, was: FittedModel) -> Explained:
-    free = fit_rig(problem(replace(rig, numbers={**rig.numbers, name: _worn(rig.numbers[name])})))
-    index = [each.name for each in free.fit.free].index(name)
-    low, high = free.fit.interval(index)
-    numbers = _numbers(free)
-    return Explained(
-        float(was.fit.squares.sum()), float(free.fit.squares.sum()), numbers[name], (high - low) / 3.92, numbers
-    )
+    own = problem(replace(rig, numbers={**rig.numbers, name: _worn(rig.numbers[name])}))
+    fit = near_fit(own, _ROUNDS, _numbers(was.model, was.fit))
+    numbers = _numbers(own.model(), fit)
+    return _says(was, fit, name, numbers[name], 1.0, numbers)
 
 
 def _worn(number: Number) -> Number:
@@ -96,39 +119,44 @@ def _worn(number: Number) -> Number:
 
 def _effect(problem: EstimationProblem, was: FittedModel, effect: Effect) -> Explained:
     found = refit(problem, was, Candidate(effect, at_strength(effect, _START)))
-    numbers = _numbers(found)
+    numbers = _numbers(found.model, found.fit)
     strong = next(n for n in effect.fitted if n.off is not None)
-    reach = strong.typical - (strong.off or 0.0)
-    index = [each.name for each in found.fit.free].index(effect.key(strong.name))
-    low, high = found.fit.interval(index)
-    value = (numbers[effect.key(strong.name)] - (strong.off or 0.0)) / reach
-    squares = float(was.fit.squares.sum()), float(found.fit.squares.sum())
-    return Explained(*squares, value, (high - low) / 3.92 / abs(reach), numbers)
+    off = strong.off or 0.0
+    reach, name = strong.typical - off, effect.key(strong.name)
+    return _says(was, found.fit, name, (numbers[name] - off) / reach, reach, numbers)
 
 
-def _sensor(problem: EstimationProblem, was: FittedModel, name: str) -> Explained:
-    """To first order, which a sensor's scale and zero are exactly."""
-    rest = NuisanceProjection(was.model, problem.train, was.fit)
-    axis, change = next(
-        each for each in sensor_changes(problem.train, problem.rig, rest.errors) if each[0].name == name
-    )
-    column, errors = rest(change), rest(rest.errors)
-    size = float(column @ errors / max(column @ column, 1e-12))
-    before = float(was.fit.squares.sum())
-    deviation = float(np.sqrt(problem.kappa / max(column @ column, 1e-12)))
-    scale = axis.scale
-    return Explained(
-        before, before - size * size * float(column @ column), -size * scale, deviation * scale, _numbers(was)
-    )
+def _numbers(model: Model, fit: Fit) -> dict[str, float]:
+    return dict(zip(model.parameters, fit.p.tolist(), strict=False))
 
 
-def _numbers(fitted: FittedModel) -> dict[str, float]:
-    return dict(zip(fitted.model.parameters, fitted.fit.p.tolist(), strict=False))
+def _says(was: FittedModel, fit: Fit, name: str, value: float, reach: float, numbers: Mapping[str, float]) -> Explained:
+    low, high = fit.interval([each.name for each in fit.free].index(name))
+    squares = float(was.fit.squares.sum()), float(fit.squares.sum())
+    return Explained(*squares, was.fit.samples, value, max(high - low, 0.0) / 3.92 / abs(reach), numbers)
+
+
+def _signal(problem: EstimationProblem, was: FittedModel, name: str) -> Explained:
+    """The scale or zero of a sensor, or of the drive's input: by tangents, each from where the one before led."""
+    changes = command_changes if name.startswith(f"{COMMAND}.") else sensor_changes
+    model, at, fit, size, deviation = was.model, problem, was.fit, 0.0, 0.0
+    for _ in range(_AGAIN):
+        rest = NuisanceProjection(model, at.train, fit)
+        axis, change = next(each for each in changes(at, model, fit, rest.errors) if each[0].name == name)
+        column = rest(change)
+        information = max(float(column @ column), 1e-12)
+        size -= float(column @ rest(rest.errors)) / information * axis.scale
+        deviation = axis.scale * float(np.sqrt(problem.kappa / information))
+        moved = (size, 0.0) if name.endswith(".scale") else (0.0, size)
+        at = replace(problem, train=with_signal(problem.train, name.rpartition(".")[0], *moved))
+        fit = near_fit(at)
+    squares = float(was.fit.squares.sum()), float(fit.squares.sum())
+    return Explained(*squares, fit.samples, size, deviation, _numbers(model, fit))
 
 
 @dataclass(frozen=True)
 class Name:
-    """Who explains the change: the best suspect, None where none explains NAMED of it; those that do as well; and the
+    """Who explains a change: the best suspect, None where none explains NAMED of it; those that do as well; and the
     share of the change that the best explains."""
 
     axis: str | None
@@ -136,18 +164,28 @@ class Name:
     share: float
 
 
-def name_of(old: Mapping[str, Explained], new: Mapping[str, Sequence[Explained]]) -> Name:
-    """The name of a change, of every suspect on a session before it and on some after it."""
-    gained = {
-        axis: sum(each.before - each.after for each in after)
-        - len(after) * max(old[axis].before - old[axis].after, 0.0)
-        for axis, after in new.items() if axis in old
-    }  # fmt: skip
-    if not gained:
+def nearest(usual: float, found: Mapping[str, Explained]) -> list[str]:
+    """The suspects that leave least of one session, best first; `usual`: chi2 of sessions before the change."""
+    return sorted(found, key=lambda axis: _left(found[axis], usual))[:NEAREST]
+
+
+def name_of(usual: float, new: Mapping[str, Sequence[Explained]]) -> Name:
+    """The name of a change, of every suspect on the same sessions after it; `usual`: chi2 of sessions before it.
+
+    Every session counts alike: a formula that is not quite the rig's leaves most where the change is largest.
+    """
+    left = {axis: float(np.mean([_left(each, usual) for each in after])) for axis, after in new.items() if after}
+    if not left:
         return Name(None, (), 0.0)
-    best = max(gained, key=lambda axis: gained[axis])
-    least = min(ALIKE * gained[best], gained[best] - SURE)
-    among = sorted((axis for axis in gained if gained[axis] >= least), key=lambda axis: -gained[axis])
-    changed = sum(each.before for each in new[best]) - len(new[best]) * old[best].before
-    share = gained[best] / changed if changed > 0 else 0.0
-    return Name(best if share >= NAMED else None, tuple(among), share)
+    best = min(left, key=lambda axis: left[axis])
+    sure = float(np.mean([SURE / max(each.before - usual * each.samples, SURE) for each in new[best]]))
+    among = sorted((axis for axis in left if left[axis] <= max(LEAVES * left[best], sure) and left[axis] < 1 - NAMED),
+                   key=lambda axis: left[axis])[:MOST_NAMES]  # fmt: skip
+    nearest = tuple(among) or (best,)
+    return Name(best if among else None, nearest, 1 - left[best])
+
+
+def _left(each: Explained, usual: float) -> float:
+    """The share of what is new that a suspect leaves, 0 to 1."""
+    new = max(each.before - usual * each.samples, SURE)
+    return float(np.clip((each.after - usual * each.samples) / new, 0.0, 1.0))

@@ -5,17 +5,21 @@ effects that it lacks and of its sensors, the initial states following. A, b and
 so that what holds over a year is found without a recording being simulated again (Rao's score test, over sessions).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...plant.effects import Effect, applies
+from ...records import Record
 from ...rigs.rig import Rig
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import at_strength, model_with
-from ..fit.solver import Fit
+from ..fit.normal_equations import numbers_at
+from ..fit.solver import Fit, fit_numbers
+from ..fit.unexplained import unexplained_signals
 from ..fit.windows import Windows
 from ..trace.problem import EstimationProblem
 from ..trace.refit import fit_rig
@@ -27,8 +31,11 @@ STRENGTH = 0.1  # of an effect's typical strength, at which its slope is taken
 HEALTHY = {"b": 0.15, "beta": 0.03, "Cl": 0.1, "Ps": 0.01}
 _SMALL = 0.1  # of its range: no number is held to less than that much of it
 LITTLE = 0.005  # of any other number, or of an effect's typical strength
-OF_SCALE = 0.002  # a transducer's, of its reading
+OF_SCALE, OF_ZERO = 0.002, 0.01  # a transducer's, of its reading, and of a twentieth of how far it moves
 HELD = 3.0  # such deviations, to which the rig's numbers are held
+ROUNDS = 4  # of Gauss-Newton: a session's numbers are near those of the first one
+COMMAND = "command"  # the drive's input, whose gain and zero may change as a sensor's do
+_INPUT_STEP = 0.005  # of the command, at which its slope is taken
 Columns = list[np.ndarray]
 
 
@@ -37,7 +44,8 @@ class Axis:
     """A direction in which a rig may change: a number of it, an effect, or a sensor's scale or zero.
 
     A move of 1 is `scale` of the SI `unit`. `value`: of the rig as it was first; 0 for an effect or a sensor.
-    `healthy`: the move from session to session of a rig that nothing ails.
+    `healthy`: the move from session to session of a rig that nothing ails. `one_way`: it cannot be less than nothing.
+    `number`: it is the rig's.
     """
 
     name: str
@@ -45,6 +53,8 @@ class Axis:
     scale: float = 1.0
     value: float = 0.0
     healthy: float = LITTLE
+    one_way: bool = False
+    number: bool = False
 
     def at(self, move: float) -> float:
         """The number in SI after a move."""
@@ -101,6 +111,25 @@ def rig_as_found(rig: Rig, problem: EstimationProblem) -> Rig:
     return replace(rig, numbers=numbers)
 
 
+def near_fit(problem: EstimationProblem, rounds: int = ROUNDS, at: Mapping[str, float] | None = None) -> Fit:
+    """The fit of a rig whose numbers are near: a few rounds from where they are, or from values [SI] by name; past no
+    window that is far off.
+
+    Raises InputError where the rig, fitted, does not follow the records.
+    """
+    model, windows, free = problem.model(), problem.train, problem.free
+    x = np.array([each.normalised(at[each.name]) if at and each.name in at else 0.0 for each in free])
+    guess = model.starts(windows, numbers_at(model, free, x, model.p))
+    fit = fit_numbers(model, windows, free, x, model.p, guess, problem.kappas, rounds, near=True)
+    lost = unexplained_signals(model, windows, fit.x0, fit.p) if fit.ok else ["any signal"]
+    if lost:
+        raise InputError(
+            f"the rig of the first session, fitted, is no nearer to {', '.join(lost)} than a constant would be; check "
+            "units and signs, and whether this session is of the same rig"
+        )
+    return fit
+
+
 def session_evidence(problem: EstimationProblem, library: Sequence[Effect]) -> SessionEvidence:
     """A session's errors to first order about its fit, of a rig whose numbers are held to what healthy ones do.
 
@@ -108,12 +137,13 @@ def session_evidence(problem: EstimationProblem, library: Sequence[Effect]) -> S
     temperature that what a first order neglects would be more than the noise. Raises InputError where no fit is near.
     """
     model, windows, free = problem.model(), problem.train, problem.free
-    fit = fit_rig(problem).fit
+    fit = near_fit(problem)
     rest = NuisanceProjection(model, windows, fit)
     axes, columns = [_number_axis(each, problem.rig) for each in free], rest.numbers()
     for axis, change in [
         *_effects(problem, library, model, fit, rest.errors),
-        *sensor_changes(windows, problem.rig, rest.errors),
+        *sensor_changes(problem, model, fit, rest.errors),
+        *command_changes(problem, model, fit, rest.errors),
     ]:
         axes.append(axis)
         columns.append(_flat(rest.without_states([part.reshape(len(part), -1, 1) for part in change])))
@@ -137,7 +167,7 @@ def _number_axis(free: FreeParameter, rig: Rig) -> Axis:
     unit = rig.numbers[free.name].si if free.name in rig.numbers else "1"
     scale = free.width if free.scale is None else free.scale
     healthy = min(HEALTHY.get(free.name, LITTLE) * abs(free.start) / scale, 1 / HELD)
-    return Axis(free.name, unit, scale, free.start, max(healthy, LITTLE))
+    return Axis(free.name, unit, scale, free.start, max(healthy, LITTLE), number=True)
 
 
 def _effects(
@@ -149,16 +179,19 @@ def _effects(
         strong = model_with(problem.rig, (effect,), windows.names, True, model.sessions, windows.from_rest)
         change = effect_change(strong, model, windows, fit, effect, at_strength(effect, STRENGTH), errors)
         if change is not None:
-            found.append((Axis(effect.name, "typical"), [part / STRENGTH for part in change]))
+            one_way = not any(n.off is not None and n.low < n.off < n.high for n in effect.numbers)
+            found.append((Axis(effect.name, "typical", one_way=one_way), [part / STRENGTH for part in change]))
     return found
 
 
-def sensor_changes(windows: Windows, rig: Rig, errors: Sequence[np.ndarray]) -> list[tuple[Axis, Columns]]:
+def sensor_changes(
+    problem: EstimationProblem, _model: Any, _fit: Fit, errors: Sequence[np.ndarray]
+) -> list[tuple[Axis, Columns]]:
     """The scale and the zero of each sensor that is compared, with what they change in the errors.
 
     The scale multiplies what the model predicts: a reading has noise, which would explain itself.
     """
-    found = []
+    found, windows, rig = [], problem.train, problem.rig
     for k, name in enumerate(windows.names):
         only = np.arange(len(windows.names)) == k
         true = [
@@ -168,8 +201,39 @@ def sensor_changes(windows: Windows, rig: Rig, errors: Sequence[np.ndarray]) -> 
         found.append((Axis(f"{name}.scale", "1", healthy=OF_SCALE), true))
         step = _typical_step(windows, k)
         zero = [group.weight * only * step for group in windows.groups]
-        found.append((Axis(f"{name}.zero", rig.signal(name).si, step, healthy=0.0), zero))
+        found.append((Axis(f"{name}.zero", rig.signal(name).si, step, healthy=OF_ZERO), zero))
     return found
+
+
+def command_changes(
+    problem: EstimationProblem, model: Any, fit: Fit, errors: Sequence[np.ndarray]
+) -> list[tuple[Axis, Columns]]:
+    """The gain and the zero of the drive's input, with what they change in the errors."""
+    windows, found = problem.train, []
+    for axis, scale, zero in (("scale", _INPUT_STEP, 0.0), ("zero", 0.0, _INPUT_STEP)):
+        changed = model.errors(with_signal(windows, COMMAND, scale, zero), fit.x0, fit.p)
+        change = [(a - b) / _INPUT_STEP for a, b in zip(changed, errors, strict=True)]
+        if all(np.isfinite(part).all() for part in change):
+            found.append((Axis(f"{COMMAND}.{axis}", "1", healthy=OF_SCALE if scale else 0.05 * OF_ZERO), change))
+    return found
+
+
+def with_signal(windows: Windows, name: str, scale: float, zero: float) -> Windows:
+    """The windows as a signal says that is `scale` of itself more, and `zero` [SI] more: a plant that gets more of a
+    command, or a sensor that shows more, whose readings are what they would be without."""
+    if name == COMMAND:
+        return replace(windows, records=_moved(windows, lambda v: np.clip((1 + scale) * v + zero, -1.0, 1.0), name))
+    column = np.arange(len(windows.names)) == windows.names.index(name)
+    true = [np.where(column, (group.measured - zero) / (1 + scale), group.measured) for group in windows.groups]
+    groups = tuple(replace(group, measured=part) for group, part in zip(windows.groups, true, strict=True))
+    return replace(windows, groups=groups, records=_moved(windows, lambda v: (v - zero) / (1 + scale), name))
+
+
+def _moved(windows: Windows, to: Callable[[np.ndarray], np.ndarray], name: str) -> tuple[Record, ...]:
+    return tuple(
+        replace(each, signals={**each.signals, name: to(each.signals[name])}) if name in each.signals else each
+        for each in windows.records
+    )
 
 
 def _typical_step(windows: Windows, k: int) -> float:
