@@ -1,6 +1,6 @@
 """When a loop's figure will pass a limit, if what changes goes on as it does."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import date, timedelta
 from typing import Any
 
@@ -14,12 +14,10 @@ from .told import Told
 
 LIMITS = {"gain_margin_db": (6.0, -1), "phase_margin_deg": (30.0, -1), "ms": (2.5, 1)}  # and on which side it is worse
 LOST = 1.0  # dB of the first session's gain margin
-_DRAWS, _INTERVAL = 2000, (0.1, 0.9)
+NORMAL_80 = 1.2816  # standard deviations in half of an 80 % interval
 _HORIZON = 1.0  # years ahead; beyond it nothing is said
 _PLACES = 9  # of the course ahead, at which the loop is judged
 _FEWEST = 4
-_UNSTEADY = 0.3  # of its rate, by which a wear may go on faster or slower: it is seldom a straight line
-Course = Callable[[float], Mapping[str, float]]
 
 
 def forecasts(
@@ -33,7 +31,7 @@ def forecasts(
     """Of each figure that drifts towards its limit: the days between which it passes it, with 80 %.
 
     What is named goes on by its rate; the loop is judged on the rig of some days ahead, and a limit lies between two of
-    them. The rate is as uncertain as its interval, and as wears are unsteady.
+    them. The rate is as uncertain as it has been unsteady.
     """
     if told is None or told.change.shape != "drift" or len(told.numbers) < _FEWEST:
         return []
@@ -46,7 +44,8 @@ def forecasts(
         limits.append(("gain_margin_db", start - LOST, -1))
     rows = []
     for name, limit, side in limits:
-        between = passes(ahead - now, [each.get(name) for each in seen], limit, side, told.rate_deviation)
+        day = passes(ahead - now, [each.get(name) for each in seen], limit, side)
+        between = None if day is None else _interval(day, told.unsteady(day))
         if between:
             days = [str(first + timedelta(days=round(now + day))) for day in between]
             rows.append(
@@ -55,18 +54,18 @@ def forecasts(
     return rows
 
 
-def passes(
-    ahead: np.ndarray, values: Sequence[float | None], limit: float, side: int, deviation: float
-) -> tuple[float, float] | None:
-    """Days between which a figure passes the limit with 80 %, of its values so many days ahead [n] at the rate as it is,
-    which has a relative deviation; a loop that has none is beyond. None where it has passed, or does not."""
-    y = np.array([np.inf * side if value is None else side * value for value in values]) - side * limit
+def passes(ahead: np.ndarray, values: Sequence[float | None], limit: float, side: int) -> float | None:
+    """The day on which a figure passes the limit, of its values so many days ahead [n]; a loop that has none is beyond.
+    None where it has passed, or does not."""
+    y = np.array([np.inf if value is None else side * (value - limit) for value in values])
     beyond = np.flatnonzero(y >= 0)
     if not beyond.size or beyond[0] == 0:
         return None
     k = int(beyond[0])
     share = -y[k - 1] / (y[k] - y[k - 1]) if np.isfinite(y[k]) else 0.5
-    day = float(ahead[k - 1] + share * (ahead[k] - ahead[k - 1]))
-    rates = np.exp(np.hypot(deviation, _UNSTEADY) * np.random.default_rng(0).standard_normal(_DRAWS))
-    low, high = np.quantile(day / rates, _INTERVAL)
-    return float(low), float(high)
+    return float(ahead[k - 1] + share * (ahead[k] - ahead[k - 1]))
+
+
+def _interval(day: float, unsteady: float) -> tuple[float, float]:
+    """With 80 %, where the rate has a relative standard deviation."""
+    return day * float(np.exp(-NORMAL_80 * unsteady)), day * float(np.exp(NORMAL_80 * unsteady))

@@ -1,4 +1,4 @@
-"""What a rig's changes do to a tuned loop: its margins, step, sine and worst plant on the rig as each session found it."""
+"""What a rig's changes do to a tuned loop: margins, step, sine and worst plant on the rig as each session found it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

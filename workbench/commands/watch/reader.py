@@ -22,10 +22,10 @@ from ..common.outcome import Progress
 from ..residual.config import fingerprint
 from ..trace.study import effects_for
 
-MOST = 24  # windows of a session: 12 s
-_FEW = 14  # windows of a session that suspects are fitted to
+MOST = 16  # windows of a session: 8 s, in which numbers are known far better than rigs wander
+_FEW = 12  # windows of a session that suspects are fitted to
 _OTHER = 5.0  # a signal that moves so many times more, or less, than in the sessions before is in another unit
-_FORM = 11  # of what the cache keeps
+_FORM = 12  # of what the cache keeps
 
 
 class SessionReader:

@@ -11,6 +11,7 @@ from ...identify.watch.naming import Explained, Name, name_of, nearest, suspects
 from ...records.dated_sessions import DatedSession
 from .reader import SessionReader
 
+_FEWEST = 4
 _COURSE = 8  # sessions that what is named is fitted to, at most
 NORMAL = 1.96  # standard deviations in half of a 95 % interval
 
@@ -35,13 +36,18 @@ class Told:
     moving: tuple[str, ...]
     days: Mapping[int, float]
 
-    @property
-    def rate_deviation(self) -> float:
-        """The relative standard deviation of the rate; 1 where it is not known."""
-        if not self.rate or not self.rate[0]:
+    def unsteady(self, ahead: float) -> float:
+        """The relative standard deviation of the rate over so many days `ahead`: as unlike as the rates between fitted
+        sessions have been, and as much as the later half of them is unlike all; 1 at most."""
+        at = sorted(t for t in self.course if t >= self.change.first - 1)
+        t, y = np.array([self.days[k] for k in at]), np.array([self.course[k][0] for k in at])
+        if len(t) < _FEWEST:
             return 1.0
-        value, low, high = self.rate
-        return min((high - low) / (2 * NORMAL * abs(value)), 1.0)
+        rates, mean = np.diff(y) / np.diff(t), (y[-1] - y[0]) / (t[-1] - t[0])
+        late = (y[-1] - y[len(y) // 2]) / (t[-1] - t[len(y) // 2])
+        scatter = float(np.std(rates, ddof=1) / abs(mean)) if mean else 1.0
+        walk = scatter * np.sqrt(1 / len(rates) + np.diff(t).mean() / max(ahead, 1.0))
+        return min(float(np.hypot(walk, (late - mean) / (late or 1.0))), 1.0)
 
     def numbers_at(self, day: float, days: np.ndarray) -> dict[str, float]:
         """The rig's numbers on a day, linear between the sessions that were fitted; before them none; after them what

@@ -1,5 +1,6 @@
 """Made rigs over months: a reference run a week; oil, supply and noise wander, and one wear grows, or none."""
 
+import gzip
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date, timedelta
@@ -8,6 +9,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from ...identify.watch.changes import FEWEST
 from ..trace_study.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, Cause
 from ..trace_study.campaigns.draw import CampaignPlan, written_records
 from ..trace_study.campaigns.scene import Scene
@@ -21,20 +23,27 @@ NOISIER = 0.15  # of each sensor's noise, from session to session
 HEALTHY = "nothing"
 
 Growth = Literal["slow", "jump", "steps"]
+Mix = dict[Cause, dict[str, float]]
 
 
 @dataclass(frozen=True)
 class Wear:
-    """What grows: a number of the rig to `most` times its first value, or an effect to `most` of typical."""
+    """What grows: a number of the rig to `most` times its first value, an effect to `most` of typical, or the scale of
+    a sensor by `most`."""
 
     name: str
     formula: str
     most: float
 
+    @property
+    def sensor(self) -> str:
+        """The sensor that wears, if one does."""
+        return self.name.removesuffix(".scale") if self.name.endswith(".scale") else ""
+
 
 WEARS = (
     Wear("Cl", "", 6.0),
-    Wear("K3", "", 0.8),
+    Wear("K3", "", 1.3),
     Wear("Ps", "", 0.9),
     Wear("Kp", "", 0.75),
     Wear("jack.friction", "hyperbolic", 0.6),
@@ -42,7 +51,7 @@ WEARS = (
     Wear("oil.air", "dissolving", 0.6),
     Wear("jack.external_leakage", "seal that opens", 0.6),
     Wear("drive.delay", "shift and filter", 0.5),
-    Wear("main.stiction", "saturated line", 0.5),
+    Wear("pa.scale", "", 0.05),
 )
 
 
@@ -76,7 +85,7 @@ def drawn_rigs(number: int, seed: int, sessions: int) -> list[MadeRig]:
         random = np.random.default_rng([seed, k])
         worn = k - k // 3 - 1
         wear = None if k % 3 == 0 else WEARS[worn % len(WEARS)]
-        begins = int(random.integers(sessions // 3, sessions // 2))
+        begins = FEWEST + int(random.integers(max(1, sessions // 2 - FEWEST), max(2, 2 * sessions // 3 - FEWEST)))
         rigs.append(MadeRig(seed * 1000 + k, wear, growths[worn % 3] if wear else "slow", begins, sessions))
     return rigs
 
@@ -90,18 +99,21 @@ def write_sessions(rig: MadeRig, scene: Scene, folder: Path) -> list[Mapping[str
         warmer = SEASON * np.sin(2 * np.pi * WEEK * session / 365.25) + DAILY * random.standard_normal()
         numbers = {name: value * (1 + PER_KELVIN.get(name, 0.0) * warmer) for name, value in scene.true.items()}
         numbers["Ps"] *= 1 + SUPPLY * random.standard_normal()
-        numbers, mix = _worn(rig, numbers, rig.share(session))
+        numbers, mix = worn(rig, numbers, rig.share(session))
         louder = float(np.exp(NOISIER * random.standard_normal()))
         plan = CampaignPlan(rig.seed * 1000 + session, "single", noise="white")
         extra = {"session": {"date": day.isoformat(), "oil_temperature": f"{40 + warmer:.1f} degC"}}
         written_records(plan, scene, numbers, mix, louder, folder / day.isoformat(), extra)
+        if rig.wear and rig.wear.sensor:
+            _rescale(folder / day.isoformat(), rig.wear.sensor, 1 + rig.share(session) * rig.wear.most)
         truths.append(numbers)
     return truths
 
 
-def _worn(rig: MadeRig, numbers: Mapping[str, float], share: float) -> tuple[dict[str, float], dict]:
+def worn(rig: MadeRig, numbers: Mapping[str, float], share: float) -> tuple[dict[str, float], Mix]:
+    """The rig's numbers, and its effects with theirs, once so much of the wear is there."""
     wear = rig.wear
-    if wear is None or share == 0.0:
+    if wear is None or share == 0.0 or wear.sensor:
         return dict(numbers), {}
     if not wear.formula:
         return {**numbers, wear.name: numbers[wear.name] * (1 + share * (wear.most - 1))}, {}
@@ -109,6 +121,19 @@ def _worn(rig: MadeRig, numbers: Mapping[str, float], share: float) -> tuple[dic
     strong = {n.name: n.typical if n.off is None else n.off + share * wear.most * (n.typical - n.off)
               for n in cause.effect.numbers}  # fmt: skip
     return dict(numbers), {cause: strong}
+
+
+def _rescale(folder: Path, sensor: str, factor: float) -> None:
+    """Make a sensor read so many times what it read."""
+    for file in folder.glob("*.csv.gz"):
+        with gzip.open(file, "rt", encoding="utf-8") as lines:
+            head, *rows = lines.read().splitlines()
+        column = [cell.split(" ")[0] for cell in head.split(",")].index(sensor)
+        cells = [row.split(",") for row in rows]
+        for row in cells:
+            row[column] = f"{factor * float(row[column]):.7g}"
+        with gzip.open(file, "wt", encoding="utf-8") as lines:
+            lines.write("\n".join([head, *(",".join(row) for row in cells)]) + "\n")
 
 
 def _cause(wear: Wear) -> Cause:

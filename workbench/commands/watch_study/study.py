@@ -3,8 +3,10 @@
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from datetime import timedelta
 from functools import partial
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -20,15 +22,18 @@ from ..common.outcome import Outcome, Progress, no_checkpoint
 from ..common.run_folder import Run
 from ..common.step_experiment import StepConfig
 from ..trace_study.campaigns.draw import CampaignPlan, drawn_scene
-from ..watch.loop_costs import loop_row
+from ..trace_study.campaigns.scene import Scene
+from ..watch.forecast import LIMITS
+from ..watch.loop_costs import margins
 from ..watch.reader import SessionReader, read_sessions
 from ..watch.study import run_watch
 from .healthy import false_alarms, rate
-from .made_rig import MadeRig, write_sessions
+from .made_rig import FIRST_DAY, WEEK, MadeRig, worn, write_sessions
 
 A_YEAR = 0.5
 RIG = "jack-10t"
 HURT = 1.0  # dB of gain margin
+_AHEAD = 104  # sessions, in which a forecast has to come true
 Row = dict[str, Any]
 
 
@@ -50,41 +55,62 @@ def run_watch_study(
 
 def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
     """One made rig: written, watched, and judged; its recordings are removed again."""
-    scene = drawn_scene(CampaignPlan(rig.seed, "single", noise="white", sharp=0.5))
+    scene, begun = drawn_scene(CampaignPlan(rig.seed, "single", noise="white", sharp=0.5)), process_time()
     own = folder / rig.id
     shutil.rmtree(own, ignore_errors=True)
     truths = write_sessions(rig, scene, own)
+    made = process_time()
     found = run_watch(dated_sessions(own), load_rig(RIG), loop, A_YEAR, no_checkpoint, lambda _: None).metrics
     if rig.wear is not None:
         shutil.rmtree(own)
     days = [each["date"] for each in found["sessions"]]
     alarm = found["alarms"][0] if found["alarms"] else None
     told = days.index(alarm["told"]) if alarm else None
-    margins = [loop_row(loop, _true_rig(rig, truths[t], t)).get("gain_margin_db") for t in range(rig.sessions)]
+    lost = _lost(rig, loop, truths)
     name = rig.wear.name if rig.wear else None
     return {
         "id": rig.id,
         "wear": name,
         "growth": rig.growth if rig.wear else None,
         "begins": rig.begins if rig.wear else None,
+        "sessions": rig.sessions,
         "told": told,
         "effect": alarm["effect"] if alarm else None,
         "among": alarm["among"] if alarm else [],
         "right": name is not None and alarm is not None and name in alarm["among"],
         "share": rig.share(told) if told is not None else None,
-        "lost_db": _lost(margins, rig.begins, told),
-        "hurt": _hurt(margins, rig.begins),
-        "forecast": found["forecast"],
+        "lost_db": None if told is None else lost[told],
+        "hurt": next((t for t, each in enumerate(lost) if each is not None and each >= HURT), None),
+        "forecast": [each | {"true": _true_day(rig, loop, scene, each)} for each in found["forecast"]],
         "chi2": [each["chi2"] for each in found["sessions"]],
+        "made_cpu_s": made - begun,
+        "cpu_s": process_time() - made,
     }
 
 
-def _true_rig(rig: MadeRig, numbers: Mapping[str, float], session: int) -> Rig:
+def _lost(rig: MadeRig, loop: StepConfig, truths: Sequence[Mapping[str, float]]) -> list[float | None]:
+    """dB of gain margin that the loop has lost in each session since the one before the wear began."""
+    found = [margins(loop, true_rig(rig, each, rig.share(t))).get("gain_margin_db") for t, each in enumerate(truths)]
+    before = found[max(rig.begins - 1, 0)]
+    return [None if each is None or before is None else before - each for each in found]
+
+
+def _true_day(rig: MadeRig, loop: StepConfig, scene: Scene, row: Row) -> str | None:
+    """The day on which the figure of a forecast passes its limit on the rig as it is made; None within two years."""
+    for session in range(rig.sessions - 1, rig.sessions + _AHEAD):
+        share = rig.share(session)
+        value = margins(loop, true_rig(rig, worn(rig, scene.true, share)[0], share)).get(row["figure"])
+        if value is None or (value - row["limit"]) * LIMITS[row["figure"]][1] >= 0:
+            return str(FIRST_DAY + timedelta(days=WEEK * session))
+    return None
+
+
+def true_rig(rig: MadeRig, numbers: Mapping[str, float], share: float) -> Rig:
+    """The rig as it is made, by numbers that are worn already."""
     base = load_rig(RIG)
     known = {
         n: replace(number, value=numbers[n], low=None, high=None) for n, number in base.numbers.items() if n in numbers
     }
-    share = rig.share(session)
     if rig.wear is None or not rig.wear.formula or share == 0:
         return replace(base, numbers={**base.numbers, **known})
     effect = _library_effect(rig.wear.name)
@@ -96,19 +122,6 @@ def _library_effect(name: str) -> Any:
     from ...plant.effects import known_effects
 
     return next(effect for effect in known_effects() if effect.name == name)
-
-
-def _lost(margins: Sequence[float | None], begins: int, told: int | None) -> float | None:
-    """dB of gain margin that the loop lost between the beginning and the alarm."""
-    before, at = margins[max(begins - 1, 0)], margins[told] if told is not None else None
-    return None if before is None or at is None else before - at
-
-
-def _hurt(margins: Sequence[float | None], begins: int) -> int | None:
-    """The session at which the loop has lost HURT of its gain margin."""
-    before = margins[max(begins - 1, 0)]
-    since = range(begins, len(margins))
-    return next((t for t in since if before is not None and before - (margins[t] or 0.0) >= HURT), None)
 
 
 def _drawn(rig: MadeRig, years: int, folder: Path) -> Row:

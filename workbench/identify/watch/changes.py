@@ -165,8 +165,8 @@ class Marginal:
 
     def solved(self) -> tuple[np.ndarray, np.ndarray]:
         """The inverse of the normal matrix of the means [p, p], and X'M X's way from M's column to them [T, p, n]."""
-        weighted = np.einsum("tnp,tnm->tpm", self.design, self.matrix)
-        normal = np.einsum("tpm,tmq->pq", weighted, self.design)
+        weighted = np.swapaxes(self.design, 1, 2) @ self.matrix
+        normal = np.sum(weighted @ self.design, axis=0)
         return np.linalg.inv(normal + np.eye(len(normal)) / BROAD**2), weighted
 
 
@@ -178,8 +178,9 @@ def marginal(of: History, variance: np.ndarray) -> Marginal:
     root = np.sqrt(variance)
     values, vectors = np.linalg.eigh(of.matrix * np.outer(root, root))
     values = np.maximum(values, 0.0)
-    matrix = np.einsum("tik,tk,tjk->tij", vectors, values / (1 + values), vectors) / np.outer(root, root)
-    kept = np.einsum("tik,tk,tjk->tij", vectors, 1 / (1 + values), vectors)
+    back = np.swapaxes(vectors, 1, 2)
+    matrix = (vectors * (values / (1 + values))[:, None, :]) @ back / np.outer(root, root)
+    kept = (vectors / (1 + values)[:, None, :]) @ back
     vector = np.einsum("tij,tj->ti", kept, of.vector * root) / root
     design = np.einsum("tr,nm->tnrm", of.features, np.eye(len(variance)))
     return Marginal(matrix, vector, design.reshape(*vector.shape, -1))
@@ -205,10 +206,10 @@ def gains(of: Marginal, days: np.ndarray, vectors: np.ndarray) -> tuple[list[Cas
     gain, size = [], []
     for first, shape in cases:
         s = course(days, first, shape)
-        across = np.einsum("t,tpm->pm", s, weighted)
+        across = np.tensordot(s, weighted, 1)
         whole = np.einsum("t,tmm->m", s * s, of.matrix)
-        known = whole - np.einsum("pm,pq,qm->m", across, inverse, across)
-        slope = np.einsum("t,tmr->mr", s, vectors) - across.T @ mean
+        known = whole - np.sum(across * (inverse @ across), axis=0)
+        slope = np.tensordot(s, vectors, 1) - across.T @ mean
         told = known > ROUNDING * whole  # else the mean explains it as well, and what is left is rounding
         size.append(np.where(told[:, None], slope / np.where(told, known, 1.0)[:, None], 0.0))
         gain.append(slope * size[-1])
