@@ -18,8 +18,8 @@ RIG = load_rig("jack-10t")
 COUNT, BEGINS = 14, 9
 B, PS = (RIG.numbers[name].value for name in ("b", "Ps"))
 AXES = (
-    Axis("b", "N s/m", 0.45 * B, B, 1 / 3),
-    Axis("Ps", "Pa", 0.03 * PS, PS, 1 / 3),
+    Axis("b", "N s/m", 0.45 * B, B, 1 / 3, number=True),
+    Axis("Ps", "Pa", 0.03 * PS, PS, 1 / 3, number=True),
     Axis("jack.friction", "typical"),
     Axis("main.deadband", "typical"),
 )
@@ -31,7 +31,7 @@ def evidence(session: int) -> SessionEvidence:
     move = np.array([*0.3 * random.standard_normal(2), 0.0, 0.05 * max(session - BEGINS + 1, 0)])
     matrix = 1e5 * (np.eye(4) + 0.2)
     gradient = -matrix @ move + np.linalg.cholesky(matrix) @ random.standard_normal(4)
-    return SessionEvidence(AXES, 2, np.zeros(4), matrix, gradient, 1000, 1.0 + 5.0 * move[3], {"pa": 1.0})
+    return SessionEvidence(AXES, np.zeros(4), matrix, gradient, 1000, 1.0 + 5.0 * move[3], {"pa": 1.0})
 
 
 def explained(self: SessionReader, campaign, axes, what) -> dict[str, Explained]:
@@ -39,7 +39,7 @@ def explained(self: SessionReader, campaign, axes, what) -> dict[str, Explained]
     grown = 0.05 * max(int(campaign.train[0].signals["position"][0]) - BEGINS + 1, 0)
     before, numbers = 1000 + 1e6 * grown, {"b": B, "Ps": PS}
     after = {"main.deadband": 1000 + 3e4 * grown, "jack.friction": 1000 + 5e5 * grown}
-    return {axis: Explained(before, after.get(axis, before - 1), grown, 0.01, numbers) for axis in axes}
+    return {axis: Explained(before, after.get(axis, before - 1), 1000, grown, 0.01, numbers) for axis in axes}
 
 
 @pytest.fixture

@@ -46,18 +46,20 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _watch(options: argparse.Namespace, words: list[str]) -> None:
     a_year = alarms_a_year(options.false_alarms)
     from ...records.dated_sessions import dated_sessions
+    from .retuning import retuned
     from .rigs import rig_folders, run_watches
     from .study import identity, read_identity, run_watch, watched_rig
 
+    retuning = partial(retuned, options.loop, options.controller)
     loop, name = loop_of(options.loop, options.controller), f"watch-{options.folder.resolve().name}"
     if folders := rig_folders(options.folder):
         whole = {"command": "watch", "folders": [read_identity(each) for each in folders], "loop": loop.source}
         whole |= {"false_alarms_a_year": a_year, "rig": options.rig}
-        study = partial(run_watches, folders, options.rig, loop, a_year, jobs=jobs(options))
+        study = partial(run_watches, folders, options.rig, loop, a_year, retuning, jobs=jobs(options))
     else:
         found = dated_sessions(options.folder)
         rig = watched_rig(found, options.rig)
-        whole, study = identity(found, rig, loop, a_year), partial(run_watch, found, rig, loop, a_year)
+        whole, study = identity(found, rig, loop, a_year), partial(run_watch, found, rig, loop, a_year, retuning)
     outcome = finish(options, words, name, whole, study)
     if options.exit_code and outcome.metrics["alarms"]:
         sys.stdout.flush()

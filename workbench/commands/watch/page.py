@@ -56,7 +56,10 @@ def watch_page(
         Section(
             "Alarms", [_alarms(metrics["alarms"]), _forecast(metrics["forecast"]), *_left_out(metrics["left_out"])]
         ),
-        Section("The loop", [Figure(f"{metrics['controller']} on the rig of each session", begun, loop)]),
+        Section(
+            "The loop",
+            [*_retuning(metrics), Figure(f"{metrics['controller']} on the rig of each session", begun, loop)],
+        ),
         Section(
             "Every number and effect",
             [
@@ -64,6 +67,7 @@ def watch_page(
                 for place in range(0, len(every), _ROW)
             ],
         ),
+        Section("The newest session", [_residuals(metrics["sessions"])]),
         Section("Sessions", [_sessions(sessions, metrics["sessions"])]),
     ]
     return Page(f"Watch of {name}", verdict(metrics, sessions[-1].day), sections, picture=picture), picture
@@ -132,8 +136,10 @@ def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table | str:
     ]  # fmt: skip
     columns = ["what", "since", "between", "how", "size or rate", "low", "high", "unit", "explains [1]", "told on"]
     note = "Low and high: 95 %."
-    if any(len(a["among"]) > 1 for a in alarms):
-        note += " Several names explain the sessions as well as each other; `jackbench plan` says what to record."
+    for alarm in alarms:
+        if alarm["record"]:
+            note += f" {' and '.join(alarm['among'])} explain the sessions alike. To part them: "
+            note += "; ".join(alarm["record"]) + "."
     return Table("", columns, rows, note)
 
 
@@ -143,6 +149,29 @@ def _forecast(rows: Sequence[Mapping[str, Any]]) -> Table | str:
     lines = [[row["figure"], row["limit"], row["from"], row["to"], row["by"]] for row in rows]
     note = "80 %, if what changes goes on as it does."
     return Table("When the loop passes a limit", ["figure", "limit", "from", "to", "by"], lines, note)
+
+
+def _retuning(metrics: Mapping[str, Any]) -> list[Table]:
+    """What a search on the rig as it is gives back."""
+    again = metrics["retuning"]
+    if again is None:
+        return []
+    lines = [[name, before, after] for name, (before, after) in again["gain"].items()]
+    note = f"{again['scenario']} on the rig of the newest session, after a search of {again['trials']} designs."
+    if again["missed"]["retuned"]:
+        note += f" The best of them still misses: {again['missed']['retuned']}."
+    return [Table("What retuning would give back now", ["figure", "as it is", "retuned"], lines, note)]
+
+
+def _residuals(rows: Sequence[Mapping[str, Any]]) -> Table:
+    """What the rig of the first session, held to healthy wander, leaves of each signal, beside the first sessions."""
+    usual = [row["residuals"] for row in rows[:FEWEST]]
+    lines = [
+        [name, value, float(np.median([each[name] for each in usual if name in each] or [np.nan]))]
+        for name, value in rows[-1]["residuals"].items()
+    ]
+    note = "RMS of the errors over the sensor's noise: 1 is all noise. What has no name yet shows here first."
+    return Table(f"Residual of {rows[-1]['date']}", ["signal", "newest [1]", "first sessions [1]"], lines, note)
 
 
 def _left_out(lines: Sequence[str]) -> list[Table]:

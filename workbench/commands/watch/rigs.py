@@ -16,6 +16,7 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.step_experiment import StepConfig
 from .page import verdict
+from .retuning import Retuning
 from .study import run_watch, watched_rig
 
 Row = Mapping[str, Any]
@@ -33,6 +34,7 @@ def run_watches(
     rig: str | None,
     loop: StepConfig,
     a_year: float,
+    retuning: Retuning | None,
     stage: Stage,
     progress: Progress,
     jobs: Jobs = 1,
@@ -42,18 +44,20 @@ def run_watches(
     def done(row: Row) -> None:
         progress(f"{row['name']}: {row['said']}")
 
-    with process_pool(jobs, partial(partial, _watched, rig=rig, loop=loop, a_year=a_year)) as work:
+    with process_pool(jobs, partial(partial, _watched, rig=rig, loop=loop, a_year=a_year, retuning=retuning)) as work:
         rows = work({folder.name: folder for folder in folders}, stage, done)
     rows = sorted(rows, key=_attention)
     metrics = {"rigs": rows, "alarms": [alarm for row in rows for alarm in row["alarms"]]}
     return Outcome(metrics, lambda: _page(rows))
 
 
-def _watched(folder: Path, rig: str | None, loop: StepConfig, a_year: float) -> dict[str, Any]:
+def _watched(
+    folder: Path, rig: str | None, loop: StepConfig, a_year: float, retuning: Retuning | None
+) -> dict[str, Any]:
     try:
         found = dated_sessions(folder)
         own = watched_rig(found, rig)
-        metrics = run_watch(found, own, loop, a_year, no_checkpoint, lambda _: None).metrics
+        metrics = run_watch(found, own, loop, a_year, retuning, no_checkpoint, lambda _: None).metrics
     except InputError as error:
         return {"name": folder.name, "said": f"not read: {error}", "alarms": [], "sessions": 0, "last": None,
                 "margins": {}, "forecast": [], "left_out": [str(error)]}  # fmt: skip

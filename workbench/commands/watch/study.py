@@ -22,9 +22,11 @@ from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.step_experiment import StepConfig
 from .forecast import forecasts
-from .loop_costs import FIGURES, loop_figures
+from .loop_costs import FIGURES, loop_figures, rig_with
 from .page import watch_page
 from .reader import SessionReader, read_sessions
+from .retuning import Retuning
+from .splitting import to_split
 from .told import NORMAL, Told, named
 
 
@@ -52,7 +54,13 @@ def read_identity(folder: Path) -> list[str]:
 
 
 def run_watch(
-    found: DatedSessions, rig: Rig, loop: StepConfig, a_year: float, stage: Stage, progress: Progress
+    found: DatedSessions,
+    rig: Rig,
+    loop: StepConfig,
+    a_year: float,
+    retuning: Retuning | None,
+    stage: Stage,
+    progress: Progress,
 ) -> Outcome:
     """The outcome of a watch. A session costs a fit once: its evidence stays in the user's cache."""
     left_out = list(found.left_out)
@@ -71,6 +79,8 @@ def run_watch(
         told = _named(reader, sessions, evidence, known, change, first_alarm) if change else None
         progress(f"{loop.controllers[0].name} on the rig of each session")
         costs = stage("loops", lambda: loop_figures(loop, rig, known, moves, deviations, told))
+        newest = told.numbers_at(days[-1], known.days) if told else {}
+        again = stage("retuning", lambda: retuning(rig_with(rig, newest))) if retuning and newest else None
     metrics = {
         "sessions": [
             {
@@ -85,6 +95,7 @@ def run_watch(
         ],
         "alarms": [_alarm(told, sessions)] if told else [],
         "forecast": forecasts(known, told, costs, sessions[0].day, loop, rig),
+        "retuning": again,
         "left_out": left_out,
         "false_alarms_a_year": a_year,
         "controller": loop.controllers[0].name,
@@ -146,4 +157,5 @@ def _alarm(told: Told, sessions: Sequence[DatedSession]) -> dict[str, Any]:
         "rate": rate,
         "times_limit": change.gain,
         "told": str(sessions[told.first_alarm].day),
+        "record": to_split(name.among) if len(name.among) > 1 else [],
     }

@@ -60,7 +60,7 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
     shutil.rmtree(own, ignore_errors=True)
     truths = write_sessions(rig, scene, own)
     made = process_time()
-    found = run_watch(dated_sessions(own), load_rig(RIG), loop, A_YEAR, no_checkpoint, lambda _: None).metrics
+    found = run_watch(dated_sessions(own), load_rig(RIG), loop, A_YEAR, None, no_checkpoint, lambda _: None).metrics
     if rig.wear is not None:
         shutil.rmtree(own)
     days = [each["date"] for each in found["sessions"]]

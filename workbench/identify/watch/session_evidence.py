@@ -63,11 +63,10 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class SessionEvidence:
-    """Of one session: `axes` [n], the first `numbers` of which are the rig's; `at` [n], where the errors were taken to
-    first order; matrix A [n, n] and gradient b [n] there, of squared errors over sigma; samples; chi2 there."""
+    """Of one session: `axes` [n], the rig's numbers first; `at` [n], where the errors were taken to first order; matrix
+    A [n, n] and gradient b [n] there, of squared errors over sigma; samples; chi2 there."""
 
     axes: tuple[Axis, ...]
-    numbers: int
     at: np.ndarray
     matrix: np.ndarray
     gradient: np.ndarray
@@ -153,7 +152,6 @@ def session_evidence(problem: EstimationProblem, library: Sequence[Effect]) -> S
     at[: len(free)] = fit.x
     return SessionEvidence(
         tuple(axes),
-        len(free),
         at,
         slope.T @ slope / problem.kappa,
         slope.T @ errors / problem.kappa,
