@@ -124,7 +124,7 @@ def near_fit(problem: EstimationProblem, rounds: int = ROUNDS, at: Mapping[str, 
     if lost:
         raise InputError(
             f"the rig of the first session, fitted, is no nearer to {', '.join(lost)} than a constant would be; check "
-            "units and signs, and whether this session is of the same rig"
+            "units and signs, and whether the same rig was recorded"
         )
     return fit
 
