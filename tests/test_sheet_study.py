@@ -10,8 +10,8 @@ import pytest
 from workbench.cli import main
 from workbench.commands.force_test.bench import SIZES, ForceBench
 from workbench.commands.force_test.options import with_grips
-from workbench.commands.sheet_study.valve import curve_truth
 from workbench.identify.acceptance.bench import TestBench as Bench
+from workbench.identify.acceptance.exact import curve_lines
 from workbench.identify.acceptance.force_dynamic import force_points, referenced_mass
 from workbench.identify.acceptance.opening import Opening, ValveLag
 from workbench.identify.acceptance.pressure import pressure_rows
@@ -25,7 +25,7 @@ ROWS = json.loads((RESULTS / "sheets.json").read_text())["rows"]
 
 
 def test_the_true_curve_has_the_declared_lands():
-    found = curve_truth(RIG, np.linspace(-1, 1, 21))
+    found = curve_lines(RIG, np.linspace(-1, 1, 21))
     assert found["main_flow"] == pytest.approx(RIG["K3"] * RIG["z3max"] * 35e5**0.5 * 60000, rel=2e-3)
     assert found["lap"] == pytest.approx(-200 * RIG["eps"] / RIG["z3max"], rel=0.01)
     assert found["symmetry"] == pytest.approx(0, abs=1e-6)

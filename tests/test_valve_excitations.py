@@ -7,7 +7,8 @@ import pytest
 
 from workbench.cli import main
 from workbench.engine import Engine
-from workbench.identify.acceptance.excitations import TESTS, missing_tests
+from workbench.identify.acceptance.excitations import VALVE_TELLS, missing_records
+from workbench.identify.acceptance.row import Row
 from workbench.linear import equilibrium
 from workbench.plant import build_blocked_valve, build_valve_bench
 from workbench.records import Record
@@ -38,7 +39,7 @@ def folder(tmp_path_factory):
 
 
 def test_a_folder_has_every_record_of_a_test(folder):
-    assert {path.stem for path in folder.iterdir()} == set(TESTS)
+    assert {path.stem for path in folder.iterdir()} == set(VALVE_TELLS)
 
 
 def test_played_on_a_bench_they_tell_every_line_that_a_bench_can(folder, tmp_path):
@@ -59,10 +60,26 @@ def test_played_on_a_bench_they_tell_every_line_that_a_bench_can(folder, tmp_pat
 
 
 def test_a_campaign_without_them_hears_which_are_missing(tmp_path):
+    """Records of a whole rig tell the curve about null, and the rated flow only where they open the valve fully."""
     assert main(["valve-test", "experiments/sample", "--out", str(tmp_path / "out")]) == 0
-    assert json.loads((tmp_path / "out" / "metrics.json").read_text())["missing"] == list(TESTS)
+    missing = json.loads((tmp_path / "out" / "metrics.json").read_text())["missing"]
+    assert missing == [name for name in VALVE_TELLS if name != "valve-flow-null"]
     assert "valve-sine-25" in (tmp_path / "out" / "report.html").read_text()
-    assert missing_tests(list(TESTS[1:])) == [TESTS[0]]
+
+
+def test_a_record_is_missing_as_long_as_a_line_of_it_is_open():
+    open_line, said = Row("step_10_t90", "", "s", reason="none"), Row("lap", "", "%", 1.0, 0.9, 1.1)
+    assert missing_records([open_line, said], VALVE_TELLS) == {"valve-step-10": ["step_10_t90"]}
+
+
+def test_a_plan_leaves_the_files_of_the_records_that_a_sheet_misses(tmp_path):
+    assert main(["plan", "experiments/sample", "--for", "valve-test", "--out", str(tmp_path / "out")]) == 0
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    told = {row["record"]: row["lines"] for row in metrics["missing"]}
+    assert told["valve-flow"] == ["main_flow"]
+    assert {path.stem for path in (tmp_path / "out").glob("*.csv")} == set(told)
+    assert [row["id"] for row in metrics["beyond"]] == ["null_shift_supply", "null_shift_temperature"]
+    assert metrics["said"] + sum(map(len, told.values())) + len(metrics["beyond"]) == metrics["lines"]
 
 
 @pytest.mark.parametrize(

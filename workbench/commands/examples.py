@@ -51,7 +51,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "jackbench trace sample",
         'jackbench trace maker.csv --output spool --amplitude "100 %" --rig jack-10t',
     ),
-    "plan": ("jackbench plan sample", "jackbench plan campaign --rig found.toml"),
+    "plan": ("jackbench plan sample", "jackbench plan campaign --for valve-test"),
     "frequency": (
         "jackbench frequency sample --output position",
         "jackbench frequency maker.csv --output spool --amplitude 1 --rig jack-10t",

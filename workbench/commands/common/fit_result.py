@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...base.units import from_si, to_si
+from ...identify.fit.determined import FreeParameter
 from ...identify.fit.solver import UNSEEN, Fit
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel
@@ -54,11 +55,27 @@ class Fitted:
 def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
     """The rig's own numbers that a fit moved, those of the effects that it declares included."""
     numbers = numbers_of(rig)
-    own = [(index, free) for index, free in enumerate(fit.free) if free.name in numbers]
     return [
         Fitted(numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.at_bounds)
-        for index, free in own
+        for index, free in _own(rig, fit)
     ]
+
+
+def _own(rig: Rig, fit: Fit) -> list[tuple[int, FreeParameter]]:
+    """The rig's own among the numbers that a fit moved, with their places."""
+    numbers = numbers_of(rig)
+    return [(index, free) for index, free in enumerate(fit.free) if free.name in numbers]
+
+
+def unbounded(rig: Rig, fit: Fit) -> dict[str, tuple[float, float, float]]:
+    """Value and 95 % interval, SI, of the rig's own numbers by name, beyond their ranges where records leave that
+    open."""
+    found = {}
+    for entry, (index, free) in zip(fitted(rig, fit), _own(rig, fit), strict=True):
+        half = 1.96 * float(np.sqrt(fit.covariance[index, index]))
+        ends = sorted(float(free.value(fit.x[index] + side * half)) for side in (-1.0, 1.0))
+        found[entry.number.name] = (entry.value, ends[0], ends[1])
+    return found
 
 
 def fitted_cells(entry: Fitted) -> list[Cell]:

@@ -1,6 +1,7 @@
 """What commands are asked that leave a sheet: a campaign or a rig, limits, and a PDF."""
 
 import argparse
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
@@ -17,6 +18,8 @@ from .shipped import campaign
 
 if TYPE_CHECKING:
     from ...identify.acceptance.row import Limit
+
+Rows = Mapping[str, Mapping[str, Any]]  # lines of a sheet by id, as metrics.json has them
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,15 @@ def limits_of(path: Path | None) -> "tuple[dict[str, Limit], dict[str, str]]":
     from ...identify.acceptance.row import read_limits
 
     return read_limits(path), file_digests(path)
+
+
+def read_lines(path: Path) -> Rows:
+    """The lines of a valve's sheet that have a value, by id, from metrics.json. Raises InputError for what is none."""
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))["rows"]
+        return {row["id"]: row for row in rows if row["value"] is not None and row["low"] <= row["high"]}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: no sheet of valve-test ({type(error).__name__}); name its metrics.json") from None
 
 
 def limit_tables(limits: "Mapping[str, Limit]") -> dict[str, Any]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from ...records.excitation import SIMPLE, Spacing, Spectrum
 
 KINDS = (*SIMPLE, "chirp", "multisine")
-VALVE_TEST = "valve-test"  # the records of a valve's sheet, a folder of them
+VALVE_TEST, FORCE_TEST = "valve-test", "force-test"
+SETS = (VALVE_TEST, FORCE_TEST)  # the records of a sheet, a folder of them
 
 
 @dataclass(frozen=True)

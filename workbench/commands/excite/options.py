@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...base.errors import InputError
 from ...rigs.rig_file import load_rig
-from .config import KINDS, VALVE_TEST, Design
+from .config import KINDS, SETS, Design
 
 _SIZES = ("amplitude", "seconds")
 
@@ -14,7 +14,9 @@ def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("rig", help="the bundled rig or rig file whose control period and limits are kept")
     parser.add_argument(
-        "kind", choices=(*KINDS, VALVE_TEST), help="kind of excitation; valve-test: all that a valve's sheet needs"
+        "kind",
+        choices=(*KINDS, *SETS),
+        help="kind of excitation; valve-test, force-test: all that a sheet of that command needs",
     )
     parser.add_argument("--signal", choices=("command", "reference"), default="command")
     parser.add_argument("--amplitude", type=float, help="peak of the command [1] or of the reference [mm]")
@@ -24,16 +26,14 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--lines", type=int, help="about how many lines a multisine has (default: every harmonic)")
     parser.add_argument("--spectrum", choices=("flat", "1/f"), default="flat", help="spectrum of a multisine")
     parser.add_argument("--sweep", choices=("log", "linear"), default="log", help="sweep of a chirp")
-    parser.add_argument(
-        "--out", type=Path, required=True, metavar="FILE", help="a .csv file; a new folder for valve-test"
-    )
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .csv file; a new folder for a sheet")
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     parser.set_defaults(call=_excite)
 
 
 def _excite(options: argparse.Namespace, _words: list[str]) -> None:
-    if options.kind == VALVE_TEST:
-        _valve_test(options)
+    if options.kind in SETS:
+        _set(options)
         return
     for name in _SIZES:
         if getattr(options, name) is None:
@@ -47,10 +47,10 @@ def _excite(options: argparse.Namespace, _words: list[str]) -> None:
     print(excite(design, rig, options.out, options.force))
 
 
-def _valve_test(options: argparse.Namespace) -> None:
+def _set(options: argparse.Namespace) -> None:
     for name in (*_SIZES, "band", "lines"):
         if getattr(options, name) is not None:
-            raise InputError(f"--{name}: belongs to a single excitation; a valve-test has its own, leave it out")
-    from .valve_test import write_valve_test
+            raise InputError(f"--{name}: belongs to a single excitation; a {options.kind} has its own, leave it out")
+    from .sets import write_set
 
-    print(write_valve_test(load_rig(options.rig), options.out))
+    print(write_set(options.kind, load_rig(options.rig), options.out))

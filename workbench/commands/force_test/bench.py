@@ -13,7 +13,7 @@ from ...plant import build
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from ..excite.study import drive, play, trouble
+from ..excite.study import drive, play, trouble, within_limits
 
 SHARE = 0.9  # of the cell's capacity, or of what the jack gives, up to which levels and sines go
 LEVELS, REPEATS = (0.2, 0.4, 0.6, 0.8, 1.0), 3
@@ -55,7 +55,7 @@ class ForceBench:
 
     def __post_init__(self) -> None:
         if not self.rig["ks"]:
-            raise InputError(f"{self.rig.name}: no specimen that a force acts on; set ks, or --specimen '1e7 N/m'")
+            raise InputError(f"{self.rig.name}: no specimen that a force acts on; set ks in its file, such as 1e7 N/m")
         if "force" not in self.rig.sensors:
             raise InputError(f"{self.rig.name}: no force sensor; declare [sensors.force]")
 
@@ -70,17 +70,34 @@ class ForceBench:
         return float(np.sqrt((oil_stiffness(self.rig) + self.rig["ks"]) / self.rig["M"])) / (2 * np.pi)
 
     def static_record(self) -> Record:
-        """Levels up and down, three times over; the loop gives way under a force, so that it is asked for more."""
+        """Levels up and down, three times over."""
+        return self._played(self.static_wave(), 1)
+
+    def sine_record(self, size: float, which: int) -> Record:
+        """Sines of force of an amplitude, a share of the largest, at one frequency after another."""
+        return self._played(self.sine_wave(size), 10 + which)
+
+    def static_wave(self) -> Excitation:
+        """The loop gives way under a force, so that it is asked for more than a level deflects the specimen."""
         way = np.concatenate(([0.0], np.tile((*LEVELS, *LEVELS[-2::-1], 0.0), REPEATS)))
         reference = np.repeat(way * self.largest / self.rig["ks"], round(DWELL / self.rig.period.value))
         wave = self._wave("force-static", reference, np.zeros(reference.size))
         first = play(drive(self.rig), wave).record.signals["force"]
-        return self._played(wave.scaled(min(MOST_ASKED, self.largest / float(first.max()))), 1)
+        return wave.scaled(min(MOST_ASKED, self.largest / float(first.max())))
 
-    def sine_record(self, size: float, which: int) -> Record:
-        """Sines of force of an amplitude, a share of the largest, at one frequency after another."""
+    def sine_wave(self, size: float) -> Excitation:
+        """Commands whose sines of force have an amplitude of `size` of the largest."""
         command = self._sines(size)
-        return self._played(self._wave(f"force-sine-{100 * size:g}", np.zeros(command.size), command), 10 + which)
+        return self._wave(f"force-sine-{100 * size:g}", np.zeros(command.size), command)
+
+    def waves(self) -> list[Excitation]:
+        """What a live rig plays for the sheet, as large as this one takes it."""
+        wanted, ready = [self.static_wave(), *(self.sine_wave(size) for size in SIZES)], drive(self.rig)
+        fitting = [within_limits(ready, wave) for wave in wanted]
+        if None in fitting:
+            name = wanted[fitting.index(None)].name
+            raise InputError(f"{self.rig.name}: its drive cannot play {name} at any size; take another specimen")
+        return [wave for wave in fitting if wave is not None]
 
     def records(self) -> list[Record]:
         """All of them."""

@@ -9,6 +9,7 @@ from ...rigs.datasheet import load_datasheet
 from ...rigs.rig_file import load_rig, rig_text
 from ..common.options import computes, finish
 from ..common.outcome import Outcome, Progress, Stage
+from ..common.sheet_options import read_lines
 from ..common.shipped import experiment
 
 
@@ -42,9 +43,9 @@ def _of_sheet(options: argparse.Namespace, words: list[str]) -> None:
     like = load_rig(options.like)
     if not (like.is_jack and like.is_throttled):
         raise InputError(f"--like {options.like}: {like.name} has no servo-valve; name a rig with one")
-    from .sheet import read_sheet, rig_of_sheet, run_sheet_rig
+    from .sheet import rig_of_sheet, run_sheet_rig
 
-    rows = read_sheet(options.datasheet)
+    rows = read_lines(options.datasheet)
     name = f"{like.name}-sheet"
     rig = rig_of_sheet(rows, like, name)
 

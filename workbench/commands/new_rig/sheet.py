@@ -4,10 +4,7 @@ The sheet is metrics.json of `jackbench valve-test`. Its intervals become the bo
 plays the sheet again.
 """
 
-import json
-from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,25 +18,15 @@ from ...rigs.rig import Rig, number_specs
 from ...rigs.valve.second_order import SECOND_ORDER
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
+from ..common.sheet_options import Rows
 from ..valve_test.study import played_sheet
 
-FILE = "metrics.json"
 REFERENCE = 5.0  # Hz, that a sheet's gains are referred to
 _RESPONSES = {"main_25": 0.25, "main_100": 1.0, "main_small": np.inf, "main_5": 0.05}  # amplitudes, the best first
 _LOST = ("current", "pilot_spool", "flapper")  # signals of a valve with a pilot
 _CORRECTOR = "p"  # as rigs from datasheets have it; the kind has none of its own
 _ROOT = float(np.sqrt(35e5))
 _PER_MINUTE = 60000.0
-Rows = Mapping[str, Mapping[str, Any]]
-
-
-def read_sheet(path: Path) -> Rows:
-    """The lines of a sheet that have a value, by id. Raises InputError for a file that is none."""
-    try:
-        rows = json.loads(path.read_text(encoding="utf-8"))["rows"]
-        return {row["id"]: row for row in rows if row["value"] is not None}
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: no sheet of valve-test ({type(error).__name__}); name its {FILE}") from None
 
 
 def rig_of_sheet(rows: Rows, like: Rig, name: str) -> Rig:

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ...identify.acceptance.force_test import Reference, force_sheet
-from ...identify.acceptance.row import Row
 from ...rigs.rig import Rig
 from ..force_test.bench import CellErrors, ForceBench
 from ..force_test.options import with_grips
@@ -24,18 +23,8 @@ def force_lines(rig: Rig, number: int) -> list[Held]:
         force_sheet(ForceBench(own, number, CellErrors(span, zero), loud).records(), own, Reference(0.0, WITHIN)).rows
         for loud in (True, False)
     )
-    truths = {row.id: _named(row, exact) for row in noisy if not row.id.startswith("compensat")}
-    truths |= {row.id: 100 * span for row in noisy if row.id.startswith("compensated")}
+    truths = {row.id: 100 * span if row.id.startswith("compensated") else row.value for row in exact}
     return beside_truth(noisy, truths | {"mass": mass, "repeatability": None, "band": _band(own, mass, span)})
-
-
-def _named(row: Row, exact: list[Row]) -> float | None:
-    """The value without noise of the line; its force, which is part of the name, may be another in the last digit."""
-    same = [each for each in exact if each.id == row.id]
-    if not same:
-        stem = row.id.rpartition("_")[0]
-        same = [each for each in exact if each.id.rpartition("_")[0] == stem]
-    return same[0].value if len(same) == 1 else None
 
 
 def _band(rig: Rig, mass: float, span: float) -> float:

@@ -6,18 +6,16 @@ import numpy as np
 
 from ...base.gain_phase import gain_db, phase_deg
 from ...engine import Engine
-from ...identify.acceptance.bench import ABOUT_NULL, FAST, TestBench, steps
-from ...identify.acceptance.curve_figures import curve_rows, null_bias
+from ...identify.acceptance.bench import ABOUT_NULL, FAST, TestBench, standing, steps
 from ...identify.acceptance.dynamics import STEPS, step_figures
-from ...identify.acceptance.flow_curve import FlowCurve
+from ...identify.acceptance.exact import PER_MINUTE, curve_lines, curve_null, pilot_flow
 from ...identify.acceptance.pressure import pressure_rows
-from ...identify.acceptance.regression import Fit
 from ...identify.acceptance.row import Row
 from ...identify.acceptance.valve_test import valve_sheet
 from ...linear.crossings import corner_frequency
 from ...linear.frequency_response import stepped_sines
 from ...linear.operating_point import equilibrium
-from ...plant import Plant, build_blocked_valve, build_pilot_bench, build_valve_bench
+from ...plant import build_blocked_valve, build_pilot_bench, build_valve_bench
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
@@ -26,25 +24,19 @@ from ..record.study import recorded
 from ..valve_test.study import played_sheet
 from .drawn import Held, beside_truth, within_bounds
 
-_PER_MINUTE = 60000.0
 _FINER, _CYCLES = 4, (30, 30)  # times: steps of a truth; cycles of its sines
 _NEAR = np.linspace(0.97, 1.03, 5)  # of a corner as found: where its truth is looked for
 _REST = np.linspace(-1e-3, 1e-3, 201)  # of full command: where load pressure and leakage change
-_CORNERS = 10
 
 
 def bench_lines(rig: Rig, number: int) -> list[Held]:
-    """Of a rig within the bounds: its valve on the test bench, sensors of seed `number`.
-
-    Corners have no noise in them, and a truth that takes long: they are of one rig in ten.
-    """
+    """Of a rig within the bounds: its valve on the test bench, sensors of seed `number`."""
     own = within_bounds(rig, np.random.default_rng([0, number]))
     found = played_sheet(TestBench(own, number), lambda _: None)
     assert found.curve is not None
-    truths = curve_truth(own, found.curve.command) | _pressure_truth(own) | _step_truth(own)
-    if number % _CORNERS == 0:
-        truths |= _corner_truth(own, found.rows)
-    truths |= {"hysteresis": 0.0, "null_shift_supply": _shift_truth(own), "pilot_flow": _pilot_truth(own)}
+    truths = curve_lines(own, found.curve.command) | _pressure_truth(own) | _step_truth(own)
+    truths |= _corner_truth(own, found.rows)
+    truths |= {"hysteresis": 0.0, "null_shift_supply": _shift_truth(own), "pilot_flow": pilot_flow(own)}
     return beside_truth(found.rows, truths)
 
 
@@ -56,33 +48,16 @@ def record_lines(rig: Rig, waves: Mapping[str, Excitation], number: int) -> list
         signals = recorded(ready, wave, [number, i])["signals"]
         records.append(Record(name, np.arange(wave.command.size) * own.period.value, signals))
     found = valve_sheet(records, rig)
-    truths = {} if found.curve is None else curve_truth(own, found.curve.command)
+    truths = {} if found.curve is None else curve_lines(own, found.curve.command)
     return beside_truth(found.rows, truths | {"hysteresis": 0.0})
 
 
-def curve_truth(rig: Rig, command: np.ndarray) -> dict[str, float | None]:
-    """Figures of the flow [k] at which the bench stands at commands [k]."""
-    flow = _standing(build_valve_bench(rig), command, ("flow",))[:, 0]
-    none = np.zeros((command.size, command.size))
-    exact = FlowCurve(command, flow, Fit(flow, none, none, 2), "")
-    return {row.id: row.value for row in curve_rows(exact)}
-
-
-def _standing(plant: Plant, command: np.ndarray, names: tuple[str, ...]) -> np.ndarray:
-    """Outputs [k, names] at the equilibria of commands [k]."""
-    smooth, rows = plant.without_dry_friction(), []
-    for each in command.tolist():
-        rest = equilibrium(plant, command=each, p=smooth)
-        rows.append([plant.observe(rest.x, rest.u)[0, plant.output(name)] for name in names])
-    return np.array(rows)
-
-
 def _pressure_truth(rig: Rig) -> dict[str, float | None]:
-    command = np.concatenate(([-ABOUT_NULL], _REST, [ABOUT_NULL]))
-    pa, pb, flow = _standing(build_blocked_valve(rig), command, ("pa", "pb", "flow")).T
+    command = TestBench(rig, 0).null + np.concatenate(([-ABOUT_NULL], _REST, [ABOUT_NULL]))
+    pa, pb, flow = standing(build_blocked_valve(rig), command, ("pa", "pb", "flow")).T
     record = Record("valve-pressure", np.arange(command.size) * 1.0, {"command": command, "pa": pa, "pb": pb})
     rows = {row.id: row.value for row in pressure_rows([record])}
-    return {"pressure_gain": rows["pressure_gain"], "leakage": _PER_MINUTE * float(flow.max())}
+    return {"pressure_gain": rows["pressure_gain"], "leakage": PER_MINUTE * float(flow.max())}
 
 
 def _step_truth(rig: Rig) -> dict[str, float | None]:
@@ -128,15 +103,3 @@ def _shift_truth(rig: Rig) -> float | None:
     nodes, share = np.linspace(-0.01, 0.01, 21), 0.2
     nulls = [curve_null(rig.with_values(Ps=(1 + side * share) * rig["Ps"]), nodes) for side in (-1, 1)]
     return 100 * (nulls[1] - nulls[0]) * 10e5 / (2 * share * rig["Ps"])
-
-
-def curve_null(rig: Rig, nodes: np.ndarray) -> float:
-    """The command at which no flow passes."""
-    return null_bias(nodes, _standing(build_valve_bench(rig), nodes, ("flow",))[:, 0])
-
-
-def _pilot_truth(rig: Rig) -> float | None:
-    if "pilot" not in rig.valve_kind.stages:
-        return None
-    plant = build_pilot_bench(rig)
-    return _PER_MINUTE * float(_standing(plant, np.array([plant.inputs[0].scale]), ("flow",))[0, 0])

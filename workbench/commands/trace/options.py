@@ -10,6 +10,7 @@ from ...records.campaign import campaign_rig
 from ...rigs.platform import is_platform, load_platform
 from ..common.options import finish, processes, works
 from ..common.rig_out import finish_with_rig, leaves_rig
+from ..common.sheet_options import read_lines
 from ..common.shipped import campaign
 from ..residual.config import holds_out, load
 from .without import check_library
@@ -29,6 +30,10 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--several", action="store_true", help="add effects that explain only a part, for a rig that lacks several"
     )
+    parser.add_argument(
+        "--new", type=Path, metavar="SHEET.json",
+        help="metrics.json of valve-test when the valve was new: say what differs from it now",
+    )  # fmt: skip
     parser.add_argument("--input", default="command", help="input signal of sheets (default: command)")
     parser.add_argument("--output", help="output signal of sheets, such as spool")
     parser.add_argument(
@@ -46,6 +51,8 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
     paths: list[Path] = options.campaign
     trust.allow(*options.effects)
     if all(path.is_file() and path.suffix != ".toml" for path in paths):
+        if options.new is not None:
+            raise InputError("--new belongs to a campaign, not to frequency-response sheets; take it out")
         from .sheet_files import read_sheets
 
         rig, sheets = read_sheets(options)
@@ -64,18 +71,24 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
         return _trace_platform(options, words, name)
     check_library(options.without, options.rig or campaign_rig(paths[0]), options.effects)
     records, rig = load(options)
-    from .study import effects_for, identity, run_trace
+    from .study import effects_for, identity, run_trace, run_trace_since
 
     files = [str(file.resolve()) for file in options.effects]
     library = effects_for(rig, files, options.without)
     command = identity(records, rig, files, options.without, options.several)
-    shared = {"files": files, "several": options.several, "jobs": processes(options)}
-    study = partial(run_trace, records, rig, library, **shared)
+    shared = {"files": files, "jobs": processes(options)}
+    study = partial(run_trace, records, rig, library, several=options.several, **shared)
+    if options.new is not None:
+        rows = read_lines(options.new)
+        command |= {"new": {id: dict(row) for id, row in rows.items()}}
+        study = partial(run_trace_since, options.new.name, rows, records, rig, library, **shared)
     return finish_with_rig(options, words, records.path.resolve().name, command, study)
 
 
 def _trace_platform(options: argparse.Namespace, words: list[str], name: str) -> None:
     """The same of a platform's campaign, leg by leg."""
+    if options.new is not None:
+        raise InputError("--new is for the valve of one jack; a platform has several, name the campaign of one leg")
     if options.rig_out is not None:
         raise InputError("--rig-out is for one jack; the rigs of a platform's legs are left beside its report")
     from ..residual.platform import judged_legs

@@ -1,12 +1,13 @@
 """Why do model and rig disagree? Traces a campaign's residual to the effects that the model lacks, and reports it."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from ...base.process_pool import one_blas_thread
+from ...identify.acceptance.when_new import rig_when_new
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect, acts, known_effects
@@ -26,6 +27,7 @@ from .detectability import detectability
 from .metrics import compared, labels, more_json, trace_json
 from .page import trace_page
 from .shape import missing_shape
+from .when_new import beside_new
 from .without import check_names
 
 
@@ -80,6 +82,25 @@ def run_trace(
     return trace_answer(campaign, rig, library, stage, progress, files, (), several, jobs).outcome
 
 
+def run_trace_since(
+    source: str,
+    rows: Mapping[str, Mapping[str, Any]],
+    campaign: Campaign,
+    rig: Rig,
+    library: Sequence[Effect],
+    stage: Stage,
+    progress: Progress,
+    files: Sequence[str] = (),
+    jobs: int = 1,
+) -> Outcome:
+    """The same from the rig on as a valve's sheet of `rows`, a file `source`, had it when it was new; what has worn may
+    be several, numbers among them."""
+    progress("the rig as its valve's sheet has it")
+    new = rig_when_new(rig, rows, source)
+    answer = trace_answer(campaign, new.rig, library, stage, progress, files, (), True, jobs, suspects=new.names)
+    return beside_new(answer, campaign, new, rows).outcome
+
+
 def identity(
     campaign: Campaign, rig: Rig, files: Sequence[str], without: Sequence[str], several: bool
 ) -> dict[str, Any]:
@@ -105,10 +126,13 @@ def trace_answer(
     several: bool,
     jobs: int,
     learns: bool = True,
+    suspects: Sequence[str] = (),
 ) -> TraceAnswer:
     """The answer of a campaign about effects of `library`; see trace_campaign."""
     with one_blas_thread():
-        result = trace(estimation_problem(campaign, rig), library, stage, progress, several, jobs, files, learns)
+        result = trace(
+            estimation_problem(campaign, rig), library, stage, progress, several, jobs, files, learns, suspects
+        )
         answer, both = trace_json(result), compared(result)
     rig_found = fitted_rig(result.problem, result.final, files)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...identify.acceptance.bench import TestBench
 from ...identify.acceptance.dynamics import SINES, STEPS, Response, corner_rows
-from ...identify.acceptance.excitations import missing_tests
+from ...identify.acceptance.excitations import VALVE_TELLS, missing_records
 from ...identify.acceptance.row import Estimate, Row, judged, measured, unsaid
 from ...identify.acceptance.valve_test import ValveSheet, valve_sheet
 from ...rigs.rig import Rig
@@ -30,7 +30,7 @@ def run_valve_test(sheet: Asked, stage: Stage, progress: Progress) -> Outcome:
     if found.curve is not None:
         low, high = found.curve.band()
         tables["flow_curve"] = {"command": found.curve.command, "flow": found.curve.flow, "low": low, "high": high}
-    missing = [] if sheet.campaign is None else missing_tests([record.name for record in sheet.campaign.records])
+    missing = list(missing_records(rows, VALVE_TELLS)) if sheet.campaign else []
     metrics = {"rows": [row.table() for row in rows], "missing": missing}
     return Outcome(metrics, lambda: valve_page(sheet, found, missing), tables, subject=Subject(sheet.rig), dated=False)
 
@@ -50,11 +50,11 @@ def played_sheet(bench: TestBench, progress: Progress) -> ValveSheet:
     responses = {}
     for size in SINES:
         progress(f"main stage, {size} %: stepped sine")
-        responses[f"main_{size}"] = bench.response("main", size)
+        responses[f"main_{size}"] = bench.metered_response("main", size)
     has_pilot = "pilot" in bench.rig.valve_kind.stages
     for size in SINES if has_pilot else ():
         progress(f"pilot, {size} %: stepped sine")
-        responses[f"pilot_{size}"] = bench.response("pilot", size)
+        responses[f"pilot_{size}"] = bench.metered_response("pilot", size)
     rows = [row for row in found.rows if not row.id.startswith(tuple(f"main_{size}_" for size in SINES))]
     for size in SINES:
         rows += corner_rows(responses[f"main_{size}"], f"main_{size}", f"main stage, {size} %", "")

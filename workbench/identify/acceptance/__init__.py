@@ -7,5 +7,6 @@ valve_test            the valve's sheet
 sines                 where a record plays one, and other signals as amplitudes of it
 force_static, force_dynamic, force_test    a load cell at rest and in motion beside a reference; its sheet
 excitations           what a laboratory plays for a valve's sheet, and which of it is missing
-bench                 a rig's valve on its test bench, played by the engine
+bench, exact          a rig's valve on its test bench, played by the engine; the same lines without noise
+when_new              the rig that plays a valve's sheet, with intervals
 """

@@ -6,6 +6,7 @@ Load ports at 35 bar and lands fed at 70 bar for flow; blocked ports at the rig'
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ...engine import Engine
 from ...linear.frequency_response import AGREE, scan
@@ -21,9 +22,12 @@ FAST = 2.5e-4  # s, of steps
 CYCLE, CYCLES = 20.0, 2  # s, triangles
 SLOW = 60.0  # s, of one on blocked ports, whose pressures are late
 ABOUT_NULL = 0.02  # of full command: where pressure gain and leakage are looked at
+FARTHEST = 0.6  # of full command: within which a valve has its null
 FINE = (0.03, 10.0)  # of full command, s: a second triangle for the flow about null
 DWELL = 0.15  # s
 HIGHEST, POINTS = 300.0, 40  # Hz; of a frequency response before it is refined
+ROUNDS, LASTS = 24, 0.4  # cycles, and s, that a sine lasts at least
+_CIRCLE = float(np.sqrt(-2 * np.log(0.05)))  # of the deviation of either part: the 95 % circle of a complex number
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,16 @@ class TestBench:
         """Flow [m^3/s] of one valve at full travel and 35 bar a land."""
         return self.rig["K3"] * self.rig["z3max"] * 35e5**0.5
 
+    @property
+    def null(self) -> float:
+        """The command at which no flow passes, which a laboratory sets before it blocks the ports."""
+        plant = build_valve_bench(self.rig)
+
+        def flow(command: float) -> float:
+            return float(standing(plant, np.array([command]), ("flow",))[0, 0])
+
+        return float(brentq(flow, -FARTHEST, FARTHEST, xtol=1e-7))  # pyright: ignore[reportArgumentType]
+
     def flow_records(self) -> list[Record]:
         """Triangles to full command and about null, flow metered."""
         plant = build_valve_bench(self.rig)
@@ -49,9 +63,8 @@ class TestBench:
 
     def pressure_record(self) -> Record:
         """A triangle about null on blocked ports: port pressures, and the flow that the supply gives."""
-        return self._played(
-            build_blocked_valve(self.rig), "valve-pressure", triangle(ABOUT_NULL, SLOW, CYCLES), PERIOD, 3
-        )
+        command = self.null + triangle(ABOUT_NULL, SLOW, CYCLES)
+        return self._played(build_blocked_valve(self.rig), "valve-pressure", command, PERIOD, 3)
 
     def step_record(self, size: int) -> Record:
         """Steps to +- size % and back to 0."""
@@ -59,23 +72,38 @@ class TestBench:
         return self._played(build_valve_bench(self.rig), f"valve-step-{size}", command, FAST, 10 + size)
 
     def response(self, stage: str, size: int) -> Response:
-        """Flow over the input by stepped sine of size %: of the "pilot" or the "main" stage."""
+        """Flow over the input by stepped sine of size %, over its first: of the "pilot" or the "main" stage."""
+        f, flow = self._amplitudes(stage, size)
+        return _relative(f, flow, AGREE * np.abs(flow))
+
+    def metered_response(self, stage: str, size: int) -> Response:
+        """The same as a flow meter tells it: with its noise over each sine."""
+        f, flow = self._amplitudes(stage, size)
+        most = self.rated if stage == "main" else self.pilot_rated
+        deviation = METER * most * np.sqrt(2 * FAST / np.maximum(ROUNDS / f, LASTS))
+        real, imaginary = deviation * self._random(200 + size + (stage == "pilot")).standard_normal((2, f.size))
+        return _relative(f, flow + real + 1j * imaginary, np.hypot(AGREE * np.abs(flow), _CIRCLE * deviation))
+
+    def _amplitudes(self, stage: str, size: int) -> tuple[np.ndarray, np.ndarray]:
+        """Frequencies [k] Hz and complex amplitudes [k] of the flow [m^3/s]."""
         plant = build_pilot_bench(self.rig) if stage == "pilot" else build_valve_bench(self.rig)
         rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
         limits = {"flapper": self.rig["xo"]} if "flapper" in plant.outputs else {}
         first = 10.0 if stage == "pilot" else 5.0
         amplitude = size / 100 * plant.inputs[0].scale
         sine = scan(Engine(plant), rest.x, rest.u, np.geomspace(first, HIGHEST, POINTS), amplitude, "flow", limits)
-        response = sine.response["flow"] / np.abs(sine.response["flow"][0])
-        return Response(sine.f, response, AGREE * np.abs(response))
+        return sine.f, amplitude * sine.response["flow"]
 
     def pilot_flow(self) -> tuple[float, float]:
         """Flow [m^3/s] at rated current and its deviation, by a second of the meter's readings."""
-        plant = build_pilot_bench(self.rig)
-        point = equilibrium(plant, command=plant.inputs[0].scale)
-        flow = float(plant.observe(point.x, point.u)[0, plant.output("flow")])
-        readings = flow * (1 + METER * self._random(4).standard_normal(round(1 / PERIOD)))
+        readings = self.pilot_rated * (1 + METER * self._random(4).standard_normal(round(1 / PERIOD)))
         return float(readings.mean()), float(readings.std(ddof=1) / np.sqrt(readings.size))
+
+    @property
+    def pilot_rated(self) -> float:
+        """Flow [m^3/s] of the pilot at rated current."""
+        plant = build_pilot_bench(self.rig)
+        return float(standing(plant, np.array([plant.inputs[0].scale]), ("flow",))[0, 0])
 
     def _random(self, which: int) -> np.random.Generator:
         return np.random.default_rng([self.seed, which])
@@ -99,6 +127,20 @@ class TestBench:
         sensor = self.rig.sensors[signal]
         noisy = values + sensor.noise * random.standard_normal(values.size)
         return np.round(noisy / sensor.resolution) * sensor.resolution if sensor.resolution else noisy
+
+
+def standing(plant: Plant, command: np.ndarray, names: tuple[str, ...]) -> np.ndarray:
+    """Outputs [k, names] at the equilibria of commands [k]."""
+    smooth, rows = plant.without_dry_friction(), []
+    for each in command.tolist():
+        rest = equilibrium(plant, command=each, p=smooth)
+        rows.append([plant.observe(rest.x, rest.u)[0, plant.output(name)] for name in names])
+    return np.array(rows)
+
+
+def _relative(f: np.ndarray, flow: np.ndarray, radius: np.ndarray) -> Response:
+    first = float(np.abs(flow[0]))
+    return Response(f, flow / first, radius / first)
 
 
 def triangle(peak: float, seconds: float, cycles: int, period: float = PERIOD) -> np.ndarray:

@@ -31,10 +31,8 @@ class Response:
     radius: np.ndarray
 
 
-def corner_rows(
-    response: Response | None, stem: str, what: str, reason: str, reference: float | None = None
-) -> list[Row]:
-    """Where the gain has fallen by 3 dB from its first (or from the `reference`), and where the phase passes -90 deg.
+def corner_rows(response: Response | None, stem: str, what: str, reason: str) -> list[Row]:
+    """Where the gain has fallen by 3 dB from its first, and where the phase passes -90 deg.
 
     Low and high are where the edges of the band pass. Null where the response does not reach there.
     """
@@ -42,10 +40,10 @@ def corner_rows(
     if response is None or response.f.size < 2:
         return [unsaid(f"{stem}_{key}", meaning, "Hz", reason) for key, meaning in meanings.items()]
     size = np.abs(response.response)
-    first = float(size[0]) if reference is None else reference
     share = np.minimum(response.radius / np.maximum(size, 1e-300), 0.999)
-    level, half = gain_db(response.response / first), np.degrees(np.arcsin(share))
-    up, down = 20 * np.log10(1 + share), 20 * np.log10(1 - share)
+    level, half = gain_db(response.response / size[0]), np.degrees(np.arcsin(share))
+    wide = np.minimum(np.hypot(share, share[0]), 0.999)  # the first gain is not known either
+    up, down = 20 * np.log10(1 + wide), 20 * np.log10(1 - wide)
     phase = phase_deg(response.response)
     bands = {"f3db": (level, level + down, level + up, -3.0), "f90": (phase, phase - half, phase + half, -90.0)}
     return [_corner(f"{stem}_{key}", meanings[key], response.f, *bands[key]) for key in meanings]

@@ -19,6 +19,7 @@ from .sines import SteadySine, steady_sines
 _APART = 1.2  # of two frequencies that tell a mass from an error of the span
 _FREQUENCIES = 3
 _GROUP = 0.5  # s
+_PLAIN = 5e-3  # of a frequency: how far its name may be off
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +78,18 @@ class ForcePoint:
 
 
 def force_points(records: Sequence[Record], rig: Rig) -> list[ForcePoint]:
-    """Of records force-sine. Raises InputError for what is no sine."""
+    """Of records force-sine, by frequency and record. Raises InputError for what is no sine."""
     noise = rig.sensors["force"].noise if "force" in rig.sensors else 0.0
     sines = [sine for record in records if "force" in record.signals for sine in steady_sines(record, "force", noise)]
-    return [_point(sine, rig) for sine in sorted(sines, key=lambda sine: sine.f)]
+    return [
+        _point(sine, rig) for sine in sorted(sines, key=lambda sine: (float(plain_frequency(sine.f)), sine.record.name))
+    ]
+
+
+def plain_frequency(f: float) -> str:
+    """The shortest number within 0.5 % of a frequency [Hz]: 10 for 9.99, 12.5 for 12.48."""
+    rounded = (float(f"{f:.{digits}g}") for digits in range(1, 5))
+    return f"{next(plain for plain in rounded if abs(plain - f) <= _PLAIN * f):.10g}"
 
 
 def _point(sine: SteadySine, rig: Rig) -> ForcePoint:

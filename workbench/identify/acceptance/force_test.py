@@ -4,6 +4,7 @@ Records `force-static...` hold levels, `force-sine...` play sines of force with 
 cell where there is one; `force-free...` move without a specimen, as any record of a rig does that declares none.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from ...records import Record
 from ...rigs.rig import Rig
-from .force_dynamic import ForcePoint, check_reference, force_points, free_mass, referenced_mass
+from .force_dynamic import ForcePoint, check_reference, force_points, free_mass, plain_frequency, referenced_mass
 from .force_static import StaticTest, span_error, static_rows, static_test, widened
 from .regression import Series, regress
 from .row import Estimate, Limit, Row, measured, unsaid
@@ -65,10 +66,11 @@ _KINDS = ("dynamic_error", "compensated_error")
 
 
 def _names(points: Sequence[ForcePoint]) -> list[str]:
-    """What each point is called: frequency and force range."""
+    """What each point is called: frequency and record, which are the same whatever the noise."""
     names: list[str] = []
     for point in points:
-        name = f"{point.f:.3g}hz_{point.range / 1e3:.2g}kn".replace(".", "_").replace("+", "")
+        record = re.sub(r"\W+", "_", point.sine.record.name.removeprefix("force-")).lower()
+        name = f"{plain_frequency(point.f)}hz_{record}".replace(".", "_")
         count = sum(other == name or other.startswith(f"{name}_again") for other in names)
         names.append(name if not count else f"{name}_again{count if count > 1 else ''}")
     return names
@@ -100,7 +102,7 @@ def _mass(mass: Estimate | None, gain: float, points: Sequence[ForcePoint]) -> R
 
 def _error(name: str, point: ForcePoint, mass: Estimate | None, asked: Reference) -> Row:
     id, error = f"dynamic_error_{name}", point.error(mass)
-    meaning = f"error of the indicated force range at {point.f:.3g} Hz, {point.range / 1e3:.2g} kN"
+    meaning = f"error of the indicated force range at {plain_frequency(point.f)} Hz, {point.range / 1e3:.2g} kN"
     if error is None:
         return unsaid(id, meaning, "%", "no reference cell, and no mass times acceleration to correct it by")
     meaning += f", by {point.at_specimen(mass)[1]}"
@@ -113,7 +115,7 @@ def _compensated(
     """What is left where mass times acceleration is taken off; the mass by the other sines, where they are enough."""
     point, others = points[which], [point for i, point in enumerate(points) if i != which]
     id = f"compensated_error_{name}"
-    meaning = f"the same at {point.f:.3g} Hz, {point.range / 1e3:.2g} kN, less mass times acceleration"
+    meaning = f"the same at {plain_frequency(point.f)} Hz, {point.range / 1e3:.2g} kN, less mass times acceleration"
     apart = referenced_mass(others, span) if len(points) >= _HELD_OUT else None
     error = point.error(apart[0] if apart else mass, compensated=True)
     if error is None:

@@ -19,7 +19,10 @@ from .workers import Workers, trace_workers
 
 @dataclass(frozen=True, eq=False)
 class TraceContext:
-    """A trace's problem and stages: a search takes the windows of `problem`, which are all or a part of `whole`."""
+    """A trace's problem and stages: a search takes the windows of `problem`, which are all or a part of `whole`.
+
+    Numbers that are `suspects` are refitted whatever their score.
+    """
 
     whole: EstimationProblem
     problem: EstimationProblem
@@ -29,6 +32,7 @@ class TraceContext:
     several: bool
     workers: Workers
     steps: Steps
+    suspects: tuple[str, ...] = ()
 
     def fit(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:
         """A fit on the windows of the search, kept as a stage."""
@@ -86,6 +90,7 @@ def trace_context(
     several: bool,
     jobs: int = 1,
     files: Sequence[str | Path] = (),
+    suspects: Sequence[str] = (),
 ) -> Iterator[TraceContext]:
     """The context of a trace, with the windows that a search needs and `jobs` processes."""
     search = problem
@@ -94,4 +99,5 @@ def trace_context(
     able = [effect for effect in with_apart(library) if applies(effect, problem.rig)]
     able += number_effects(problem.rig) if several else ()
     with trace_workers(jobs, search, able, files) as workers:
-        yield TraceContext(problem, search, able, stage, report_progress, several, workers, Steps(report_progress))
+        steps = Steps(report_progress)
+        yield TraceContext(problem, search, able, stage, report_progress, several, workers, steps, tuple(suspects))

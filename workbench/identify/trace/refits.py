@@ -53,13 +53,14 @@ def _with_ties(candidate_fit: CandidateFit, best: Sequence[decide.Judgement]) ->
     return replace(candidate_fit, tied=others) if len(others) < len(best) else candidate_fit
 
 
-def _shortest(able: Ranked, most: int) -> list[str]:
-    """The first names of effects, and of described numbers that may be others."""
+def _shortest(able: Ranked, most: int, suspects: Sequence[str]) -> list[str]:
+    """The first names of effects, and of described numbers that may be others; of these all `suspects`."""
     effects, numbers = (
         list(dict.fromkeys(c.effect.name for c, _ in able if bool(c.effect.shifts) is shifts))
         for shifts in (False, True)
     )
-    return [*effects[:most], *numbers[:NUMBERS]]
+    others = [c.effect.name for c, _ in able if c.effect.shifts in suspects]
+    return list(dict.fromkeys([*effects[:most], *numbers[:NUMBERS], *others]))
 
 
 def _neighbours(able: Ranked, fits: Sequence[CandidateFit]) -> list[str]:
@@ -128,10 +129,10 @@ class _Refits:
         Scores do not choose among a name's formulas: a lag below a sample period is far from linear in its strength.
         """
         least = min(_FAINT, _RIVAL * ranked[0][1]) if ranked else _FAINT
-        able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > least]
+        able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > least or self._is_suspect(pair)]
         most = _BESIDE if self._model_fit.known and not self._context.several else NAMES
         planned = list[tuple[Candidate, float]]()
-        for name in _shortest(able, most):
+        for name in _shortest(able, most, self._context.suspects):
             planned += self._formulas([pair for pair in able if pair[0].effect.name == name], ranked, planned, tried)
         fits = [tried.get(pair[0].effect.title) for pair in planned]
         had = [pair[0].effect.name for pair in planned]
@@ -150,7 +151,7 @@ class _Refits:
             return pair[1] if candidate_fit is None else self._of_left(candidate_fit)
 
         explained = max(map(explains, planned), default=0.0)
-        if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1]:
+        if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1] and not self._is_suspect(own[0]):
             return []
         if self._context.several:
             return [own[0]]
@@ -159,6 +160,9 @@ class _Refits:
         if own[0][0].effect.has_memory and explains(own[0]) < _LOST and not self._least:
             return [own[0], *_others_with_memory(own[0][0].effect, ranked, explains)]
         return [own[0]]
+
+    def _is_suspect(self, pair: tuple[Candidate, float]) -> bool:
+        return pair[0].effect.shifts in self._context.suspects
 
     def _of_left(self, candidate_fit: CandidateFit) -> float:
         """The share that a refit explains of what the fit that the pass goes on from leaves."""

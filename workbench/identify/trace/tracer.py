@@ -24,6 +24,7 @@ def trace(
     jobs: int = 1,
     files: Sequence[str | Path] = (),
     learns: bool = True,
+    suspects: Sequence[str] = (),
 ) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
 
@@ -32,6 +33,8 @@ def trace(
     Held-out records are looked at when all is decided: they confirm what was found, or nothing is named.
     `jobs`: processes that share scores and refits; the answer is the same. `files` are where effects come from that
     are neither of the library nor named by the rig. `learns`: where names leave a misfit, what is left is learned.
+    `suspects`: numbers of the rig whose ranges are so narrow that scores about their ends say little; each that goes to
+    an end of its range is refitted, whatever its score.
     """
-    with trace_context(problem, library, stage, report_progress, several, jobs, files) as context:
+    with trace_context(problem, library, stage, report_progress, several, jobs, files, suspects) as context:
         return judge_search(context, search_effects(context), learns)
