@@ -14,6 +14,7 @@ compensators, to be added to a law
     FlowFeedForward                     plans the reference, and gives the command for its flow
     AmplitudePhase                      corrects sines by what was measured of them
     ForceLag                            makes up for what a force loop leaks
+    Dither                              keeps a valve from sticking
     LapInverse                          takes the lap's gain at null out of the command path
 policies
     Policy, PolicyOn                    a trained network by itself; on top of a law
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     Crone1: ControllerType
     Crone2: ControllerType
     Crone3: ControllerType
+    Dither: ControllerType
     FeedForward: ControllerType
     FlowFeedForward: ControllerType
     ForceLag: ControllerType
@@ -64,6 +66,7 @@ _FILES = {
     "Crone1": "crone1",
     "Crone2": "crone2",
     "Crone3": "crone3",
+    "Dither": "dither",
     "FeedForward": "feedforward",
     "FlowFeedForward": "flow_feedforward",
     "ForceLag": "force_lag",
@@ -92,6 +95,7 @@ __all__ = [
     "Crone1",
     "Crone2",
     "Crone3",
+    "Dither",
     "FeedForward",
     "FlowFeedForward",
     "ForceLag",

@@ -28,11 +28,13 @@ def answer(printed):
             scale = channel["scale"]
             part = part * np.interp(vector[scale["signal"]], scale["at"], scale["factor"])
         command += part
-    if "command_map" not in printed:
-        return command
-    at, to = (np.array(printed["command_map"][key]) for key in ("at", "to"))
-    inside = (at[0] <= command) & (command <= at[-1])
-    return np.where(inside, np.interp(command, at, to), command)
+    if "command_map" in printed:
+        at, to = (np.array(printed["command_map"][key]) for key in ("at", "to"))
+        inside = (at[0] <= command) & (command <= at[-1])
+        command = np.where(inside, np.interp(command, at, to), command)
+    sine = printed.get("dither", {"amplitude": 0.0, "frequency_hz": 0.0})
+    turns = sine["frequency_hz"] * printed["period_s"] * np.arange(len(command))
+    return command + sine["amplitude"] * np.sin(2 * np.pi * turns)
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
@@ -58,6 +60,7 @@ SCHEDULED = {
     "middle": (0.02, "m"),
 }
 LAP = {"use": "controllers.lap_inverse:LapInverse", "excess": (0.004, "1"), "width": (0.004, "1")}
+DITHER = {"use": "controllers.dither:Dither", "amplitude": (0.03, "1"), "frequency": (170, "Hz")}
 SHAPING = {"use": "controllers.shaping:Shaping", "corner": (20, "Hz")}
 
 
@@ -67,7 +70,7 @@ def around(name, *compensators):
     return controller_spec(name, Table(numbers, name)).build(PERIOD)
 
 
-@pytest.mark.parametrize("after", [(), (SHAPING,)], ids=["", "shaped"])
+@pytest.mark.parametrize("after", [(), (SHAPING,), (DITHER, SHAPING)], ids=["", "shaped", "dithered"])
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_schedules_and_maps_are_exported(name, after):
     """Laws that learn the realised command (anti-windup, observer) too: theirs is the demand less what was added."""
@@ -112,6 +115,8 @@ def test_the_text_has_schedule_and_map():
         (lambda: Network(0), "Network is no linear law with scheduled compensators; it cannot be exported"),
         (lambda: around("p", LAP, PRESSURE), "compensators behind a map of the command cannot be exported"),
         (lambda: around("p", LAP, LAP), "compensators behind a map of the command cannot be exported"),
+        (lambda: around("p", DITHER, PRESSURE), "compensators behind a dither cannot be exported"),
+        (lambda: around("p", DITHER, DITHER), "compensators behind a dither cannot be exported"),
     ],
 )
 def test_a_law_of_another_form_is_refused(build, message):

@@ -8,9 +8,13 @@ from made_links import at, served
 
 from workbench.base.checkpoint import no_checkpoint
 from workbench.commands.commission.allowed import allowed
+from workbench.commands.commission.automatic import automatic
 from workbench.commands.commission.designs import exactly
+from workbench.commands.commission.dither import with_dither
+from workbench.commands.commission.motions import doubted
 from workbench.commands.commission.obstacles import obstacles, told
 from workbench.commands.commission.rig_time import RigTime
+from workbench.commands.commission.study import looks
 from workbench.commands.commission.verify import Way, played_way
 from workbench.commands.excite.study import drive
 from workbench.commands.record.study import standard_set
@@ -51,7 +55,7 @@ def test_a_rig_that_rests_says_nothing():
     law = LAW + controller("controllers.pressure:PressureFeedback", gain=1e-9, corner=0.25)
     judged, rest, _ = met(RIG, with_gain(law, 2.0))
     assert judged[0].row["settling_s"] is not None
-    assert obstacles(judged, GOAL, "none", (), rest, []) == []
+    assert obstacles(judged, GOAL, "none", (), rest, [], None) == []
 
 
 def test_nothing_larger_is_played_after_a_step_that_did_not_settle():
@@ -64,17 +68,44 @@ def test_nothing_larger_is_played_after_a_step_that_did_not_settle():
 )
 def test_a_pilot_with_hysteresis_keeps_the_jack_from_resting_and_the_cause_is_told(effects, mend):
     judged, rest, _ = met(lacks("pilot.hysteresis", "play", r=(4e-4, "A")), LAW)
-    (barred,) = obstacles(judged, GOAL, "named" if effects else "unknown", effects, rest, [])
+    (barred,) = obstacles(judged, GOAL, "named" if effects else "unknown", effects, rest, [], None)
     assert "brings the jack to rest" in barred.what
     assert all(name in barred.what for name in effects)
     assert mend in barred.mend
     assert float(barred.costs.split()[0]) > 5.0  # mm: the command of a slow loop stays within the hysteresis
 
 
+def test_a_valve_that_stays_open_is_freed_by_a_dither_and_told_with_what_it_costs():
+    """Without it this jack sticks, or goes on to the end of its stroke between two moves."""
+    said = []
+    with served(bench(lacks("pilot.hysteresis", "play", r=(4e-4, "A")), True)) as server:
+        with LinkClient(at(server), "") as client:
+            spent = RigTime(client, doubted(RIG), 600.0, no_checkpoint)
+            rest, moves = looks(spent, said.append)
+            law = with_dither(automatic(RIG, moves), spent.dither)
+            judged = played_way(spent, "found", Way(law, allowed(exactly(RIG))), (GOAL,), lambda _: None)
+        assert server.trips == 0
+    assert judged[0].row["settling_s"] < 0.2
+    (barred,) = obstacles(judged, GOAL, "unknown", (), rest, [], spent.dither)
+    assert "stays open" in barred.what
+    assert "torque motor" in barred.mend
+    assert f"{100 * spent.dither.amplitude:.2g} % at 250 Hz" in barred.costs
+    assert barred.costs.split("dither of ")[1].split(" on")[0] in said[-1]
+
+
+def test_no_valve_that_closes_has_a_dither():
+    with served(bench(RIG, True)) as server, LinkClient(at(server), "") as client:
+        spent = RigTime(client, doubted(RIG), 600.0, no_checkpoint)
+        looks(spent, lambda _: None)
+        assert spent.dither is None
+
+
 def test_effects_that_no_record_tells_apart_are_told_with_what_the_controller_of_the_first_one_does():
     judged, rest, _ = met(RIG, with_gain(LAW, 0.4))
     (barred,) = [
-        each for each in obstacles(judged, GOAL, "tied", ("drive.lag", "drive.delay"), rest, []) if "apart" in each.what
+        each
+        for each in obstacles(judged, GOAL, "tied", ("drive.lag", "drive.delay"), rest, [], None)
+        if "apart" in each.what
     ]
     assert "drive.lag and drive.delay" in barred.what
     assert "jackbench plan" in barred.mend
@@ -83,9 +114,9 @@ def test_effects_that_no_record_tells_apart_are_told_with_what_the_controller_of
 def test_a_supply_that_sags_under_a_larger_motion_is_told_with_the_flow_that_it_costs():
     (steps,) = [wave for name, wave in standard_set(drive(RIG)).items() if name == "steps"]
     plain = met(RIG, LAW, [steps])
-    assert not [each for each in obstacles([], GOAL, "none", (), plain[1], plain[2]) if "sags" in each.what]
+    assert not [each for each in obstacles([], GOAL, "none", (), plain[1], plain[2], None) if "sags" in each.what]
     _, rest, records = met(sagging(), LAW, [steps])
-    (barred,) = obstacles([], GOAL, "none", (), rest, records)
+    (barred,) = obstacles([], GOAL, "none", (), rest, records, None)
     assert "the supply sags" in barred.what
     assert "accumulator" in barred.mend
     lowest = np.percentile(records[0].signals["supply"], 1) / rest.signals["supply"].mean()

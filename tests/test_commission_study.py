@@ -57,7 +57,7 @@ def test_coloured_noise_has_variance_one_and_goes_on_where_it_was():
 def row(**changes):
     whole = {
         "id": "rig-00", "truth": ["jack.friction"], "trap": "", "verdict": "named", "said": ["jack.friction"],
-        "wrong": False, "trips": 0, "rig_seconds": 80.0, "ended": None, "error": None,
+        "wrong": False, "trips": 0, "rig_seconds": 80.0, "ended": None, "error": None, "kept": "found",
         "settling_s": {"automatic": 0.1, "datasheet": 0.06, "found": 0.05, "known": 0.05},
         "predicted_s": {"found": 0.055},
     }  # fmt: skip
@@ -72,6 +72,8 @@ def test_a_rig_that_never_settles_is_no_good_answer_and_one_that_was_refused_is_
     assert told["within_1.15_of_known"] == 1
     assert told["predicted_within_15_percent"] == 1
     assert told["over_automatic"]["worst"] == np.inf
+    better = row(settling_s={"automatic": 0.1, "found": 0.09, "datasheet": 0.05, "known": 0.05}, kept="datasheet")
+    assert summary([better])["over_known"]["worst"] == 1.0  # what the command leaves is judged
     shown, _ = page({"rows": [row(), never, refused], "summary": told})
     assert "2 of 3 rigs were commissioned" in shown.verdict
 

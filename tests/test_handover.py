@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 from structured_text import Instance, units_of
-from test_coefficients import LAP, SCHEDULED, SHAPING, around
+from test_coefficients import DITHER, LAP, SCHEDULED, SHAPING, around
 from test_controllers import CONTROLLERS, PERIOD, make
 
 from workbench.cli import main
@@ -39,7 +39,7 @@ def compiled(folder, name, law):
 @pytest.mark.skipif(GCC is None, reason="no C compiler here")
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_the_c_of_a_law_gives_its_vector(tmp_path, name):
-    law = coefficients(around(name, SCHEDULED, LAP, SHAPING), PERIOD)
+    law = coefficients(around(name, SCHEDULED, LAP, DITHER, SHAPING), PERIOD)
     done = compiled(tmp_path, f"3 {name}", law)
     assert done.returncode == 0, done.stdout
 
@@ -56,8 +56,8 @@ def test_the_check_in_c_notices_a_wrong_coefficient(tmp_path):
 
 @pytest.fixture(scope="module")
 def resting():
-    """A law with a schedule over low-passes, whose outputs count at rest, and a map."""
-    law = coefficients(around("p", SCHEDULED, LAP), PERIOD)
+    """A law with a schedule over low-passes, whose outputs count at rest, a map, and a dither."""
+    law = coefficients(around("p", SCHEDULED, LAP, DITHER), PERIOD)
     low_pass = np.array([[1e-10, 1e-10, 0.0, 1.0, -0.8, 0.0]])  # of a step 1e-10 at once, 1e-9 at last
     law = replace(law, channels=tuple(replace(c, sections=low_pass) if c.scale else c for c in law.channels))
     return replace(law, vector={**law.vector, "command": replay(law)})
@@ -71,7 +71,7 @@ def units(resting):
 
 
 def test_the_structured_text_of_a_law_gives_its_vector(resting, units):
-    """A law with sections from several signals, a schedule and a map."""
+    """A law with sections from several signals, a schedule, a map and a dither."""
     block, vector = Instance(units["p_dp"], units), resting.vector
     command = []
     for k in range(200):
@@ -98,7 +98,8 @@ def started(law):
     at_once = 1e-10 * (MOVED["pa"] - REST["pa"])
     total = HELD + law.command_map.back(HELD) - still * factor(REST["position"])
     total += gain * (REST["position"] - MOVED["position"]) + (still + at_once) * factor(MOVED["position"])
-    return [HELD, HELD, total + law.command_map.shift(total)]
+    commands = [HELD, HELD, total + law.command_map.shift(total)]
+    return [a + b for a, b in zip(commands, law.sine.samples(3), strict=True)]
 
 
 @pytest.mark.skipif(GCC is None, reason="no C compiler here")

@@ -21,9 +21,29 @@ def within(stage: Stage, part: str) -> Stage:
     return staged
 
 
+class OutOfTime(Exception):
+    """A computation may go on no longer; its stages that are done stay."""
+
+
+def until(stage: Stage, over: Callable[[], bool]) -> Stage:
+    """The same stages until time is `over`. Raises OutOfTime where one would begin after that."""
+
+    def staged(name: str, compute: Callable[[], T]) -> T:
+        if over():
+            raise OutOfTime
+        return stage(name, compute)
+
+    return staged
+
+
 def no_checkpoint(name: str, compute: Callable[[], T]) -> T:
     """A stage that stores nothing."""
     return compute()
+
+
+def endless() -> bool:
+    """Whether time is over, where it never is."""
+    return False
 
 
 Progress = Callable[[str], None]

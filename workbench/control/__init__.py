@@ -5,6 +5,7 @@ controller_spec, load_class    a controller of a config: its class, numbers and 
 controller_type        the same for Python: a law called with its numbers
 compensators           filters and static maps that stack on any controller
 around, measured_stiffness    what stands around a controller; force loops scaled by the stiffness that they measure
+dither                 a sine on top of a controller's command
 lane_compensators      the same around a controller in lanes
 plan, planned          what a reference goes through that is no filter; a controller within one
 reference_plan         a motion planned of a reference, with the command for its flow

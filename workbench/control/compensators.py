@@ -12,6 +12,7 @@ from ..linear.interconnect import parallel, select, series
 from ..linear.state_space import StateSpace
 from .around import Around
 from .discrete_filter import Filter, weighted
+from .dither import Dithered, Sine
 from .lane_compensators import CompensatedLanes, MappedLanes, OnLoadCellLanes
 from .linear_law import LinearLaw, on_load_cell, with_command_filter, with_reference_filter
 from .piecewise_linear import CommandMap, PiecewiseLinear
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from .plan import Plan
 
 
-Into = Literal["command", "reference", "map", "plan", "graph"]
+Into = Literal["command", "reference", "map", "plan", "graph", "dither"]
 
 
 class Compensator(Protocol):
@@ -86,7 +87,18 @@ class OnGraph(Protocol):
         ...
 
 
-AnyCompensator = Compensator | MapsCommand | PlansReference | OnGraph
+class Dithers(Protocol):
+    """A sine on top of a controller's command: `into` is "dither"."""
+
+    into: ClassVar[Into]
+
+    @property
+    def sine(self) -> Sine:
+        """The sine, at the loop's period."""
+        ...
+
+
+AnyCompensator = Compensator | MapsCommand | PlansReference | OnGraph | Dithers
 
 
 def compensated(inner: Controller, compensator: AnyCompensator) -> Controller:
@@ -96,6 +108,8 @@ def compensated(inner: Controller, compensator: AnyCompensator) -> Controller:
         return _on_graph(inner, cast(OnGraph, compensator))
     if compensator.into == "plan":
         return Planned(inner, cast(PlansReference, compensator).plan)
+    if compensator.into == "dither":
+        return Dithered(inner, cast(Dithers, compensator).sine)
     if compensator.into == "map":
         return Mapped(inner, cast(MapsCommand, compensator).command_map)
     return Compensated(inner, cast(Compensator, compensator))

@@ -282,6 +282,28 @@ def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
     return replace(law, settled=inner.settled, view=inner.view and with_command_map(inner.view, command_map))
 
 
+def with_sine(inner: GraphLaw, amplitude: float, turn: np.ndarray) -> GraphLaw:
+    """A law with a sine on top of its command, from 0 at the start; it learns the realised command less that. `turn`
+    [2, 2] takes (sine, cosine) to the next sample. Its linear view is that of the law."""
+    n, first = inner.states, len(inner.numbers)
+    numbers = np.concatenate((inner.numbers, turn.ravel()))
+
+    def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        return ca.SX(inner.graphs.output(x[:n], s, o, q[:first])) + x[n]
+
+    def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        own = ca.SX(inner.graphs.advance(x[:n], s, v - x[n], o, q[:first]))
+        return ca.vertcat(own, ca.reshape(q[first:], 2, 2).T @ x[n:])
+
+    def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        x, offset = starts(inner.start, signals, commands)
+        return np.hstack((x, np.tile([0.0, amplitude], (len(commands), 1)))), offset
+
+    key = "sine", inner.graphs
+    law = GraphLaw.of(output, advance, numbers, inner.measures, n + 2, LaneStart(lanes), key)
+    return replace(law, view=inner.view or inner)
+
+
 def interpolated(at: ca.SX, values: ca.SX, x: ca.SX) -> ca.SX:
     """Values [k] at increasing points [k], linear between them, held beyond: as PiecewiseLinear.
 

@@ -1,14 +1,18 @@
-"""Linear laws with scheduled filters beside them and a static map behind: the form in which a law is exported.
+"""Linear laws with scheduled filters beside them, a static map behind, a sine on top: the form that is exported.
 
-command = map(linear law + sum over the filters of factor(position) x output)
+command = map(linear law + sum over the filters of factor(position) x output) + sine
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from ..base.errors import InputError
 from ..linear.interconnect import parallel, series
 from ..linear.state_space import StateSpace
 from .piecewise_linear import CommandMap, PiecewiseLinear
+
+if TYPE_CHECKING:
+    from .dither import Sine
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +35,10 @@ class ScheduledLaw:
     linear: StateSpace
     filters: tuple[ScheduledFilter, ...] = ()
     command_map: CommandMap | None = None
+    sine: "Sine | None" = None
 
     def with_command_filter(self, beside: StateSpace, schedule: PiecewiseLinear | None) -> "ScheduledLaw":
-        """With the output of a filter added to the command. Raises InputError behind a map."""
+        """With the output of a filter added to the command. Raises InputError behind a map or a sine."""
         self._before_its_map()
         beside = beside.relabelled(beside.input_labels, ["command"])
         if schedule is None:
@@ -49,13 +54,23 @@ class ScheduledLaw:
         return replace(self, linear=_led(leading, self.linear), filters=filters)
 
     def with_command_map(self, command_map: CommandMap) -> "ScheduledLaw":
-        """With a map behind. Raises InputError behind another one."""
+        """With a map behind. Raises InputError behind another one, or a sine."""
         self._before_its_map()
         return replace(self, command_map=command_map)
+
+    def with_sine(self, sine: "Sine") -> "ScheduledLaw":
+        """With a sine on top. Raises InputError on top of another one."""
+        self._before_its_sine()
+        return replace(self, sine=sine)
 
     def _before_its_map(self) -> None:
         if self.command_map is not None:
             raise InputError("compensators behind a map of the command cannot be exported; name the map last")
+        self._before_its_sine()
+
+    def _before_its_sine(self) -> None:
+        if self.sine is not None:
+            raise InputError("compensators behind a dither cannot be exported; name the dither last")
 
 
 def _led(leading: StateSpace, law: StateSpace) -> StateSpace:

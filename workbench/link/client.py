@@ -32,6 +32,8 @@ class LinkClient:
         self.passed: list[Reading] = []  # that came before the newest one, and were not answered
         self.latest: Reading | None = None  # for those who look on
         self.asked = (0.0, 0.0)  # reference and command, of a loop at this rig
+        self.stays_on = False  # between courses, in lockstep, where no time passes then
+        self._is_on = False
         self._token = token.encode()
         try:
             self.hello = self._greet()
@@ -50,16 +52,20 @@ class LinkClient:
         return self._asked(datagrams.SWITCH, bytes([what]), datagrams.STATE, "a switch").decode(errors="replace")
 
     def on(self) -> Reading:
-        """Switch it on, after a reset where it had tripped; the reading of tick 0. Raises InputError, LinkLost."""
+        """Switch it on, after a reset where it had tripped; the reading of tick 0, or the last one of a rig that stayed
+        on. Raises InputError, LinkLost."""
+        if self._is_on and self.latest is not None and not self.latest.tripped:
+            return self.latest
         state = self._asked(datagrams.HELLO, self._token, datagrams.RIG, "a hello").decode(errors="replace")
         if read_hello(state, self.at).state == "tripped":
             self.switch(datagrams.RESET)
         if self.switch(datagrams.ON) != "on":
             raise InputError(f"{self.at}: the rig cannot be switched on; look at what stopped it")
-        self._sequence = 0
+        self._sequence, self.asked = 0, (0.0, 0.0)
         for _ in range(_TRIES):
             reading = self._reading(_PATIENCE)
             if reading is not None and reading.sequence == 0:
+                self._is_on = self.stays_on and self.hello.lockstep
                 return reading
             if reading is None and self.hello.lockstep:
                 self._send(datagrams.datagram(datagrams.SWITCH, bytes([datagrams.ON])))
@@ -67,8 +73,14 @@ class LinkClient:
 
     def off(self) -> None:
         """Switch it off; a rig that no longer answers has its watchdog."""
+        self._is_on = False
         with suppress(LinkLost):
             self.switch(datagrams.OFF)
+
+    def rest(self) -> None:
+        """The end of a course: switch it off, unless it stays on."""
+        if not self._is_on:
+            self.off()
 
     def exchange(self, values: Sequence[float]) -> Reading:
         """Send a command; the next reading. In lockstep what was lost is asked for again. Raises LinkLost."""

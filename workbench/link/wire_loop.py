@@ -123,8 +123,8 @@ class WireLoop:
         return run
 
     def end(self) -> None:
-        """Switch the rig off."""
-        self._client.off()
+        """Switch the rig off, unless it stays on."""
+        self._client.rest()
 
     def _instant(self, run: WireRun, first: int, reference: float, added: float, future: np.ndarray | None) -> None:
         """One period: what the newest reading says is answered, and the next one awaited. Raises Stopped, LinkLost."""

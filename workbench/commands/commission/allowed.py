@@ -21,6 +21,7 @@ from ...rigs.rig import Rig
 from ..excite.study import SMALLER, TRIES
 
 MARGIN = 0.05  # of a limit, that no plant may come nearer to
+_AS = "-as-"  # between a scenario's name and its smaller size
 DRAWN = 60  # beside the corners
 _WORST = ("M", "beta", "Ps", "K3")  # whose ends decide how far, how fast and how hard a motion goes
 _RECORDED = ("position", "velocity", "lowest_pressure")
@@ -133,13 +134,18 @@ def _smaller_wave(plants: Allowed, loop: ControllerSpec, wave: Excitation) -> Ex
     )
 
 
+def is_of(name: str, scenario: str) -> bool:
+    """Whether the `name` is that of a scenario, at its own size or smaller."""
+    return name == scenario or name.startswith(scenario + _AS)
+
+
 def smaller(plants: Allowed, spec: ControllerSpec, scenario: Scenario) -> Scenario | None:
     """A scenario as large as every plant takes it, its size in its name where that is another; None where none is
     taken."""
     t = np.arange(round(scenario.duration / plants.rig.period.value) + 1) * plants.rig.period.value
     start = scenario.position(plants.rig.limit("stroke"))
     for factor in SMALLER ** np.arange(TRIES):
-        name = scenario.name if factor == 1 else f"{scenario.name}-as-{1e3 * abs(factor * scenario.size):.3g}mm"
+        name = scenario.name if factor == 1 else f"{scenario.name}{_AS}{1e3 * abs(factor * scenario.size):.3g}mm"
         trial = replace(scenario, name=name, size=float(factor * scenario.size))
         if plants.fits(spec, trial.reference(t), start):
             return trial

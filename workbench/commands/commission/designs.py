@@ -1,8 +1,10 @@
 """A controller searched for a rig: P, scheduled pressure feedback, the lap or an overlap inverted, a shaped
-reference."""
+reference, and the dither of the first guess."""
 
 from dataclasses import fields, replace
 from typing import Any
+
+import numpy as np
 
 from ...base.checkpoint import Progress, Stage, within
 from ...base.process_pool import Jobs
@@ -43,12 +45,18 @@ def searched_design(
         trials=DESIGNS,
         seed=1,
         conditions=Conditions(),
-        limits=Limits(overshoot_percent=_OVERSHOOT),
+        limits=Limits(overshoot_percent=_OVERSHOOT, command_noise=_noise(whole)),
     )
     searches = [search(problem, within(stage, str(seed)), progress, jobs, seed) for seed in range(_SEARCHES)]
     trials = [trial for each in searches for trial in each]
     best = nearest_trial(trials)
     return problem.design(best.values).named(name), best.verdict.missed
+
+
+def _noise(whole: ControllerSpec) -> float:
+    """RMS of the command at rest that is allowed [1]: what always is, and the dither."""
+    dither = next((part for part in whole.compensators if part.use.endswith(":Dither")), None)
+    return float(np.hypot(Limits().command_noise, 0.0 if dither is None else dither.design.amplitude / np.sqrt(2)))
 
 
 def exactly(rig: Rig) -> Rig:
@@ -82,14 +90,16 @@ def _table(part: ControllerSpec) -> dict[str, Any]:
 
 def _structure(rig: Rig, start: ControllerSpec) -> ControllerSpec:
     gain = float(start.design.gain)
-    feedback = start.compensators or (
-        controller("controllers.pressure:PressureFeedback", gain=1e-10, corner=0.5, column=column(rig)),
+    own = {part.use.rpartition(":")[2]: part for part in start.compensators}
+    feedback = own.get("PressureFeedback") or controller(
+        "controllers.pressure:PressureFeedback", gain=1e-10, corner=0.5, column=column(rig)
     )
-    whole = controller("controllers.p:P", gain=gain) + feedback[0]
+    whole = controller("controllers.p:P", gain=gain) + feedback
     lands = _lands(rig)
     if lands is not None:
         whole = whole + lands
-    return whole + controller("controllers.shaping:Shaping", corner=25.0, lead=0.005, notch=20.0)
+    whole = whole + controller("controllers.shaping:Shaping", corner=25.0, lead=0.005, notch=20.0)
+    return whole + own["Dither"] if "Dither" in own else whole
 
 
 def _lands(rig: Rig) -> ControllerSpec | None:
@@ -108,7 +118,7 @@ def _searched(whole: ControllerSpec) -> tuple[Searched, ...]:
     units = {"gain": "1/m"}
     found = [_about(("gain",), units["gain"], float(whole.design.gain))]
     for i, part in enumerate(whole.compensators):
-        for name, unit in _NUMBERS[part.use.rpartition(":")[2]]:
+        for name, unit in _NUMBERS.get(part.use.rpartition(":")[2], ()):
             value = float(getattr(part.design, name))
             if value > 0:
                 found.append(_about(("compensators", i, name), unit, value))

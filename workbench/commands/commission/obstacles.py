@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...control.dither import Sine
 from ...records import Record
+from .allowed import is_of
 
 if TYPE_CHECKING:
     from ..drive.study import Judged
@@ -62,11 +64,31 @@ def time_is_over(allowed: float, spent: float, before: str) -> Obstacle:
 
 
 def obstacles(
-    judged: Sequence["Judged"], goal: str, verdict: str, effects: Sequence[str], rest: Record, records: Iterable[Record]
+    judged: Sequence["Judged"],
+    goal: str,
+    verdict: str,
+    effects: Sequence[str],
+    rest: Record,
+    records: Iterable[Record],
+    dither: Sine | None,
 ) -> list[Obstacle]:
-    """Of the goal's step as every way played it, of what a trace said, and of the records."""
-    steps = [each for each in judged if each.scenario.name == goal]
-    return [*_hunts(steps, effects), *_alike(steps, verdict, effects), *_sags(rest, records)]
+    """Of the goal's step as every way played it, of what a trace said, of the records, and of the dither that was
+    needed."""
+    steps = [each for each in judged if is_of(each.scenario.name, goal)]
+    return [*_stays_open(dither), *_hunts(steps, effects), *_alike(steps, verdict, effects), *_sags(rest, records)]
+
+
+def _stays_open(dither: Sine | None) -> Iterator[Obstacle]:
+    """A valve that a command of 0 does not close."""
+    if dither is None:
+        return
+    words = f"{100 * dither.amplitude:.2g} % at {dither.frequency:g} Hz"
+    yield Obstacle(
+        "the valve stays open when its command is gone: hysteresis of the pilot, or a spool that sticks",
+        f"without a dither of {words} on the command, which every controller here has, the jack comes to rest nowhere; "
+        "switched off it drifts to the end of its stroke, so shut its supply off as well",
+        f"look at {_MEND['pilot.hysteresis']}; then at {_MEND['main.stiction']}",
+    )
 
 
 def _hunts(steps: Sequence["Judged"], effects: Sequence[str]) -> Iterator[Obstacle]:

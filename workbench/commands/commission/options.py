@@ -9,6 +9,7 @@ from ...rigs.rig_file import load_rig
 from ..common.options import computes, finish_in_folder, on_link, processes, works
 
 _LEAST = 2.0  # minutes
+_LEAST_COMPUTING = 1.0  # the same
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -16,6 +17,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", help="the rig of the datasheet, with bounds: a bundled rig or a rig file")
     on_link(parser, required=True)
     parser.add_argument("--minutes", type=float, default=10.0, metavar="M", help="longest time on the rig")
+    parser.add_argument("--computing", type=float, default=10.0, metavar="M", help="longest minutes that it computes")
     parser.add_argument(
         "--goal", default="position-10mm", metavar="SCENARIO", help="step that the search makes settle soonest"
     )
@@ -26,6 +28,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _commission(options: argparse.Namespace, words: list[str]) -> None:
     if not _LEAST <= options.minutes < 1000:
         raise InputError(f"--minutes {options.minutes:g}: must be {_LEAST:g} or more, below 1000")
+    if not _LEAST_COMPUTING <= options.computing < 1000:
+        raise InputError(f"--computing {options.computing:g}: must be {_LEAST_COMPUTING:g} or more, below 1000")
     steps = [name for name, each in SCENARIOS.items() if each.signal == "position" and each.is_step]
     if options.goal not in steps:
         raise InputError(f"--goal {options.goal}: {nearest(options.goal, steps)}")
@@ -34,6 +38,7 @@ def _commission(options: argparse.Namespace, words: list[str]) -> None:
         raise InputError(f"rig {rig.name}: no position sensor, which its loop needs; add [sensors.position]")
     from .study import Wanted, run_commission
 
-    wanted = Wanted(rig, options.at, options.token, 60 * options.minutes, options.goal, processes(options))
+    minutes = 60 * options.minutes, 60 * options.computing
+    wanted = Wanted(rig, options.at, options.token, *minutes, options.goal, processes(options))
     identity = {"command": "commission", "rig": rig.table(), "at": options.at, "goal": options.goal}
     finish_in_folder(options, words, f"commission-{rig.name}", identity, partial(run_commission, wanted))

@@ -9,6 +9,7 @@ from ...report import Figure, Page, Section, Table
 from ...report.figures import FrequencyCurve, bode
 from ..common.time_figure import run_columns, time_figure, window
 from ..record.study import recorded_figure
+from .allowed import is_of
 from .obstacles import told
 from .verify import SINES, responses
 
@@ -22,8 +23,8 @@ _WORDS = {
     "limit": "the limit: what physics allows the found rig",
 }
 _STAYS = {
-    "automatic": "by rules, since the found rig's did not hold",
-    "datasheet": "tuned on the datasheet, since the found rig's did not hold",
+    "automatic": "by rules, since the found rig's did not hold what it promised",
+    "datasheet": "tuned on the datasheet, since the found rig's did not hold what it promised",
     "found": "tuned on the found rig",
 }
 _SHORT = {"automatic": "no model", "datasheet": "datasheet", "found": "found rig", "limit": "the limit"}
@@ -64,7 +65,7 @@ def barred_page(metrics: Mapping[str, Any], last: Record) -> tuple[Page, Figure]
 
 
 def _verdict(goal: str, metrics: Mapping[str, Any]) -> str:
-    rows = {row["way"]: row["settling_s"] for row in metrics["rows"] if row["scenario"] == goal}
+    rows = {row["way"]: row["settling_s"] for row in metrics["rows"] if is_of(row["scenario"], goal)}
     told = [
         f"{_WORDS[way]}: {_seconds(pair['measured'])} (predicted {_seconds(pair['predicted'])})"
         for way, pair in rows.items()
@@ -81,6 +82,7 @@ def _verdict(goal: str, metrics: Mapping[str, Any]) -> str:
 def _rounds(metrics: Mapping[str, Any]) -> list[str]:
     """Why a round was followed by another, and what the last one leaves open."""
     told = [f"Round {k + 1}: {reason}." for k, reason in enumerate(metrics["rounds"]) if reason]
+    told += [f"The time to compute ended {each}." for each in metrics["cut"]]
     if metrics["exact_s"] is not None:
         told.append(f"Were the rig's numbers known exactly, the goal would settle in {_seconds(metrics['exact_s'])}.")
     return told
@@ -132,7 +134,7 @@ def _responses(judged: Sequence["Judged"]) -> list[Figure]:
 
 
 def _figure(goal: str, judged: Sequence["Judged"]) -> Figure | None:
-    own = [each for each in judged if each.scenario.name == goal]
+    own = [each for each in judged if is_of(each.scenario.name, goal)]
     if not own:
         return None
     runs = {_WORDS[each.controller]: run_columns(each.measured.record) for each in own}

@@ -15,6 +15,7 @@ from ...control.protocol import Controller
 from ...linear.state_space import StateSpace, as_state_space
 from ...records import Record
 from ...rigs.rig import Rig
+from .dither import sine
 
 LARGEST = 0.1  # of full command, up to which it grows
 _GROWTH = 0.02  # 1/s
@@ -29,8 +30,9 @@ class Relay:
     where the jack is then. The reference's distance is where it turns.
 
     The command begins at `size`, and is reversed where the jack goes the other way. After _TURNS turns, or where it has
-    grown to LARGEST, the inner loop has it again, unless that lets the jack go. `blind`: which way a command moves the
-    jack is not known yet, and a loop of the wrong sign runs away. Then the command is 0 until the jack has turned.
+    grown to LARGEST, the inner loop has it again, unless that lets the jack go; at the end with a dither where it did.
+    `blind`: which way a command moves the jack is not known yet, and a loop of the wrong sign runs away. Then the
+    command is 0 until the jack has turned.
     """
 
     def __init__(self, inner: Controller, period: float, size: float = 0.0, blind: bool = False) -> None:
@@ -39,6 +41,7 @@ class Relay:
         self._reference = self._position = self._place = 0.0
         self._size, self._side, self._turns, self._blind = size, 1, 0, blind
         self._sense, self._away, self._again = 1, _AWAY, False
+        self._rested = 0
 
     def begin(self) -> None:
         """Home is where the reference is now, and the relay's place where the jack is."""
@@ -56,7 +59,7 @@ class Relay:
             return self._sense * self._side * self._size
         if (self._blind and self._turns < 2) or self._sense < 0:
             return 0.0
-        return self._inner.compute(reference if self._home is None else self._home, measurement)
+        return self._inner.compute(reference if self._home is None else self._home, measurement) + self._freed
 
     def update(self, realised: float) -> None:
         """Grow, turn where the jack is there, and reverse the command where it goes the other way."""
@@ -68,6 +71,8 @@ class Relay:
                 self._side, self._turns = -self._side, self._turns + 1
             elif self._turns == 0 and gone < -self._away * way:
                 self._sense, self._away = -self._sense, 2 * self._away
+        elif self._home is not None:
+            self._rested += 1
         self._inner.update(realised)
 
     def linear(self) -> StateSpace:
@@ -75,9 +80,17 @@ class Relay:
         return as_state_space(self._inner.linear())
 
     @property
+    def _freed(self) -> float:
+        """What frees a valve that hysteresis keeps open, when all is over."""
+        if self._plays or not self._again:
+            return 0.0
+        each = sine(self._size, self._period)
+        return each.amplitude * float(np.sin(2 * np.pi * each.frequency * each.period * self._rested))
+
+    @property
     def _plays(self) -> bool:
-        """Whether the reference asks for a relay."""
-        return self._home not in (None, self._reference)
+        """Whether the reference asks for a relay; not on the way back, when it is over."""
+        return self._home not in (None, self._reference) and self._rested == 0
 
     @property
     def _grows(self) -> bool:
@@ -110,14 +123,27 @@ class Ways:
         return float(np.mean(np.abs(self.commands)))
 
 
+def lets_go(record: Record) -> bool:
+    """Whether the jack went on after a relay's turns, so that the relay had to turn it again: its valve stays open when
+    its command is gone, as hysteresis or friction leaves it."""
+    ends, _ = _turns(record)
+    return len(ends) >= _TURNS
+
+
+def _turns(record: Record) -> tuple[np.ndarray, int]:
+    """The last rows [n] before a relay's command changed its sign, and the row of its last turn."""
+    command, reference = record.signals["command"], record.signals["reference"]
+    works = np.abs(command) > np.maximum.accumulate(np.abs(command)) / 2  # the inner loop asks for far less
+    rows = np.flatnonzero(works & (reference != reference[0]))
+    return rows[np.flatnonzero(np.diff(np.sign(command[rows])))], int(rows.max(initial=0))
+
+
 def relay_ways(record: Record) -> Ways | None:
     """What a relay did in a record; None where it did not turn twice."""
     command, position = record.signals["command"], record.signals["position"]
-    works = np.abs(command) > np.maximum.accumulate(np.abs(command)) / 2  # the inner loop asks for far less
-    rows = np.flatnonzero(works & (record.signals["reference"] != record.signals["reference"][0]))
-    ends = rows[np.flatnonzero(np.diff(np.sign(command[rows])))]
+    ends, last = _turns(record)
     if len(ends) < 2:
         return None
     later = [slice(begin + (end - begin) // 3, end + 1) for begin, end in itertools.pairwise(ends)]
     speeds = [np.polyfit(record.t[part], position[part], 1)[0] for part in later]
-    return Ways(np.array([command[part].mean() for part in later]), np.array(speeds), int(rows[-1]))
+    return Ways(np.array([command[part].mean() for part in later]), np.array(speeds), last)

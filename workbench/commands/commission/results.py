@@ -29,7 +29,7 @@ from .designs import experiment_of
 from .obstacles import Obstacle
 from .page import barred_page, commission_page
 from .rig_time import RigTime
-from .rounds import Found
+from .rounds import Found, sentence
 from .verify import STEPS, Way, best_way, limit_row, responses, table_row
 
 _PAIR = ("predicted", "measured")
@@ -38,7 +38,8 @@ _PAIR = ("predicted", "measured")
 @dataclass(frozen=True)
 class Results:
     """What came out: the goal, what small moves told, each way's controller and the plants that it was made for, how
-    they did, what was found, what the rounds left open and why they ended, and what is in the way."""
+    they did, what was found, what the rounds left open and why they ended, what is in the way, and what there was no
+    time to compute."""
 
     goal: str
     moves: SmallMoves
@@ -48,6 +49,7 @@ class Results:
     reasons: Sequence[str]
     ended: str | None
     obstacles: Sequence[Obstacle]
+    cut: Sequence[str]
 
 
 def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Outcome:
@@ -57,7 +59,7 @@ def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Out
     stiff = {name: each.stiffness() for name, each in results.ways.items()}
     rows = [table_row(each, _expected(results.ways[each.controller], each), stiff[each.controller]) for each in judged]
     rows += [limit_row(name, settling_limit(rig, SCENARIOS[name]).settling) for name in STEPS]
-    way = best_way(rows, goal)
+    way = best_way(rows, goal, found is not None and found.explains)
     metrics = {
         "verdict": found.answer.verdict if found else "unknown",
         "effects": list(found.answer.effects) if found else [],
@@ -70,9 +72,11 @@ def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Out
         "controller": "controller.toml",
         "way": way,
         "rounds": list(results.reasons),
+        "cut": list(results.cut),
         "exact_s": found.exact if found else None,
         "obstacles": [asdict(each) for each in results.obstacles],
         "small_moves": asdict(results.moves),
+        "dither": spent.dither and {"amplitude": spent.dither.amplitude, "frequency_hz": spent.dither.frequency},
         "timing": {"computing_seconds": time.process_time() - began},
     }
     (folder / "c").mkdir(exist_ok=True)
@@ -80,8 +84,8 @@ def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Out
     subject = Subject(rig, [each.spec for each in results.ways.values()])
     assert spent.last is not None
     last = spent.last
-    sentence = found.answer.sentence if found else results.ended or ""
-    return Outcome(metrics, lambda: commission_page(goal, metrics, judged, sentence, last), {}, files, subject)
+    said = sentence(found.answer) if found else results.ended or ""
+    return Outcome(metrics, lambda: commission_page(goal, metrics, judged, said, last), {}, files, subject)
 
 
 def _expected(way: Way, each: Judged) -> Expected:
@@ -115,9 +119,11 @@ def barred_outcome(spent: RigTime, obstacle: Obstacle, computing: float) -> Outc
         "controller": None,
         "way": None,
         "rounds": [],
+        "cut": [],
         "exact_s": None,
         "obstacles": [asdict(obstacle)],
         "small_moves": None,
+        "dither": None,
         "timing": {"computing_seconds": computing},
     }
     assert spent.last is not None

@@ -9,6 +9,7 @@ import numpy as np
 from ...base.checkpoint import Stage
 from ...base.errors import InputError, LinkLost
 from ...control.controller_spec import ControllerSpec
+from ...control.dither import Dithered, Sine
 from ...control.protocol import Controller
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
@@ -17,6 +18,8 @@ from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 from ..excite.study import drive
+from .computing import Computing
+from .dither import sine, without_dither
 from .obstacles import Barred, cut_short, time_is_over
 from .relay import Relay, relay_reference
 
@@ -31,21 +34,27 @@ def nothing_wrong(_: Record) -> None:
 class RigTime:
     """What is played on the rig, and for how long: no longer than is allowed. What was kept is not played again.
 
-    `spent` [s], and `log`, what was played in that time; `over`: what there was no time for, or None;
+    `spent` [s], and `log`, what was played in that time; `over`: what there was no time for, or None; `computing`: the
+    computer's time, in which the rig's does not count; `dither`: what every loop has on top, where the valve needs it;
     `last`: the newest record, None before the first.
     """
 
-    def __init__(self, client: LinkClient, rig: Rig, seconds: float, stage: Stage) -> None:
+    def __init__(
+        self, client: LinkClient, rig: Rig, seconds: float, stage: Stage, computing: Computing | None = None
+    ) -> None:
         self.client, self.rig, self._seconds, self._stage = client, rig, seconds, stage
+        self.computing = computing or Computing(np.inf)
         self.spent, self.log = 0.0, list[dict[str, Any]]()
         self.over: str | None = None
         self.last: Record | None = None
+        self.dither: Sine | None = None
 
     def rest(self, check: Callable[[Record], None]) -> Record:
         """The rig at rest, where nothing is wrong with that."""
 
         def compute() -> dict[str, Any]:
-            record = rest_record(self.client)
+            with self.computing.waits():
+                record = rest_record(self.client)
             self._look("static", record, float(record.t[-1]), check)
             return _stored(record)
 
@@ -53,23 +62,38 @@ class RigTime:
         self._spend("static", "look", float(record.t[-1]))
         return record
 
+    def stay_on(self, stays: bool) -> None:
+        """Whether the rig is left on between courses in lockstep, where no time passes then: behind a valve that does
+        not close, a jack that is off goes on to its stop. One that is left on may still swing when a course begins."""
+        self.client.stays_on = stays
+        if not stays:
+            self.client.off()
+
+    def free(self, size: float) -> Sine:
+        """From now on every loop has a dither beyond a command `size` [1] that got the jack moving."""
+        self.dither = sine(size, self.rig.period.value)
+        return self.dither
+
     def relay(self, way: float, size: float, check: Callable[[Record], object], blind: bool = False) -> Record:
         """A relay that turns at `way` [m], from a command `size` on: from the middle, or where no loop has moved the
         rig yet, `blind` from where it stands. `check` raises what is wrong with it. Its command is the one that answers
-        a reading, so that what lags it lags a loop."""
+        a reading, so that what lags it lags a loop, and without the dither."""
         period = self.rig.period.value
 
         def play() -> Played:
             relay = Relay(drive(self.rig).loop.build(period), period, size, blind)
+            loop = relay if self.dither is None else Dithered(relay, self.dither)
             start = None if blind else self.rig.middle
-            return play_course(self.client, self.rig, relay, relay_reference(self.rig, way), start, begins=relay.begin)
+            return play_course(self.client, self.rig, loop, relay_reference(self.rig, way), start, begins=relay.begin)
 
-        name = f"relay-{1e3 * way:g}mm"
+        name = f"relay-{1e3 * way:g}mm{'' if self.dither is None else '-dithered'}"
         record = self._whole(name, self._course(name, "look", play, len(relay_reference(self.rig, way)), check))
-        if self.client.hello.lockstep:
-            return record
         command = record.signals["command"]
-        return replace(record, signals={**record.signals, "command": np.append(command[1:], command[-1])})
+        if not self.client.hello.lockstep:
+            command = np.append(command[1:], command[-1])
+        if self.dither is not None:
+            command = without_dither(command, self.dither)
+        return replace(record, signals={**record.signals, "command": command})
 
     def played(self, wave: Excitation, loop: ControllerSpec, why: str) -> Record:
         """An excitation in a loop that holds the jack."""
@@ -107,10 +131,11 @@ class RigTime:
                 late = time_is_over(self._seconds, self.spent, name)
                 self.over = late.what
                 raise Barred(late)
-            played = _unlost(play)
+            with self.computing.waits():
+                played = _unlost(play)
             if played.lost:
                 raise LinkLost(f"{name}: {played.ended}, {_TRIES} times")
-            self._look(name, played.record, played.seconds, check)
+            self._look(name, played.record, played.seconds, check, played.ended)
             return _stored_course(played)
 
         played = _restored_course(self._stage(f"played-{name}", compute))
@@ -118,13 +143,23 @@ class RigTime:
         self._spend(name, why, played.seconds)
         return played
 
-    def _look(self, name: str, record: Record, seconds: float, check: Callable[[Record], object]) -> None:
-        """Check a record that was just played; one in which something is wrong was played too."""
+    def _look(
+        self,
+        name: str,
+        record: Record,
+        seconds: float,
+        check: Callable[[Record], object],
+        ended: str | None = None,
+    ) -> None:
+        """Check a record that was just played; one in which something is wrong was played too. One that `ended` early
+        tells little for that reason."""
         self.last = record
         try:
             check(record)
-        except (InputError, Barred):
+        except (InputError, Barred) as wrong:
             self._spend(name, "look", seconds)
+            if ended is not None and isinstance(wrong, Barred):
+                raise Barred(cut_short(name, ended)) from wrong
             raise
 
     def _spend(self, what: str, why: str, seconds: float) -> None:

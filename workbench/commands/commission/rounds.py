@@ -18,14 +18,16 @@ from ..common.run_folder import Run
 from ..common.wire_campaign import wire_campaign, wire_rig
 from ..plan.study import run_plan
 from ..trace.study import trace_campaign
+from ..trace.words import verdict
+from .computing import TRACES, Computing
 from .designs import exactly, searched_design
+from .verify import foretold
 
 if TYPE_CHECKING:
     from ..trace.answer import TraceAnswer
 
 T = TypeVar("T")
 TRANSDUCERS = Path(__file__).with_name("transducers.py")
-CLOSE = 0.15  # by which a predicted settling may be off the measured one
 WORTH = 0.1  # of the settling, that knowing the numbers must save to ask for more records
 _FURTHER = 2  # records that a plan gives
 
@@ -46,27 +48,32 @@ class Found:
         """Whether the records are those of the rig as found, if not to the last of the noise."""
         return self.answer.verdict in ("named", "incomplete", "none")
 
+    def foretells(self, measured: float | None) -> bool:
+        """Whether the goal's settling [s], measured on the rig, is what was predicted."""
+        return foretold(self.predicted, measured)
+
     def again(self, measured: float | None) -> str:
         """Why the records do not suffice, of the settling [s] measured on the rig; empty where they do."""
         if measured is None:
             return "the goal does not settle on the rig"
-        if self.predicted is None or abs(self.predicted / measured - 1) > CLOSE:
+        if not self.foretells(measured):
             told = "never" if self.predicted is None else f"{self.predicted:.3g} s"
             return f"predicted {told}, measured {measured:.3g} s"
-        if self.exact is not None and self.exact < (1 - WORTH) * self.predicted:
+        if self.exact is not None and self.predicted is not None and self.exact < (1 - WORTH) * self.predicted:
             return f"with exact numbers {self.exact:.3g} s would be in reach, not {self.predicted:.3g} s"
         return ""
 
 
 @dataclass(frozen=True)
 class Searches:
-    """What searches of controllers need: the first guess, the goal, and who computes."""
+    """What searches of controllers need: the first guess, the goal, who computes, and how long."""
 
     start: ControllerSpec
     goal: str
     jobs: int
     run: Run
     say: Progress
+    computing: Computing
 
     def design(self, rig: Rig, name: str) -> ControllerSpec:
         """The best design for a rig within what is uncertain of it."""
@@ -83,8 +90,11 @@ def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, 
     say("asks what the records say that the datasheet does not")
     allow(TRANSDUCERS)
     stage = named_stage(run, f"trace-{number}")
-    answer = trace_campaign(folder, effects=[TRANSDUCERS], stage=stage, progress=say, jobs=searches.jobs, learns=False)
-    say(answer.sentence)
+    over = searches.computing.over(TRACES[number - 1], f"the trace of round {number}")
+    answer = trace_campaign(
+        folder, effects=[TRANSDUCERS], stage=stage, progress=say, jobs=searches.jobs, learns=False, over=over
+    )
+    say(sentence(answer))
     rig = replace(answer.rig, name=f"{title}-found")
     say("searches a controller for the rig as it was found")
     spec = searches.design(rig, f"found-{number}")
@@ -93,6 +103,11 @@ def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, 
     best = searches.design(known, f"exact-{number}")
     predicted, exact = (_predicted(each, model, searches.goal, client) for each, model in ((spec, rig), (best, known)))
     return Found(answer, rig, spec.named("found"), predicted, exact)
+
+
+def sentence(answer: "TraceAnswer") -> str:
+    """What the records say, without the report that would draw it."""
+    return verdict(answer.trace, None, None)
 
 
 def campaign_in(

@@ -1,9 +1,13 @@
 """The whole way from a datasheet to a verified controller, on a live rig."""
 
 import time
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
+from ...base.checkpoint import OutOfTime
 from ...base.errors import InputError
 from ...control.automatic_tuning import MOVE, SmallMoves
 from ...control.controller_spec import ControllerSpec
@@ -17,9 +21,12 @@ from ..common.wire_campaign import wire_rig
 from ..drive.study import Judged
 from .allowed import Allowed, allowed, safe
 from .automatic import automatic
+from .computing import AGAIN, Computing
+from .dither import with_dither
 from .looks import WAY, check_rest, check_sides, small_moves
 from .motions import doubted, standard_records
 from .obstacles import Barred, obstacles
+from .relay import lets_go
 from .results import Results, barred_outcome, outcome
 from .rig_time import RigTime
 from .rounds import Found, Searches, campaign_in, found_by, further
@@ -30,12 +37,14 @@ _ROUNDS = 2
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is commissioned: the datasheet's rig at an address, within `seconds` of its time, for the sake of `goal`."""
+    """What is commissioned: the datasheet's rig at an address, within `seconds` of its time and `computing` [s] of the
+    computer's, for the sake of `goal`."""
 
     rig: Rig
     at: str
     token: str
     seconds: float
+    computing: float
     goal: str
     jobs: int
 
@@ -47,7 +56,8 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     stands in the way, what it costs, what to mend. Where something bars every further motion there are only those."""
     began, rig = time.process_time(), doubted(wanted.rig)
     with LinkClient(wanted.at, wanted.token) as client:
-        spent = RigTime(client, rig, wanted.seconds, run.stage)
+        computing = Computing(wanted.computing)
+        spent = RigTime(client, rig, wanted.seconds, run.stage, computing)
         try:
             results = _commissioned(wanted, spent, run, progress)
         except Barred as barred:
@@ -61,77 +71,101 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
 def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) -> Results:
     """Raises Barred where something is wrong before a controller is searched."""
     rig = spent.rig
-    rest, moves = _looks(spent, progress)
-    law = automatic(rig, moves)
-    searches = Searches(law, wanted.goal, wanted.jobs, run, progress)
+    rest, moves = looks(spent, progress)
+    law = with_dither(automatic(rig, moves), spent.dither)
+    searches = Searches(law, wanted.goal, wanted.jobs, run, progress, spent.computing)
     plants = allowed(wire_rig(rig, spent.client))
     records = _played(spent, standard_records(plants.stable(law), law), law, progress)
     progress("searches a controller for the rig as the datasheet has it")
     design = searches.design(rig, "datasheet")
     ways = {"automatic": Way(law, plants.stable(law)), "datasheet": Way(design, plants)}
     judged = [each for name, way in ways.items() for each in played_way(spent, name, way, (*STEPS, SINE), progress)]
-    last = _rounds(spent, searches, plants, rest, records, progress)
-    judged += last.judged
-    if last.way is not None:
-        ways["found"] = last.way
-    verdict, effects = (last.found.answer.verdict, last.found.answer.effects) if last.found else ("unknown", ())
-    barred = obstacles(judged, wanted.goal, verdict, effects, rest, records.values())
-    return Results(wanted.goal, moves, ways, judged, last.found, last.reasons, last.ended, barred)
+    rounds, ended = _rounds(spent, searches, plants, rest, records)
+    best = _best(rounds, wanted.goal)
+    if best is not None:
+        ways["found"] = best.way
+        judged += best.judged
+    found, reasons = best and best.found, [each.reason for each in rounds]
+    verdict, effects = (found.answer.verdict, found.answer.effects) if found else ("unknown", ())
+    barred = obstacles(judged, wanted.goal, verdict, effects, rest, records.values(), spent.dither)
+    return Results(wanted.goal, moves, ways, judged, found, reasons, ended, barred, spent.computing.cut)
 
 
-@dataclass
-class _Rounds:
-    """What the last round found, if one did, its controller, what that did on the rig, what each round left open, and
-    why the rounds ended before they were over: what was recorded and found until then stays."""
+@dataclass(frozen=True)
+class _Round:
+    """What a round found, its controller, what that did on the rig, and what it left open."""
 
-    found: Found | None = None
-    way: Way | None = None
-    judged: list[Judged] = field(default_factory=list)
-    reasons: list[str] = field(default_factory=list)
-    ended: str | None = None
+    found: Found
+    way: Way
+    judged: list[Judged]
+    reason: str
 
 
 def _rounds(
-    spent: RigTime,
-    searches: Searches,
-    plants: Allowed,
-    rest: Record,
-    records: dict[str, Record],
-    progress: Progress,
-) -> _Rounds:
-    """`records` gets what the rounds record; `plants` are what the datasheet allows."""
-    done, heldout = _Rounds(), list(records)[-1:]
-    rig, run, law = spent.rig, searches.run, searches.start
+    spent: RigTime, searches: Searches, plants: Allowed, rest: Record, records: dict[str, Record]
+) -> tuple[list[_Round], str | None]:
+    """Every round, and why they ended before they were over, if they did: what was recorded and found until then stays.
+
+    `records` gets what the rounds record; `plants` are what the datasheet allows.
+    """
+    done, heldout = list[_Round](), list(records)[-1:]
+    rig, run, law, say = spent.rig, searches.run, searches.start, searches.say
     try:
         for number in range(1, _ROUNDS + 1):
             folder = run.dir / ("campaign" if number == 1 else f"campaign-{number}")
             campaign_in(folder, rig, spent.client, rest, records, heldout)
-            found = done.found = found_by(folder, searches, spent.client, number, rig.name)
-            way = done.way = Way(found.spec, allowed(wire_rig(found.rig, spent.client)))
-            done.judged = played_way(spent, "found", way, (*STEPS, *SINES), progress, number)
-            done.reasons.append(found.again(settling_of(done.judged, searches.goal)))
-            if not done.reasons[-1] or number == _ROUNDS:
+            found = found_by(folder, searches, spent.client, number, rig.name)
+            way = Way(found.spec, allowed(wire_rig(found.rig, spent.client)))
+            judged = played_way(spent, "found", way, (*STEPS, *SINES), say, number)
+            reason = found.again(settling_of(judged, searches.goal))
+            done.append(_Round(found, way, judged, reason))
+            if not reason or number == _ROUNDS:
                 break
-            progress(f"once more: {done.reasons[-1]}")
-            waves = further(folder, rig, found, run, progress)
+            if spent.computing.over(AGAIN, "another round")():
+                raise OutOfTime
+            say(f"once more: {reason}")
+            waves = further(folder, rig, found, run, say)
             for each in (way.plants, *([] if found.explains else [plants])):
                 waves = safe(each.stable(law), law, waves)
-            records |= _played(spent, waves, law, progress)
+            records |= _played(spent, waves, law, say)
     except (InputError, Barred) as error:
-        progress(str(error))
-        done.ended = str(error)
-    return done
+        say(str(error))
+        return done, str(error)
+    except OutOfTime:
+        pass  # the computer's time knows what it cut short
+    return done, None
 
 
-def _looks(spent: RigTime, say: Progress) -> tuple[Record, SmallMoves]:
+def _best(rounds: Sequence[_Round], goal: str) -> _Round | None:
+    """The round whose controller did the goal soonest on the rig; one whose prediction held comes before all whose did
+    not."""
+
+    def rank(each: _Round) -> tuple[bool, float]:
+        measured = settling_of(each.judged, goal)
+        return not each.found.foretells(measured), np.inf if measured is None else measured
+
+    return min(reversed(rounds), key=rank, default=None)
+
+
+def looks(spent: RigTime, say: Progress) -> tuple[Record, SmallMoves]:
     """The rig at rest, and what relays tell; none is played where the one before found a signal wrong."""
     rig = spent.rig
     say("looks at the rig at rest: noise, dead or impossible readings")
     rest = spent.rest(partial(check_rest, rig))
     say("moves it by millimetres: directions, speed, the mode of its oil")
     check = partial(check_sides, rig)
+    spent.stay_on(True)
     near = spent.relay(MOVE, 0.0, check, blind=True)
-    far = spent.relay(WAY, check_sides(rig, near), check)
+    size = check_sides(rig, near)
+    if not lets_go(near):
+        spent.stay_on(False)
+    else:
+        dither = spent.free(size)
+        words = f"{100 * dither.amplitude:.2g} % at {dither.frequency:g} Hz"
+        say(f"the valve stays open without a command: from now on a dither of {words} frees it")
+        near = spent.relay(MOVE, 0.0, check)
+        size = check_sides(rig, near)
+    far = spent.relay(WAY, size, check)
     return rest, small_moves(rig, near, far)
 
 

@@ -17,7 +17,7 @@ from ...loop.stiffness_and_noise import dynamic_stiffness
 from ...rigs.rig import Rig
 from ..common.outcome import Progress
 from ..drive.study import Judged, judge_played
-from .allowed import Allowed, Expected, smaller
+from .allowed import Allowed, Expected, is_of, smaller
 from .obstacles import Barred
 from .rig_time import RigTime
 
@@ -28,6 +28,7 @@ STEPS = ("position-1mm", "position-10mm", "position-100mm")
 _ELSEWHERE = "position-10mm"
 _WATCHED = 1.0  # s of a step
 _SLOWEST = 0.1  # Hz, that stiffness is looked at from
+CLOSE = 0.15  # by which a predicted settling may be off the measured one
 _OVERSHOOT = 8.0  # %: as far as a controller may go on the rig that was searched for 5 %
 
 
@@ -95,17 +96,24 @@ def _played(spent: RigTime, way: str, spec: ControllerSpec, scenario: Scenario, 
 
 def settling_of(judged: Sequence[Judged], goal: str) -> float | None:
     """What the goal settled in [s], measured; None where it did not, or was not played."""
-    return next((each.row["settling_s"] for each in judged if each.scenario.name == goal), None)
+    return next((each.row["settling_s"] for each in judged if is_of(each.scenario.name, goal)), None)
 
 
-def best_way(rows: Sequence[Mapping[str, Any]], goal: str) -> str:
-    """The way whose controller stays: the found rig's, whose margins are known, where it settled everywhere without too
-    much overshoot; else of those that did so the one that did the goal soonest. Where none did, the found rig's, or
-    the one by rules if no rig was found."""
-    soonest = {row["way"]: row["settling_s"]["measured"] for row in rows if row["scenario"] == goal}
-    held = [way for way, settling in soonest.items() if settling is not None and _held(rows, way, goal)]
-    if held and "found" not in held:
-        return min(held, key=lambda way: soonest[way])
+def foretold(predicted: float | None, measured: float | None) -> bool:
+    """Whether a settling [s] is what was predicted; a controller that settles nowhere foretells nothing."""
+    return predicted is not None and measured is not None and abs(predicted / measured - 1) <= CLOSE
+
+
+def best_way(rows: Sequence[Mapping[str, Any]], goal: str, explains: bool) -> str:
+    """The way whose controller stays: the found rig's, whose margins are known, where the rig as found `explains` the
+    records and foretold the goal's settling; else of those that settled everywhere without too much overshoot the one
+    that did the goal soonest. Where none did, the found rig's, or the one by rules if no rig was found."""
+    own = [row for row in rows if is_of(row["scenario"], goal) and row["way"] != "limit"]
+    soonest = {row["way"]: row["settling_s"] for row in own}
+    held = [way for way, pair in soonest.items() if pair["measured"] is not None and _held(rows, way, goal)]
+    known = explains and "found" in held and foretold(soonest["found"]["predicted"], soonest["found"]["measured"])
+    if held and not known:
+        return min(held, key=lambda way: soonest[way]["measured"])
     return "found" if "found" in soonest else "automatic"
 
 

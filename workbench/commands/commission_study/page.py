@@ -23,7 +23,8 @@ def page(metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
     numbers = np.arange(len(rows), dtype=float)
     curves = [Curve(way, numbers, _settling(rows, way), style="points") for way in _WAYS]
     figure = Figure("10 mm, measured on the rig", "rig", [Panel("settling [s]", curves, log_y=True)])
-    heads = ["rig", "truth", "trap", "said", *(f"{way} [s]" for way in _WAYS), "predicted [s]", "rig time [s]", "trips"]
+    heads = ["rig", "truth", "trap", "said", *(f"{way} [s]" for way in _WAYS), "kept", "predicted [s]", "rig time [s]"]
+    heads += ["trips"]
     lines = [
         [
             row["id"],
@@ -31,7 +32,8 @@ def page(metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
             row["trap"],
             row["error"] or f"{row['verdict']}: {', '.join(row['said'])}",
             *(row["settling_s"].get(way) for way in _WAYS),
-            row["predicted_s"].get("found"),
+            row["kept"],
+            row["predicted_s"].get(row["kept"]),
             row["rig_seconds"],
             row["trips"],
         ]

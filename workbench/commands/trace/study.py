@@ -1,11 +1,12 @@
 """Why do model and rig disagree? Traces a campaign's residual to the effects that the model lacks, and reports it."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from ...base.checkpoint import endless
 from ...base.process_pool import one_blas_thread
 from ...identify.acceptance.when_new import rig_when_new
 from ...identify.trace.problem import estimation_problem
@@ -49,6 +50,7 @@ def trace_campaign(
     progress: Progress = lambda _: None,
     jobs: int = 1,
     learns: bool = True,
+    over: Callable[[], bool] = endless,
 ) -> TraceAnswer:
     """Why do model and rig disagree? Trace a campaign's residual to the effect that the model lacks.
 
@@ -56,6 +58,7 @@ def trace_campaign(
     that the campaign names. effects: Python files with effects of your own. without: names that are not to be tried.
     several: the rig is known to lack more than one effect, so that those which only explain a part are added too.
     learns: where names leave a misfit, its shape is learned, which may take longer than all else.
+    over: whether the time for a search is over, which then ends with what it has found.
     jobs: worker processes; the answer is the same. A script that asks for several needs `if __name__ == "__main__"`.
     Raises InputError for records, a rig or effects that cannot be read, and for records that are not of this rig.
     """
@@ -65,7 +68,7 @@ def trace_campaign(
         rig = load_rig(rig or campaign.rig, corrector=campaign.corrector)
     files = [str(Path(file).resolve()) for file in effects]
     library = effects_for(rig, files, without)
-    return trace_answer(campaign, rig, library, stage, progress, files, without, several, jobs, learns)
+    return trace_answer(campaign, rig, library, stage, progress, files, without, several, jobs, learns, over=over)
 
 
 def run_trace(
@@ -127,12 +130,12 @@ def trace_answer(
     jobs: int,
     learns: bool = True,
     suspects: Sequence[str] = (),
+    over: Callable[[], bool] = endless,
 ) -> TraceAnswer:
     """The answer of a campaign about effects of `library`; see trace_campaign."""
     with one_blas_thread():
-        result = trace(
-            estimation_problem(campaign, rig), library, stage, progress, several, jobs, files, learns, suspects
-        )
+        problem = estimation_problem(campaign, rig)
+        result = trace(problem, library, stage, progress, several, jobs, files, learns, suspects, over)
         answer, both = trace_json(result), compared(result)
     rig_found = fitted_rig(result.problem, result.final, files)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}

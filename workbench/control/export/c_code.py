@@ -17,7 +17,7 @@ _HEADER = """\
 typedef struct {{
     double z[{sections}][2];
     double {fields}; /* the signals at the start */
-    double offset;
+    double offset;{sine_field}
 }} {name}_state;
 
 /* From rest at 0: all states are 0. */
@@ -67,7 +67,7 @@ _STEP = """
 void {name}_reset({name}_state *state)
 {{
     static const {name}_state rest;
-    *state = rest;
+    *state = rest;{sine_rest}
 }}
 
 /* The sum of the channels, each filtering what its signal is off its start. */
@@ -89,7 +89,7 @@ void {name}_start({name}_state *state, double command{measured})
 double {name}_step({name}_state *state{arguments})
 {{
     const double command = summed(state{given});
-    return {forth};
+{sine_step}    return {forth};
 }}
 """
 _CHECK = """
@@ -127,6 +127,7 @@ def c_code(name: str, law: Coefficients) -> dict[str, str]:
         "vector": "\n".join(_array(f"vector_{signal}", values) for signal, values in law.vector.items()),
         **_of_signals(law.signals),
         **_of_map(law),
+        **_of_sine(law),
     }
     head = _HEAD.format(**words)
     helpers = _HELPERS
@@ -152,11 +153,32 @@ def _of_signals(signals: list[str]) -> dict[str, str]:
 def _of_map(law: Coefficients) -> dict[str, str]:
     """The command through the map, and back."""
     if law.command_map is None:
-        return {"forth": "command", "back": "command"}
+        return {"forth": _on_top(law, "command"), "back": "command"}
     points = len(law.command_map.at)
     return {
-        "forth": f"mapped(map_at, map_to, {points}, command)",
+        "forth": _on_top(law, f"mapped(map_at, map_to, {points}, command)"),
         "back": f"mapped(map_to, map_at, {points}, command)",
+    }
+
+
+def _on_top(law: Coefficients, command: str) -> str:
+    return command if law.sine is None else f"{command} + sine"
+
+
+def _of_sine(law: Coefficients) -> dict[str, str]:
+    """A dither's two states, turned once a sample."""
+    if law.sine is None:
+        return dict.fromkeys(("sine_field", "sine_rest", "sine_step"), "")
+    (c, s), _ = law.sine.turn.tolist()
+    step = [
+        "const double sine = state->sine, cosine = state->cosine;",
+        f"state->sine = {c!r} * sine + {s!r} * cosine;",
+        f"state->cosine = {c!r} * cosine - {s!r} * sine;",
+    ]
+    return {
+        "sine_field": "\n    double sine, cosine; /* of the dither */",
+        "sine_rest": f"\n    state->cosine = {law.sine.amplitude!r};",
+        "sine_step": "".join(f"    {line}\n" for line in step),
     }
 
 

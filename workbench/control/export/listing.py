@@ -9,13 +9,16 @@ from .sections import SAMPLES, Coefficients, SectionChannel
 
 
 def as_json(coefficients: Coefficients) -> dict[str, Any]:
-    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale and map are there where a law has them."""
+    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale, map, dither are there where a law has them."""
     command_map = coefficients.command_map
     mapped = {"command_map": {"at": command_map.at.tolist(), "to": command_map.to.tolist()}} if command_map else {}
+    sine = coefficients.sine
+    dithered = {"dither": {"amplitude": sine.amplitude, "frequency_hz": sine.frequency}} if sine else {}
     return {
         "period_s": coefficients.period,
         "channels": [_channel_json(channel) for channel in coefficients.channels],
         **mapped,
+        **dithered,
         "vector": {name: values.tolist() for name, values in coefficients.vector.items()},
     }
 
@@ -42,6 +45,9 @@ def as_text(name: str, coefficients: Coefficients) -> str:
     if command_map is not None:
         lines.append("  the sum goes through a map, linear between the points, unchanged beyond:")
         lines += _table(command_map.at, command_map.to)
+    if coefficients.sine is not None:
+        sine = coefficients.sine
+        lines.append(f"  on top a dither of {sine.amplitude:.9g} sin(2 pi {sine.frequency:.9g} Hz t), from 0")
     lines.append(f"  test vector, the first of {SAMPLES} samples (--json has all)")
     lines += [
         f"    {key}: " + " ".join(f"{value:.9g}" for value in values[:4]) for key, values in coefficients.vector.items()

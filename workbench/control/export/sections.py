@@ -10,6 +10,7 @@ from ...base.errors import InputError
 from ...base.signals import SIGNALS
 from ...linear.interconnect import select
 from ...linear.state_space import StateSpace
+from ..dither import Sine
 from ..piecewise_linear import CommandMap, PiecewiseLinear
 from ..protocol import Controller, NeedsOperatingPoint, scheduled_law
 from ..scheduled_law import ScheduledLaw
@@ -48,15 +49,16 @@ class SectionChannel:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """command = map(sum over the channels), from rest, every `period` [s]; `vector`: inputs [n] and the command.
+    """command = map(sum over the channels) + sine, from rest, every `period` [s]; `vector`: inputs [n] and the command.
 
     "error" is the reference less the controlled signal, which is the first after the reference in `vector`. Without
-    a `command_map` the command is the sum.
+    a `command_map` the command is the sum; a `sine` begins at 0 with the first sample.
     """
 
     period: float
     channels: tuple[SectionChannel, ...]
     command_map: CommandMap | None
+    sine: Sine | None
     vector: Mapping[str, np.ndarray]
 
     @property
@@ -89,7 +91,7 @@ def coefficients(controller: Controller, period: float) -> Coefficients:
         for i, name in enumerate(part.filter.input_labels)
     ]
     vector = _vector(controller, law)
-    coefficients = Coefficients(period, tuple(channels), law.command_map, vector)
+    coefficients = Coefficients(period, tuple(channels), law.command_map, law.sine, vector)
     worst, most = (np.abs(part).max() for part in (replay(coefficients) - vector["command"], vector["command"]))
     if not worst <= AGREE * most:
         raise InputError(
@@ -100,7 +102,7 @@ def coefficients(controller: Controller, period: float) -> Coefficients:
 
 
 def replay(coefficients: Coefficients) -> np.ndarray:
-    """The command [n] that sections, schedules and map make of the vector's inputs."""
+    """The command [n] that sections, schedules, map and sine make of the vector's inputs."""
     from scipy.signal import sosfilt  # here, as it takes a second
 
     inputs = dict(coefficients.vector)
@@ -111,8 +113,9 @@ def replay(coefficients: Coefficients) -> np.ndarray:
         return output if channel.scale is None else output * _interpolated(channel.scale, inputs["position"])
 
     command = np.sum([part(channel) for channel in coefficients.channels], axis=0)
-    command_map = coefficients.command_map
-    return command if command_map is None else command + _interpolated(command_map.shift, command)
+    if coefficients.command_map is not None:
+        command = command + _interpolated(coefficients.command_map.shift, command)
+    return command if coefficients.sine is None else command + coefficients.sine.samples(len(command))
 
 
 def _interpolated(table: PiecewiseLinear, x: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ VAR
     part : LREAL;
 {kept}
     offset : LREAL;
-END_VAR
+{sine_kept}END_VAR
 VAR CONSTANT
     sections : ARRAY[0..{last}, 0..4] OF LREAL := [
         {sections}
@@ -42,7 +42,7 @@ IF restart OR start THEN
     END_FOR;
 {zeroed}
     offset := 0.0;
-END_IF;
+{sine_rest}END_IF;
 IF start THEN
 {started}
 END_IF;
@@ -113,6 +113,8 @@ def structured_text(name: str, law: Coefficients) -> dict[str, str]:
         sections=",\n        ".join(rows),
         tables="".join(_tables(law)),
         body="\n".join(_body(law)),
+        sine_kept="" if law.sine is None else "    sine : LREAL; (* of the dither *)\n    cosine : LREAL;\n",
+        sine_rest="" if law.sine is None else f"    sine := 0.0;\n    cosine := {_real(law.sine.amplitude)};\n",
     )
     check = _CHECK.format(
         name=name,
@@ -150,6 +152,10 @@ def _body(law: Coefficients) -> Iterable[str]:
         first += len(channel.sections)
     if law.command_map is not None:
         yield _mapped("command", "map_points", "map_to", law.command_map.at)
+    if law.sine is not None:
+        (c, s), _ = law.sine.turn.tolist()
+        yield "command := command + sine;\nx := sine;"
+        yield f"sine := {_real(c)} * x + {_real(s)} * cosine;\ncosine := {_real(c)} * cosine - {_real(s)} * x;"
 
 
 def _off(signal: str) -> str:

@@ -1,10 +1,12 @@
 """The search of a trace: fit, gate, localise, then pass after pass until nothing is missing or nothing passes."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...base.checkpoint import OutOfTime
 from . import rule as decide
 from .batches import search_batches
 from .context import TraceContext
@@ -60,28 +62,29 @@ class _Search:
             base = better
 
     def _effects(self, base: FittedModel) -> tuple[tuple[CandidateFit, ...], FittedModel | None]:
-        """Effects one after the other, until nothing is missing or nothing passes.
+        """Effects one after the other, until nothing is missing or nothing passes, or time is over.
 
         Where the first pass shows that the rig alone can do better than `base`, nothing but that fit, which is last.
         """
         context = self._context
         effects: tuple[CandidateFit, ...] = ()
         model_fit = base
-        while len(effects) < _PASSES and context.is_misfit(model_fit):
-            this_pass = self._pass(model_fit, model_fit)
-            if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
-                if not effects:
-                    return (), better
-                model_fit, effects = better, (*effects[:-1], replace(effects[-1], model_fit=better))
-            elif this_pass.accepted and self._adds(base, effects, this_pass):
-                effects = (*effects, this_pass.accepted[0])
-            elif context.several and (part := best_of_several(context.problem, model_fit, this_pass.tried)):
-                effects = (*effects, self._refit_from_declared(part))
-            elif not effects and (pair := self._pair(this_pass, base)):
-                effects = pair
-            else:
-                break
-            model_fit = effects[-1].model_fit or model_fit
+        with suppress(OutOfTime):
+            while len(effects) < _PASSES and context.is_misfit(model_fit):
+                this_pass = self._pass(model_fit, model_fit)
+                if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
+                    if not effects:
+                        return (), better
+                    model_fit, effects = better, (*effects[:-1], replace(effects[-1], model_fit=better))
+                elif this_pass.accepted and self._adds(base, effects, this_pass):
+                    effects = (*effects, this_pass.accepted[0])
+                elif context.several and (part := best_of_several(context.problem, model_fit, this_pass.tried)):
+                    effects = (*effects, self._refit_from_declared(part))
+                elif not effects and (pair := self._pair(this_pass, base)):
+                    effects = pair
+                else:
+                    break
+                model_fit = effects[-1].model_fit or model_fit
         return effects, None
 
     def _pass(self, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:

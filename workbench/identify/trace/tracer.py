@@ -3,10 +3,11 @@
 Every step is a stage that a resumed trace reads back. The rule is in rule.py: a wrong name is worse than "unknown".
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from ...base.checkpoint import Progress, Stage
+from ...base.checkpoint import Progress, Stage, endless, until
 from ...plant.effects import Effect
 from .context import trace_context
 from .findings import Trace
@@ -25,6 +26,7 @@ def trace(
     files: Sequence[str | Path] = (),
     learns: bool = True,
     suspects: Sequence[str] = (),
+    over: Callable[[], bool] = endless,
 ) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
 
@@ -34,7 +36,10 @@ def trace(
     `jobs`: processes that share scores and refits; the answer is the same. `files` are where effects come from that
     are neither of the library nor named by the rig. `learns`: where names leave a misfit, what is left is learned.
     `suspects`: numbers of the rig whose ranges are so narrow that scores about their ends say little; each that goes to
-    an end of its range is refitted, whatever its score.
+    an end of its range is refitted, whatever its score. `over`: whether the time for a search is over, which then ends
+    with what it has added; what is found is judged all the same. Raises OutOfTime where not even the rig alone was
+    fitted.
     """
     with trace_context(problem, library, stage, report_progress, several, jobs, files, suspects) as context:
-        return judge_search(context, search_effects(context), learns)
+        search = search_effects(replace(context, stage=until(stage, over)))
+        return judge_search(context, search, learns and not over())

@@ -1,0 +1,87 @@
+"""A commissioning computes no longer than it may: a trace that is out of time says what it has, and names less."""
+
+import pytest
+from made_campaigns import LIBRARY, rubbing_campaign
+
+from workbench.base.checkpoint import OutOfTime
+from workbench.cli import main
+from workbench.commands.commission.computing import Computing
+from workbench.commands.commission.rounds import sentence
+from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.trace.study import trace_answer
+from workbench.rigs.rig_file import load_rig
+
+RIG = load_rig("festo-tp511")
+
+
+class Clock:
+    """A clock that goes on by itself, a second at each look."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        self.now += 1.0
+        return self.now
+
+
+def answer(over):
+    """The answer about a jack that rubs, and the stages that it took."""
+    stages = []
+
+    def stage(name, compute):
+        stages.append(name)
+        return no_checkpoint(name, compute)
+
+    campaign, library = rubbing_campaign(), LIBRARY[:1]
+    told = trace_answer(campaign, RIG, library, stage, lambda _: None, (), (), False, 1, False, over=over)
+    return told, stages
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return answer(lambda: False)
+
+
+def test_a_trace_that_is_out_of_time_names_nothing_that_it_has_not_judged(whole):
+    told, stages = whole
+    assert (told.verdict, told.effects) == ("named", ("jack.friction",))
+    looks = iter(range(len(stages)))
+    refit = next(place for place, name in enumerate(stages) if name.startswith("refit-1"))
+    cut, fewer = answer(lambda: next(looks) >= refit)
+    assert (cut.verdict, cut.effects) == ("unknown", ())
+    assert cut.chi2["before"] == pytest.approx(told.chi2["before"])
+    assert not [name for name in fewer if name.startswith("refit-1")]
+    assert "no known effect explains" in sentence(cut)
+
+
+def test_a_trace_that_may_not_even_fit_the_rig_says_so():
+    with pytest.raises(OutOfTime):
+        answer(lambda: True)
+
+
+def test_the_sentence_needs_no_page(whole):
+    told, _ = whole
+    assert sentence(told) == told.sentence
+    assert "jack.friction" in sentence(told)
+
+
+def test_time_in_which_the_rig_plays_does_not_count():
+    clock = Clock()
+    computing = Computing(10.0, clock)
+    with computing.waits():
+        clock.now += 100.0
+    assert computing.spent < 5.0
+    late = computing.over(0.5, "the trace of round 1")
+    assert not late()
+    assert computing.cut == []
+    while not late():
+        pass
+    assert late()
+    assert computing.cut == ["the trace of round 1"]
+
+
+def test_too_short_a_time_is_refused(capsys, tmp_path):
+    words = ["commission", "jack-10t", "--at", "udp://127.0.0.1:9", "--computing", "0.2", "--out", str(tmp_path / "o")]
+    assert main(words) == 2
+    assert "--computing 0.2: must be 1 or more" in capsys.readouterr().err
