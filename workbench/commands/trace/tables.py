@@ -12,7 +12,6 @@ from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...identify.trace.localise import likely_equations
 from ...identify.trace.problem import EstimationProblem
 from ...plant.effects import Effect, applies, known_effects
-from ...records import Record
 from ...records.campaign import ROLES
 from ...report import Table
 from ...report.table import Cell
@@ -185,14 +184,10 @@ def records_table(problem: EstimationProblem) -> Table:
     rows = [
         [record.name, role, float(record.t[-1] - record.t[0]) + record.period, record.t.size, ", ".join(record.names)]
         for role in ROLES
-        for record in _records(problem, role)
+        for record in getattr(problem.campaign, role)
     ]
     used = (
         "static: the noise floor; train: fits, scores and equations, and, by blocks in turn, what is chosen where no "
     )
     used += "record is under select; heldout: looked at once, at the end; every error that is quoted is from there."
     return Table("Records", ["record", "role", "seconds", "samples", "signals"], rows, note=used)
-
-
-def _records(problem: EstimationProblem, role: str) -> tuple[Record, ...]:
-    return getattr(problem.campaign, role)

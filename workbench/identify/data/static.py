@@ -20,16 +20,12 @@ def check_static(campaign: Campaign) -> None:
         for name in [name for name in _TELLING if name in record.signals]:
             rest, motion = _spread([record], name), _spread(moving, name)
             if rest > max(_SHARE * motion, _NOISE * white_part(name, [record]).sigma) > 0:
-                there, elsewhere = (SIGNALS[name].text(_short(spread)) for spread in (rest, motion))
+                there, elsewhere = (SIGNALS[name].text(float(f"{spread:.2g}")) for spread in (rest, motion))
                 raise InputError(
                     f"{campaign.path}: static record {record.name} moves: {name} varies by {there} there and by "
                     f"{elsewhere} in the records that move; list one at rest, or a part of it by "
                     '{file = "...", from = 0.0, to = 0.5}, or none'
                 )
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.2g}")
 
 
 def _spread(records: Sequence[Record], name: str) -> float:

@@ -291,8 +291,4 @@ def _table(
     nothing = np.zeros(len(record.t))
     measured = np.column_stack([record.signals.get(name, nothing) for name in names])
     weight = np.column_stack([record.valid.get(name, nothing) * weights[name] for name in names])
-    return measured, weight, record.t, _intervals(record)
-
-
-def _intervals(record: Record) -> np.ndarray:
-    return np.diff(np.append(record.t, record.t[-1] + record.period))
+    return measured, weight, record.t, np.diff(np.append(record.t, record.t[-1] + record.period))
