@@ -149,7 +149,7 @@ def to_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
 
 
 def from_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
-    """`value` in the SI unit `si`, converted to `unit`."""
+    """`value` in the SI unit `si`, converted to `unit`. Raises InputError for a unit of another kind."""
     gain, offset = _scale(unit, si)
     return (np.asarray(value, dtype=float) - offset) / gain
 

@@ -33,8 +33,10 @@ def variation(rig: Rig, name: str) -> Rig:
 
 
 def with_delay(rig: Rig, delay: float | str) -> Rig:
-    """The rig whose commands come `delay` [s], a number or text with a unit, later, on top of what its drive takes,
-    such as a controller computes."""
+    """The rig whose commands come later by `delay` [s], a number or text with a unit; what its drive takes is added.
+
+    Raises InputError for text that is no time.
+    """
     later = quantity(delay, "s")
     if not later:
         return rig

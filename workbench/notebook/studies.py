@@ -104,7 +104,10 @@ def residual(campaign: Campaign | str | Path, rig: Rig | str | None = None, free
 
 
 def fit(campaign: Campaign | str | Path, rig: Rig | str | None = None, starts: int = STARTS) -> FitAnswer:
-    """The rig's numbers that have bounds, fitted to a campaign from several starts. Raises InputError."""
+    """The rig's numbers that have bounds, fitted to a campaign: `rig`, `parameters` with their intervals, `chi2`.
+
+    `rig` replaces the one that the campaign names; the best of `starts` searches counts. Raises InputError.
+    """
     return fit_campaign(*_loaded(campaign, rig), starts, no_checkpoint, _quiet)
 
 
