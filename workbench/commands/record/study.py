@@ -123,8 +123,8 @@ def standard_set(drive: DriveSimulation) -> dict[str, Excitation]:
     for design in designs:
         fitting = within_limits(drive, design)
         if fitting is None:
-            reason = trouble(play(drive, design))
-            raise InputError(f"rig {rig.name}: cannot play {design.name} at any size: {reason}; check limits and effects")
+            why = trouble(play(drive, design))
+            raise InputError(f"rig {rig.name}: cannot play {design.name} at any size: {why}; check limits and effects")
         excitations[design.name] = fitting
     return excitations
 
