@@ -30,7 +30,7 @@ FIGURES = (
 )
 MARGINS = FIGURES[:3]
 SINE = Scenario("position-sine-5hz", "position", 2e-3, 1.0, frequency=5)
-_PLACES = (-0.8, 0.0, 0.8)  # of the stroke, at which the worst plant is sought
+_PLACES = (-0.8, 0.0, 0.8)  # of the stroke, at which a worse plant than the session's own at its middle is sought
 
 
 def loop_figures(
@@ -46,7 +46,8 @@ def loop_figures(
         values = {a.name: a.at(float(move[k])) for k, a in enumerate(known.axes[: known.numbers])}
         own = values if told is None else values | told.numbers_at(float(known.days[t]), known.days)
         half = {a.name: NORMAL * a.scale * float(deviations[t, k]) for k, a in enumerate(known.axes[: known.numbers])}
-        rows.append(loop_row(loop, rig_with(rig, own)) | _worst(loop, rig, own, half))
+        row = loop_row(loop, rig_with(rig, own))
+        rows.append(row | {"worst_gain_margin_db": _worst(loop, rig, own, half, row.get("gain_margin_db"))})
     return {name: [row.get(name) for row in rows] for name in FIGURES}
 
 
@@ -104,13 +105,16 @@ def sine_error(run: LoopRun, scenario: Scenario) -> float:
     return float(np.std(reference - y) / np.std(reference))
 
 
-def _worst(loop: StepConfig, rig: Rig, values: Mapping[str, float], half: Mapping[str, float]) -> dict[str, Any]:
-    """The least gain margin over the stroke, of plants at ends of the intervals of a session's numbers."""
+def _worst(
+    loop: StepConfig, rig: Rig, values: Mapping[str, float], half: Mapping[str, float], own: float | None
+) -> float | None:
+    """The least gain margin over the stroke, of plants at ends of the intervals of a session's numbers and of its `own`;
+    None where one has none."""
     signs = np.random.default_rng(0).choice((-1.0, 1.0), (len(_PLACES), len(half)))
     plants: Sequence[Mapping[str, float]] = [
         {**values, **{name: values[name] + sign * half[name] for name, sign in zip(half, row, strict=True)}}
         for row in signs
     ]
     least = [margins(loop, rig_with(rig, plant), place) for plant, place in zip(plants, _PLACES, strict=True)]
-    found = [each.get("gain_margin_db") for each in least]
-    return {"worst_gain_margin_db": None if None in found else min(each for each in found if each is not None)}
+    found = [own, *(each.get("gain_margin_db") for each in least)]
+    return None if None in found else min(each for each in found if each is not None)

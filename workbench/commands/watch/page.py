@@ -19,9 +19,13 @@ _LOOP = {
     "ms": "Ms [1]",
     "settling_s": "settling [s]",
     "overshoot_percent": "overshoot [%]",
-    "sine_error": "error of a 5 Hz sine, of its amplitude [1]",
-    "worst_gain_margin_db": "gain margin of the worst plant [dB]",
+    "sine_error": "error at 5 Hz [1]",
+    "worst_gain_margin_db": "worst margin [dB]",
 }
+_LEGEND = (
+    "The error at 5 Hz is that of a sine of 2 mm, RMS over RMS. The worst margin is the least gain margin over the "
+    "stroke and over the intervals of the session's numbers."
+)
 _ROW = 4  # panels of a figure
 
 

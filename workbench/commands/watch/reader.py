@@ -25,7 +25,7 @@ from ..trace.study import effects_for
 MOST = 16  # windows of a session: 8 s, in which numbers are known far better than rigs wander
 _FEW = 12  # windows of a session that suspects are fitted to
 _OTHER = 5.0  # a signal that moves so many times more, or less, than in the sessions before is in another unit
-_FORM = 12  # of what the cache keeps
+_FORM = 13  # of what the cache keeps
 
 
 class SessionReader:

@@ -75,7 +75,7 @@ def run_watch(
         known = history(evidence, days, [s.repair for s in sessions], [s.temperature for s in sessions])
         progress(f"what changes over {counted(len(sessions), 'session')}")
         change, first_alarm = first_told(known, a_year)
-        moves, deviations = smoothed(known, change)
+        moves, deviations = _course(known, change)
         told = _named(reader, sessions, evidence, known, change, first_alarm) if change else None
         progress(f"{loop.controllers[0].name} on the rig of each session")
         costs = stage("loops", lambda: loop_figures(loop, rig, known, moves, deviations, told))
@@ -106,6 +106,16 @@ def run_watch(
 
     texts = {"watch.json": json.dumps(metrics, indent=1)}
     return Outcome(metrics, draw, {}, texts, Subject(rig, list(loop.controllers[:1])))
+
+
+def _course(known: History, change: Change | None) -> tuple[np.ndarray, np.ndarray]:
+    """Moves [T, n] of every session and their deviations; those before a change by the sessions before it alone: what
+    comes after is no first order any more."""
+    moves, deviations = smoothed(known, change)
+    if change and change.earliest > 1:
+        before = known.until(change.earliest)
+        moves[: change.earliest], deviations[: change.earliest] = smoothed(before, None)
+    return moves, deviations
 
 
 def _named(

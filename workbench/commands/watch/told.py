@@ -1,12 +1,13 @@
 """A change with its name: suspects fitted to sessions before and after, and the course of the one that is named."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 
 from ...base.errors import InputError
-from ...identify.watch.changes import Change, History, course, smoothed
+from ...identify.watch.changes import Case, Change, History, Shape, course, smoothed
 from ...identify.watch.naming import Explained, Name, name_of, nearest, suspects
 from ...records.dated_sessions import DatedSession
 from .reader import SessionReader
@@ -93,6 +94,7 @@ def named(
     for t in np.unique(np.linspace(begin, len(sessions) - 1, _COURSE).astype(int)).tolist():
         if found := _explained(reader, sessions, t, [best]):
             values[t] = found[best]
+    change = _as_it_went(known.days, change, values)
     unit = next(axis.unit for axis in known.axes if axis.name == best)
     rate = _rate(known.days, change, values)
     return Told(
@@ -123,6 +125,26 @@ def _explained(
         return reader.explained(sessions[t].load(), axes, what)
     except InputError:
         return {}
+
+
+def _as_it_went(days: np.ndarray, change: Change, values: Mapping[int, Explained]) -> Change:
+    """The change with the beginning and the shape that the course of what is named shows: its fits are far sharper than
+    what all axes together say to first order."""
+    if len(values) < _FEWEST:
+        return change
+    at = sorted(values)
+    y = np.array([values[t].value for t in at])
+    cases: list[Case] = [(first, shape) for first in range(max(at[0], 1), at[-1] + 1) for shape in get_args(Shape)]
+    left = [_left_of_line(course(days, *case)[at], y) for case in cases]
+    first, shape = cases[int(np.argmin(left))]
+    return replace(
+        change, first=first, shape=shape, earliest=min(first, change.earliest), latest=max(first, change.latest)
+    )
+
+
+def _left_of_line(s: np.ndarray, y: np.ndarray) -> float:
+    design = np.column_stack((np.ones(len(s)), s))
+    return float(np.sum((y - design @ np.linalg.lstsq(design, y, rcond=None)[0]) ** 2))
 
 
 def _rate(days: np.ndarray, change: Change, values: Mapping[int, Explained]) -> tuple[float, float, float] | None:
