@@ -108,8 +108,8 @@ def sine_error(run: LoopRun, scenario: Scenario) -> float:
 def _worst(
     loop: StepConfig, rig: Rig, values: Mapping[str, float], half: Mapping[str, float], own: float | None
 ) -> float | None:
-    """The least gain margin over the stroke, of plants at ends of the intervals of a session's numbers and of its `own`;
-    None where one has none."""
+    """The least gain margin over the stroke, of plants at ends of the intervals of a session's numbers, and its `own`
+    one; None where one has none."""
     signs = np.random.default_rng(0).choice((-1.0, 1.0), (len(_PLACES), len(half)))
     plants: Sequence[Mapping[str, float]] = [
         {**values, **{name: values[name] + sign * half[name] for name, sign in zip(half, row, strict=True)}}
