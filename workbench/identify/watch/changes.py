@@ -135,8 +135,8 @@ def wander(of: History) -> np.ndarray:
     much; what oil and supply do to healthy rigs counts as so many sessions more, since few differences tell little.
     Later sessions do not count: what wears would hide itself.
     """
-    moves, deviations = estimates(of)
-    early, told = moves[:_EARLY], np.median(deviations**2, axis=0)
+    moves, deviations = estimates(of.until(_EARLY))
+    early, told = moves, np.median(deviations**2, axis=0)
     healthy = np.square([axis.healthy for axis in of.axes])
     second = np.diff(early, n=2, axis=0) ** 2 / 6
     spread = np.median(second, axis=0) / _NORMAL_MEDIAN if len(second) else told
@@ -247,13 +247,9 @@ def _per_kelvin(axis: Axis) -> float:
     return PER_KELVIN.get(axis.name, 0.0) * abs(axis.value) / axis.scale
 
 
-def change(of: History, a_year: float, least: np.ndarray | None = None, latest: int | None = None) -> Change | None:
-    """The change that a history shows, if one passes its axis' limit; `least` [n]: the limits, drawn otherwise. It
-    begins at the `latest` with that session."""
-    if len(of.days) < FEWEST:
-        return None
-    rest = marginal(of, wander(of))
-    least = limits(of, rest, a_year) if least is None else least
+def change(of: History, rest: Marginal, least: np.ndarray, latest: int | None = None) -> Change | None:
+    """The change that a history without its wander shows, if one passes its axis' limit `least` [n]. It begins at the
+    `latest` with that session."""
     cases, gain, size = gains(rest, of.days, rest.vector[..., None])
     over = gain[..., 0] / least[None, :]
     if latest is not None:
@@ -269,17 +265,27 @@ def change(of: History, a_year: float, least: np.ndarray | None = None, latest: 
 def first_told(of: History, a_year: float) -> tuple[Change | None, int]:
     """The change as the whole history shows it, and the session [index] after which one was first told, with which it
     has begun at the latest. One odd session tells nothing: two in a row have to."""
-    if len(of.days) < FEWEST:
+    count = len(of.days)
+    if count < FEWEST:
         return None, 0
-    least = limits(of, marginal(of, wander(of)), a_year)
-    if change(of, a_year, least) is None:
-        return None, len(of.days) - 1
-    shown = [change(of.until(count), a_year, least) is not None for count in range(FEWEST - 1, len(of.days) + 1)]
-    pairs = [count for count, (a, b) in enumerate(pairwise(shown), FEWEST) if a and b]
-    if not pairs:
-        return None, len(of.days) - 1
-    told = pairs[0] - 1
-    return change(of, a_year, least, told) or change(of, a_year, least), told
+    whole = marginal(of, wander(of))
+    least = limits(of, whole, a_year)
+    if change(of, whole, least) is None:
+        return None, count - 1
+    shown = (_shows(of, whole, least, each) for each in range(FEWEST - 1, count + 1))
+    told = next((each - 1 for each, (a, b) in enumerate(pairwise(shown), FEWEST) if a and b), None)
+    if told is None:
+        return None, count - 1
+    return change(of, whole, least, told) or change(of, whole, least), told
+
+
+def _shows(of: History, whole: Marginal, least: np.ndarray, count: int) -> bool:
+    """Whether so many sessions show a change. How the rig wanders is known once the first of them are there."""
+    if count < FEWEST:
+        return False
+    until = of.until(count)
+    rest = whole.until(count) if count >= _EARLY else marginal(until, wander(until))
+    return change(until, rest, least) is not None
 
 
 def smoothed(of: History, found: Change | None) -> tuple[np.ndarray, np.ndarray]:
