@@ -45,7 +45,7 @@ def forecasts(
     rows = []
     for name, limit, side in limits:
         day = passes(ahead - now, [each.get(name) for each in seen], limit, side)
-        between = None if day is None else _interval(day, told.unsteady(day))
+        between = None if day is None else interval(day, told.unsteady(day))
         if between:
             days = [str(first + timedelta(days=round(now + day))) for day in between]
             rows.append(
@@ -66,6 +66,6 @@ def passes(ahead: np.ndarray, values: Sequence[float | None], limit: float, side
     return float(ahead[k - 1] + share * (ahead[k] - ahead[k - 1]))
 
 
-def _interval(day: float, unsteady: float) -> tuple[float, float]:
+def interval(day: float, unsteady: float) -> tuple[float, float]:
     """With 80 %, where the rate has a relative standard deviation."""
     return day * float(np.exp(-NORMAL_80 * unsteady)), day * float(np.exp(NORMAL_80 * unsteady))

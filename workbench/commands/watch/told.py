@@ -91,7 +91,7 @@ def named(
     best = name.among[0]
     values: dict[int, Explained] = {}
     begin = max(change.earliest - 1, 0)
-    for t in np.unique(np.linspace(begin, len(sessions) - 1, _COURSE).astype(int)).tolist():
+    for t in fitted_sessions(begin, len(sessions)):
         if found := _explained(reader, sessions, t, [best]):
             values[t] = found[best]
     change = _as_it_went(known.days, change, values)
@@ -115,6 +115,11 @@ def _moving(best: str, values: Mapping[int, Explained]) -> tuple[str, ...]:
     """The numbers that go on: the one that is named, or those of the effect."""
     names = next(iter(values.values())).numbers if values else {}
     return tuple(name for name in names if name == best or name.startswith(f"{best}."))
+
+
+def fitted_sessions(first: int, count: int) -> list[int]:
+    """The sessions from `first` on, of so many, that what is named is fitted to."""
+    return np.unique(np.linspace(first, count - 1, _COURSE).astype(int)).tolist()
 
 
 def _explained(

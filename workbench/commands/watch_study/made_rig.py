@@ -23,6 +23,7 @@ NOISIER = 0.15  # of each sensor's noise, from session to session
 HEALTHY = "nothing"
 
 Growth = Literal["slow", "jump", "steps"]
+Pace = Literal["steady", "unsteady", "faster"]  # of wears whose forecasts are drawn
 Mix = dict[Cause, dict[str, float]]
 
 

@@ -9,12 +9,9 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
-import numpy as np
-
 from ...base.process_pool import Jobs, one_blas_thread, process_pool
 from ...identify.watch.changes import history
 from ...records.dated_sessions import dated_sessions
-from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..common.fit_result import effect_use
@@ -27,12 +24,15 @@ from ..watch.forecast import LIMITS
 from ..watch.loop_costs import margins
 from ..watch.reader import SessionReader, read_sessions
 from ..watch.study import run_watch
+from .courses import coverage
 from .healthy import false_alarms, rate
 from .made_rig import FIRST_DAY, WEEK, MadeRig, worn, write_sessions
+from .page import page
 
 A_YEAR = 0.5
 RIG = "jack-10t"
 HURT = 1.0  # dB of gain margin
+COURSES = 400  # of each pace, of which forecasts are made
 _AHEAD = 104  # sessions, in which a forecast has to come true
 Row = dict[str, Any]
 
@@ -40,7 +40,8 @@ Row = dict[str, Any]
 def run_watch_study(
     rigs: Sequence[MadeRig], loop: StepConfig, years: int, run: Run, progress: Progress, jobs: Jobs = 1
 ) -> Outcome:
-    """`rows`, one a rig; `summary` of them; `healthy`: alarms in drawn years of the first healthy rig."""
+    """`rows`, one a rig; `summary` of them; `healthy`: alarms in drawn years of the first healthy rig; `forecasts`
+    of drawn wears, by pace."""
 
     def done(row: Row) -> None:
         progress(f"{row['id']}: told {row['told']}, {row['effect']} among {', '.join(row['among'])}")
@@ -49,7 +50,8 @@ def run_watch_study(
         rows = work({rig.id: rig for rig in rigs}, run.stage, done)
     well = next((rig for rig in rigs if rig.wear is None), None)
     drawn = run.stage("healthy", partial(_drawn, well, years, run.dir / "rigs")) if well else None
-    metrics = {"rows": rows, "summary": summary(rows), "healthy": drawn}
+    forecast = run.stage("forecasts", partial(coverage, COURSES, 0))
+    metrics = {"rows": rows, "summary": summary(rows), "healthy": drawn, "forecasts": forecast}
     return Outcome(metrics, lambda: page(metrics))
 
 
@@ -151,19 +153,3 @@ def summary(rows: Sequence[Row]) -> Row:
         "healthy": len(well),
         "false_alarms": sum(row["told"] is not None for row in well),
     }
-
-
-def page(metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
-    """The table and what it comes to."""
-    whole = metrics["summary"]
-    said = (
-        f"{whole['told']} of {whole['worn']} wears are told, {whole['right']} by their name or among what looks alike; "
-        f"{whole['before_hurt']} before the loop lost {HURT:g} dB. "
-        f"{whole['false_alarms']} of {whole['healthy']} healthy rigs have an alarm."
-    )
-    heads = ["rig", "wear", "growth", "begins", "told", "effect", "among", "share then", "lost [dB]", "hurt at"]
-    keys = ("id", "wear", "growth", "begins", "told", "effect", "among", "share", "lost_db", "hurt")
-    lines = [[", ".join(row[key]) if key == "among" else row[key] for key in keys] for row in metrics["rows"]]
-    curves = [Curve(row["id"], np.arange(float(len(row["chi2"]))), np.array(row["chi2"])) for row in metrics["rows"]]
-    figure = Figure("What the rig as it was leaves", "session", [Panel("chi2 [1]", curves, log_y=True)])
-    return Page("Watches of made rigs", said, [Section("Rigs", [Table("", heads, lines), figure])]), figure
