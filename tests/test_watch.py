@@ -109,12 +109,17 @@ def test_an_effect_that_would_have_to_be_less_than_nothing_is_no_suspect():
     assert AXES[suspects(one_way, 26, before)[0]].name != "jack.friction"
 
 
-def test_one_odd_session_tells_nothing_and_two_do():
+def test_one_odd_session_tells_nothing_and_two_do_and_so_does_one_that_is_far_off():
     odd = wandering(20, 8)
-    odd[-1, 2] += 0.5
+    odd[-1, 2] += 0.04
     assert first_told(watched(odd, 8), 0.5)[0] is None
-    odd[-2, 2] += 0.5
+    odd[-2, 2] += 0.04
     assert first_told(watched(odd, 8), 0.5)[0] is not None
+    far = wandering(20, 8)
+    far[-1, 2] += 0.5
+    change, told = first_told(watched(far, 8), 0.5)
+    assert change is not None
+    assert told == 19
 
 
 def test_a_sensor_that_some_sessions_lack_is_watched_in_the_others():

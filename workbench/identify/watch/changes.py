@@ -18,6 +18,7 @@ from .session_evidence import Axis, SessionEvidence
 
 FEWEST = 8  # sessions that say how a healthy rig wanders; no alarm before
 CAUTION = 2.0  # on the limit: a wander known from few sessions has longer tails than the drawn ones
+AT_ONCE = 5.0  # times its limit, at which one session tells a change; less has to show in two in a row
 BROAD = 10.0  # a mean may be so far from the first session, in moves
 LEAST_INFORMATION = 1.0  # of an axis in any session; below it a recording says nothing of it
 PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.025}  # of the number: as mineral oil HLP 46 about 40 degC
@@ -264,7 +265,7 @@ def change(of: History, rest: Marginal, least: np.ndarray, latest: int | None = 
 
 def first_told(of: History, a_year: float) -> tuple[Change | None, int]:
     """The change as the whole history shows it, and the session [index] after which one was first told, with which it
-    has begun at the latest. One odd session tells nothing: two in a row have to."""
+    has begun at the latest. One odd session tells nothing unless it is far off: two in a row have to."""
     count = len(of.days)
     if count < FEWEST:
         return None, 0
@@ -272,20 +273,22 @@ def first_told(of: History, a_year: float) -> tuple[Change | None, int]:
     least = limits(of, whole, a_year)
     if change(of, whole, least) is None:
         return None, count - 1
-    shown = (_shows(of, whole, least, each) for each in range(FEWEST - 1, count + 1))
-    told = next((each - 1 for each, (a, b) in enumerate(pairwise(shown), FEWEST) if a and b), None)
+    shown = (_over(of, whole, least, each) for each in range(FEWEST - 1, count + 1))
+    told = next((k - 1 for k, (a, b) in enumerate(pairwise(shown), FEWEST) if b >= AT_ONCE or min(a, b) >= 1), None)
     if told is None:
         return None, count - 1
     return change(of, whole, least, told) or change(of, whole, least), told
 
 
-def _shows(of: History, whole: Marginal, least: np.ndarray, count: int) -> bool:
-    """Whether so many sessions show a change. How the rig wanders is known once the first of them are there."""
+def _over(of: History, whole: Marginal, least: np.ndarray, count: int) -> float:
+    """The gain over its limit of the change that so many sessions show, 0 without one. How the rig wanders is known
+    once the first of them are there."""
     if count < FEWEST:
-        return False
+        return 0.0
     until = of.until(count)
     rest = whole.until(count) if count >= _EARLY else marginal(until, wander(until))
-    return change(until, rest, least) is not None
+    found = change(until, rest, least)
+    return found.gain if found else 0.0
 
 
 def smoothed(of: History, found: Change | None) -> tuple[np.ndarray, np.ndarray]:
