@@ -22,7 +22,7 @@ _LOOP = {
     "sine_error": "error at 5 Hz [1]",
     "worst_gain_margin_db": "worst margin [dB]",
 }
-_LEGEND = (
+_LOOP_NOTE = (
     "The error at 5 Hz is that of a sine of 2 mm, RMS over RMS. The worst margin is the least gain margin over the "
     "stroke and over the intervals of the session's numbers."
 )
@@ -62,7 +62,11 @@ def watch_page(
         ),
         Section(
             "The loop",
-            [*_retuning(metrics), Figure(f"{metrics['controller']} on the rig of each session", begun, loop)],
+            [
+                *_retuning(metrics),
+                Figure(f"{metrics['controller']} on the rig of each session", begun, loop),
+                _LOOP_NOTE,
+            ],
         ),
         Section(
             "Every number and effect",
