@@ -21,7 +21,8 @@ def main(asked: str, left: str) -> int:
         before = _pictures()
         printed = _RUN[cell["kind"]](cell, names, number)
         new = [name for name, time in _pictures().items() if before.get(name) != time]
-        done.append({"printed": printed.replace(str(Path.cwd()), "."), "pictures": new})
+        shown = printed.replace(str(Path.cwd()), ".").replace(str(Path.home()), "~")
+        done.append({"printed": shown, "pictures": new})
     Path(left).write_text(json.dumps(done), "utf-8")
     return 0
 
