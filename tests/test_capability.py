@@ -2,14 +2,17 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from workbench.cli import main
+from workbench.commands.capability.platform_played import leg_loops
 from workbench.commands.common.sheet_page import undated
 from workbench.commands.excite.study import drive
 from workbench.control.controller_type import controller
+from workbench.control.platform_controller import PlatformSpec
 from workbench.identify.acceptance.bench import TestBench as Bench
 from workbench.loop.capability import capability, stall_force
 from workbench.loop.performance.bounds import Drive, envelope, weakest
@@ -18,6 +21,8 @@ from workbench.loop.performance.drive import accumulator, demands, lacking
 from workbench.loop.performance.followed import followed
 from workbench.loop.performance.reached import reached
 from workbench.loop.performance.sizing import CataloguePump, CatalogueValve, pump_choices, smallest, valve_choices
+from workbench.loop.platform.followed import followed_along
+from workbench.loop.platform.reached import reached_along
 from workbench.loop.platform.setup import platform_setup
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import run_loop
@@ -25,7 +30,7 @@ from workbench.plant.valve.supply import supply_power
 from workbench.records import Record
 from workbench.records.write import write_csv
 from workbench.rigs.platform import leg_speeds, load_platform
-from workbench.rigs.rig_file import load_rig
+from workbench.rigs.rig_file import load_rig, rig_text
 
 OPEN = Drive(np.array([1.0, 1e3]), np.ones(2))  # a valve that follows full command for ever
 
@@ -73,9 +78,47 @@ def test_the_engine_reaches_what_is_inside_and_not_what_is_outside(name, f):
     assert not outside.there
 
 
-def test_a_leg_s_envelope_goes_through_the_jacobian():
+@pytest.fixture(scope="module")
+def hexapod():
+    return platform_setup(load_platform("hexapod"))
+
+
+@pytest.mark.parametrize("axis", ["surge", "roll"])
+def test_the_engine_moves_a_platform_as_far_as_its_envelope_says(hexapod, axis):
+    f, loops = 12.0, leg_loops(hexapod).slow
+    response = Bench(hexapod.guarded[0], 0).response("main", 100)
+    legs = carried_along(hexapod, axis, np.array([f]))
+    own = weakest([envelope(leg, Drive(response.f, response.response)) for leg in legs])
+    inside, outside = (
+        reached_along(hexapod, loops, axis, f, share * float(own.amplitude[0]), own.binding[0]) for share in (0.95, 1.1)
+    )
+    assert inside.there
+    assert not outside.there
+
+
+def test_legs_that_tune_themselves_follow_slow_heave_and_no_fast_one(hexapod):
+    period = hexapod.platform.period
+    controller = PlatformSpec("automatic", tuple(leg_loops(hexapod).tuned)).build(period, hexapod.directions)
+    found = followed_along(hexapod, controller, "heave", np.array([0.5, 50.0]), np.array([0.02, 0.001]))
+    assert found.amplitude[0] == pytest.approx(0.9 * 0.02)
+    assert np.isnan(found.amplitude[1])
+
+
+def test_without_a_position_sensor_no_loop_is_played_and_the_engine_is_asked_all_the_same(tmp_path):
+    rig = load_rig("jack-10t")
+    blind = replace(rig, sensors={name: sensor for name, sensor in rig.sensors.items() if name != "position"})
+    (tmp_path / "blind.toml").write_text(rig_text(blind))
+    assert main(["capability", str(tmp_path / "blind.toml"), "--out", str(tmp_path / "out")]) == 0
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    unsaid = {row["id"]: row["reason"] for row in metrics["rows"] if row["value"] is None}
+    assert set(unsaid) == {"followed_amplitude", "followed_error", "followed_control"}
+    assert all("position sensor" in reason for reason in unsaid.values())
+    assert {point["there"] for point in metrics["reached"]} == {True, False}
+
+
+def test_a_leg_s_envelope_goes_through_the_jacobian(hexapod):
     """Heave of a platform: six legs alike share its inertia, on top of its weight."""
-    setup = platform_setup(load_platform("hexapod"))
+    setup = hexapod
     legs = carried_along(setup, "heave", np.array([5.0]))
     own = weakest([envelope(leg, OPEN) for leg in legs])
     along = leg_speeds(setup.platform.geometry, np.zeros(6))[0, 2]

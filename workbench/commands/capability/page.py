@@ -11,6 +11,7 @@ from ...loop.performance.followed import SHARES
 from ...loop.performance.reached import NEAR, Reached
 from ...loop.performance.sizing import CatalogueValve, Choice, smallest
 from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report.table import Cell
 from ..common.sheet_page import sheet_page
 from .config import CapabilityAsked, DriveAsked
 from .found import Found
@@ -21,7 +22,7 @@ _HOW = (
     "opening of the lands by the pressure drop that this force leaves, the valve by its response to full command. "
     "Intervals cover the bounds of the rig's numbers, to first order, with the valve's response as declared."
 )
-_PLAYED = (
+PLAYED = (
     "The engine was asked in the middle of each span: a command learned cycle by cycle. A sine counts as reached where "
     f"its speed or acceleration, whichever is bound, is off by {100 * NEAR:g} % at most, and no chamber is empty."
 )
@@ -42,7 +43,7 @@ def capability_page(asked: CapabilityAsked, found: Found, rows: Sequence[Row]) -
         )
     ]
     if found.reached:
-        sections.append(Section("Asked of the engine", [_reached(found.reached), _PLAYED]))
+        sections.append(Section("Asked of the engine", [_reached(found.reached), PLAYED]))
     if asked.drive is not None:
         sections.append(Section("The drive file", _drive(asked.drive, found)))
     page = sheet_page(f"What {asked.rig.name} can do", asked.made, rows, sections, _HOW)
@@ -85,19 +86,14 @@ def _reached(points: Sequence[Reached]) -> Table:
         "reached",
         "stopped by",
     ]
-    rows = [
-        [
-            p.f,
-            1e3 * p.amplitude,
-            p.bound,
-            _finite(100 * p.off),
-            _finite(p.lowest / 1e5),
-            "yes" if p.there else "no",
-            p.told,
-        ]
-        for p in points
-    ]
-    return Table("Inside and outside", head, rows)
+    return Table("Inside and outside", head, [reached_cells(point, 1e3) for point in points])
+
+
+def reached_cells(point: Reached, scale: float) -> list[Cell]:
+    """Frequency, amplitude times `scale`, bound, how far off [%], lowest pressure [bar], whether reached, what stopped
+    it."""
+    off, lowest = _finite(100 * point.off), _finite(point.lowest / 1e5)
+    return [point.f, scale * point.amplitude, point.bound, off, lowest, _yes(point.there), point.told]
 
 
 def _yes(holds: bool) -> str:

@@ -64,9 +64,9 @@ def motions(whole: Envelope, shown_in: Shown) -> Figure:
     return Figure("The same as displacement and acceleration", "frequency [Hz]", panels, log_x=True)
 
 
-def speeds(name: str, f: np.ndarray, amplitude: np.ndarray, style: Style) -> Curve:
-    """A curve of amplitudes [k] m as speeds [k] mm/s."""
-    return Curve(name, f, LENGTH.scale * 2 * np.pi * f * amplitude, style)
+def speeds(name: str, f: np.ndarray, amplitude: np.ndarray, style: Style, shown_in: Shown = LENGTH) -> Curve:
+    """A curve of amplitudes [k] m or rad as speeds [k]."""
+    return Curve(name, f, shown_in.scale * 2 * np.pi * f * amplitude, style)
 
 
 def _lines(f: np.ndarray, shown: tuple[float, float], shown_in: Shown) -> list[Curve]:

@@ -26,7 +26,7 @@ from .config import CapabilityAsked
 from .figures import jack_figures, rows_with_bounds
 from .found import Found
 from .page import capability_page
-from .tuned import self_tuned
+from .tuned import seeing, self_tuned
 
 LOWEST, POINTS = 0.1, 60  # Hz; of a curve
 PLAYED_FROM, PLAYED_POINTS = 1.0, 24  # Hz, from where a loop is played
@@ -84,16 +84,25 @@ def _found(asked: CapabilityAsked, opened: Drive, measured: Mapping[str, np.ndar
 
 def _reached(setup: LoopSetup, whole: Envelope) -> list[Reached]:
     """In the middle of each span of frequencies with a bound that is no declared limit: inside, and outside."""
-    if "position" not in setup.rig.sensors:
-        return []
-    slow, points = drive(setup.rig).loop, []
+    rig = seeing(setup.rig)
+    setup = setup if rig is setup.rig else loop_setup(rig)
+    slow = drive(rig).loop
+    return [
+        reached(setup, slow, f, share * most, bound)
+        for bound, f, most in checked_spans(whole)
+        for share in (INSIDE, OUTSIDE)
+    ]
+
+
+def checked_spans(whole: Envelope) -> list[tuple[str, float, float]]:
+    """Bounds of spans that the engine can be asked of, the frequency [Hz] in the middle of each, the envelope there."""
+    spans = []
     for bound, low, high in whole.spans():
         low, high = max(low, CHECKED[0]), min(high, CHECKED[1])
         if bound in PLAYED and low < high:
             f = float(np.sqrt(low * high))
-            most = float(np.exp(np.interp(np.log(f), np.log(whole.f), np.log(whole.amplitude))))
-            points += [reached(setup, slow, f, share * most, bound) for share in (INSIDE, OUTSIDE)]
-    return points
+            spans.append((bound, f, float(np.exp(np.interp(np.log(f), np.log(whole.f), np.log(whole.amplitude))))))
+    return spans
 
 
 def _measured(asked: CapabilityAsked) -> dict[str, np.ndarray]:
@@ -139,14 +148,16 @@ def _followed_rows(found: Found) -> list[Row]:
 def _told(found: Found) -> dict[str, Any]:
     return {
         "envelope": [{"bound": name, "from_hz": low, "to_hz": high} for name, low, high in found.envelope.spans()],
-        "reached": [
-            {**{key: getattr(each, key) for key in ("f", "amplitude", "bound", "off")}, "there": each.there}
-            for each in found.reached
-        ],
+        "reached": [told(each) for each in found.reached],
         "measured": _shares(found),
         "valves": [_choice(each) for each in found.valves],
         "pumps": [_choice(each) for each in found.pumps],
     }
+
+
+def told(point: Reached) -> dict[str, Any]:
+    """A sine that the engine was asked for, as metrics.json has it."""
+    return {**{key: getattr(point, key) for key in ("f", "amplitude", "bound", "off")}, "there": point.there}
 
 
 def _shares(found: Found) -> list[dict[str, Any]]:

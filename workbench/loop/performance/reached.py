@@ -57,7 +57,7 @@ def reached(setup: LoopSetup, loop: ControllerSpec, f: float, amplitude: float, 
     wanted = np.zeros(orders.size, complex)
     wanted[0] = amplitude * (2j * np.pi * f) ** (1 if bound in OF_SPEED else 2)
     sent = _opening(setup, f, amplitude, orders) * setup.rig["z3max"] / spool
-    blocks, best = max(2, int(np.ceil(_BLOCK * f))), Reached(f, amplitude, bound)
+    blocks, best = blocks_of(f), Reached(f, amplitude, bound)
     played = SampledLoop(setup.engine, setup.rig, loop.build(period), setup.null)
     for _ in range(ROUNDS):
         wave = np.real(turn @ sent)
@@ -70,6 +70,11 @@ def reached(setup: LoopSetup, loop: ControllerSpec, f: float, amplitude: float, 
             best = replace(best, off=off, lowest=float(lowest.min()))
         sent = sent + _CORRECTED * (wanted - 2 * turn.conj().T @ last / cycle) / gain
     return best
+
+
+def blocks_of(f: float) -> int:
+    """Cycles of a round at f [Hz]."""
+    return max(2, int(np.ceil(_BLOCK * f)))
 
 
 def _opening(setup: LoopSetup, f: float, amplitude: float, orders: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ envelope        the same where the payload is another
 poses           roads and recorded courses as poses at the control period
 excitation      motions that tell the axes apart, as large as the legs take them
 record          a recorded motion, checked, played and learned
+reached, followed    sines inside and outside an axis's envelope, and what a loop follows of it
 reach           where it can go: stroke, joint angles, forces, flow, singular poses
 """
 

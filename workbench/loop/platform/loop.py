@@ -1,7 +1,7 @@
 """Closed loops of a platform: six sampled laws, a guard on each jack, and the plant; compiled where the laws are."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,15 +47,18 @@ def run_platform(
     seed: int | None = None,
     compiled: bool = True,
     wrench: Mapping[str, np.ndarray] | None = None,
+    added: np.ndarray | None = None,
 ) -> PlatformRun:
     """From the setup's operating point along poses [k, 6] at the control period, smoothed and with feed-forward where
-    the controller has these; `wrench` has inputs of the plant [k] by name.
+    the controller has these; `wrench` has inputs of the plant [k] by name, `added` [k, 6] goes to the commands.
 
     `seed` switches the sensors' noise and resolution on. `compiled=False` keeps the laws in Python. Raises InputError
     for a signal that the legs do not measure.
     """
     sensors = LegSensors.of(setup, controller.measures, seed is not None)
     inputs = _inputs(setup, controller, pose, wrench or {}, sensors.draws(len(pose), seed))
+    if added is not None:
+        inputs = replace(inputs, forward=inputs.forward + added)
     law = platform_law(controller) if compiled and setup.engine.back_end == "compiled" else None
     if law:
         return _result(setup, inputs, run_compiled(setup, sensors, law, inputs))
