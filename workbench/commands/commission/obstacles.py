@@ -154,4 +154,8 @@ def _lowest(record: Record) -> float:
 
 def told(found: Sequence[Mapping[str, str]]) -> list[str]:
     """Obstacles as commission.json has them, in sentences."""
-    return [f"{each['what']}. It costs: {each['costs']}. To do: {each['mend']}." for each in found]
+    return [f"{_capital(each['what'])}. It costs: {each['costs']}. To do: {each['mend']}." for each in found]
+
+
+def _capital(text: str) -> str:
+    return text[0].upper() + text[1:]

@@ -11,7 +11,7 @@ from ..common.time_figure import run_columns, time_figure, window
 from ..record.study import recorded_figure
 from .allowed import is_of
 from .obstacles import told
-from .verify import SINES, responses
+from .verify import SINE, SINES, responses
 
 if TYPE_CHECKING:
     from ..drive.study import Judged
@@ -44,8 +44,9 @@ def commission_page(
     lines = [list(each.values()) for each in metrics["played"]]
     played = Table("", ["record", "for", "seconds"], lines, f"In all {metrics['rig_seconds']:.0f} s of the rig.")
     sections = [
-        Section("What each way brings", [*_tables(metrics), figure, *_responses(judged)]),
+        Section("What each way brings", [_whole(goal, metrics), figure]),
         Section("What was found, and whether it suffices", [sentence, *_rounds(metrics)]),
+        Section("Every step and sine", [*_tables(metrics), *_responses(judged)]),
         Section("What was played", [played]),
     ]
     if metrics["obstacles"]:
@@ -92,21 +93,36 @@ def _seconds(value: float | None) -> str:
     return "never" if value is None else f"{value:.3g} s"
 
 
+def _whole(goal: str, metrics: Mapping[str, Any]) -> Table:
+    """What every way brings, a line each: the goal's step, the sine of 5 Hz, the stiffness."""
+    heads = [f"way: {goal}", "settling [s], predicted", "measured", "overshoot [%], predicted", "measured"]
+    heads += ["error of a 5 Hz sine [%], predicted", "measured", "stiffness [kN/mm], predicted"]
+    steps = {row["way"]: row for row in metrics["rows"] if is_of(row["scenario"], goal)}
+    sines = {row["way"]: row for row in metrics["rows"] if is_of(row["scenario"], SINE)}
+    lines = [
+        [_WORDS[way], *_pair(row["settling_s"]), *_pair(row["overshoot_percent"]),
+         *_pair(sines.get(way, row)["sine_error"], 100), _scaled(row["stiffness"]["predicted"], 1e-6)]
+        for way, row in steps.items()
+    ]  # fmt: skip
+    return Table("", heads, lines, f"{_SINES} {_STIFFNESS}")
+
+
+def _pair(pair: Mapping[str, Any], factor: float = 1.0) -> list[float | None]:
+    return [_scaled(pair[key], factor) for key in ("predicted", "measured")]
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else factor * value
+
+
 def _tables(metrics: Mapping[str, Any]) -> list[Table]:
-    """Steps, sines and stiffness of every way."""
+    """Every step and sine of every way."""
     steps, sines = ([row for row in metrics["rows"] if (row["scenario"] in SINES) is sine] for sine in (False, True))
     heads = ["way", "scenario", "settling [s], predicted", "of 95 % of plants", "measured"]
     heads += ["overshoot [%], predicted", "measured"]
-    stiff = {row["way"]: row["stiffness"]["predicted"] for row in metrics["rows"] if row["way"] != "limit"}
     return [
         Table("", heads, [_step(row) for row in steps], _STEPS),
-        Table("", ["way", "scenario", "error [%], predicted", "measured"], [_sine(row) for row in sines], _SINES),
-        Table(
-            "",
-            ["way", "stiffness [kN/mm], predicted"],
-            [[_SHORT[way], None if value is None else value / 1e6] for way, value in stiff.items()],
-            _STIFFNESS,
-        ),
+        Table("", ["way", "scenario", "error [%], predicted", "measured"], [_sine(row) for row in sines]),
     ]
 
 
@@ -120,8 +136,7 @@ def _step(row: Mapping[str, Any]) -> list[Any]:
 
 
 def _sine(row: Mapping[str, Any]) -> list[Any]:
-    errors = (None if value is None else 100 * value for value in row["sine_error"].values())
-    return [_SHORT[row["way"]], row["scenario"], *errors]
+    return [_SHORT[row["way"]], row["scenario"], *_pair(row["sine_error"], 100)]
 
 
 def _responses(judged: Sequence["Judged"]) -> list[Figure]:
