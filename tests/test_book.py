@@ -69,6 +69,19 @@ def test_a_page_of_the_site_has_900_words_at_most():
     assert not {name: count for name, count in long.items() if count > 900}
 
 
+def test_a_page_that_answers_how_has_a_picture():
+    pictured = re.compile(r"--picture|!\[|\.plot\(|wb\.Figure\(|\.figure\(")
+    without = {
+        "index.md": "a list",
+        "cite.md": "two lines",
+        "cluster.md": "no cluster is there when the site is built",
+        "simulators.md": "takes a C compiler and another simulator",
+        "watch.md": "a year of sessions takes minutes",
+    }
+    pages = (prose.ROOT / "docs" / "how").glob("*.md")
+    assert {page.name for page in pages if not pictured.search(page.read_text("utf-8"))} <= set(without)
+
+
 def test_a_command_is_listed_by_a_verb():
     other = {"a", "an", "the", "from", "how", "of", "to", "what", "whether", "which", "why"}
     assert not [what for what in COMMANDS.values() if what.split()[0] in other]

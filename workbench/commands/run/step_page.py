@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from ...base.signals import SIGNALS
+from ...base.units import from_si
 from ...loop.rows import LinearLoops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
@@ -47,17 +49,28 @@ def _judged(scenarios: Sequence[Scenario]) -> Scenario:
 
 
 def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
-    """Who settles first in the scenario that is judged, and who is unstable."""
-    name = _judged(scenarios).name
+    """Who settles first in the scenario that is judged, or follows a course best, and who is unstable."""
+    judged = _judged(scenarios)
+    name = judged.name
     settled = [row for row in rows if row["settling_s"] is not None and row["stable"] is not False]
     bad = sorted({row["controller"] for row in rows if row["stable"] is False})
     unstable = f" Unstable: {', '.join(bad)}." if bad else ""
     able = [row for row in settled if row["scenario"] == name]
+    if not able and (followed := [] if judged.is_step else _followed(name, rows)):
+        best, signal = min(followed, key=lambda row: row["iae"]), SIGNALS[judged.signal]
+        error = float(from_si(best["iae"], signal.unit, signal.si))
+        return f"{name}: {best['controller']} follows best, with an IAE of {error:.3g} {signal.unit} s.{unstable}"
     if not able:
         return f"{name}: no stable controller settles.{unstable}"
     best = min(able, key=lambda row: row["settling_s"])
     margins = "without margins" if best["ms"] is None else f"at Ms {best['ms']:.2f}"
     return f"{name}: {best['controller']} settles first, in {best['settling_s']:.3g} s {margins}.{unstable}"
+
+
+def _followed(name: str, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows of a course that stable loops went through to its end."""
+    played = (row for row in rows if row["scenario"] == name and row["stable"] is not False)
+    return [row for row in played if row["iae"] is not None and row["tripped"] is None]
 
 
 def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:

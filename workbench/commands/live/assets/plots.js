@@ -88,7 +88,7 @@ const Plots = (() => {
     const range = steps.end ? [-0.12 * steps.end, 1.35 * steps.end].sort((a, b) => a - b) : undefined;
     const band = [-1, 1].map((side) => ({ type: "line", x0: 0, x1: 1, xref: "x domain", y0: steps.end + side * steps.band, y1: steps.end + side * steps.band, line: { color: GREY, width: 1, dash: "dot" } }));
     draw("step", data, layout(revision, {
-      title: heading(`${signal} on every rig, command below; dotted: settled; grey: as in the file`, `${signal} on every rig; command`), shapes: band,
+      title: heading(`${signal} on every rig; dotted: settled; grey: as in the file`, `${signal} on every rig; command`), shapes: band,
       xaxis: axis("time [s]", { anchor: "y2", range: [0, Math.min(seconds ?? Infinity, t[t.length - 1])] }),
       yaxis: axis(`${signal} [${unit}]`, { domain: [0.36, 1], ...(range ? { range } : {}) }),
       yaxis2: axis("command [1]", { domain: [0, 0.28] }),
