@@ -187,7 +187,7 @@ def test_every_shipped_experiment_loads():
 
 
 def test_of_a_course_the_verdict_says_who_follows_it_best(tmp_path):
-    text = CONFIG.replace('["position-10mm", "position-100mm"]', '["position-sine-1hz"]').replace("tight.toml", "jack-10t")
+    text = CONFIG.replace('"position-10mm", "position-100mm"', '"position-sine-1hz"').replace("tight.toml", "jack-10t")
     (tmp_path / "course.toml").write_text(text.replace("gain = {value = 3,", "gain = {value = 0.5,"))
     verdict = study_of(load_config(tmp_path / "course.toml"))(no_checkpoint, lambda _: None).page.verdict
     assert verdict.startswith("position-sine-1hz: hot follows best, with an IAE of ")
