@@ -13,7 +13,14 @@ from ...base.private_cache import store, stored
 from ...base.process_pool import one_blas_thread
 from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.watch.naming import Explained, Problem, explained
-from ...identify.watch.session_evidence import SessionEvidence, from_json, rig_as_found, session_evidence
+from ...identify.watch.session_evidence import (
+    EffectModels,
+    SessionEvidence,
+    effect_models,
+    from_json,
+    rig_as_found,
+    session_evidence,
+)
 from ...records import Campaign
 from ...records.dated_sessions import DatedSession
 from ...rigs.rig import Rig
@@ -34,13 +41,26 @@ class SessionReader:
     def __init__(self, rig: Rig, progress: Progress) -> None:
         self.rig, self._progress = rig, progress
         self._found: Rig | None = None
+        self._models: dict[tuple[str, ...], EffectModels] = {}
 
     def evidence(self, campaign: Campaign, what: str) -> SessionEvidence:
         """Of one session, about the rig as the first one found it. Raises InputError."""
         if self._found is None:
             self._found = self._as_found(campaign, what)
-        rig, library = self._found, effects_for(self.rig)
-        return from_json(self._kept(campaign, rig, [], what, lambda own: session_evidence(own(rig), library).json()))
+        rig = self._found
+
+        def compute(own: Problem) -> dict[str, Any]:
+            problem = own(rig)
+            return session_evidence(problem, self._models_of(problem)).json()
+
+        return from_json(self._kept(campaign, rig, [], what, compute))
+
+    def _models_of(self, problem: EstimationProblem) -> EffectModels:
+        """They take a while to build, and are the same for every session of these signals."""
+        names = problem.train.names
+        if names not in self._models:
+            self._models = {names: effect_models(problem, effects_for(self.rig))}
+        return self._models[names]
 
     def explained(self, campaign: Campaign, axes: Sequence[str], what: str) -> dict[str, Explained]:
         """Suspects on one session, with the rig otherwise as the first one found it. Raises InputError."""

@@ -17,6 +17,7 @@ from ...records import Record
 from ...rigs.rig import Rig
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import at_strength, model_with
+from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
 from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
@@ -37,6 +38,7 @@ ROUNDS = 3  # of Gauss-Newton: a session's numbers are near those of the first o
 COMMAND = "command"  # the drive's input, whose gain and zero may change as a sensor's do
 _INPUT_STEP = 0.005  # of the command, at which its slope is taken
 Columns = list[np.ndarray]
+EffectModels = Sequence[tuple[Effect, Model]]
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,16 @@ def near_fit(problem: EstimationProblem, rounds: int = ROUNDS, at: Mapping[str, 
     return fit
 
 
-def session_evidence(problem: EstimationProblem, library: Sequence[Effect]) -> SessionEvidence:
+def effect_models(problem: EstimationProblem, library: Sequence[Effect]) -> EffectModels:
+    """The rig with each effect that it lacks: the same for every session in which the same signals are compared."""
+    names, from_rest = problem.train.names, problem.train.from_rest
+    return [
+        (effect, model_with(problem.rig, (effect,), names, True, problem.sessions, from_rest))
+        for effect in watched_effects(problem.rig, library)
+    ]
+
+
+def session_evidence(problem: EstimationProblem, models: EffectModels) -> SessionEvidence:
     """A session's errors to first order about its fit, of a rig whose numbers are held to what healthy ones do.
 
     Numbers that were free would follow what an effect does; numbers that stayed would leave so much of the oil's
@@ -140,7 +151,7 @@ def session_evidence(problem: EstimationProblem, library: Sequence[Effect]) -> S
     rest = NuisanceProjection(model, windows, fit)
     axes, columns = [_number_axis(each, problem.rig) for each in free], rest.numbers()
     for axis, change in [
-        *_effects(problem, library, model, fit, rest.errors),
+        *_effects(problem, models, model, fit, rest.errors),
         *sensor_changes(problem, model, fit, rest.errors),
         *command_changes(problem, model, fit, rest.errors),
     ]:
@@ -169,13 +180,12 @@ def _number_axis(free: FreeParameter, rig: Rig) -> Axis:
 
 
 def _effects(
-    problem: EstimationProblem, library: Sequence[Effect], model: Any, fit: Fit, errors: Sequence[np.ndarray]
+    problem: EstimationProblem, models: EffectModels, model: Model, fit: Fit, errors: Sequence[np.ndarray]
 ) -> list[tuple[Axis, Columns]]:
     """Each effect that the rig lacks, with the slopes of the errors to its strength."""
-    found, windows = [], problem.train
-    for effect in watched_effects(problem.rig, library):
-        strong = model_with(problem.rig, (effect,), windows.names, True, model.sessions, windows.from_rest)
-        change = effect_change(strong, model, windows, fit, effect, at_strength(effect, STRENGTH), errors)
+    found = []
+    for effect, strong in models:
+        change = effect_change(strong, model, problem.train, fit, effect, at_strength(effect, STRENGTH), errors)
         if change is not None:
             one_way = not any(n.off is not None and n.low < n.off < n.high for n in effect.numbers)
             found.append((Axis(effect.name, "typical", one_way=one_way), [part / STRENGTH for part in change]))
@@ -183,7 +193,7 @@ def _effects(
 
 
 def sensor_changes(
-    problem: EstimationProblem, _model: Any, _fit: Fit, errors: Sequence[np.ndarray]
+    problem: EstimationProblem, _model: Model, _fit: Fit, errors: Sequence[np.ndarray]
 ) -> list[tuple[Axis, Columns]]:
     """The scale and the zero of each sensor that is compared, with what they change in the errors.
 
@@ -204,7 +214,7 @@ def sensor_changes(
 
 
 def command_changes(
-    problem: EstimationProblem, model: Any, fit: Fit, errors: Sequence[np.ndarray]
+    problem: EstimationProblem, model: Model, fit: Fit, errors: Sequence[np.ndarray]
 ) -> list[tuple[Axis, Columns]]:
     """The gain and the zero of the drive's input, with what they change in the errors."""
     windows, found = problem.train, []
