@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.base.errors import InputError
+from workbench.commands.watch.reader import _check_alike, _sizes
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.identify.watch.naming import explained
@@ -69,3 +71,16 @@ def test_the_scale_of_a_sensor_and_the_gain_of_the_drive_are_found(whole, name):
     said = explained(worn, replace(RIG, numbers=held), [name], ())[name]
     assert said.value == pytest.approx(0.04, abs=0.004)
     assert said.after < 0.2 * said.before
+
+
+def test_a_supply_that_sags_is_no_other_unit_and_a_pressure_in_another_unit_is():
+    sizes = [_sizes(SAMPLE)] * 3
+    record = SAMPLE.train[0]
+    supply = np.full(len(record.t), 210e5)
+    supply[::2] -= 20e5
+    before = [{**size, "supply": 210e5} for size in sizes]
+    sags = replace(SAMPLE, train=(replace(record, signals={**record.signals, "supply": supply}),))
+    _check_alike(sags, RIG, _sizes(sags), before)
+    psi = replace(SAMPLE, train=(replace(record, signals={**record.signals, "pa": record.signals["pa"] / 14.5}),))
+    with pytest.raises(InputError, match=r"^pa is 0\.0\d+ times as large as before; check its unit"):
+        _check_alike(psi, RIG, _sizes(psi), before)

@@ -31,7 +31,7 @@ from ..trace.study import effects_for
 
 MOST = 16  # windows of a session: 8 s, in which numbers are known far better than rigs wander
 _FEW = 12  # windows of a session that suspects are fitted to
-_OTHER = 5.0  # a signal that moves so many times more, or less, than in the sessions before is in another unit
+_OTHER = 8.0  # a signal so many times larger, or smaller, than in the sessions before is in another unit
 _FORM = 13  # of what the cache keeps
 
 
@@ -127,10 +127,10 @@ def _problem(campaign: Campaign, rig: Rig, most: int = MOST) -> EstimationProble
 
 
 def _sizes(campaign: Campaign) -> dict[str, float]:
-    """How far each signal moves, RMS, over the records of a session."""
+    """How large each signal is, RMS, in the records of a session: a supply that sags moves more, and is as large."""
     names = {name for record in campaign.train for name in record.signals}
     return {
-        name: float(np.sqrt(np.mean([np.nanvar(r.signals[name]) for r in campaign.train if name in r.signals])))
+        name: float(np.sqrt(np.mean([np.mean(r.signals[name] ** 2) for r in campaign.train if name in r.signals])))
         for name in names
     }
 
@@ -147,5 +147,5 @@ def _check_alike(
             ratio = value / float(np.median(usual))
             if not 1 / _OTHER < ratio < _OTHER:
                 raise InputError(
-                    f"{name} moves {ratio:.3g} times as far as before; check its unit, or play the same run"
+                    f"{name} is {ratio:.3g} times as large as before; check its unit, or play the same run"
                 )
