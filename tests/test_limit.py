@@ -11,6 +11,7 @@ from workbench.cli import main
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.step_experiment import load_steps
 from workbench.commands.limit.steps import placed_steps
+from workbench.engine.collocation import Motion
 from workbench.engine.fastest import Aim, Course, fastest_course
 from workbench.loop import limit as limits
 from workbench.loop.capability import oil_stiffness
@@ -33,7 +34,7 @@ def carriage():
 
 def carriage_course(band, hold=1.0):
     zero, inf = np.zeros(2), np.full(2, np.inf)
-    aim = Aim(carriage(), zero, np.zeros(1), "position", 1.0, (1 - band, 1 + band), hold, -inf, inf, 1e4)
+    aim = Aim(Motion(carriage(), zero, np.zeros(1), -inf, inf, 1e4), "position", 1.0, (1 - band, 1 + band), hold)
     guess = Course(np.array([0.0, 1.0, 2.0]), np.array([[0, 0], [1, 0], [1, 0]], float), np.zeros((2, 1)), 1.0)
     return fastest_course(aim, 48, guess, near=False)
 
@@ -165,14 +166,17 @@ def test_a_linear_plant_has_no_limit():
 ONE = """
 experiment = "step"
 rig = "jack-10t"
-scenarios = ["10mm", "ramp"]
+scenarios = ["10mm", "sine", "push"]
 [scenario.10mm]
 size = "10 mm"
 start = "1 mm"
 duration = "1 s"
-[scenario.ramp]
-size = "10 mm"
-rate = "0.1 m/s"
+[scenario.sine]
+size = "1 mm"
+frequency = "5 Hz"
+duration = "0.1 s"
+[scenario.push]
+load = "1 kN"
 duration = "1 s"
 [controllers.p]
 use = "controllers.p:P"
@@ -188,14 +192,18 @@ amplitudes_mm = [1]
 def test_the_command_leaves_rows_a_page_and_the_motions(tmp_path, capsys):
     (tmp_path / "one.toml").write_text(ONE)
     assert main(["limit", str(tmp_path / "one.toml"), "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
-    step, ramp = json.loads((tmp_path / "out/metrics.json").read_text())["rows"]
+    step, sine, push = json.loads((tmp_path / "out/metrics.json").read_text())["rows"]
     assert step["scenario"] == "10mm"
     assert step["x_m"] == pytest.approx(1e-3)
     assert 0.02 < step["limit_s"] < 0.024
     assert {"lowest_pressure_bar", "peak_command", "mesh_difference_s"} <= step.keys()
-    assert ramp["limit_s"] is None
-    assert ramp["reason"] == "not a step"
-    assert "1 of 2 rows" in capsys.readouterr().out
+    assert sine["limit_s"] is None
+    assert 0 < sine["limit_error"] < sine["largest_error"] < 1e-3
+    assert push["limit_error"] is None
+    assert "far end" in push["reason"]
+    said = capsys.readouterr().out
+    assert "sine within" in said
+    assert "1 of 3 rows" in said
     assert list((tmp_path / "out").glob("*.parquet"))
 
 

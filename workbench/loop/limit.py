@@ -4,23 +4,17 @@ By direct collocation on the plant of every other simulation, on meshes that are
 found is played on the engine, open loop.
 """
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from hashlib import sha256
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..base.private_cache import store, stored
 from ..engine import Engine, fastest
 from ..engine.fastest import Aim, Course, fastest_course
-from ..linear import equilibrium
-from ..linear.operating_point import far_end
-from ..plant import build
 from ..rigs.rig import Rig
 from . import step_metrics as metrics
 from .capability import oil_stiffness
+from .limit_task import BELOW, NO_CHAMBERS, kept, motion_from, signals_of
 from .scenarios import Scenario
 from .sensors import settling_band
 
@@ -30,7 +24,7 @@ _STANDS = 0.005  # change of the figure on a mesh of half the length, up to whic
 _PLAYS = 0.2  # of the band: how far the engine may be off what was found
 _WATCHED = 1.6  # periods of the mass on the oil that it stays settled before it is at rest
 _EXACT = 1e-7  # tolerance of the engine that plays what was found
-_SIGNALS = ("position", "force", "pa", "pb", "lowest_pressure")
+_SOURCES = (__file__, fastest.__file__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,14 +66,10 @@ def settling_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> Limit:
     if reason := _no_limit(rig, scenario):
         return Limit(band, reason)
     aim = _aim(rig, scenario, band, margin)
-    if np.any(aim.x < aim.low):
-        return Limit(band, "at rest a chamber is below the margin")
-    name = f"{_digest(aim)}.limit"
-    if content := stored(name):
-        return _read(content)
-    limit = _found(aim, _guesses(aim, rig, scenario))
-    store(name, json.dumps(asdict(limit), default=np.ndarray.tolist).encode())
-    return limit
+    if np.any(aim.motion.x < aim.motion.low):
+        return Limit(band, BELOW)
+    numbers = [np.array(aim.band), np.array([aim.hold, aim.size])]
+    return kept(Limit, lambda: _found(aim, _guesses(aim, rig, scenario)), aim.motion, aim.output, numbers, _SOURCES)
 
 
 def limits_by_name(rig: Rig, scenarios: Iterable[Scenario]) -> dict[str, float | None]:
@@ -87,15 +77,15 @@ def limits_by_name(rig: Rig, scenarios: Iterable[Scenario]) -> dict[str, float |
     return {scenario.name: settling_limit(rig, scenario).settling for scenario in scenarios}
 
 
-def times_limit(settling: float | None, limit: float | None) -> float | None:
-    """How many times a limit [s] a settling time [s] is; None where one of the two is not known."""
-    return None if settling is None or limit is None else settling / limit
+def times_limit(reached: float | None, limit: float | None) -> float | None:
+    """How many times a limit something is, a time [s] or an error (SI); None where one is not known."""
+    return None if reached is None or limit is None else reached / limit
 
 
 def _no_limit(rig: Rig, scenario: Scenario) -> str:
     """Why a scenario has no limit of settling; empty where it has one."""
     if not rig.is_jack:
-        return "a linear plant has no chambers, which set the limit"
+        return NO_CHAMBERS
     if not scenario.is_step:
         return "not a step"
     end = scenario.position(rig.limit("stroke")) + scenario.size
@@ -105,30 +95,23 @@ def _no_limit(rig: Rig, scenario: Scenario) -> str:
 
 
 def _aim(rig: Rig, scenario: Scenario, band: float, margin: float) -> Aim:
-    plant, position = build(rig), scenario.position(rig.limit("stroke"))
-    start = equilibrium(plant, None, None, position, None, **far_end(plant, position))
-    level = float(plant.observe(start.x, start.u)[0, plant.output(scenario.signal)])
-    high = np.full(plant.n, np.inf)
-    high[plant.state("x")], high[plant.state("v")] = rig.limit("stroke"), rig.limit("speed")
+    motion, level = motion_from(rig, scenario, margin)
     return Aim(
-        plant=plant,
-        x=start.x,
-        u=start.u,
+        motion,
         output=scenario.signal,
         size=scenario.size,
         band=(level + scenario.size - band, level + scenario.size + band),
         hold=_WATCHED * 2 * np.pi * float(np.sqrt(rig["M"] / oil_stiffness(rig))),
-        low=np.where([state.unit == "Pa" for state in plant.states], margin, -high),
-        high=high,
-        rate=rig.limit("command_rate"),
     )
 
 
 def _guesses(aim: Aim, rig: Rig, scenario: Scenario) -> list[Course]:
     """At constant speeds, without a command."""
-    there = aim.x.copy()
-    there[aim.plant.state("x")] += scenario.size / (rig.specimen_stiffness if scenario.signal == "force" else 1.0)
-    x, u = np.array([aim.x, there, there]), np.tile(aim.u, (2, 1))
+    there = aim.motion.x.copy()
+    there[aim.motion.plant.state("x")] += scenario.size / (
+        rig.specimen_stiffness if scenario.signal == "force" else 1.0
+    )
+    x, u = np.array([aim.motion.x, there, there]), np.tile(aim.motion.u, (2, 1))
     return [Course(aim.hold * np.array([0.0, share, share + 1]), x, u, aim.hold * share) for share in _GUESSES]
 
 
@@ -152,38 +135,17 @@ def _found(aim: Aim, guesses: Sequence[Course]) -> Limit:
 
 def _played(aim: Aim, course: Course, before: float | None) -> Limit:
     """A course on the engine; `before` [s] is the limit that the mesh before gave."""
-    plant, settling = aim.plant, course.arrives + aim.plant.lateness()
+    plant, settling = aim.motion.plant, course.arrives + aim.motion.plant.lateness()
     x = Engine(plant, _EXACT, brief=True).run(course.x[0], course.t, course.u).x
-    u = np.append(course.u, course.u[-1:], axis=0)
-    outputs = plant.observe(x, u)
-    signals = {name: outputs[:, plant.output(name)] for name in _SIGNALS if name in plant.outputs}
-    y, asked = signals[aim.output], plant.observe(course.x, u)[:, plant.output(aim.output)]
+    signals, found = (signals_of(aim.motion, course.t, states, course.u) for states in (x, course.x))
+    y = signals[aim.output]
     return Limit(
         band=(aim.band[1] - aim.band[0]) / 2,
         settling=settling,
         mesh_difference=None if before is None else abs(settling - before),
         lowest_pressure=float(signals["lowest_pressure"].min()),
-        peak_command=float(np.abs(u[:, 0]).max()),
+        peak_command=float(np.abs(course.u[:, 0]).max()),
         overshoot=metrics.overshoot(y, float(y[0]), float(y[0]) + aim.size),
-        off=float(np.abs(y - asked).max()),
-        signals={"t [s]": course.t, "command": u[:, 0], **signals},
+        off=float(np.abs(y - found[aim.output]).max()),
+        signals=signals,
     )
-
-
-def _digest(aim: Aim) -> str:
-    """Of all that a limit follows from: the task, and the sources that solve it."""
-    plant = aim.plant
-    numbers = [aim.x, aim.u, aim.band, aim.hold, aim.low, aim.high, aim.rate, aim.size, plant.p, plant.scale]
-    parts = [
-        plant.f.serialize(),
-        plant.h.serialize(),
-        aim.output,
-        *(np.asarray(part).tobytes().hex() for part in numbers),
-    ]
-    parts += [Path(source).read_text(encoding="utf-8") for source in (__file__, fastest.__file__)]
-    return sha256(chr(0).join(parts).encode()).hexdigest()
-
-
-def _read(content: bytes) -> Limit:
-    table = json.loads(content)
-    return Limit(**table | {"signals": {name: np.array(values) for name, values in table["signals"].items()}})

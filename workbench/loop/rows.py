@@ -212,6 +212,7 @@ def _step_numbers(scenario: Scenario, run: LoopRun, band: float) -> dict[str, fl
         "rise_s": metrics.rise_time(t, y, before, target) if scenario.is_step else None,
         "steady_state_error": metrics.steady_state_error(t, y, target) if there and stands is not None else None,
         "iae": metrics.iae(t, y, asked) if there else None,
+        "rms_error": metrics.rms_error(y, asked) if there and not scenario.is_step else None,
     }
 
 

@@ -50,6 +50,11 @@ def iae(t: np.ndarray, y: np.ndarray, target: float | np.ndarray) -> float:
     return float(np.trapezoid(np.abs(target - y), t))
 
 
+def rms_error(y: np.ndarray, asked: np.ndarray) -> float:
+    """Root mean square of what y [k] lacks of what is asked [k], in the unit of y."""
+    return float(np.sqrt(np.mean((asked - y) ** 2)))
+
+
 def residual_oscillation(t: np.ndarray, y: np.ndarray, size: float) -> float:
     """Peak to peak of y over the last 0.3 s about its straight line, as a part of `size` (the unit of y)."""
     late = t >= t[-1] - LAST

@@ -13,8 +13,9 @@ from ...loop.limit import limits_by_name, times_limit
 from ...loop.rig_spread import spread_over_rigs
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, loop_setup
+from ...loop.tracking_limit import tracking_limits_by_name
 from ...report import Figure, Page
-from ..common.bench_experiment import BenchConfig
+from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .entry import STIFFNESS_HZ, BenchmarkEntry, Entries, benchmark_entry
@@ -60,20 +61,28 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs 
 
 
 def _beside_limits(config: BenchConfig, entries: Entries, stage: Stage) -> Entries:
-    """The entries whose rows say how many times the limit of the nominal rig their settling is."""
-    limits = {
-        loop.signal.name: stage(f"limits {loop.signal.name}", partial(limits_by_name, loop.rig, loop.scenarios))
+    """The entries whose rows say how many times the limit of the nominal rig their settling is, or their error."""
+    found = {
+        name: limit
         for loop in config.loops
+        for name, limit in stage(f"limits {loop.signal.name}", partial(_limits, loop)).items()
     }
-    found = {name: limit for each in limits.values() for name, limit in each.items()}
     return {
         key: {**entry, "rows": [_beside_limit(row, found[row["scenario"]]) for row in entry["rows"]]}
         for key, entry in entries.items()
     }
 
 
+def _limits(loop: BenchLoop) -> dict[str, float | None]:
+    """Limits by scenario: times [s] of steps, errors (SI) of references that move."""
+    steps = [scenario for scenario in loop.scenarios if scenario.is_step]
+    moving = [scenario for scenario in loop.scenarios if not scenario.is_step]
+    return limits_by_name(loop.rig, steps) | tracking_limits_by_name(loop.rig, moving)
+
+
 def _beside_limit(row: dict[str, Any], limit: float | None) -> dict[str, Any]:
-    return row | {"times_limit": times_limit(row["settling_s"], limit)}
+    reached = row["settling_s"] if row["rms_error"] is None else row["rms_error"]
+    return row | {"times_limit": times_limit(reached, limit)}
 
 
 def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], BenchmarkEntry]:

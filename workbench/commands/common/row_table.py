@@ -62,7 +62,12 @@ class RowTable:
     def head(self, key: str) -> str:
         """The head of a column."""
         unit = self._signal.unit
-        own = {"steady_state_error": f"final error [{unit}]", "iae": f"IAE [{unit} s]", "band": f"band [{unit}]"}
+        own = {
+            "steady_state_error": f"final error [{unit}]",
+            "iae": f"IAE [{unit} s]",
+            "rms_error": f"RMS error [{unit}]",
+            "band": f"band [{unit}]",
+        }
         own |= {"peak_deviation": f"peak deviation [{unit}]"}
         return own.get(key) or _HEADS.get(key, key)
 
@@ -80,7 +85,7 @@ class RowTable:
         if key in _OF_THE_STEP:
             size = self._sizes.get(row["scenario"]) or abs(row.get("peak_deviation") or 0.0)  # what a load pushes
             return Known(value * _OF_THE_STEP[key], 100 * self._step / size if size else 0.0)
-        return self._shown(value) if key == "iae" else Known(value, _STEPS.get(key, 0.0))
+        return self._shown(value) if key in ("iae", "rms_error") else Known(value, _STEPS.get(key, 0.0))
 
     def _shown(self, value: float) -> float:
         return float(from_si(value, self._signal.unit, self._signal.si))

@@ -1,4 +1,4 @@
-"""`jackbench limit EXPERIMENT`: the soonest that the known rig settles, whatever controls it.
+"""`jackbench limit EXPERIMENT`: the soonest that the known rig settles, the least error of a reference that moves.
 
-steps    the steps of an experiment: at three places of the stroke, on every specimen of its rigs
+steps    the scenarios of an experiment: at three places of the stroke, on every specimen of its rigs
 """

@@ -1,4 +1,4 @@
-"""The report of the limits: a line a step and place, and the motions over time."""
+"""The report of the limits: a line a scenario and place, and the motions over time."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -23,6 +23,11 @@ _COLUMNS = {
     "played_off_percent": ("engine off by [% of the step]", 1.0),
     "reason": ("why none", 1.0),
 }
+_MOVING = {
+    "limit_error": "least error, root mean square",
+    "mesh_difference_error": "by the mesh",
+    "largest_error": "its largest error",
+}
 _SHOWN = ("position", "force", "command", "pa", "pb")
 
 Courses = Mapping[str, Mapping[str, np.ndarray]]
@@ -31,7 +36,9 @@ Courses = Mapping[str, Mapping[str, np.ndarray]]
 def limit_page(rig: Rig, metrics: Mapping[str, Any], courses: Courses) -> Page:
     """One table, and a figure for every scenario."""
     rows = metrics["rows"]
-    sections = [Section("Limits", [_table(metrics)])]
+    steps, moving = ([row for row in rows if row["moves"] is moves] for moves in (False, True))
+    tables = [_table(metrics, steps)] if steps else []
+    sections = [Section("Limits", [*tables, *_tracking_tables(metrics, moving)])]
     sections += [Section(scenario, [_figure(scenario, courses)]) for scenario in _scenarios(courses)]
     return Page(f"The limit of {rig.name}", _verdict(rows), sections)
 
@@ -42,21 +49,56 @@ def limit_picture(courses: Courses) -> Figure:
 
 
 def _verdict(rows: Sequence[Mapping[str, Any]]) -> str:
+    settled = [f"{name} in {spanned(times)} s" for name, times in _by_scenario(rows, "limit_s").items()]
+    signals = {row["scenario"]: SIGNALS[row["signal"]] for row in rows}
+    followed = [
+        f"{name} within {spanned([float(from_si(error, signals[name].unit, signals[name].si)) for error in errors])} "
+        f"{signals[name].unit}"
+        for name, errors in _by_scenario(rows, "limit_error").items()
+    ]
+    said = [f"Nothing settles sooner: {'; '.join(settled)}."] if settled else []
+    said += [f"Nothing follows nearer, root mean square: {'; '.join(followed)}."] if followed else []
+    lacking = sum(row["limit_s"] is None and row["limit_error"] is None for row in rows)
+    said += [f"No limit in {lacking} of {counted(len(rows), 'row')}; the table says why."] if lacking else []
+    return " ".join(said)
+
+
+def _by_scenario(rows: Sequence[Mapping[str, Any]], key: str) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for row in rows:
-        if row["limit_s"] is not None:
-            found.setdefault(row["scenario"], []).append(row["limit_s"])
-    said = [f"{name} in {spanned(times)} s" for name, times in found.items()]
-    lacking = sum(row["limit_s"] is None for row in rows)
-    none = f" No limit in {lacking} of {counted(len(rows), 'row')}; the table says why." if lacking else ""
-    return f"Nothing settles sooner: {'; '.join(said)}.{none}" if said else "No limit was found; the table says why."
+        if row[key] is not None:
+            found.setdefault(row["scenario"], []).append(row[key])
+    return found
 
 
-def _table(metrics: Mapping[str, Any]) -> Table:
-    lines = [
-        [row[key] if factor == 1.0 or row[key] is None else row[key] * factor for key, (_, factor) in _COLUMNS.items()]
-        for row in metrics["rows"]
+def _line(row: Mapping[str, Any], columns: Mapping[str, tuple[str, float]]) -> list[Any]:
+    return [
+        row[key] if factor == 1.0 or row[key] is None else row[key] * factor for key, (_, factor) in columns.items()
     ]
+
+
+def _tracking_tables(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> list[Table]:
+    """Of references that move: a table for each signal."""
+    note = (
+        "The least root mean square of the error over the scenario, from rest, with the reference known ahead. It is "
+        "found by direct collocation in windows, and played by the engine: the same command limits, stroke and "
+        f"pressures, {metrics['margin_bar']:g} bar above the vapour's. By the mesh: the change when its intervals are "
+        "halved."
+    )
+    tables = []
+    for signal in (SIGNALS[name] for name in dict.fromkeys(row["signal"] for row in rows)):
+        factor = float(from_si(1.0, signal.unit, signal.si))
+        own = {key: (f"{title} [{signal.unit}]", factor) for key, title in _MOVING.items()}
+        kept = ("lowest_pressure_bar", "peak_command", "reason")
+        columns = {key: _COLUMNS[key] for key in ("scenario", "x_m")} | own | {key: _COLUMNS[key] for key in kept}
+        lines = [_line(row, columns) for row in rows if row["signal"] == signal.name]
+        tables.append(Table("", [title for title, _ in columns.values()], lines, note, fold=True))
+    return tables
+
+
+def _table(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Of steps."""
+    lines = [_line(row, _COLUMNS) for row in rows]
     note = (
         "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the "
         "known plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "
@@ -79,7 +121,7 @@ def _figure(scenario: str, courses: Courses) -> Figure:
         for key in _SHOWN
         if any(key in run and np.ptp(run[key]) > 0 for run in runs.values())
     ]
-    return Figure(f"{scenario}: the soonest there is", "time [ms]", panels)
+    return Figure(f"{scenario}: the best there is", "time [ms]", panels)
 
 
 def _curve(name: str, key: str, run: Mapping[str, np.ndarray]) -> Curve:

@@ -1,10 +1,11 @@
-"""The limit of every step of an experiment, a stage each."""
+"""The limit of every step and of every reference that moves of an experiment, a stage each."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...base.process_pool import Jobs, process_pool
 from ...loop.limit import Limit, settling_limit
+from ...loop.tracking_limit import TrackingLimit, tracking_limit
 from ...report import Figure, Page
 from ..common.bench_experiment import BenchConfig
 from ..common.outcome import Outcome, Progress, Stage
@@ -16,7 +17,7 @@ from .steps import PlacedStep, placed_steps
 def run_limit(
     config: BenchConfig | StepConfig, margin: float, stage: Stage, progress: Progress, jobs: Jobs = 1
 ) -> Outcome:
-    """`rows`: the limit of each step at each place, no chamber less than `margin` [Pa] above the vapour's pressure."""
+    """`rows`: the limit of each scenario at each place, no chamber less than `margin` [Pa] above vapour's pressure."""
     steps = {step.name: step for step in placed_steps(config)}
     with process_pool(jobs, _Work(margin)) as found:
         results = found(steps, stage, lambda result: progress(result["name"]))
@@ -39,25 +40,51 @@ class _Work:
         return self.limit
 
     def limit(self, step: PlacedStep) -> Mapping[str, Any]:
-        limit = settling_limit(step.rig, step.scenario, self.margin)
-        return {"name": step.name, "row": _row(step, limit), "signals": dict(limit.signals)}
+        if step.scenario.is_step:
+            limit = settling_limit(step.rig, step.scenario, self.margin)
+            own = _settling(step, limit)
+        else:
+            limit = tracking_limit(step.rig, step.scenario, self.margin)
+            own = _tracking(limit)
+        return {"name": step.name, "row": _row(step, limit) | own, "signals": dict(limit.signals)}
 
 
-def _row(step: PlacedStep, limit: Limit) -> dict[str, Any]:
+def _row(step: PlacedStep, limit: Limit | TrackingLimit) -> dict[str, Any]:
     """SI but for what keys say; None, and the reason, where no motion was found."""
-    scenario = step.scenario
     return {
-        "scenario": scenario.name,
+        "scenario": step.scenario.name,
+        "signal": step.scenario.signal,
+        "moves": not step.scenario.is_step,
         "x_m": step.position,
         "stiffness_n_per_m": step.rig.specimen_stiffness,
-        "limit_s": limit.settling,
         "lowest_pressure_bar": None if limit.lowest_pressure is None else limit.lowest_pressure / 1e5,
         "peak_command": limit.peak_command,
+        "reason": limit.reason,
+        **dict.fromkeys(_OWN),
+    }
+
+
+_OWN = (
+    *("limit_s", "mesh_difference_s", "overshoot_percent", "played_off_percent", "band"),  # of a step
+    *("limit_error", "mesh_difference_error", "largest_error"),  # of a reference that moves
+)
+
+
+def _settling(step: PlacedStep, limit: Limit) -> dict[str, Any]:
+    return {
+        "limit_s": limit.settling,
         "mesh_difference_s": limit.mesh_difference,
         "overshoot_percent": limit.overshoot,
-        "played_off_percent": None if limit.off is None else 100 * limit.off / abs(scenario.size),
+        "played_off_percent": None if limit.off is None else 100 * limit.off / abs(step.scenario.size),
         "band": limit.band,
-        "reason": limit.reason,
+    }
+
+
+def _tracking(limit: TrackingLimit) -> dict[str, Any]:
+    return {
+        "limit_error": limit.error,
+        "mesh_difference_error": limit.mesh_difference,
+        "largest_error": limit.largest,
     }
 
 
