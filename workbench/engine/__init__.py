@@ -9,7 +9,8 @@ staggered      force ports beside a program that integrates the mechanics
 platform_instants    one law and six guards inside the run of a platform
 delay_line     commands on their way to a plant whose drive is late
 rosenbrock     the implicit step and its adaptive length as a graph; sparse_lu solves its linear systems
-fastest        commands that are found, not given: the fastest motion, by direct collocation
+collocation    commands that are found, not given: states and commands on a mesh; fastest, the fastest motion to a
+               place; nearest, the motion that follows a reference nearest
 tangent        steps with their exact derivatives along a direction
 backend        the choice between compiled and interpreter; only the first needs a compiler, and imports it when used
 compiled       machine code: tape and emit turn the graph into vector code of lanes, codegen and driver the loop around

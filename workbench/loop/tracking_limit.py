@@ -5,7 +5,7 @@ commands held over the control period, then over half of it.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from .limit_task import BELOW, NO_CHAMBERS, kept, motion_from, signals_of
 from .scenarios import Scenario
 
 _INTERVAL = 1e-3  # s: the longest; a longer one does not resolve the spool
-_PLAYED, _AHEAD = 20, 60  # intervals of a window
+_PLAYED, _AHEAD = 20, 80  # intervals of a window
+_RESERVE = 2e5  # Pa: pressure that the windows keep more, for the engine to keep the bound
 _NOTHING = 1e-3  # of what the reference moves in a period of the oil: an error that is none
 _SOURCES = (__file__, nearest.__file__)
 
@@ -26,7 +27,7 @@ _SOURCES = (__file__, nearest.__file__)
 class TrackingLimit:
     """The least root mean square of the `error` (SI) over a scenario; None where none was found, and the `reason`.
 
-    `mesh_difference` (SI) is its change from the mesh before, None where there is but one; `largest` the greatest error
+    `mesh_difference` (SI) is its difference on two meshes, None where there is but one; `largest` the greatest error
     of that motion, with its `lowest_pressure` [Pa], `peak_command` and `signals` [k] by name, SI, with "t [s]".
     """
 
@@ -74,7 +75,7 @@ def _no_limit(rig: Rig, scenario: Scenario) -> str:
 
 
 def _wish(rig: Rig, scenario: Scenario, margin: float) -> Wish:
-    motion, level = motion_from(rig, scenario, margin)
+    motion, level = motion_from(rig, scenario, margin + _RESERVE)
     step = np.arange(round(scenario.duration / _INTERVAL) + 1) * _INTERVAL
     fastest = float(np.abs(np.diff(scenario.reference(step))).max()) / _INTERVAL
     oil = 2 * np.pi * float(np.sqrt(rig["M"] / oil_stiffness(rig)))
@@ -86,15 +87,21 @@ def _wish(rig: Rig, scenario: Scenario, margin: float) -> Wish:
 
 
 def _found(wish: Wish, interval: float) -> TrackingLimit:
-    """On the first mesh, and on one of half its intervals where that is not zero."""
-    limit = _played(wish, interval, 1, None)
+    """On the first mesh, and on one of half its intervals where that is not zero: the better, for both were played."""
+    limit = _played(wish, interval, 1)
     if limit.error is None or limit.error < _NOTHING * wish.size:
         return limit
-    finer = _played(wish, interval, 2, limit.error)
-    return limit if finer.error is None else finer
+    finer = _played(wish, interval, 2)
+    if finer.error is None:
+        return limit
+    return replace(min(limit, finer, key=_error), mesh_difference=abs(finer.error - limit.error))
 
 
-def _played(wish: Wish, interval: float, parts: int, before: float | None) -> TrackingLimit:
+def _error(limit: TrackingLimit) -> float:
+    return np.inf if limit.error is None else limit.error
+
+
+def _played(wish: Wish, interval: float, parts: int) -> TrackingLimit:
     course = nearest_course(wish, Windows(interval / parts, parts * _PLAYED, parts * _AHEAD))
     if course is None:
         return TrackingLimit("the solver finds no motion")
@@ -103,7 +110,6 @@ def _played(wish: Wish, interval: float, parts: int, before: float | None) -> Tr
     error = float(np.sqrt(np.mean(off**2)))
     return TrackingLimit(
         error=error,
-        mesh_difference=None if before is None else abs(error - before),
         largest=float(np.abs(off).max()),
         lowest_pressure=float(signals["lowest_pressure"].min()),
         peak_command=float(np.abs(course.u[:, 0]).max()),
