@@ -60,7 +60,7 @@ def test_a_sine_within_what_the_jack_can_do_costs_its_start_alone(rig):
     t = limit.signals["t [s]"]
     assert off.max() == pytest.approx(limit.largest)
     assert off[t < 0.02].max() == limit.largest
-    assert off[t > 0.03].max() < SINE.size / 400
+    assert off[t > 0.03].max() < SINE.size / 200
     assert limit.mesh_difference < 0.1 * limit.error
     assert limit.peak_command < 1
 
@@ -75,7 +75,7 @@ def test_no_loop_follows_nearer(rig):
 def test_more_force_than_the_jack_has_leaves_an_error_at_the_vapour_s_pressure(rig):
     limit = tracking_limit(rig, Scenario("much", "position", 10e-3, 0.04, frequency=20.0))
     assert limit.error > 1e-3
-    assert limit.lowest_pressure == pytest.approx(0.0, abs=1e5)
+    assert 0 < limit.lowest_pressure < 3e5
 
 
 @pytest.mark.parametrize(
