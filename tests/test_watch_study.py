@@ -1,0 +1,86 @@
+"""Made rigs that wear: what grows and how, forecasts of drawn wears, and the table of those that were watched."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.commands.watch_study.courses import coverage
+from workbench.commands.watch_study.healthy import rate
+from workbench.commands.watch_study.made_rig import WEARS, MadeRig, drawn_rigs, worn
+from workbench.commands.watch_study.page import page
+from workbench.commands.watch_study.study import summary
+from workbench.identify.watch.changes import FEWEST
+from workbench.plant.effects import known_effects
+
+HERE = Path(__file__).parent
+WATCHED = json.loads((HERE / "watched_rigs.json").read_text())
+PAGE = (HERE.parent / "docs" / "results" / "watch.md").read_text()
+
+
+def test_a_third_of_the_rigs_is_healthy_and_every_wear_has_its_turn_after_enough_sessions():
+    rigs = drawn_rigs(15, 7, 14)
+    assert sum(rig.wear is None for rig in rigs) == 5
+    assert [rig.wear.name for rig in rigs if rig.wear] == [wear.name for wear in WEARS]
+    assert {rig.growth for rig in rigs if rig.wear} == {"slow", "jump", "steps"}
+    for rig in rigs:
+        assert rig.begins >= FEWEST
+        shares = [rig.share(session) for session in range(rig.sessions)]
+        assert shares == sorted(shares)
+        assert not any(shares[: rig.begins])
+        assert (shares[-1] > 0) == (rig.wear is not None)
+
+
+def test_effects_wear_in_formulas_that_the_library_lacks():
+    library = {(effect.name, effect.formula) for effect in known_effects()}
+    assert not [wear for wear in WEARS if wear.formula and (wear.name, wear.formula) in library]
+
+
+def test_a_number_wears_to_so_many_times_what_it_was():
+    leak = next(wear for wear in WEARS if wear.name == "Cl")
+    numbers, mix = worn(MadeRig(1, leak), {"Cl": 2e-12, "b": 500.0}, 1.0)
+    assert numbers == pytest.approx({"Cl": leak.most * 2e-12, "b": 500.0})
+    assert mix == {}
+
+
+def test_eighty_percent_intervals_of_forecasts_hold_the_day_seven_to_nine_times_in_ten():
+    for pace, each in coverage(60, 0).items():
+        assert each["forecasts"] > 50
+        assert 0.7 <= each["held"] <= 0.9, pace
+
+
+def test_no_alarm_in_two_hundred_years_bounds_the_rate():
+    """Garwood's interval of a count of 0: chi2 with two degrees of freedom at 97.5 %, halved, is 3.69."""
+    np.testing.assert_allclose(rate(0, 200), [0.0, 0.0, 3.689 / 200], rtol=1e-3)
+
+
+def test_the_table_of_made_rigs_is_that_of_those_that_were_watched():
+    lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.splitlines() if "-70" in line]
+    rows = WATCHED["rows"]
+    assert len(lines) == len(rows)
+    for cells, row in zip(lines, rows, strict=True):
+        numbers = [_cell(row[key], digits) for key, digits in (("share", 2), ("lost_db", 2), ("hurt", 0))]
+        shown = [row["id"], _cell(row["begins"], 0), _cell(row["told"], 0), " or ".join(row["among"]) or "-", *numbers]
+        assert cells == [*shown, f"{row['cpu_s']:.0f}"]
+    told = summary(rows)
+    for name in ("worn", "told", "told_too_soon", "right", "before_hurt", "healthy", "false_alarms"):
+        assert re.search(rf"\| {name.replace('_', ' ')} \| {told[name]} \|", PAGE), name
+
+
+def test_the_page_states_the_rate_and_the_forecasts_that_were_measured():
+    healthy, forecasts = WATCHED["healthy"], WATCHED["forecasts"]
+    assert f"{healthy['alarms']} alarms in {healthy['years']} years" in PAGE
+    assert f"{healthy['a_year'][2]:.3f}" in PAGE
+    for pace, each in forecasts.items():
+        assert re.search(rf"\| {pace} \| {each['forecasts']} \| {100 * each['held']:.0f} \|", PAGE), pace
+
+
+def test_the_report_of_a_study_has_its_rigs_and_its_rates():
+    drawn, _ = page({**WATCHED, "summary": summary(WATCHED["rows"])})
+    assert "wears are told" in drawn.verdict
+
+
+def _cell(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"
