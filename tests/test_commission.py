@@ -72,6 +72,12 @@ def test_a_rig_that_is_as_declared_passes_and_rings_at_its_mode(recorded):
     assert moves.speed_gain == pytest.approx(11.0, rel=0.33)  # between null, where the lap doubles it, and beyond
 
 
+def test_a_jack_too_slow_for_larger_moves_is_known_by_the_small_ones(recorded):
+    _, near, far = recorded
+    still = changed(far, command=np.zeros_like(far.signals["command"]))
+    assert small_moves(RIG, near, still) == small_moves(RIG, near, near)
+
+
 @pytest.mark.parametrize(
     ("signal", "change", "message"),
     [

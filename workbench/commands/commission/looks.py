@@ -55,9 +55,11 @@ def _range(rig: Rig, name: str, mean: float) -> tuple[str, str]:
 def small_moves(rig: Rig, near: Record, far: Record) -> SmallMoves:
     """What a relay of small moves and one of larger ones tell of a jack whose signals are the right way round.
 
-    The speed gain is the greatest of both: a lap raises it about null, a hysteresis or an overlap hides it there.
+    The speed gain is the greatest of both: a lap raises it about null, a hysteresis or an overlap hides it there. A
+    jack that is too slow for the larger ones is known by the small ones.
     """
-    first, second = _moves(rig, near), _moves(rig, far)
+    first = _moves(rig, near)
+    second = first if relay_ways(far) is None else _moves(rig, far)
     return replace(second, speed_gain=max(first.speed_gain, second.speed_gain))
 
 

@@ -26,7 +26,7 @@ from .dither import with_dither
 from .looks import WAY, check_rest, check_sides, small_moves
 from .motions import doubted, standard_records
 from .obstacles import Barred, obstacles
-from .relay import lets_go
+from .relay import lets_go, relay_ways
 from .results import Results, barred_outcome, outcome
 from .rig_time import RigTime
 from .rounds import Found, Searches, campaign_in, found_by, further
@@ -165,7 +165,7 @@ def looks(spent: RigTime, say: Progress) -> tuple[Record, SmallMoves]:
         say(f"the valve stays open without a command: from now on a dither of {words} frees it")
         near = spent.relay(MOVE, 0.0, check)
         size = check_sides(rig, near)
-    far = spent.relay(WAY, size, check)
+    far = spent.relay(WAY, size, lambda record: relay_ways(record) and check(record))
     return rest, small_moves(rig, near, far)
 
 
