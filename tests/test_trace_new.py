@@ -9,7 +9,7 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace.study import trace_answer
-from workbench.commands.trace.when_new import beside_new
+from workbench.commands.trace.when_new import SinceNew, beside_new, sentence
 from workbench.identify.acceptance.exact import exact_lines
 from workbench.identify.acceptance.when_new import NewRig, rig_when_new
 from workbench.records import load_campaign
@@ -83,6 +83,12 @@ def test_the_report_begins_with_what_has_changed(told):
     assert page.verdict.startswith("Against the sheet when new: eps was 2.000 (1.960 to 2.040) and is")
     assert page.verdict.count("changed") == 1
     assert page.sections[0].title == "Since the valve was new"
+
+
+def test_no_number_is_called_as_new_where_a_misfit_is_left():
+    same = {"number": "eps", "changed": False, "perhaps": False, "alike": []}
+    assert "1 number of the valve is as when new" in sentence(SinceNew([same], [], "", 1.0, False))
+    assert "as when new" not in sentence(SinceNew([same], [], "", 1.0, True))
 
 
 @pytest.mark.parametrize(

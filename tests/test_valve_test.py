@@ -135,6 +135,7 @@ def test_a_sine_that_is_no_sine_is_refused():
     [
         (["nowhere"], "nowhere"),
         (["jack-10t", "--seed", "-1"], "--seed"),
+        (["pump-rig"], "no lands to test"),
         (["crane", "--limits", "none.toml"], "none.toml"),
     ],
 )

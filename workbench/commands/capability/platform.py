@@ -26,7 +26,8 @@ _SHOWN = {"m": LENGTH, "rad": ANGLE}
 _HOW = (
     "A sine along one axis about home, by the model: each leg's travel by the Jacobian there, its force by the inertia "
     "of payload and legs on top of their weight. An axis goes as far as its weakest leg: what its lands give at the "
-    "pressure drop that this force leaves, by its stroke, speed, force, valve and command rate."
+    "pressure drop that this force leaves, by its stroke, speed, force, valve and command rate. "
+    "These lines have no interval. Low and high of what a loop follows are the frequencies that were played."
 )
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 from ...base.errors import InputError
 from ...base.words import counted
 from ...identify.acceptance.row import Row
-from ...report import Page, Section, Table
+from ...report import Page, Section, Table, within
+from ...report.table import Cell
 from .outcome import Outcome
 from .sheet_options import Made
 
@@ -86,14 +87,22 @@ def verdict(rows: Sequence[Row]) -> str:
 
 
 def _lines(rows: Sequence[Row]) -> Table:
+    """To the digits that intervals tell; without the columns of limits where there are none."""
+    said = [row for row in rows if row.value is not None]
+    limited = any(row.maker is not None or row.passed is not None for row in said)
     cells = [
-        [row.meaning, row.value, row.low, row.high, row.unit, row.maker, _passes(row), row.id]
-        for row in rows
-        if row.value is not None
+        [row.meaning, *_interval(row), row.unit, *([row.maker, _passes(row)] if limited else []), row.id]
+        for row in said
     ]
-    head = ["line", "value", "low", "high", "unit", "maker", "passes", "id"]
+    head = ["line", "value", "low", "high", "unit", *(["maker", "passes"] if limited else []), "id"]
     note = "Low and high: 95 % for each line alone. A line passes where its whole interval lies within the limits."
     return Table("What was found", head, cells, note)
+
+
+def _interval(row: Row) -> list[Cell]:
+    if row.value is None or row.low is None or row.high is None:
+        return [row.value, row.low, row.high]
+    return list(within(row.value, row.low, row.high))
 
 
 def _passes(row: Row) -> str:

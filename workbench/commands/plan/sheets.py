@@ -9,8 +9,8 @@ from ...identify.acceptance.force_test import Reference, force_sheet
 from ...identify.acceptance.row import Row
 from ...identify.acceptance.valve_test import valve_sheet
 from ...records import Campaign
-from ...records.excitation import Excitation, excitation_text
-from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...records.excitation import excitation_text
+from ...report import Figure, Page, Section, Table
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
@@ -43,9 +43,8 @@ def run_sheet_plan(kind: str, campaign: Campaign, rig: Rig, stage: Stage, progre
     beyond = [{"id": r.id, "reason": r.reason} for r in rows if r.value is None and r.id not in tellable]
     said = sum(row.value is not None for row in rows)
     metrics = {"sheet": kind, "said": said, "lines": len(rows), "missing": lacking, "beyond": beyond}
-    lacked = {record: waves[record] for record in told if record in waves}
-    files = {f"{record}.csv": excitation_text(wave) for record, wave in lacked.items()}
-    return Outcome(metrics, lambda: _page(campaign, metrics, lacked), files=files, subject=Subject(rig))
+    files = {f"{record}.csv": excitation_text(waves[record]) for record in told if record in waves}
+    return Outcome(metrics, lambda: _page(campaign, metrics), files=files, subject=Subject(rig))
 
 
 def _rows(kind: str, campaign: Campaign, rig: Rig) -> Sequence[Row]:
@@ -55,19 +54,16 @@ def _rows(kind: str, campaign: Campaign, rig: Rig) -> Sequence[Row]:
     return force_sheet(records, rig, Reference(0.0, _WITHIN)).rows
 
 
-def _page(
-    campaign: Campaign, metrics: Mapping[str, Any], waves: Mapping[str, Excitation]
-) -> tuple[Page, Figure | None]:
+def _page(campaign: Campaign, metrics: Mapping[str, Any]) -> tuple[Page, Figure | None]:
     lacking, beyond, kind = metrics["missing"], metrics["beyond"], metrics["sheet"]
     rows = [[each["record"], each["seconds"], ", ".join(each["lines"])] for each in lacking]
     table = Table("Record, and the open lines that it tells", ["record", "duration [s]", "lines"], rows)
-    figure = _figure(waves) if waves else None
-    sections = [Section("What to record", [table, _PLAY[kind], *([figure] if figure else [])])] if lacking else []
+    sections = [Section("What to record", [table, _PLAY[kind]])] if lacking else []
     if beyond:
         cells = [[each["id"], each["reason"]] for each in beyond]
         sections.append(Section("What none of these records tells", [Table("", ["line", "why it is open"], cells)]))
     title = f"{campaign.path.resolve().name}: what a sheet of {kind} misses"
-    return Page(title, _verdict(metrics), sections), figure
+    return Page(title, _verdict(metrics), sections), None
 
 
 def _verdict(metrics: Mapping[str, Any]) -> str:
@@ -79,17 +75,3 @@ def _verdict(metrics: Mapping[str, Any]) -> str:
     more = f" No record of this test tells the other {beyond}." if beyond else ""
     what = f"{counted(len(names), 'record')} would tell {open_lines - beyond} more"
     return f"{told} {what[0].upper()}{what[1:]}: {', '.join(names)}.{more}"
-
-
-def _figure(waves: Mapping[str, Excitation]) -> Figure:
-    """What a drive plays."""
-    panels = []
-    for name, label, scale in (("command", "command [1]", 1.0), ("reference", "reference, from its start [mm]", 1e3)):
-        curves = [
-            Curve(record, wave.t, scale * (values - values[0]))
-            for record, wave in waves.items()
-            if (values := getattr(wave, name)).any() and (values != values[0]).any()
-        ]
-        if curves:
-            panels.append(Panel(label, curves))
-    return Figure("What to play", "time [s]", panels)

@@ -15,9 +15,9 @@ from ...identify.acceptance.valve_test import valve_sheet
 from ...identify.acceptance.when_new import NewRig
 from ...identify.trace.findings import Trace
 from ...records import Campaign
-from ...report import Figure, Page, Section, Table, within
-from ...report.table import shown
-from ..common.fit_result import unbounded
+from ...report import Figure, Page, Section, Table
+from ...report.table import Cell, shown
+from ..common.fit_result import interval_cells, unbounded
 from .alike import explain_alike
 from .answer import TraceAnswer
 from .metrics import numbers_of
@@ -34,12 +34,14 @@ _LINES = "Changed: the two intervals do not meet. Lines that the records do not 
 
 @dataclass(frozen=True)
 class SinceNew:
-    """What a sheet when new said, and what of it has changed: rows as metrics.json has them."""
+    """What a sheet when new said, and what of it has changed: rows as metrics.json has them; whether a misfit is
+    `left` that the trace does not explain."""
 
     numbers: Sequence[Mapping[str, Any]]
     lines: Sequence[Mapping[str, Any]]
     unread: str
     chi2: float
+    left: bool
 
 
 def beside_new(
@@ -47,12 +49,13 @@ def beside_new(
 ) -> TraceAnswer:
     """The answer of a trace from `new` on, with what differs from the sheet of `rows` in its report and metrics."""
     lines, unread = _lines(campaign, new, rows)
-    since = SinceNew(_numbers(answer.trace, new), lines, unread, new.chi2)
+    left = answer.trace.verdict in ("unknown", "incomplete")
+    since = SinceNew(_numbers(answer.trace, new), lines, unread, new.chi2, left)
     own = answer.outcome
 
     def draw() -> tuple[Page, Figure | None]:
         page, figure = own.draw()
-        verdict = f"{_sentence(since)} {page.verdict}"
+        verdict = f"{sentence(since)} {page.verdict}"
         whole = replace(page, verdict=verdict, sections=[_section(since), *page.sections])
         return whole, figure
 
@@ -74,7 +77,8 @@ def _numbers(trace: Trace, new: NewRig) -> list[dict[str, Any]]:
         row = {"number": name, "unit": number.unit, **dict(zip((*_KEYS["new"], *_KEYS["now"]), values, strict=True))}
         alike = [other.removeprefix("number.") for other in explain_alike(trace, name)[0]] if name in found else []
         rows.append({**row, "changed": name in found, "alike": alike})
-    return rows
+    others = {other for row in rows for other in row["alike"]}
+    return [{**row, "perhaps": not row["changed"] and row["number"] in others} for row in rows]
 
 
 def _lines(campaign: Campaign, new: NewRig, rows: Mapping[str, Mapping[str, Any]]) -> tuple[list[dict[str, Any]], str]:
@@ -95,11 +99,13 @@ def _lines(campaign: Campaign, new: NewRig, rows: Mapping[str, Mapping[str, Any]
     return found, "" if found else "the records tell no line that the sheet has"
 
 
-def _sentence(since: SinceNew) -> str:
+def sentence(since: SinceNew) -> str:
+    """What has changed, in words."""
     changed = [row for row in since.numbers if row["changed"]]
-    same = len(since.numbers) - len(changed)
+    same = len(since.numbers) - len(changed) - sum(row["perhaps"] for row in since.numbers)
     told = [_told(row) for row in changed]
-    kept = [f"{counted(same, 'number')} of the valve {_is(same)} as when new"] if same else []
+    kept = [f"{counted(same, 'number')} of the valve {_is(same)} as when new"] if same and not since.left else []
+    kept += ["something differs that no number of the valve explains"] if since.left else []
     return f"Against the sheet when new: {'; '.join([*told, *kept])}.{_moved(since.lines)}"
 
 
@@ -114,7 +120,7 @@ def _moved(lines: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _told(row: Mapping[str, Any]) -> str:
-    new, now = ([shown(cell) for cell in within(*(row[key] for key in _KEYS[part]))] for part in ("new", "now"))
+    new, now = ([shown(cell) for cell in _to_digits(row, part)] for part in ("new", "now"))
     told = f"{row['number']} was {new[0]} ({new[1]} to {new[2]}) and is {now[0]} ({now[1]} to {now[2]}) {row['unit']}"
     return f"{told}, or {listed(row['alike'], 'or')} instead" if row["alike"] else told
 
@@ -138,4 +144,9 @@ def _section(since: SinceNew) -> Section:
 
 
 def _cells(row: Mapping[str, Any], name: str) -> list[Any]:
-    return [*(row[key] for key in (name, *_KEYS["new"], *_KEYS["now"], "unit")), "yes" if row["changed"] else "no"]
+    told = "yes" if row["changed"] else "perhaps" if row.get("perhaps") else "no"
+    return [row[name], *_to_digits(row, "new"), *_to_digits(row, "now"), row["unit"], told]
+
+
+def _to_digits(row: Mapping[str, Any], part: str) -> list[Cell]:
+    return interval_cells([row[key] for key in _KEYS[part]])

@@ -3,6 +3,7 @@
 import argparse
 from functools import partial
 
+from ...base.errors import InputError
 from ..common.options import finish
 from ..common.sheet_options import asked, identity, sheet_options
 
@@ -14,6 +15,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _valve_test(options: argparse.Namespace, words: list[str]) -> None:
     sheet = asked(options)
+    if not sheet.rig.is_throttled:
+        raise InputError(f"{sheet.rig.name}: a {sheet.rig.valve} has no lands to test; name a rig with a servo-valve")
     from ..common.sheet_page import browser, printed
 
     if options.pdf:

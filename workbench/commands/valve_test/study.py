@@ -39,7 +39,8 @@ def _recorded(sheet: Asked) -> ValveSheet:
     assert sheet.campaign is not None
     own = sheet.campaign
     found = valve_sheet((*own.train, *own.select, *own.heldout), sheet.rig)
-    lacks = "the rig's records do not show its pilot by itself"
+    shows = "the rig's records do not show its pilot by itself"
+    lacks = shows if sheet.rig.valve_kind.has_pilot else _no_pilot(sheet.rig)
     return replace(found, rows=[*found.rows, *_pilot(sheet.rig, {}, None, lacks)])
 
 
@@ -51,7 +52,7 @@ def played_sheet(bench: TestBench, progress: Progress) -> ValveSheet:
     for size in SINES:
         progress(f"main stage, {size} %: stepped sine")
         responses[f"main_{size}"] = bench.metered_response("main", size)
-    has_pilot = "pilot" in bench.rig.valve_kind.stages
+    has_pilot = bench.rig.valve_kind.has_pilot
     for size in SINES if has_pilot else ():
         progress(f"pilot, {size} %: stepped sine")
         responses[f"pilot_{size}"] = bench.metered_response("pilot", size)
@@ -61,9 +62,12 @@ def played_sheet(bench: TestBench, progress: Progress) -> ValveSheet:
     rows = [
         _shift(bench) if row.id == "null_shift_supply" else row for row in rows if not row.id.startswith("main_small")
     ]
-    lacks = f"a {bench.rig.valve} valve has no pilot"
-    rows += _pilot(bench.rig, responses, bench.pilot_flow() if has_pilot else None, lacks)
+    rows += _pilot(bench.rig, responses, bench.pilot_flow() if has_pilot else None, _no_pilot(bench.rig))
     return replace(found, rows=rows, responses=responses)
+
+
+def _no_pilot(rig: Rig) -> str:
+    return f"a {rig.valve} valve has no pilot"
 
 
 def _pilot(rig: Rig, responses: dict[str, Response], flow: tuple[float, float] | None, lacks: str) -> list[Row]:

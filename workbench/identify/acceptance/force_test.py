@@ -115,7 +115,7 @@ def _compensated(
     """What is left where mass times acceleration is taken off; the mass by the other sines, where they are enough."""
     point, others = points[which], [point for i, point in enumerate(points) if i != which]
     id = f"compensated_error_{name}"
-    meaning = f"the same at {plain_frequency(point.f)} Hz, {point.range / 1e3:.2g} kN, less mass times acceleration"
+    meaning = f"error at {plain_frequency(point.f)} Hz, {point.range / 1e3:.2g} kN, less mass times acceleration"
     apart = referenced_mass(others, span) if len(points) >= _HELD_OUT else None
     error = point.error(apart[0] if apart else mass, compensated=True)
     if error is None:
