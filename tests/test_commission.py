@@ -24,6 +24,7 @@ from workbench.commands.commission.rounds import Found
 from workbench.commands.commission.verify import best_way
 from workbench.commands.excite.study import drive
 from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves
+from workbench.linear import equilibrium
 from workbench.link import client as client_module
 from workbench.link.client import LinkClient
 from workbench.link.course import play_course, rest_record
@@ -70,6 +71,18 @@ def test_a_rig_that_is_as_declared_passes_and_rings_at_its_mode(recorded):
     assert moves.mode is not None
     assert moves.mode.hz == pytest.approx(MODE, rel=0.1)
     assert moves.speed_gain == pytest.approx(11.0, rel=0.33)  # between null, where the lap doubles it, and beyond
+
+
+def test_a_jack_that_drifted_beyond_its_limit_while_it_was_off_is_brought_back():
+    plant = jack_bench().plant
+    away = equilibrium(plant, position=1.01 * RIG.limit("stroke"))
+    with served(jack_bench()) as server, LinkClient(at(server)) as client:
+        server.rig.put_at(away.x, away.u)
+        loop = drive(RIG).loop.build(RIG.period.value)
+        played = play_course(client, RIG, loop, np.zeros(100), RIG.middle)
+        assert server.trips == 0
+    assert played.ended is None
+    assert played.level == pytest.approx(RIG.middle, abs=1e-3)
 
 
 def test_a_jack_too_slow_for_larger_moves_is_known_by_the_small_ones(recorded):

@@ -3,7 +3,7 @@
 import gc
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from .datagrams import Reading
 INTERRUPTED = "interrupted"
 _ENDS = 1.0  # s within which a stopped loop has brought the command to 0
 _UNLIKE = 1e-9  # of a value, or of its SI unit: far below what any sensor reads
+_FURTHER = 0.005  # of where a jack stands beyond its limit, by which it may go on
 _NEVER_LATE = 1e-6  # of a period: a command that answers a reading acts after it
 
 
@@ -83,6 +84,8 @@ class WireLoop:
         self._preview = preview(controller)
         self._loop: CompiledController | GuardedController = controller_on(rig, controller, hello.names, noisy)
         self._reading: Reading = client.on()
+        if (own := _let_back(rig, self.measured)) is not rig:
+            self._loop = controller_on(own, controller, hello.names, noisy)
         self._before = self._reading
         self._sent = {0: 0.0}  # commands by their number
         self._loop.reset(self.measured, 0.0)
@@ -207,6 +210,16 @@ def acts_after(hello_period: float, lockstep: bool, computing: float) -> float:
     """How late [s] a command acts that answers a reading: after the rig's computing delay in lockstep, and after one
     period in real time; a trifle more, since the reading was taken before."""
     return (computing if lockstep else hello_period) + _NEVER_LATE * hello_period
+
+
+def _let_back(rig: Rig, measured: Mapping[str, float]) -> Rig:
+    """The rig; where the jack stands beyond its stroke limit, as one that drifted while it was off, with a limit just
+    beyond that: it may be on there and no further, since it has to get back."""
+    away = abs(measured.get("position", rig.middle) - rig.middle)
+    limit = rig.limits.get("stroke")
+    if limit is None or away <= limit.value:
+        return rig
+    return replace(rig, limits={**rig.limits, "stroke": replace(limit, value=away * (1 + _FURTHER))})
 
 
 def _check(client: LinkClient, rig: Rig, controller: Controller) -> None:
