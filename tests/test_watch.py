@@ -228,7 +228,8 @@ def test_what_is_no_rate_is_refused(text):
 def session(folder, name, more=""):
     own = folder / name
     own.mkdir(parents=True)
-    (own / "steps.csv").write_text("t [s],command [1],position [mm]\n0,0,0\n0.001,0,0\n")
+    rows = "".join(f"{k / 1000},0,{k}\n" for k in range(20))
+    (own / "steps.csv").write_text(f"t [s],command [1],position [mm]\n{rows}")
     (own / "campaign.toml").write_text(f'rig = "jack-10t"\n[records]\ntrain = ["steps.csv"]\n{more}')
 
 
@@ -240,6 +241,17 @@ def test_sessions_are_dated_by_their_folder_or_by_what_they_say(tmp_path):
     assert [s.day for s in found.sessions] == [date(2026, 1, 1), date(2026, 1, 5), date(2026, 1, 12)]
     assert found.sessions[0].temperature == pytest.approx(315.15)
     assert [s.repair for s in found.sessions] == [True, False, False]
+
+
+def test_a_campaign_is_dated_at_the_top_of_its_file_too(tmp_path):
+    session(tmp_path, "first")
+    file = tmp_path / "first/campaign.toml"
+    dated = 'date = 2026-01-01\noil_temperature = "42 degC"\nremark = "oil changed"\n'
+    file.write_text(dated + file.read_text())
+    (found,) = dated_sessions(tmp_path).sessions
+    assert (found.day, found.repair) == (date(2026, 1, 1), True)
+    assert found.temperature == pytest.approx(315.15)
+    assert [record.name for record in found.load().train] == ["steps"]
 
 
 def test_sessions_of_one_campaign_are_dated(tmp_path):

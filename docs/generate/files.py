@@ -73,7 +73,7 @@ def pages() -> dict[str, str]:
         ("A measured frequency response", load_rig, ("linear_sheet.toml",)),
     )
     platform = _part(("Every key", load_platform, ("platform_rig.toml",)))
-    campaign = _part(("campaign.toml", load_campaign, ("campaign/campaign.toml",)))
+    campaign = _part(("campaign.toml", load_campaign, ("campaign/campaign.toml", "campaign/session.toml")))
     tasks = _part(("Every key", lambda path: load_task(path, "force"), ("task.toml",)))
     return {
         "experiment_files.md": page("Experiment files", _EXPERIMENTS, *experiments),

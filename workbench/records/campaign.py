@@ -22,7 +22,7 @@ from .described import described
 from .frequency_sheet import FrequencySheet, listed_sheet
 from .read import read_record, record_name
 from .record import Record, centred_means
-from .sessions import Drift, Session, read_drifts, read_sessions
+from .sessions import DATED, Drift, Session, read_drifts, read_sessions
 
 FILE = "campaign.toml"
 _APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
@@ -39,6 +39,7 @@ _KEYS = (
     "sessions",
     "drifts",
     "late",
+    *DATED,
 )
 ROLES = ("static", "train", "select", "heldout")
 WINDOWS, FREE_RUN = "windows", "free-run"
@@ -120,12 +121,12 @@ class _Entry:
         return low < high
 
 
-def load_campaign(folder: str | Path, leg: int | None = None) -> Campaign:
+def load_campaign(folder: str | Path, leg: int | None = None, judged: bool = True) -> Campaign:
     """Read a campaign folder, or the campaign.toml in it; of a platform, the records of one `leg`, counted from 1,
     whose columns are called after it: `leg3.pa [bar]`.
 
-    Raises InputError for a bad file, key, record or session, for no heldout record, for one that is also fitted, and
-    for a mapped column that no record has.
+    Raises InputError for a bad file, key, record or session, for no heldout record where one is to be `judged`, for one
+    that is also fitted, and for a mapped column that no record has.
     """
     file = _file(folder)
     top = read_toml(described(file)).allow(*_KEYS)
@@ -136,7 +137,7 @@ def load_campaign(folder: str | Path, leg: int | None = None) -> Campaign:
     columns = mapping if leg is None else _leg_columns(leg)
     reading = _Reading(file.parent, columns, frozenset(top.words("unused", "current", ())), _mean(top), _late(top))
     listed = top.optional_table("records", *ROLES)
-    entries = _entries(listed)
+    entries = _entries(listed, judged)
     _check_copies(listed, entries, file.parent)
     records = {role: tuple(reading.record(entry) for entry in entries[role]) for role in ROLES}
     _check_mapped(signals, mapping, [record for group in records.values() for record in group])
@@ -251,9 +252,9 @@ def _clip(table: Table) -> tuple[float, float]:
     return clip[0], clip[1]
 
 
-def _entries(records: Table) -> dict[str, list[_Entry]]:
+def _entries(records: Table, judged: bool) -> dict[str, list[_Entry]]:
     entries = {role: _listed(records, role) for role in ROLES}
-    if not entries["heldout"]:
+    if judged and not entries["heldout"]:
         raise records.complaint("heldout", 'none; keep one record from the fit: heldout = ["..."]')
     moving = [(role, entry) for role in ROLES[1:] for entry in entries[role]]
     for (first, used), (second, entry) in combinations(moving, 2):

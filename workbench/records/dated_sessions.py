@@ -55,11 +55,7 @@ def dated_sessions(folder: Path) -> DatedSessions:
         else:
             kept.append(session)
     if not kept:
-        why = (
-            f": {left_out[0]}"
-            if left_out
-            else "; name its sub-folders by date, or give each campaign.toml a [session] date"
-        )
+        why = f": {left_out[0]}" if left_out else "; name its sub-folders by date, or give each campaign.toml a date"
         raise InputError(f"{folder}: no dated session{why}")
     if [session.day for session in kept] != sorted(session.day for session in kept):
         left_out.append("the folders are not in the order of their dates; the dates decide")
@@ -71,8 +67,9 @@ def _of_folders(folder: Path) -> tuple[list[DatedSession], list[str]]:
     for file in sorted(folder.glob(f"*/{FILE}")):
         name = file.parent.name
         try:
-            table = read_toml(file).optional_table("session", *DATED)
-            found.append(_session(name, table, lambda own=file.parent: _moving(load_campaign(own))))
+            document = read_toml(file)
+            table = document.table("session", *DATED) if "session" in document else document
+            found.append(_session(name, table, lambda own=file.parent: _moving(load_campaign(own, judged=False))))
         except InputError as error:
             left_out.append(f"{name}: {error}")
     return found, left_out
@@ -110,9 +107,7 @@ def _day(name: str, table: Table) -> date:
     try:
         return date(*map(int, match.groups())) if match else date.fromisoformat(written)
     except ValueError:
-        raise InputError(
-            f'{echo(written)} is no date; write date = "2026-01-05" under [session], or name the folder so'
-        ) from None
+        raise InputError(f'{echo(written)} is no date; write date = "2026-01-05", or name the folder so') from None
 
 
 def _only(campaign: Campaign, names: Sequence[str]) -> Campaign:

@@ -20,6 +20,7 @@ LEVELS, REPEATS = (0.2, 0.4, 0.6, 0.8, 1.0), 3
 DWELL = 2.5  # s, of a level
 MOST_ASKED = 3.0  # times the deflection of the specimen
 FREQUENCIES, BELOW = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0), 0.7  # Hz; of the mode, beyond which it rings
+CLEAR = 0.05  # of the mode: how near to it a sine's third harmonic, which the lap makes, may not come
 SIZES = (0.1, 0.3)  # of the same: amplitudes of sines
 CYCLES, SHORTEST, REST = 16, 2.0, 1.0  # a sine lasts so many cycles, and so many seconds, with rests between
 FADE = 2.0  # cycles, in which it grows, and dies away
@@ -109,7 +110,7 @@ class ForceBench:
         smooth = plant.without_dry_friction()
         linear = linear_plant(plant, equilibrium(plant, p=smooth), outputs=("force",), p=smooth)
         parts = [np.zeros(round(REST / period))]
-        for f in (f for f in FREQUENCIES if f < BELOW * self._mode):
+        for f in (f for f in FREQUENCIES if f < BELOW * self._mode and abs(3 * f / self._mode - 1) > CLEAR):
             gain = linear.C @ np.linalg.solve(2j * np.pi * f * np.eye(len(linear.A)) - linear.A, linear.B) + linear.D
             peak = min(LARGEST, size * self.largest / float(np.abs(gain[0, 0])))
             t = np.arange(round(max(CYCLES, np.ceil(SHORTEST * f)) / f / period)) * period
