@@ -72,7 +72,7 @@ def _verdict(goal: str, metrics: Mapping[str, Any]) -> str:
         for way, pair in rows.items()
         if way != "limit"
     ]
-    words = f"{goal} settles, measured on the rig: {'; '.join(told)}."
+    words = f"{goal} settles, measured on the rig: {'; '.join(told)}." if told else f"{goal} was not played to its end."
     if rows.get("limit", {}).get("predicted") is not None:
         words += f" Physics allows {_seconds(rows['limit']['predicted'])}."
     found = ", ".join(metrics["effects"]) or "no effect"
