@@ -11,6 +11,7 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.watch.options import alarms_a_year
 from workbench.identify.watch.changes import FEWEST, first_told, history, smoothed
+from workbench.identify.watch.healthy_rate import healthy_rate
 from workbench.identify.watch.naming import Explained, name_of, suspects
 from workbench.identify.watch.session_evidence import HELD, OF_ZERO, Axis, SessionEvidence, from_json
 from workbench.records.dated_sessions import dated_sessions
@@ -120,6 +121,17 @@ def test_one_odd_session_tells_nothing_and_two_do_and_so_does_one_that_is_far_of
     change, told = first_told(watched(far, 8), 0.5)
     assert change is not None
     assert told == 19
+
+
+def test_the_rate_of_false_alarms_is_that_asked_for_or_less():
+    """On histories that are drawn anew; an interval holds its value, and few sessions say nothing."""
+    known = watched(wandering(40, 3), 3)
+    rate = healthy_rate(known, 0.5)
+    assert rate.years == pytest.approx(200 * 39 * WEEKLY / 365.25)
+    assert rate.low <= rate.value <= rate.high
+    assert rate.low <= 0.5
+    assert healthy_rate(known, 20.0).alarms > rate.alarms
+    assert healthy_rate(known.until(7), 0.5) is None
 
 
 def test_a_sensor_that_some_sessions_lack_is_watched_in_the_others():

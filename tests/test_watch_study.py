@@ -4,15 +4,14 @@ import json
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from workbench.commands.watch_study.courses import coverage
-from workbench.commands.watch_study.healthy import rate
 from workbench.commands.watch_study.made_rig import WEARS, MadeRig, drawn_rigs, worn
 from workbench.commands.watch_study.page import page
 from workbench.commands.watch_study.study import summary
 from workbench.identify.watch.changes import FEWEST
+from workbench.identify.watch.healthy_rate import poisson_rate
 from workbench.plant.effects import known_effects
 
 HERE = Path(__file__).parent
@@ -53,7 +52,9 @@ def test_eighty_percent_intervals_of_forecasts_hold_the_day_seven_to_nine_times_
 
 def test_no_alarm_in_two_hundred_years_bounds_the_rate():
     """Garwood's interval of a count of 0: chi2 with two degrees of freedom at 97.5 %, halved, is 3.69."""
-    np.testing.assert_allclose(rate(0, 200), [0.0, 0.0, 3.689 / 200], rtol=1e-3)
+    none = poisson_rate(0, 200)
+    assert (none.value, none.low) == (0.0, 0.0)
+    assert none.high == pytest.approx(3.689 / 200, rel=1e-3)
 
 
 def test_the_table_of_made_rigs_is_that_of_those_that_were_watched():

@@ -28,7 +28,7 @@ def functions(key: Sequence[str], write: Callable[[], str], names: Sequence[str]
     with _ONE_AT_A_TIME:
         if digest not in _LOADED:
             name = f"{digest}.o"
-            code = stored(name) or store(name, _target().emit_object(llvm.parse_assembly(write())))
+            code = stored(name) or store(name, _compile(write()))
             _LOADED[digest] = _link(code, names)
     return [_LOADED[digest][name] for name in names]
 
@@ -76,6 +76,10 @@ def _target() -> llvm.TargetMachine:
         reloc="pic",
         codemodel="small",
     )
+
+
+def _compile(ir: str) -> bytes:
+    return _target().emit_object(llvm.parse_assembly(ir))
 
 
 @cache

@@ -195,6 +195,7 @@ def row(
         "margins": loops.margins,
         "band": band,
         "peak_deviation": _peak(scenario, run),
+        "rms_error": _followed(scenario, run),
         **({"slowed": scenario.slowed} if scenario.slowed != 1 else {}),
     }
 
@@ -212,7 +213,6 @@ def _step_numbers(scenario: Scenario, run: LoopRun, band: float) -> dict[str, fl
         "rise_s": metrics.rise_time(t, y, before, target) if scenario.is_step else None,
         "steady_state_error": metrics.steady_state_error(t, y, target) if there and stands is not None else None,
         "iae": metrics.iae(t, y, asked) if there else None,
-        "rms_error": metrics.rms_error(y, asked) if there and not scenario.is_step else None,
     }
 
 
@@ -228,6 +228,13 @@ def _peak(scenario: Scenario, run: LoopRun) -> float | None:
         return None
     t, y = run.record.t, run.record.signals[scenario.signal]
     return metrics.peak_deviation(y[t >= scenario.load_at - 1e-9], float(y[0] + scenario.size))
+
+
+def _followed(scenario: Scenario, run: LoopRun) -> float | None:
+    """Root mean square of what the controlled signal lacks of a reference that moves (SI)."""
+    if scenario.is_step or run.tripped is not None:
+        return None
+    return metrics.rms_error(run.record.signals[scenario.signal], run.record.signals["reference"])
 
 
 def _residual(scenario: Scenario, run: LoopRun) -> float | None:

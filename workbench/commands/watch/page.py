@@ -58,7 +58,13 @@ def watch_page(
     every = [_panel(known, weeks, moves, deviations, k, marks) for k in range(len(known.axes))]
     sections = [
         Section(
-            "Alarms", [_alarms(metrics["alarms"]), _forecast(metrics["forecast"]), *_left_out(metrics["left_out"])]
+            "Alarms",
+            [
+                _alarms(metrics["alarms"]),
+                *_healthy(metrics),
+                _forecast(metrics["forecast"]),
+                *_left_out(metrics["left_out"]),
+            ],
         ),
         Section(
             "The loop",
@@ -149,6 +155,18 @@ def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table | str:
             note += f" {' and '.join(alarm['among'])} explain the sessions alike. To part them: "
             note += "; ".join(alarm["record"]) + "."
     return Table("", columns, rows, note)
+
+
+def _healthy(metrics: Mapping[str, Any]) -> list[str]:
+    """How often a healthy rig would have an alarm."""
+    rate = metrics["healthy"]
+    if rate is None:
+        return []
+    return [
+        f"False alarms: {rate['alarms']} in {rate['years']:.0f} years of healthy rigs that were drawn from these "
+        f"sessions: {rate['low']:.2g} to {rate['high']:.2g} a year with 95 %, where "
+        f"{metrics['false_alarms_a_year']:.2g} a year is asked for."
+    ]
 
 
 def _forecast(rows: Sequence[Mapping[str, Any]]) -> Table | str:

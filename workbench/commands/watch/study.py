@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...base.words import counted
 from ...identify.watch.changes import Change, History, first_told, history, smoothed
+from ...identify.watch.healthy_rate import healthy_rate
 from ...identify.watch.naming import Name
 from ...identify.watch.session_evidence import Axis, SessionEvidence
 from ...records.campaign import FILE, campaign_rig
@@ -79,6 +81,7 @@ def run_watch(
         told = _named(reader, sessions, evidence, known, change, first_alarm) if change else None
         progress(f"{loop.controllers[0].name} on the rig of each session")
         costs = stage("loops", lambda: loop_figures(loop, rig, known, moves, deviations, told))
+        healthy = healthy_rate(known, a_year)
         newest = told.numbers_at(days[-1], known.days) if told else {}
         again = stage("retuning", lambda: retuning(rig_with(rig, newest))) if retuning and newest else None
     metrics = {
@@ -98,6 +101,7 @@ def run_watch(
         "retuning": again,
         "left_out": left_out,
         "false_alarms_a_year": a_year,
+        "healthy": asdict(healthy) if healthy else None,
         "controller": loop.controllers[0].name,
     }
 

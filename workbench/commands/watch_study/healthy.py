@@ -4,7 +4,6 @@ A session of a healthy rig is its information A and a move q: the oil has a seas
 the transducers wander, the noise is that of the recordings. Only the simulation of recordings is left out.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,11 +41,3 @@ def _noise(matrix: np.ndarray, random: np.random.Generator) -> np.ndarray:
     values, vectors = np.linalg.eigh(matrix)
     drawn = np.sqrt(np.maximum(values, 0.0)) * random.standard_normal(values.shape)
     return np.einsum("tij,tj->ti", vectors, drawn)
-
-
-def rate(alarms: int, years: int) -> Sequence[float]:
-    """Alarms a year with the 95 % interval of a Poisson count (Garwood 1936)."""
-    from scipy.stats import chi2
-
-    low = chi2.ppf(0.025, 2 * alarms) / 2 if alarms else 0.0
-    return alarms / years, float(low) / years, float(chi2.ppf(0.975, 2 * alarms + 2) / 2) / years

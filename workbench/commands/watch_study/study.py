@@ -11,6 +11,7 @@ from typing import Any
 
 from ...base.process_pool import Jobs, one_blas_thread, process_pool
 from ...identify.watch.changes import history
+from ...identify.watch.healthy_rate import poisson_rate
 from ...records.dated_sessions import dated_sessions
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
@@ -25,7 +26,7 @@ from ..watch.loop_costs import margins
 from ..watch.reader import SessionReader, read_sessions
 from ..watch.study import run_watch
 from .courses import coverage
-from .healthy import false_alarms, rate
+from .healthy import false_alarms
 from .made_rig import FIRST_DAY, WEEK, MadeRig, worn, write_sessions
 from .page import page
 
@@ -133,8 +134,8 @@ def _drawn(rig: MadeRig, years: int, folder: Path) -> Row:
     known = history(evidence, days, [False] * len(days), [each.temperature for each in sessions])
     with one_blas_thread():
         alarms = false_alarms(known, years, A_YEAR)
-    value, low, high = rate(alarms, years)
-    return {"years": years, "alarms": alarms, "asked_a_year": A_YEAR, "a_year": [value, low, high]}
+    rate = poisson_rate(alarms, years)
+    return {"years": years, "alarms": alarms, "asked_a_year": A_YEAR, "a_year": [rate.value, rate.low, rate.high]}
 
 
 def summary(rows: Sequence[Row]) -> Row:

@@ -2,5 +2,6 @@
 
 session_evidence    a session's fit, of a rig held to what healthy ones do, and how its errors answer to every axis
 changes             whether an axis changes, since when; how a healthy rig wanders; the limit of an alarm
+healthy_rate        how often a healthy rig would raise an alarm
 naming              suspects fitted to sessions before and after a change
 """

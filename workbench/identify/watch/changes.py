@@ -223,6 +223,18 @@ def limits(known: History, of: Marginal, a_year: float, seed: int = 0) -> np.nda
 
     Healthy histories have this rig's own A and W; where nobody recorded the oil's temperature, it has its season.
     """
+    most = healthy_gains(known, of, seed)
+    own = np.quantile(most, _SCALED, axis=1)
+    return CAUTION * own * float(np.quantile((most / own[:, None]).max(axis=0), np.exp(-a_year * years(known))))
+
+
+def years(known: History) -> float:
+    """From the first session to the last."""
+    return float(max(known.days[-1] - known.days[0], 1.0) / 365.25)
+
+
+def healthy_gains(known: History, of: Marginal, seed: int) -> np.ndarray:
+    """The largest gain [n, R] of each axis in R drawn healthy histories, looked at after every session."""
     count, n = of.vector.shape
     random = np.random.default_rng(seed)
     roots = np.linalg.cholesky(of.matrix + 1e-12 * np.trace(of.matrix, axis1=1, axis2=2)[:, None, None] * np.eye(n))
@@ -232,9 +244,7 @@ def limits(known: History, of: Marginal, a_year: float, seed: int = 0) -> np.nda
     most = np.zeros((n, _DRAWS))
     for until in np.unique(np.linspace(min(FEWEST, count), count, _LOOKS).astype(int)):
         most = np.maximum(most, gains(of.until(until), known.days[:until], drawn[:until])[1].max(axis=0))
-    own = np.quantile(most, _SCALED, axis=1)
-    years = max(known.days[-1] - known.days[0], 1.0) / 365.25
-    return CAUTION * own * float(np.quantile((most / own[:, None]).max(axis=0), np.exp(-a_year * years)))
+    return most
 
 
 def _seasons(known: History, random: np.random.Generator) -> np.ndarray:
