@@ -335,6 +335,13 @@ def test_the_controller_that_stays_is_the_found_rig_s_where_it_held_what_it_prom
     assert best_way(rows, "position-10mm", explains) == stays
 
 
+def test_who_settled_the_goal_alone_stays_rather_than_who_did_not():
+    """A slow loop by rules may not be done with 100 mm, and is better than one that does not settle at all."""
+    large = {**rows_of(automatic=(None, 0.0))[0], "scenario": "position-100mm"}
+    rows = [*rows_of(automatic=(0.65, 0.6), datasheet=(None, 20.0), found=(None, 0.0)), large]
+    assert best_way(rows, "position-10mm", True) == "automatic"
+
+
 @pytest.mark.parametrize(
     ("predicted", "exact", "measured", "reason"),
     [

@@ -107,22 +107,28 @@ def foretold(predicted: float | None, measured: float | None) -> bool:
 def best_way(rows: Sequence[Mapping[str, Any]], goal: str, explains: bool) -> str:
     """The way whose controller stays: the found rig's, whose margins are known, where the rig as found `explains` the
     records and foretold the goal's settling; else of those that settled everywhere without too much overshoot the one
-    that did the goal soonest. Where none did, the found rig's, or the one by rules if no rig was found."""
+    that did the goal soonest, or of those that settled the goal alone. Where none did, the found rig's, or the one by
+    rules if no rig was found."""
     own = [row for row in rows if is_of(row["scenario"], goal) and row["way"] != "limit"]
     soonest = {row["way"]: row["settling_s"] for row in own}
-    held = [way for way, pair in soonest.items() if pair["measured"] is not None and _held(rows, way, goal)]
+    reached = [way for way, pair in soonest.items() if pair["measured"] is not None and _within(rows, way, goal)]
+    held = [way for way in reached if _settled(rows, way)] or reached
     known = explains and "found" in held and foretold(soonest["found"]["predicted"], soonest["found"]["measured"])
     if held and not known:
         return min(held, key=lambda way: soonest[way]["measured"])
     return "found" if "found" in soonest else "automatic"
 
 
-def _held(rows: Sequence[Mapping[str, Any]], way: str, goal: str) -> bool:
-    """Whether every step settled, and the goal's without more overshoot than was searched for, wherever it began."""
+def _within(rows: Sequence[Mapping[str, Any]], way: str, goal: str) -> bool:
+    """Whether the goal had no more overshoot than was searched for, wherever it began."""
+    own = [row for row in rows if row["way"] == way and row["scenario"].startswith(goal)]
+    return all((row["overshoot_percent"]["measured"] or 0.0) <= _OVERSHOOT for row in own)
+
+
+def _settled(rows: Sequence[Mapping[str, Any]], way: str) -> bool:
+    """Whether every step did."""
     steps = [row for row in rows if row["way"] == way and row["scenario"] not in SINES]
-    return all(row["settling_s"]["measured"] is not None for row in steps) and all(
-        (row["overshoot_percent"]["measured"] or 0.0) <= _OVERSHOOT for row in steps if row["scenario"].startswith(goal)
-    )
+    return all(row["settling_s"]["measured"] is not None for row in steps)
 
 
 def limit_row(scenario: str, limit: float | None) -> dict[str, Any]:
