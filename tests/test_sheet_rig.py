@@ -19,7 +19,7 @@ def again(rig, folder):
 
 def test_a_second_order_valve_plays_every_line_of_its_sheet_again(tmp_path):
     out, rows = again("festo-tp511", tmp_path)
-    assert len(rows) == 24
+    assert len(rows) == 25
     assert all(row["within"] for row in rows.values())
     made, like = load_rig(str(out / "rig.toml")), load_rig("festo-tp511")
     assert made["M"] == like["M"]

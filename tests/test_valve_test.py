@@ -1,6 +1,7 @@
 """A valve's sheet: the bench gives the paper's figures back, intervals hold the truth, bad records are refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -150,3 +151,31 @@ def test_bad_input_is_one_line(arguments, word, tmp_path, capsys):
 def test_the_bench_s_meter_is_drawn_anew_with_another_seed(rig):
     first, again, other = (Bench(rig, seed).pilot_flow() for seed in (0, 0, 1))
     assert first == again != other
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("width", [0.0, 0.002, 0.008])
+def test_a_valve_that_lies_apart_on_both_ways_has_that_hysteresis_and_threshold(rig, width, seed):
+    """The same records, of a valve behind a play of this width: its command is ahead by half of it, whichever way."""
+    records = [_behind_play(record, width) for record in Bench(rig, seed).flow_records()]
+    rows = {row.id: row for row in valve_sheet(records, rig).rows}
+    for id, narrow in (("hysteresis", 0.1), ("threshold", 0.02)):
+        row = rows[id]
+        assert row.low - 0.01 <= 100 * width <= row.high + 0.01, id
+        assert row.high - row.low < narrow, id
+
+
+def _behind_play(record, width):
+    command = record.signals["command"]
+    way = np.sign(np.gradient(command))
+    return replace(record, signals={**record.signals, "command": command + width / 2 * way})
+
+
+def test_a_valve_that_does_not_answer_to_small_commands_has_no_threshold(rig):
+    wide, small, *_ = Bench(rig, 1).flow_records()
+    still = {name: small.signals[name].mean() + 0 * small.signals[name] for name in ("flow", "spool")}
+    still["flow"] = still["flow"] + 0.05 * small.signals["flow"]  # the lands' own leakage
+    records = [wide, replace(small, signals={**small.signals, **still})]
+    row = next(row for row in valve_sheet(records, rig).rows if row.id == "threshold")
+    assert row.value is None
+    assert "does not answer" in row.reason

@@ -36,7 +36,12 @@ def bench_lines(rig: Rig, number: int) -> list[Held]:
     assert found.curve is not None
     truths = curve_lines(own, found.curve.command) | _pressure_truth(own) | _step_truth(own)
     truths |= _corner_truth(own, found.rows)
-    truths |= {"hysteresis": 0.0, "null_shift_supply": _shift_truth(own), "pilot_flow": pilot_flow(own)}
+    truths |= {
+        "hysteresis": 0.0,
+        "threshold": 0.0,
+        "null_shift_supply": _shift_truth(own),
+        "pilot_flow": pilot_flow(own),
+    }
     return beside_truth(found.rows, truths)
 
 

@@ -13,7 +13,7 @@ from .row import Row
 _CURVE = ("main_flow", "flow_gain_extending", "flow_gain_retracting", "symmetry", "linearity", "lap", "hysteresis")
 VALVE_TELLS = {
     "valve-flow": _CURVE,
-    "valve-flow-null": ("flow_gain_null", "null_bias"),
+    "valve-flow-null": ("flow_gain_null", "null_bias", "threshold"),
     "valve-pressure": ("pressure_gain", "leakage"),
     **{f"valve-step-{size}": (f"step_{size}",) for size in STEPS},
     **{f"valve-sine-{size}": (f"main_{size}",) for size in SINES},

@@ -17,7 +17,7 @@ from ...rigs.rig import Rig
 from .curve_figures import curve_rows
 from .dynamics import SINES, STEPS, Response, corner_rows, multisine_response, sine_response, step_rows
 from .flow_curve import FlowCurve, metered_curve, piston_curve
-from .hysteresis import hysteresis_row
+from .hysteresis import hysteresis_row, threshold_row
 from .opening import Opening, command_opening, spool_opening
 from .pressure import pressure_rows
 from .row import Row, unsaid
@@ -46,7 +46,8 @@ def valve_sheet(records: Sequence[Record], rig: Rig) -> ValveSheet:
     opening = spool_opening(slow, rig)
     curve, why = flow_curve(slow, rig, opening)
     rows = curve_rows(curve) if curve is not None else _no_curve(why)
-    rows.append(hysteresis_row(slow, opening, curve))
+    lagging = command_opening(rig)  # a lag that is fitted to the records has taken up what both ways lie apart
+    rows += [row(slow, opening, curve, lagging) for row in (hysteresis_row, threshold_row)]
     rows += _supply_shift(why)
     rows += pressure_rows([record for record in records if _is(record, "pressure")])
     output = next((name for name in ("spool", "flow") if any(name in r.signals for r in records)), None)
