@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,11 +11,13 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.identify.acceptance.bench import TestBench as Bench
 from workbench.identify.acceptance.dynamics import sine_response, step_figures
+from workbench.identify.acceptance.null_shift import by_supply, by_temperature, null_shift
 from workbench.identify.acceptance.opening import ValveLag
 from workbench.identify.acceptance.regression import Series, regress
 from workbench.identify.acceptance.row import Estimate, Limit, Row, judged, measured
-from workbench.identify.acceptance.valve_test import check_valve_records, valve_sheet
-from workbench.records import Record, load_campaign
+from workbench.identify.acceptance.valve_test import SUPPLY, TEMPERATURE, check_valve_records, valve_sheet
+from workbench.records import Campaign, Record, load_campaign
+from workbench.records.sessions import Session
 from workbench.rigs.rig_file import load_rig
 
 PAPER = {  # plant.md's figures of the set "exact"
@@ -179,3 +182,35 @@ def test_a_valve_that_does_not_answer_to_small_commands_has_no_threshold(rig):
     row = next(row for row in valve_sheet(records, rig).rows if row.id == "threshold")
     assert row.value is None
     assert "does not answer" in row.reason
+
+
+def test_a_null_shifts_with_the_temperature_of_two_sessions(rig):
+    """A null that wanders by 0.2 % of full command over 20 K shifts by 0.1 % over 10 K."""
+    cold = [replace(record, name=f"cold-{record.name}") for record in Bench(rig, 1).flow_records()]
+    warm = [replace(record, name=f"warm-{record.name}") for record in Bench(rig, 2).flow_records()]
+    warm = [replace(r, signals={**r.signals, "command": r.signals["command"] + 0.002}) for r in warm]
+    sessions = [
+        Session(name, tuple(record.name for record in own), (), temperature)
+        for name, own, temperature in (("cold", cold, 303.15), ("warm", warm, 323.15))
+    ]
+    campaign = Campaign(Path("lab"), "jack-10t", static=(), train=(*cold, *warm), heldout=(), sessions=tuple(sessions))
+    row = null_shift(TEMPERATURE, by_temperature(campaign, rig))
+    assert row.low <= 0.1 <= row.high
+    assert row.high - row.low < 0.1
+    assert null_shift(TEMPERATURE, by_temperature(replace(campaign, sessions=()), rig)).value is None
+    assert by_supply(campaign, rig) == []
+
+
+def test_a_null_shifts_with_the_supply_that_was_recorded(rig):
+    """On the bench's own rig by nothing: its lands are symmetric."""
+    records = []
+    for share in (0.8, 1.2):
+        own = rig.with_values(Ps=share * rig["Ps"])
+        for record in Bench(own, 1).flow_records():
+            supply = np.full(record.t.size, own["Ps"])
+            records.append(replace(record, name=f"{share}-{record.name}", signals={**record.signals, "supply": supply}))
+    states = by_supply(Campaign(Path("lab"), "jack-10t", static=(), train=tuple(records), heldout=()), rig)
+    assert [state.level for state in states] == pytest.approx([0.8 * rig["Ps"], 1.2 * rig["Ps"]])
+    row = null_shift(SUPPLY, states)
+    assert row.low <= 0.0 <= row.high
+    assert row.high - row.low < 0.1

@@ -1,6 +1,5 @@
 """A valve's sheet: read off a campaign's records, or off those that its test bench plays."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,8 +7,9 @@ import numpy as np
 from ...identify.acceptance.bench import TestBench
 from ...identify.acceptance.dynamics import SINES, STEPS, Response, corner_rows
 from ...identify.acceptance.excitations import VALVE_TELLS, missing_records
+from ...identify.acceptance.null_shift import State, by_supply, by_temperature, null_shift
 from ...identify.acceptance.row import Estimate, Row, judged, measured, unsaid
-from ...identify.acceptance.valve_test import ValveSheet, valve_sheet
+from ...identify.acceptance.valve_test import SUPPLY, TEMPERATURE, ValveSheet, valve_sheet
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
@@ -39,6 +39,9 @@ def _recorded(sheet: Asked) -> ValveSheet:
     assert sheet.campaign is not None
     own = sheet.campaign
     found = valve_sheet((*own.train, *own.select, *own.heldout), sheet.rig)
+    states = {SUPPLY: by_supply(own, sheet.rig), TEMPERATURE: by_temperature(own, sheet.rig)}
+    shifts = {line.id: null_shift(line, each) for line, each in states.items() if len(each) > 1}
+    found = replace(found, rows=[shifts.get(row.id, row) for row in found.rows])
     shows = "the rig's records do not show its pilot by itself"
     lacks = shows if sheet.rig.valve_kind.has_pilot else _no_pilot(sheet.rig)
     return replace(found, rows=[*found.rows, *_pilot(sheet.rig, {}, None, lacks)])
@@ -83,25 +86,9 @@ def _pilot(rig: Rig, responses: dict[str, Response], flow: tuple[float, float] |
 
 
 def _shift(bench: TestBench) -> Row:
-    """The null of the bench at supplies above and below the rig's, over their difference."""
-    meaning = "null shift with supply pressure, over full command per 10 bar"
-    nulls = []
-    for share in (1 - _SHIFT, 1 + _SHIFT):
-        rig = bench.rig.with_values(Ps=share * bench.rig["Ps"])
-        null = _null(valve_sheet(TestBench(rig, bench.seed).flow_records(), rig).rows)
-        if null is None:
-            return unsaid("null_shift_supply", meaning, "%", "the null is not seen at both supplies")
-        nulls.append(null)
-    per = 10e5 / (2 * _SHIFT * bench.rig["Ps"])
-    (first, low, high), (second, under, over) = nulls
-    reach = per * ((high - low) ** 2 + (over - under) ** 2) ** 0.5 / 2
-    value = per * (second - first)
-    return Row("null_shift_supply", meaning, "%", value, value - reach, value + reach)
-
-
-def _null(rows: Sequence[Row]) -> tuple[float, float, float] | None:
-    row = next(row for row in rows if row.id == "null_bias")
-    return None if row.value is None or row.low is None or row.high is None else (row.value, row.low, row.high)
+    """The null of the bench at supplies above and below the rig's."""
+    rigs = [bench.rig.with_values(Ps=share * bench.rig["Ps"]) for share in (1 - _SHIFT, 1 + _SHIFT)]
+    return null_shift(SUPPLY, [State(rig["Ps"], TestBench(rig, bench.seed).flow_records(), rig) for rig in rigs])
 
 
 def _columns(response: Response) -> dict:

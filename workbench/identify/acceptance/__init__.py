@@ -2,7 +2,7 @@
 
 row, regression       a line with its interval and limits; least squares under noise that lasts
 opening, flow_curve   how far a valve was open; its flow over command, by a flow meter or by the piston's speed
-curve_figures, hysteresis, pressure, dynamics    what a valve's sheet reads off records
+curve_figures, hysteresis, null_shift, pressure, dynamics    what a valve's sheet reads off records
 valve_test            the valve's sheet
 sines                 where a record plays one, and other signals as amplitudes of it
 force_static, force_dynamic, force_test    a load cell at rest and in motion beside a reference; its sheet

@@ -25,7 +25,30 @@ from .row import Row, unsaid
 STEADY = 0.05  # of the supply: how far it may vary in a test at constant pressure
 _TOO_MUCH, _TOO_LITTLE = 3.0, 0.02  # of what the valve may give: a flow beyond is in another unit
 _OTHER_UNITS = ("l/min", "m^3/s", "l/s", "cm^3/s", "m^3/h")
-_TEMPERATURE = "no record carries an oil temperature"
+
+
+@dataclass(frozen=True)
+class Shift:
+    """A line of the sheet: its shift is told for a change `per` (SI) of the level; `none`: why it is not told."""
+
+    id: str
+    meaning: str
+    per: float
+    none: str
+
+
+SUPPLY = Shift(
+    "null_shift_supply",
+    "null shift with supply pressure, over full command per 10 bar",
+    10e5,
+    "no records at two supply pressures",
+)
+TEMPERATURE = Shift(
+    "null_shift_temperature",
+    "null shift with oil temperature, over full command per 10 K",
+    10.0,
+    "no two sessions with an oil temperature",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +71,7 @@ def valve_sheet(records: Sequence[Record], rig: Rig) -> ValveSheet:
     rows = curve_rows(curve) if curve is not None else _no_curve(why)
     lagging = command_opening(rig)  # a lag that is fitted to the records has taken up what both ways lie apart
     rows += [row(slow, opening, curve, lagging) for row in (hysteresis_row, threshold_row)]
-    rows += _supply_shift(why)
+    rows += _shifts(why)
     rows += pressure_rows([record for record in records if _is(record, "pressure")])
     output = next((name for name in ("spool", "flow") if any(name in r.signals for r in records)), None)
     rows += _steps(tests, output, rig)
@@ -137,12 +160,10 @@ def _no_curve(why: str) -> list[Row]:
     return [unsaid(id, id.replace("_", " "), unit, why) for id, unit in lines.items()]
 
 
-def _supply_shift(why: str) -> list[Row]:
-    shift = "no records at two supply pressures"
-    return [
-        unsaid("null_shift_supply", "null shift with supply pressure, over full command per 10 bar", "%", why or shift),
-        unsaid("null_shift_temperature", "null shift with oil temperature", "%", _TEMPERATURE),
-    ]
+def _shifts(why: str) -> list[Row]:
+    """Of the null, which `null_shift` tells where records are of two states."""
+    none = {SUPPLY: why or SUPPLY.none, TEMPERATURE: TEMPERATURE.none}
+    return [unsaid(line.id, line.meaning, "%", reason) for line, reason in none.items()]
 
 
 def _steps(tests: Mapping[str, Record], output: str | None, rig: Rig) -> list[Row]:
