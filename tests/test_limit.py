@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_plants import carriage
 
 from workbench.base.errors import InputError
 from workbench.cli import main
@@ -17,19 +18,7 @@ from workbench.loop import limit as limits
 from workbench.loop.capability import oil_stiffness
 from workbench.loop.limit import settling_limit, times_limit
 from workbench.loop.scenarios import SCENARIOS
-from workbench.plant.assembly import Assembly
 from workbench.rigs.rig_file import load_rig
-
-
-def carriage():
-    """x'' = u, the double integrator."""
-    b = Assembly("carriage", {})
-    x, v = b.state("x", "m", 1.0), b.state("v", "m/s", 1.0)
-    command = b.input("command", "1", 1.0)
-    b.rate("x", v)
-    b.rate("v", command)
-    b.output(position=x)
-    return b.finish()
 
 
 def carriage_course(band, hold=1.0):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_plants import carriage
 
 from workbench.commands.common.step_experiment import load_steps
 from workbench.engine.collocation import Motion
@@ -12,19 +13,7 @@ from workbench.loop.limit_task import BELOW, NO_CHAMBERS
 from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.scenarios import SCENARIOS, Scenario
 from workbench.loop.tracking_limit import tracking_limit
-from workbench.plant.assembly import Assembly
 from workbench.rigs.rig_file import load_rig
-
-
-def carriage():
-    """x'' = u, the double integrator."""
-    b = Assembly("carriage", {})
-    x, v = b.state("x", "m", 1.0), b.state("v", "m/s", 1.0)
-    command = b.input("command", "1", 1.0)
-    b.rate("x", v)
-    b.rate("v", command)
-    b.output(position=x)
-    return b.finish()
 
 
 def carriage_error(acceleration):
