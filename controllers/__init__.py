@@ -5,6 +5,7 @@ position and force laws
     Crone1, Crone2, Crone3              fractional order, three generations
     Tvc                                 three-variable control
     Automatic                           P with pressure feedback, tuned by its own moves of a millimetre
+    OnMeasuredMode                      the same by its measured mode: measured_mode
     Lqg, Mpc                            a Kalman filter, and state feedback or a plan that keeps the limits
     LinearCrone1, LinearCrone, LinearLqg, LinearMpc    the same on any linear plant, of its position alone
 compensators, to be added to a law
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     LinearMpc: ControllerType
     Lqg: ControllerType
     Mpc: ControllerType
+    OnMeasuredMode: ControllerType
     P: ControllerType
     PidLead: ControllerType
     Policy: ControllerType
@@ -78,6 +80,7 @@ _FILES = {
     "LinearMpc": "linear_mpc",
     "Lqg": "lqg",
     "Mpc": "mpc",
+    "OnMeasuredMode": "measured_mode",
     "P": "p",
     "PidLead": "pid_lead",
     "Policy": "policy",
@@ -107,6 +110,7 @@ __all__ = [
     "LinearMpc",
     "Lqg",
     "Mpc",
+    "OnMeasuredMode",
     "P",
     "PidLead",
     "Policy",

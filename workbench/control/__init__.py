@@ -5,6 +5,7 @@ controller_spec, load_class    a controller of a config: its class, numbers and 
 controller_type        the same for Python: a law called with its numbers
 compensators           filters and static maps that stack on any controller
 around, measured_stiffness    what stands around a controller; force loops scaled by the stiffness that they measure
+nominal_jack, mode_meter, mode_law    mass, oil and velocity gain measured as a loop moves; a law scheduled by them
 dither                 a sine on top of a controller's command
 lane_compensators      the same around a controller in lanes
 plan, planned          what a reference goes through that is no filter; a controller within one

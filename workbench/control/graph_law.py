@@ -141,6 +141,11 @@ class GraphController:
         self._x, self._offset = law.start(np.zeros(1 + len(law.measures)), 0.0)
         self._signals = np.zeros(1 + len(law.measures))
 
+    @property
+    def state(self) -> np.ndarray:
+        """The graph's state [n] now."""
+        return self._x
+
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump."""
         self._x, self._offset = self._law.start(self._law.picked(reference, measurement), command)

@@ -15,11 +15,12 @@ from ..common.envelope_keys import MOST_PLANTS, read_factors, read_positions
 from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
 
 KEYS = (
-    "experiment", "rig", "plant", "specimen", "plants", "seed", "ideal", "step", "seconds", "stroke", "positions",
-    "from", "draw",
+    "experiment", "rig", "plant", "specimen", "plants", "seed", "ideal", "step", "seconds", "moves", "stroke",
+    "positions", "from", "draw",
 )  # fmt: skip
 _STEPS = {"m": (1e-6, 1.0), "N": (1.0, 1e9)}  # by the SI unit of the signal
 _ANY_STEP = 1e-12, 1e12
+_MOST_MOVES = 20
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class RobustnessConfig:
 
     Drawn are factors [low, high] by name, and all other numbers that the rig gives bounds within them. `stroke`: the
     share of the stroke limit in which steps lie; `positions`: the shares of it at which every plant's linear loops are
-    judged.
+    judged. `moves`: as many steps, there and back, each watched as long, come before the one that is judged.
 
     `source` is the experiment as it was read, with the tables of its controllers.
     """
@@ -44,6 +45,7 @@ class RobustnessConfig:
     factors: Mapping[str, tuple[float, float]]
     controllers: tuple[ControllerSpec, ...]
     source: Mapping[str, Any]
+    moves: int = 0
 
 
 def load_robustness(path: str | Path, rig: str | None = None, plants: int | None = None) -> RobustnessConfig:
@@ -88,6 +90,7 @@ def read_drawn_steps(
         factors=read_factors(table, nominal),
         controllers=controllers,
         source=source,
+        moves=table.count("moves", 0, _MOST_MOVES) if "moves" in table else 0,
     )
 
 

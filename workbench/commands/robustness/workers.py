@@ -93,18 +93,23 @@ def _steps(config: RobustnessConfig, plants: DrawnPlants, controllers: Mapping[s
 
 
 def played_steps(config: RobustnessConfig, plants: DrawnPlants, play: Callable[..., LaneRuns]) -> dict[str, Any]:
-    """The steps plant by plant, and the CPU seconds that they took; `play` runs lanes on plants at rest."""
+    """The steps plant by plant, and the CPU seconds that they took; `play` runs lanes on plants at rest.
+
+    Of several moves, there and back, the last one counts; a trip or a low pressure in any.
+    """
     signal = config.signal.name
     band = settling_band(plants.rig, signal, config.step)
     period, k = config.rig.period.value, round(config.seconds / config.rig.period.value) + 1
-    reference, began = np.full(k, config.step), process_time()
+    levels = np.resize([config.step, 0.0], config.moves + 1)
+    size = levels[-1] - (levels[-2] if config.moves else 0.0)
+    reference, began = np.repeat(levels, [k - 1] * config.moves + [k]), process_time()
     at = plants.points["null"], plants.draw.p
     run = partial(play, *at, reference, first=plants.block.start)
     parts = []
     chambers = ("lowest_pressure",) if plants.rig.is_jack else ()
     for _, lanes in run((signal, *chambers), config.conditions.noise):
         y = lanes.signals[signal]
-        step = step_lanes(period, y, y[:, 0], config.step, band)
+        step = step_lanes(period, y[:, -k:], y[:, 0] + levels[-1] - size, size, band)
         lowest = np.full(len(y), np.nan)
         for name in chambers:
             lowest = lanes.signals[name].min(axis=1)
@@ -112,7 +117,7 @@ def played_steps(config: RobustnessConfig, plants: DrawnPlants, play: Callable[.
     took = process_time() - began
     settling, overshoot, trip, failed, lowest = (np.concatenate(part) for part in zip(*parts, strict=True))
     calm = (lanes.signals[signal] for _, lanes in run((signal,)))
-    hunting = np.concatenate([hunting_lanes(period, y, config.step, HUNTING) for y in calm])
+    hunting = np.concatenate([hunting_lanes(period, y[:, -k:], size, HUNTING) for y in calm])
     return {
         "settling_s": settling,
         "overshoot_percent": overshoot,
