@@ -191,6 +191,16 @@ def test_its_margins_hold_late_at_null_and_moving(late):
         assert loop.gain_margin_db >= 6
 
 
+@pytest.mark.parametrize(("name", "holds"), [("mpc", True), ("mpc-bare", False)])
+def test_only_with_pressure_feedback_it_holds_at_half_the_bulk_modulus(rig, name, holds):
+    """Which is why the bench has no `mpc-bare`; on the rig of its design it holds."""
+    for share, stable in ((1.0, True), (0.5, holds)):
+        plant = build(with_delay(rig.with_values(beta=share * rig["beta"]), 3e-4))
+        smooth = plant.without_dry_friction()
+        loop = linear_loop(plant, equilibrium(plant, p=smooth), shipped(name), PERIOD, smooth)
+        assert (loop.ms is not None) == stable
+
+
 @pytest.mark.parametrize("course", ["other end", "sine", "square"])
 def test_a_reference_that_goes_on_beyond_the_stroke_is_kept_inside(engine, rig, rest, course):
     t = np.arange(1500) * PERIOD
