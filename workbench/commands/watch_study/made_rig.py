@@ -12,6 +12,7 @@ import numpy as np
 from ...identify.watch.changes import FEWEST
 from ..trace_study.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, Cause
 from ..trace_study.campaigns.draw import CampaignPlan, written_records
+from ..trace_study.campaigns.noise import Noise
 from ..trace_study.campaigns.scene import Scene
 
 FIRST_DAY = date(2025, 1, 6)
@@ -58,13 +59,14 @@ WEARS = (
 
 @dataclass(frozen=True)
 class MadeRig:
-    """A rig of the study: its seed, what wears (none: healthy), how it grows, and from which session on."""
+    """A rig of the study: its seed, what wears (none: healthy), how it grows, from which session on, and its noise."""
 
     seed: int
     wear: Wear | None
     growth: Growth = "slow"
     begins: int = 0
     sessions: int = 30
+    noise: Noise = "white"
 
     @property
     def id(self) -> str:
@@ -80,14 +82,16 @@ class MadeRig:
 
 
 def drawn_rigs(number: int, seed: int, sessions: int) -> list[MadeRig]:
-    """A third of them healthy; the others have each wear in turn, slowly, suddenly and in steps in turn."""
+    """A third of them healthy; the others have each wear in turn, slowly, suddenly and in steps in turn. The noise of
+    every second rig is coloured."""
     rigs, growths = [], get_args(Growth)
     for k in range(number):
         random = np.random.default_rng([seed, k])
         worn = k - k // 3 - 1
         wear = None if k % 3 == 0 else WEARS[worn % len(WEARS)]
         begins = FEWEST + int(random.integers(max(1, sessions // 2 - FEWEST), max(2, 2 * sessions // 3 - FEWEST)))
-        rigs.append(MadeRig(seed * 1000 + k, wear, growths[worn % 3] if wear else "slow", begins, sessions))
+        noise: Noise = "coloured" if k % 2 else "white"
+        rigs.append(MadeRig(seed * 1000 + k, wear, growths[worn % 3] if wear else "slow", begins, sessions, noise))
     return rigs
 
 
@@ -102,7 +106,7 @@ def write_sessions(rig: MadeRig, scene: Scene, folder: Path) -> list[Mapping[str
         numbers["Ps"] *= 1 + SUPPLY * random.standard_normal()
         numbers, mix = worn(rig, numbers, rig.share(session))
         louder = float(np.exp(NOISIER * random.standard_normal()))
-        plan = CampaignPlan(rig.seed * 1000 + session, "single", noise="white")
+        plan = CampaignPlan(rig.seed * 1000 + session, "single", noise=rig.noise)
         extra = {"session": {"date": day.isoformat(), "oil_temperature": f"{40 + warmer:.1f} degC"}}
         written_records(plan, scene, numbers, mix, louder, folder / day.isoformat(), extra)
         if rig.wear and rig.wear.sensor:

@@ -58,7 +58,7 @@ def run_watch_study(
 
 def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
     """One made rig: written, watched, and judged; its recordings are removed again."""
-    scene, begun = drawn_scene(CampaignPlan(rig.seed, "single", noise="white", sharp=0.5)), process_time()
+    scene, begun = drawn_scene(CampaignPlan(rig.seed, "single", noise=rig.noise, sharp=0.5)), process_time()
     own = folder / rig.id
     shutil.rmtree(own, ignore_errors=True)
     truths = write_sessions(rig, scene, own)
@@ -75,6 +75,7 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
         "id": rig.id,
         "wear": name,
         "growth": rig.growth if rig.wear else None,
+        "noise": rig.noise,
         "begins": rig.begins if rig.wear else None,
         "sessions": rig.sessions,
         "told": told,
