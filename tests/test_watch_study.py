@@ -58,12 +58,15 @@ def test_no_alarm_in_two_hundred_years_bounds_the_rate():
 
 
 def test_the_table_of_made_rigs_is_that_of_those_that_were_watched():
-    lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.splitlines() if "-70" in line]
+    table = [line for line in PAGE.splitlines() if line.startswith("| ") and "-70" in line]
+    lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
     rows = WATCHED["rows"]
     assert len(lines) == len(rows)
+    assert f"These are {len(rows)} of the 45 rigs" in PAGE
     for cells, row in zip(lines, rows, strict=True):
         numbers = [_cell(row[key], digits) for key, digits in (("share", 2), ("lost_db", 2), ("hurt", 0))]
-        shown = [row["id"], _cell(row["begins"], 0), _cell(row["told"], 0), " or ".join(row["among"]) or "-", *numbers]
+        shown = [row["id"], row["noise"], _cell(row["begins"], 0), _cell(row["told"], 0)]
+        shown += [" or ".join(row["among"]) or "-", *numbers]
         assert cells == [*shown, f"{row['cpu_s']:.0f}"]
     told = summary(rows)
     for name in ("worn", "told", "told_too_soon", "right", "before_hurt", "healthy", "false_alarms"):
