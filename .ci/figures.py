@@ -44,6 +44,7 @@ NOT_HELD = {
     "JackBench-v0": "a thousand episodes each, by examples/rl_baselines.py",
     "How do I use Stable-Baselines3?": "two minutes of training, by examples/rl/ppo_on_p_dp.py",
     "How often is a trace right?": "more than an hour",
+    "How often is the leg right?": "half an hour; held by tests/test_study_tables.py to the platforms that were traced",
     "How often does a sheet hold the truth?": "half an hour; held by tests/test_sheet_study.py to what was drawn",
     "Is it named for its neighbour?": "an hour; held by tests/test_study_tables.py to the campaigns that were traced",
     "Training a policy": "three searches of minutes; what the best of them does is held",

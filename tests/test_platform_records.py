@@ -1,6 +1,7 @@
 """Records of a platform: axes that can be told apart, columns that are legs, a leg cut out by its measured force."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -8,12 +9,15 @@ import pytest
 
 from workbench import InputError
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.fit.platform import shared_numbers
 from workbench.commands.record.platform import MOTIONS, platform_plan, run_platform_record
 from workbench.commands.residual.platform import run_platform_residual
+from workbench.commands.trace.payload import payload_numbers, payload_sentence
 from workbench.commands.trace.platform import leg_effects
-from workbench.identify.data.leg_cut import leg_campaigns, leg_rig, rod_burden
+from workbench.identify.data.leg_cut import leg_campaigns, leg_rig, rod_burden, whole_campaigns
 from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.data.scored_floor import scored_floor
+from workbench.identify.fit.payload import NUMBERS, fit_payload
 from workbench.identify.fit.predict import predict_whole, predict_windows
 from workbench.loop.platform import platform_setup
 from workbench.loop.platform.excitation import six_sines
@@ -24,7 +28,9 @@ from workbench.records import load_campaign
 from workbench.rigs.number import Number
 from workbench.rigs.platform import AXES, LEGS, load_platform
 from workbench.rigs.platform.kinematics import pose_rates
+from workbench.rigs.platform.platform_file import platform_text
 from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import rig_text
 
 PLATFORM = load_platform("hexapod")
 
@@ -197,3 +203,56 @@ def test_the_leg_that_differs_has_the_largest_residual(legs):
     assert max(chi2[:3] + chi2[4:]) < 1.2 < chi2[3]
     assert {"leg1.pa", "leg6.position"} <= {row["signal"] for row in outcome.metrics["rows"]}
     assert outcome.page.verdict.startswith("Leg 4 ")
+
+
+def whole_records(folder):
+    """The train records, each as its six legs."""
+    return list(zip(*(campaign.train for campaign in whole_campaigns(folder)), strict=True))
+
+
+def test_the_payload_is_told_by_the_forces_of_the_legs(folder):
+    """Mass, centre and inertia within their intervals; a payload that a file has off the middle is contradicted."""
+    fit = fit_payload(PLATFORM, whole_records(folder))
+    true = np.array([PLATFORM[name] for name in NUMBERS])
+    assert np.all(np.abs(fit.values - true) < 1.6 * fit.halves)
+    assert fit.halves[0] < 0.001 * PLATFORM["mass"]
+    assert np.all(fit.halves[1:4] < 0.001)
+    assert np.all(fit.halves[4:] < 0.003 * PLATFORM["Ixx"])
+    assert np.all(fit.left < 0.03 * fit.wrench)
+    assert payload_numbers(PLATFORM, fit) == []
+    other = PLATFORM.with_values(cx=0.1, mass=4400.0)
+    wrong = payload_numbers(other, fit_payload(other, whole_records(folder)))
+    assert [row["name"] for row in wrong] == ["payload.mass [kg]", "payload.cx [m]"]
+    assert "cx [m] is" in payload_sentence(wrong)
+
+
+def test_legs_with_another_weight_across_leave_more_of_the_wrench(folder):
+    """The legs' own weight and inertia, which no load cell measures, are in the balance: without them it does not
+    close."""
+    records = whole_records(folder)
+    with_legs, without = (fit_payload(each, records) for each in (PLATFORM, PLATFORM.without_leg_inertia()))
+    assert np.all(with_legs.left <= without.left)
+    assert abs(without.values[0] - PLATFORM["mass"]) > 10 * with_legs.halves[0]
+
+
+def test_a_platform_file_is_read_back(tmp_path):
+    for i, leg in enumerate(PLATFORM.legs, 1):
+        (tmp_path / f"leg{i}.toml").write_text(rig_text(leg.rig))
+    (tmp_path / "found.toml").write_text(platform_text(PLATFORM, [f"leg{i}.toml" for i in range(1, LEGS + 1)]))
+    again, own = load_platform(tmp_path / "found.toml").table(), PLATFORM.table()
+    assert again["numbers"] == own["numbers"]
+    for leg, declared in zip(again["legs"], own["legs"], strict=True):
+        assert {**leg, "rig": None} == {**declared, "rig": None}
+
+
+def test_numbers_that_legs_share_are_told_from_those_of_a_leg():
+    legs: list[Mapping[str, list[float | None]]] = [
+        {"beta [Pa]": [1e9 + 1e5 * i, 9.9e8, 1.01e9], "Cl [1]": [2.0, 1.9, 2.1], "M [kg]": [55.0, 54.0, 56.0]}
+        for i in range(6)
+    ]
+    legs[3] = {**legs[3], "Cl [1]": [3.0, 2.9, 3.1]}
+    shared = shared_numbers(legs)
+    assert {name: each["alike"] for name, each in shared.items()} == {"beta [Pa]": True, "Cl [1]": False}
+    value, low, high = shared["beta [Pa]"]["value"]
+    assert high - low == pytest.approx(2e7 / np.sqrt(6))
+    assert low < value < high

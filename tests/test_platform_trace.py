@@ -1,6 +1,7 @@
 """Which leg, and which effect: a platform's campaign traced leg by leg, and the answers of six legs as one."""
 
 import json
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -11,6 +12,8 @@ from workbench.commands.record import platform as record
 from workbench.commands.record.platform import platform_plan
 from workbench.commands.trace.legs import platform_answer, sentence, suspected
 from workbench.commands.trace.platform import leg_effects
+from workbench.commands.trace_study.platforms import DrawnPlatform, platform_draws
+from workbench.commands.trace_study.score import judged, odds
 from workbench.plant.effects import find, known_effects
 from workbench.rigs.number import Number
 from workbench.rigs.platform import load_platform
@@ -120,3 +123,21 @@ def test_a_trace_names_the_leg_and_the_effect(campaign, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Leg 4: jack.friction." in page
     assert (tmp_path / "out" / "leg4.toml").exists()
+
+
+def test_what_a_study_of_platforms_draws_and_scores():
+    """One effect, two in two legs, or none, by seed; no command late in one leg alone; a leg that is another one is
+    wrong though the name is right."""
+    draws = platform_draws(20, 7)
+    assert Counter(each.kind for each in draws) == {"single": 12, "clean": 4, "pair": 4}
+    assert draws == platform_draws(20, 7)
+    for each in draws:
+        assert len({leg for leg, _, _ in each.effects}) == {"clean": 0, "single": 1, "pair": 2}[each.kind]
+        assert not any(find(name, formula).delay for _, name, formula in each.effects)
+    truth = DrawnPlatform(1, "single", ((4, "jack.friction", "coulomb"),)).known()
+    said = [leg()] * 3 + [leg("named", ["jack.friction"], 5.0, 1.0, [("jack.friction", 1.0)])] + [leg()] * 2
+    for legs, result in ((said, "right"), ([*said[1:], said[0]], "wrong"), ([leg()] * 6, "right")):
+        row = judged(truth, platform_answer(legs))
+        assert row["result"] == result
+    assert row["group"] == "faint"
+    assert odds([row]) == []

@@ -14,6 +14,7 @@ from workbench.commands.trace_study.score import FINE, HOW, odds, scores
 HERE = Path(__file__).parent
 ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
 CLEAN_ROWS = json.loads((HERE / "traced_clean_campaigns.json").read_text())
+PLATFORM_ROWS = json.loads((HERE / "traced_platforms.json").read_text())
 PUMP_ROWS = json.loads((HERE / "traced_pump_campaigns.json").read_text())
 RESULTS = HERE.parent / "docs" / "results"
 SECTION = "\n".join(
@@ -175,3 +176,15 @@ def test_the_rates_on_a_pump_drive_are_those_of_the_campaigns():
     for id in ("named_or_tied", "number_named", "false_alarms"):
         rate = rates[id]
         assert f"{rate.value:.2f} ({rate.low:.2f} to {rate.high:.2f}, n = {rate.n})" in words, id
+
+
+def test_the_table_of_platforms_is_that_of_the_platforms_that_were_traced():
+    page = (RESULTS / "platform_study.md").read_text()
+    table = re.findall(r"^\| (.+?) \| (.+?) \| (.+?) \| ([\d.]+) \|$", page, re.MULTILINE)
+    assert len(table) == len(PLATFORM_ROWS)
+    for (missing, said, result, chi2), row in zip(table, PLATFORM_ROWS, strict=True):
+        assert missing == (" and ".join(row["truth"]) or "nothing")
+        assert set(re.split(" or | and ", said)) == set(row["named"] or [row["verdict"]])
+        assert result == ("faint" if row["group"] == "faint" else row["result"])
+        assert chi2 == f"{row['chi2_before']:.3g}"
+        assert set(row["named"]) <= set(row["truth"]) or row["verdict"] == "tied"

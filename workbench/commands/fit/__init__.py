@@ -1,1 +1,5 @@
-"""`jackbench fit CAMPAIGN`: the numbers of a rig that have bounds, fitted to its records."""
+"""`jackbench fit CAMPAIGN`: the numbers of a rig that have bounds, fitted to its records.
+
+study, page    one jack
+platform       payload and legs of a platform
+"""

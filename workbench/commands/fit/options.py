@@ -4,7 +4,10 @@ import argparse
 from dataclasses import replace
 from functools import partial
 
-from ...records.campaign import FREE_RUN
+from ...base.errors import InputError
+from ...records.campaign import FREE_RUN, campaign_rig
+from ...rigs.platform import is_platform, load_platform
+from ..common.options import finish
 from ..common.rig_out import finish_with_rig, leaves_rig
 from ..residual.config import fingerprint, load, on_campaign
 
@@ -24,6 +27,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _fit(options: argparse.Namespace, words: list[str]) -> None:
+    if is_platform(name := options.rig or campaign_rig(options.campaign)):
+        return _fit_platform(options, words, name)
     campaign, rig = load(options)
     campaign = replace(campaign, score=FREE_RUN) if options.free_run else campaign
     from .study import run_fit
@@ -31,4 +36,23 @@ def _fit(options: argparse.Namespace, words: list[str]) -> None:
     identity = {"command": "fit", "campaign": fingerprint(campaign), "rig": rig.table()}
     identity["starts"] = options.starts
     name = campaign.path.resolve().name
-    finish_with_rig(options, words, name, identity, partial(run_fit, campaign, rig, options.starts))
+    return finish_with_rig(options, words, name, identity, partial(run_fit, campaign, rig, options.starts))
+
+
+def _fit_platform(options: argparse.Namespace, words: list[str], name: str) -> None:
+    """The same of a platform's campaign: payload and legs."""
+    if options.free_run:
+        raise InputError("--free-run is for one jack, and a platform's legs are fitted in windows; leave it out")
+    if options.rig_out is not None:
+        raise InputError("--rig-out is for one jack; platform.toml and its legs are left beside the report")
+    from ...identify.data.leg_cut import whole_campaigns
+    from ..residual.platform import judged_legs
+    from .platform import run_platform_fit
+
+    platform = load_platform(name)
+    whole = whole_campaigns(options.campaign, options.heldout)
+    legs = judged_legs(options.campaign, platform, options.heldout)
+    prints = [fingerprint(campaign) for campaign in whole]
+    identity = {"command": "fit", "campaigns": prints, "rig": platform.table(), "starts": options.starts}
+    study = partial(run_platform_fit, platform, whole, legs, options.starts)
+    finish(options, words, f"fit-{whole[0].path.resolve().name}", identity, study)

@@ -9,6 +9,7 @@ detectability             what would show if it were there
 words, effect_words, tables, figures    what the report is made of
 without     names of effects that are not to be tried
 platform, legs, legs_page    the campaign of a platform, leg by leg
+payload     what is another number of a platform's payload
 when_new    what differs from a valve's sheet when it was new
 sheets, sheet_files, sheet_page    the same of frequency-response sheets
 """

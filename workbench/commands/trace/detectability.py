@@ -1,6 +1,6 @@
 """What a campaign could have shown: from which strength on each effect would have been a misfit."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -76,7 +76,7 @@ def _strength(
     model = problem.model((*model_fit.effects, effect), brief=True)
     strength = 1.0
     for _ in range(_TRIES):
-        size = _size(model, problem, model_fit, effect, strength, rest, plain)
+        size = misfit_left(model, problem, model_fit, effect, at_strength(effect, strength), rest, plain)
         if size is None:
             return strength
         strength = float(np.clip(strength * np.sqrt(target / max(size, 1e-12)), _LEAST, _MOST))
@@ -84,18 +84,20 @@ def _strength(
     return strength if within and strength < _MOST else None
 
 
-def _size(
+def misfit_left(
     model: Model,
     problem: EstimationProblem,
     model_fit: FittedModel,
     effect: Effect,
-    strength: float,
+    numbers: Mapping[str, float],
     rest: NuisanceProjection,
     plain: Sequence[np.ndarray],
 ) -> float | None:
-    """The squares that the effect would leave after a refit; None where it cannot be simulated."""
+    """The squares that an effect with SI `numbers` would leave after a refit; None where it cannot be simulated.
+
+    `model` has the effect, `model_fit` does not, and leaves the errors `plain`; `rest` takes away what a refit would.
+    """
     p = extend_parameters(model_fit.model.plant, model_fit.fit.p, model.plant)
-    numbers = at_strength(effect, strength)
     p = model.plant.parameter_values(p, **{effect.key(name): value for name, value in numbers.items()})
     try:
         x0 = initial_states_with_effect(model, model_fit.model, problem.train, model_fit.fit.x0, p)

@@ -38,6 +38,12 @@ def platform_answer(legs: Sequence[Answer]) -> dict[str, Any]:
     }
 
 
+def ties(legs: Sequence[Answer]) -> dict[str, list[str]]:
+    """What explains as much as an effect that was added, by the effect; all names with their leg."""
+    named = [(f"leg{i}", each, others) for i, leg in enumerate(legs, 1) for each, others in leg.get("tied", {}).items()]
+    return {f"{leg}.{each}": [f"{leg}.{other}" for other in others] for leg, each, others in named}
+
+
 def sentence(legs: Sequence[Answer], said: Mapping[int, str]) -> str:
     """Which leg lacks what, each with what its own trace `said`, by leg from 0; and which follow their records."""
     order = suspected(legs)

@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from ...identify.fit.payload import PayloadFit
 from ...identify.trace.rule import gate
 from ...report import Curve, Figure, Mark, Page, Panel, Scene, Section, Table
 from ...rigs.platform import Platform
@@ -11,6 +12,7 @@ from ..common.error_page import AFTER, BEFORE
 from ..common.platform_scene import platform_lines
 from .answer import TraceAnswer
 from .legs import sentence, suspected
+from .payload import payload_numbers, payload_sentence, payload_table
 from .words import FREE_RUN, PLAN, RETUNE
 
 _FRAME = 0.02  # s
@@ -23,7 +25,7 @@ _HOW = (
 )
 
 
-def legs_page(platform: Platform, answers: Sequence[TraceAnswer]) -> tuple[Page, Figure]:
+def legs_page(platform: Platform, payload: PayloadFit, answers: Sequence[TraceAnswer]) -> tuple[Page, Figure]:
     """The page and its telling figure, from the answer of every leg [6]."""
     legs = [answer.outcome.metrics for answer in answers]
     marked = suspected(legs)
@@ -35,9 +37,11 @@ def legs_page(platform: Platform, answers: Sequence[TraceAnswer]) -> tuple[Page,
         if (items := [item for item in section.items if item not in _OF_ONE_JACK])
     ]
     said = sentence(legs, {i: answers[i].sentence for i in marked})
+    said += payload_sentence(payload_numbers(platform, payload))
     campaign = answers[0].trace.problem.campaign.path.resolve().name
     title = f"{campaign} on {platform.name}: which leg, and what its model lacks"
-    sections = [Section("Legs", [_scene(platform, answers, marked), picture, _table(answers)]), *own]
+    sections = [Section("Legs", [_scene(platform, answers, marked), picture, _table(answers)])]
+    sections += [Section("Payload", [payload_table(platform, payload)]), *own]
     return Page(title, said, sections), picture
 
 

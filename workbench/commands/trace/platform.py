@@ -4,23 +4,28 @@ A leg under a known force is a jack, so that its trace is that of a jack. What a
 candidate: all of it is in the measured force. A leg that follows its records costs one fit.
 """
 
+import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
-from ...identify.data.leg_cut import leg_rig
+from ...identify.data.leg_cut import leg_campaigns, leg_rig, whole_campaigns
+from ...identify.fit.payload import PayloadFit, fit_payload
 from ...plant.effects import Effect, inside_port
 from ...records import Campaign
+from ...records.campaign import campaign_rig
 from ...report import Figure, Page
-from ...rigs.platform import LEGS, Platform
+from ...rigs.platform import LEGS, Platform, load_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
-from ..common.outcome import Outcome
+from ..common.outcome import Outcome, no_checkpoint
 from ..common.run_folder import metrics_json
 from ..residual.config import fingerprint
 from .answer import TraceAnswer
-from .legs import platform_answer, suspected
+from .legs import platform_answer, suspected, ties
 from .legs_page import legs_page
+from .payload import payload_numbers
 from .study import digest, effects_for, trace_answer
 
 
@@ -45,6 +50,7 @@ def identity(
 
 def run_platform_trace(
     platform: Platform,
+    whole: Sequence[Campaign],
     campaigns: Sequence[Campaign],
     stage: Stage,
     progress: Progress,
@@ -53,28 +59,43 @@ def run_platform_trace(
     several: bool = False,
     jobs: int = 1,
 ) -> Outcome:
-    """Trace the records of every leg [6] to what it lacks; `jobs` processes share the work on one leg.
+    """Trace the records of every leg [6], cut out, to what it lacks, and fit the payload to the `whole` ones [6];
+    `jobs` processes share the work on one leg.
 
     No shape is learned: with six legs the names are what is asked.
     """
+    progress("payload")
+    payload = fit_payload(platform, list(zip(*(campaign.train for campaign in whole), strict=True)))
     answers = []
     for leg, campaign in enumerate(campaigns):
         rig, own = leg_rig(platform, leg), _of_leg(stage, progress, leg + 1)
         library = leg_effects(rig, files, without)
         answers.append(trace_answer(campaign, rig, library, *own, files, without, several, jobs, learns=False))
-    return _outcome(platform, answers)
+    return _outcome(platform, payload, answers)
 
 
-def _outcome(platform: Platform, answers: Sequence[TraceAnswer]) -> Outcome:
+def traced_platform(folder: Path, removed: tuple[str, ...] = (), several: bool = False) -> dict[str, Any]:
+    """The answer about a platform's campaign folder without effects called `removed`, as in metrics.json."""
+    platform = load_platform(campaign_rig(folder))
+    more: dict[str, Any] = {"without": removed, "several": several}
+    whole, campaigns = whole_campaigns(folder), leg_campaigns(folder, platform)
+    outcome = run_platform_trace(platform, whole, campaigns, no_checkpoint, lambda _: None, **more)
+    return json.loads(metrics_json(outcome.metrics))
+
+
+def _outcome(platform: Platform, payload: PayloadFit, answers: Sequence[TraceAnswer]) -> Outcome:
     legs = [answer.outcome.metrics for answer in answers]
     whole, wrong = platform_answer(legs), suspected(legs)
+    whole["numbers"] += payload_numbers(platform, payload)
     texts = {"trace.json": metrics_json(whole)}
     texts |= {f"leg{i + 1}.toml": rig_text(answers[i].rig) for i in wrong}
     tables = {f"leg{i + 1}-{name}": table for i in wrong for name, table in answers[i].outcome.tables.items()}
-    more = {f"leg{i}": {"base": leg["base"], "failed": leg["failed"]} for i, leg in enumerate(legs, 1)}
+    more: dict[str, Any] = {f"leg{i}": {"base": leg["base"], "failed": leg["failed"]} for i, leg in enumerate(legs, 1)}
+    if tied := ties(legs):
+        more["tied"] = tied
 
     def draw() -> tuple[Page, Figure]:
-        return legs_page(platform, answers)
+        return legs_page(platform, payload, answers)
 
     return Outcome(whole | more, draw, tables, texts)
 

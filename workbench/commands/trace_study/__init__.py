@@ -3,6 +3,7 @@
 given          campaigns with their truth beside them
 plan           what is drawn
 campaigns      campaigns that are drawn
+platforms      platforms that are drawn
 off_library    physics that the library of effects lacks
 score          rates with intervals
 """

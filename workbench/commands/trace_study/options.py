@@ -9,6 +9,7 @@ from ..common.options import computes, finish, jobs, works
 from .given import given
 
 _RIGS = ("jack-10t", "pump-rig")
+_PLATFORMS = "platforms"
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -20,7 +21,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--number", type=int, default=100, metavar="N", help="campaigns to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="seed of what is drawn (default: 0)")
     parser.add_argument(
-        "--kind", help="the one kind of campaigns to draw: clean, single, pair, number, off, neighbours"
+        "--kind", help="the one kind of campaigns to draw: clean, single, pair, number, off, neighbours, platforms"
     )
     parser.add_argument("--several", action="store_true", help="trace with --several")
     works(parser)
@@ -39,16 +40,23 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
         raise InputError("--kind is for campaigns that are drawn; leave out --kind or --campaigns")
     folder = options.campaigns and options.campaigns.resolve()  # workers have working folders of their own
     campaigns = given(folder) if folder else []
+    from ..trace.platform import traced_platform
     from ..trace.study import traced
     from .plan import default_plan
+    from .platforms import platform_draws
     from .study import identity, run_trace_study
 
-    plan = campaigns or default_plan(options.number, options.seed, options.rig, options.kind)
+    plan = campaigns or (
+        platform_draws(options.number, options.seed)
+        if options.kind == _PLATFORMS
+        else default_plan(options.number, options.seed, options.rig, options.kind)
+    )
+    trace = traced_platform if options.kind == _PLATFORMS else traced
     keep = options.keep and options.keep.resolve()
     if keep:
         keep.mkdir(parents=True, exist_ok=True)
     name = f"trace-study-{folder.name}" if folder else "trace-study"
-    tracer = partial(traced, several=True) if options.several else traced
+    tracer = partial(trace, several=True) if options.several else trace
     study = partial(run_trace_study, plan, tracer, jobs=jobs(options), keep=keep)
     command = {"command": "trace-study", "items": identity(plan), "several": options.several}
     finish(options, words, name, command, study)

@@ -62,13 +62,14 @@ def judged(truth: Truth, answer: Answer) -> Row:
 
     group: what the campaign counts for: "error", "few sensors", "poor excitation" (of the train records is enough),
     "clean", or, of "single", "number", "off" and "pair", the word itself or "faint" where the base fit leaves less than
-    VISIBLE. A described number that is named as wrong stands among the names as `number.NAME`.
+    VISIBLE. A described number that is named as wrong stands among the names as `number.NAME`. Of a platform chi2 is
+    that of the leg which leaves most.
     """
     names = list(answer["effects"]) if answer["verdict"] in NAMING else []
     names += [f"number.{_cell(wrong['name'])}" for wrong in answer.get("numbers", ())]
     verdict = "named" if names and answer["verdict"] == "none" else answer["verdict"]
     ranked = [entry["effect"] for entry in answer["ranking"]]
-    chi2 = answer["chi2"]
+    chi2 = max((leg["chi2"] for leg in answer.get("legs", ())), key=_before, default=answer["chi2"])
     row = {
         **_drawn(truth),
         "group": _group(truth, chi2["before"]),
@@ -86,6 +87,10 @@ def judged(truth: Truth, answer: Answer) -> Row:
         "error": None,
     }
     return row | {"result": _result(row)}
+
+
+def _before(chi2: Mapping[str, float | None]) -> float:
+    return np.inf if chi2["before"] is None else chi2["before"]
 
 
 def failed(truth: Truth, error: str) -> Row:
@@ -132,7 +137,8 @@ def odds(rows: Sequence[Row]) -> list[Row]:
 
     A lead of NEIGHBOUR (rule.py) or less ties; a negative one is of a neighbour that explains more.
     """
-    of = [row for row in rows if row["kind"] == "single" and row["group"] != "error"]
+    single = [row for row in rows if row["kind"] == "single" and row["group"] != "error"]
+    of = [row for row in single if row["truth"][0] in FAMILY]  # names of a platform's effects begin with the leg
     table = []
     for name in dict.fromkeys(sorted(row["truth"][0] for row in of)):
         mine = [row for row in of if row["truth"][0] == name]

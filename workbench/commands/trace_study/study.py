@@ -15,6 +15,7 @@ from ..common.run_folder import metrics_json
 from .campaigns.draw import CampaignPlan, draw, planned_equations
 from .given import TRUTH, Given
 from .page import page, picture
+from .platforms import DrawnPlatform
 from .score import FINE, Row, confusion, failed, judged, odds, scores
 
 
@@ -24,12 +25,12 @@ class Tracer(Protocol):
     def __call__(self, folder: Path, removed: tuple[str, ...]) -> dict[str, Any]: ...
 
 
-Item = CampaignPlan | Given
+Item = CampaignPlan | DrawnPlatform | Given
 
 
 def identity(plan: Sequence[Item]) -> list[dict[str, Any]]:
     """What says that a study is the same one."""
-    return [asdict(item) if isinstance(item, CampaignPlan) else {"truth": item.truth} for item in plan]
+    return [{"truth": item.truth} if isinstance(item, Given) else asdict(item) for item in plan]
 
 
 def run_trace_study(
@@ -67,13 +68,20 @@ def _traced(item: Item, trace: Tracer, keep: Path | None) -> dict[str, Any]:
         truth = _known(item)
         try:
             folder = item.folder if isinstance(item, Given) else (keep or Path(scratch)) / item.id
-            truth = draw(item, folder) if isinstance(item, CampaignPlan) else truth
+            truth = _drawn(item, folder)
             drawn = process_time()
             row = judged(truth, trace(folder, tuple(truth.get("removed", ()))))
         except Exception as error:  # one campaign that fails is a row of the report, not the end of the study
             drawn, row = process_time(), failed(truth, f"{type(error).__name__}: {error}")
     timing = {"draw_s": drawn - began, "trace_s": process_time() - drawn}
     return {"truth": truth, "row": row, "timing": timing}
+
+
+def _drawn(item: Item, folder: Path) -> dict[str, Any]:
+    """What an item is short of, once its records are in the folder."""
+    if isinstance(item, Given):
+        return item.truth
+    return item.draw(folder) if isinstance(item, DrawnPlatform) else draw(item, folder)
 
 
 class _Tally:
@@ -98,5 +106,7 @@ def _known(item: Item) -> dict[str, Any]:
     """What is known of an item before it is drawn."""
     if isinstance(item, Given):
         return item.truth
+    if isinstance(item, DrawnPlatform):
+        return item.known()
     equations = planned_equations(item)
     return {**asdict(item), "id": item.id, "effects": [name for name, _ in item.effects], "equations": equations}

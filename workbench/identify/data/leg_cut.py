@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...records import Campaign, InputNoise, Record, load_campaign
-from ...records.campaign import ROLES
+from ...records.campaign import ROLES, judged_by
 from ...rigs.platform import LEGS, Platform
 from ...rigs.platform.kinematics import leg_vectors
 from ...rigs.rig import Rig
@@ -29,9 +29,15 @@ def leg_rig(platform: Platform, leg: int) -> Rig:
     return replace(rig, sensors={name: sensor for name, sensor in rig.sensors.items() if name not in _TAKEN})
 
 
+def whole_campaigns(folder: str | Path, heldout: Sequence[str] = ()) -> list[Campaign]:
+    """The records of each leg as they were measured; `heldout` names those to hold out instead of the campaign's."""
+    campaigns = [load_campaign(folder, leg + 1) for leg in range(LEGS)]
+    return [judged_by(campaign, heldout) for campaign in campaigns] if heldout else campaigns
+
+
 def leg_campaigns(folder: str | Path, platform: Platform) -> list[Campaign]:
     """The records of each leg as those of a jack. Raises InputError where a signal that the cut needs is missing."""
-    whole = [load_campaign(folder, leg + 1) for leg in range(LEGS)]
+    whole = whole_campaigns(folder)
     for leg, campaign in enumerate(whole, 1):
         for record in campaign.records:
             for name in NEEDED:

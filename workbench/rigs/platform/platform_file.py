@@ -6,16 +6,18 @@ and `joint`, written `{at = [x, y, z], unit = "m", source = "..."}`, and where i
 `rig`, numbers and table `jack`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from ...base.errors import InputError, nearest
 from ...base.table import Table
 from ...base.toml import read_toml
+from ...base.toml_text import toml_text
 from ...base.units import Spec, to_si
-from ..number import Number, read_number
+from ..number import Number, number_entry, read_number
 from ..rig import Rig
 from ..rig_file import load_rig
 from ..shipped import bundled_platforms
@@ -97,3 +99,19 @@ def _point(leg: Table, key: str) -> tuple[Point, str]:
     unit = entry.text("unit")
     x, y, z = (entry.about("unit", lambda value=value: float(to_si(value, unit, "m"))) for value in at)
     return (x, y, z), entry.text("source", "")
+
+
+def platform_text(platform: Platform, rigs: Sequence[str]) -> str:
+    """The text of a platform file whose legs have rig files [6], by path from it; `load_platform` reads back the same
+    platform."""
+    parts = {"payload": PAYLOAD, "place": PLACE, "joints": JOINTS}
+    tables = {part: {key: number_entry(platform.numbers[key]) for key in specs} for part, specs in parts.items()}
+    legs = [_leg_table(leg, rig) for leg, rig in zip(platform.legs, rigs, strict=True)]
+    head = {"name": platform.name, "title": platform.title, "source": platform.source}
+    return toml_text({**head, **tables, "legs": {"rig": rigs[0]}, "leg": legs})
+
+
+def _leg_table(leg: Leg, rig: str) -> dict[str, Any]:
+    points = {"base": (leg.base, leg.sources[0]), "joint": (leg.joint, leg.sources[1])}
+    ends = {end: {"at": list(at), "unit": "m", "source": source} for end, (at, source) in points.items()}
+    return {"rig": rig, **ends} | {name: number_entry(number) for name, number in leg.numbers.items()}

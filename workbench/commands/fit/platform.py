@@ -1,0 +1,163 @@
+"""A platform fitted to its campaign: payload by the wrench of its legs, each leg as a jack, and what legs share."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ...base.checkpoint import Progress, Stage
+from ...identify.data.leg_cut import leg_rig
+from ...identify.fit.payload import NUMBERS, PayloadFit, fit_payload
+from ...records import Campaign
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.platform import LEGS, Leg, Platform
+from ...rigs.platform.platform_file import platform_text
+from ...rigs.rig import Rig
+from ...rigs.rig_file import rig_text
+from ..common.error_page import GIVEN
+from ..common.fit_result import Interval, interval_cells
+from ..common.outcome import Outcome
+from .study import FitAnswer, fit_campaign
+
+CHANCE = 0.01  # below which legs with one number would differ so much
+CARRIED = "M"  # what a jack alone carries: a leg its rod
+_NORMAL = 1.96
+_PAYLOAD_NOTE = (
+    "By least squares of the forces that the load cells measured, on the motion that the legs measured; what the legs "
+    "weigh and turn across themselves is taken off as the platform's file has it. Products of inertia are the "
+    "integrals of -x y and so on."
+)
+_SHARED_NOTE = (
+    f"The mean of six legs, weighed by their intervals. Alike: were the number one, chance alone would let the legs "
+    f"differ as they do in more than {CHANCE:.0%} of campaigns. The rods' masses are left out: their inertia is a "
+    "small part of the measured force, and its noise biases them by more than the intervals say."
+)
+
+
+def run_platform_fit(
+    platform: Platform,
+    whole: Sequence[Campaign],
+    legs: Sequence[Campaign],
+    starts: int,
+    stage: Stage,
+    progress: Progress,
+) -> Outcome:
+    """Fit the payload to the train records of `whole` [6], and each leg to its cut records `legs` [6]."""
+    progress("payload")
+    payload = fit_payload(platform, list(zip(*(campaign.train for campaign in whole), strict=True)))
+    answers = []
+    for leg, campaign in enumerate(legs):
+        progress(f"leg {leg + 1} of {LEGS}")
+        own = partial(_of_leg, stage, leg + 1)
+        answers.append(fit_campaign(campaign, leg_rig(platform, leg), starts, own, lambda _: None))
+    metrics = _metrics(platform, payload, answers)
+    found = found_platform(platform, payload, [answer.rig for answer in answers], whole[0].path.resolve().name)
+    files = {f"leg{i}.toml": rig_text(leg.rig) for i, leg in enumerate(found.legs, 1)}
+    files["platform.toml"] = platform_text(found, [f"leg{i + 1}.toml" for i in range(LEGS)])
+    tables = {
+        f"leg{i}-{name}": table for i, each in enumerate(answers, 1) for name, table in each.outcome.tables.items()
+    }
+    return Outcome(metrics, lambda: _page(platform, payload, metrics), tables, files)
+
+
+def found_platform(platform: Platform, payload: PayloadFit, rigs: Sequence[Rig], source: str) -> Platform:
+    """The platform with payload and rigs of legs as fitted, but for the mass that a jack alone carries."""
+    numbers = dict(platform.numbers)
+    for name, value in zip(NUMBERS, payload.values.tolist(), strict=True):
+        numbers[name] = replace(numbers[name], value=value, source=f"fitted to {source}")
+    legs = tuple(_found_leg(leg, rig) for leg, rig in zip(platform.legs, rigs, strict=True))
+    return replace(platform, numbers=numbers, legs=legs, source=f"{platform.name}, fitted to {source}")
+
+
+def _found_leg(leg: Leg, rig: Rig) -> Leg:
+    return replace(leg, rig=replace(rig.with_values(**{CARRIED: leg.rig[CARRIED]}), sensors=leg.rig.sensors))
+
+
+def _metrics(platform: Platform, payload: PayloadFit, answers: Sequence[FitAnswer]) -> dict[str, Any]:
+    own = {
+        f"{name} [{platform.numbers[name].si}]": [value, value - half, value + half]
+        for name, value, half in zip(NUMBERS, payload.values.tolist(), payload.halves.tolist(), strict=True)
+    }
+    legs = {f"leg{i}.{label}": each for i, answer in enumerate(answers, 1) for label, each in answer.parameters.items()}
+    by_leg = [answer.chi2 for answer in answers]
+    return {
+        "parameters": own | legs,
+        "chi2": {role: _mean([chi2[role] for chi2 in by_leg]) for role in ("train", "heldout")},
+        "rms": {
+            f"leg{i}.{label}": row
+            for i, each in enumerate(answers, 1)
+            for label, row in each.outcome.metrics["rms"].items()
+        },
+        "unseen": [f"leg{i}.{name}" for i, each in enumerate(answers, 1) for name in each.outcome.metrics["unseen"]],
+        "shared": shared_numbers([answer.parameters for answer in answers]),
+        "legs": [{"leg": i, "chi2": chi2} for i, chi2 in enumerate(by_leg, 1)],
+        "wrench_left": (payload.left / payload.wrench).tolist(),
+    }
+
+
+def shared_numbers(legs: Sequence[Mapping[str, Interval]]) -> dict[str, dict[str, Any]]:
+    """Of each number that all legs tell: its weighed mean with 95 % interval, and whether the legs are `alike`."""
+    from scipy.stats import chi2
+
+    shared = {}
+    for label in legs[0]:
+        if label.startswith(f"{CARRIED} "):
+            continue
+        rows = np.array([leg.get(label, [None] * 3) for leg in legs], float)
+        values, sigma = rows[:, 0], (rows[:, 2] - rows[:, 1]) / (2 * _NORMAL)
+        if not np.all(np.isfinite(rows)) or not np.all(sigma > 0):
+            continue
+        weights = sigma**-2
+        mean, half = float(np.average(values, weights=weights)), _NORMAL / float(np.sqrt(weights.sum()))
+        chance = float(chi2.sf(np.sum(((values - mean) / sigma) ** 2), len(legs) - 1))
+        shared[label] = {"value": [mean, mean - half, mean + half], "chance": chance, "alike": chance > CHANCE}
+    return shared
+
+
+def _page(platform: Platform, payload: PayloadFit, metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
+    parameters, shared = metrics["parameters"], metrics["shared"]
+    rows = [
+        [name, number.si, number.value, *interval_cells(parameters[f"{name} [{number.si}]"])]
+        for name in NUMBERS
+        for number in [platform.numbers[name]]
+    ]
+    head = ["number", "unit", "platform file", "fitted", "95 % low", "95 % high"]
+    own = Table("Payload", head, rows, _PAYLOAD_NOTE)
+    common = Table(
+        "Numbers of the legs",
+        ["number", "mean", "95 % low", "95 % high", "alike", *(f"leg {i + 1}" for i in range(LEGS))],
+        [
+            [
+                label,
+                *interval_cells(each["value"]),
+                each["alike"],
+                *(parameters[f"leg{i + 1}.{label}"][0] for i in range(LEGS)),
+            ]
+            for label, each in shared.items()
+        ],
+        _SHARED_NOTE,
+    )
+    apart = [label.split()[0] for label, each in shared.items() if not each["alike"]]
+    (mass, low, high), left = parameters["mass [kg]"], 100 * max(metrics["wrench_left"])
+    verdict = f"The payload is {mass:.5g} kg ({low:.5g} to {high:.5g}); its wrench leaves {left:.2g} %. "
+    verdict += f"Legs differ in {', '.join(apart)}." if apart else "No number differs between legs."
+    picture = _by_leg(metrics)
+    sections = [Section("Payload", [own]), Section("Legs", [picture, common])]
+    return Page(f"{platform.name} fitted, payload and legs", verdict, sections), picture
+
+
+def _by_leg(metrics: Mapping[str, Any]) -> Figure:
+    chi2 = np.array([leg["chi2"]["heldout"] for leg in metrics["legs"]], float)
+    panel = Panel("held-out chi2 [1]", [Curve("as fitted", np.arange(1.0, LEGS + 1), chi2, "markers", GIVEN)])
+    return Figure("chi2 by leg", "leg", [panel], x_names=[f"leg {i + 1}" for i in range(LEGS)])
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known) if len(known) == len(values) else None
+
+
+def _of_leg(stage: Stage, leg: int, name: str, compute: Any) -> Any:
+    return stage(f"leg{leg}-{name}", compute)

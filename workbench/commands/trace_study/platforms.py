@@ -1,0 +1,168 @@
+"""Platforms that are drawn: every leg has numbers of its own, and one, two or no legs have an effect.
+
+The effects are of the library, one formula of each name in turn, as strong as a refit of the leg's numbers would leave
+a drawn chi2. That is reckoned once for all legs, on records of the platform as it is declared.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal, cast
+
+import numpy as np
+
+from ...identify.data.leg_cut import leg_campaigns, leg_rig
+from ...identify.trace.problem import EstimationProblem, estimation_problem
+from ...identify.trace.refit import FittedModel, fit_rig
+from ...identify.trace.score import NuisanceProjection
+from ...plant.effects import inside_port
+from ...rigs.number import Number
+from ...rigs.platform import LEGS, load_platform
+from ...rigs.rig import EffectUse, Rig
+from ..common.outcome import no_checkpoint
+from ..record.platform import PlatformPlan, platform_plan, run_platform_record
+from ..trace.detectability import misfit_left
+from .campaigns.cause import LIBRARY_CAUSES, Cause, cause, causes_on
+from .campaigns.strength import settle, shaped
+
+PLATFORM = "hexapod"
+SHARES = {"single": 0.6, "clean": 0.2, "pair": 0.2}
+MISFIT = (2.0, 15.0)  # chi2 that a refit of the leg leaves, log-uniform
+_CARRIED = "M"  # the mass that a jack alone carries, which no leg has
+_DOUBTS = Number("flow_error", 10.0, "1", "1", "drawn: no guard holds an overlap or friction for a broken sensor")
+
+Kind = Literal["single", "pair", "clean"]
+
+
+@dataclass(frozen=True)
+class DrawnPlatform:
+    """A platform to draw; whatever is not said here follows from the seed.
+
+    effects: the leg, counted from 1, the name and the formula of each; misfit: the chi2 that a refit of that leg's
+    numbers should leave.
+    """
+
+    seed: int
+    kind: Kind
+    effects: tuple[tuple[int, str, str], ...] = ()
+    misfit: float = 6.0
+
+    @property
+    def id(self) -> str:
+        """The name of its folder."""
+        return f"platform-{self.kind}-{self.seed}"
+
+    @property
+    def causes(self) -> list[tuple[int, Cause]]:
+        """What its legs lack, by leg."""
+        rig = load_platform(PLATFORM).legs[0].rig
+        return [(leg, cause(name, formula, rig)) for leg, name, formula in self.effects]
+
+    def known(self) -> dict[str, Any]:
+        """What is known before it is drawn, by the keys of truth.json."""
+        causes = self.causes
+        return {
+            "id": self.id,
+            "kind": self.kind,
+            "seed": self.seed,
+            "noise": "white",
+            "effects": [f"leg{leg}.{each.effect.name}" for leg, each in causes],
+            "formula": [each.effect.formula for _, each in causes],
+            "equations": list(dict.fromkeys(equation for _, each in causes for equation in each.equations)),
+            "goal": self.misfit,
+        }
+
+    def draw(self, folder: Path) -> dict[str, Any]:
+        """Write its campaign's folder and return what its legs are short of. Raises InputError."""
+        drawn = np.random.default_rng([self.seed, 1])
+        uses: dict[int, tuple[EffectUse, ...]] = {}
+        numbers: dict[str, float] = {}
+        for leg, each in self.causes:
+            strength = _strength(each, self.misfit, drawn)
+            uses[leg] = (*uses.get(leg, ()), _used(each, strength))
+            numbers |= {f"leg{leg}.{each.effect.key(name)}": value for name, value in strength.items()}
+        plan = platform_plan(PLATFORM, self.seed)
+        legs = [
+            replace(leg, rig=_true(leg.rig, uses.get(place, ()), drawn))
+            for place, leg in enumerate(plan.platform.legs, 1)
+        ]
+        _record(replace(plan, platform=replace(plan.platform, legs=tuple(legs))), folder)
+        return self.known() | {"numbers": numbers}
+
+
+def platform_draws(count: int, seed: int) -> list[DrawnPlatform]:
+    """`count` platforms by SHARES, shuffled; the names of the library in turn, in legs that are drawn."""
+    parts = np.floor(np.cumsum([0.0, *SHARES.values()]) * count + 0.5).astype(int)
+    kinds = np.repeat(list(SHARES), np.diff(parts))
+    order = np.random.default_rng([seed, 0])
+    pool = [each for each in causes_on(load_platform(PLATFORM).legs[0].rig, LIBRARY_CAUSES) if _in_leg(each)]
+    names = order.permutation(list(dict.fromkeys(each.effect.name for each in pool))).tolist()
+    return [_drawn(cast(Kind, str(kinds[i])), seed, int(i), names, pool) for i in order.permutation(count)]
+
+
+def _drawn(kind: Kind, seed: int, number: int, names: Sequence[str], pool: Sequence[Cause]) -> DrawnPlatform:
+    """One platform; everything about it follows from seed and number."""
+    drawn = np.random.default_rng([seed, 1, number])
+    many = {"clean": 0, "single": 1, "pair": 2}[kind]
+    legs = sorted(drawn.choice(LEGS, many, replace=False) + 1)
+    effects = []
+    for place, leg in enumerate(legs):
+        formulas = [each for each in pool if each.effect.name == names[(number + place * len(names) // 2) % len(names)]]
+        effects.append((int(leg), *formulas[drawn.integers(len(formulas))].key))
+    misfit = float(np.exp(drawn.uniform(*np.log(MISFIT))))
+    return DrawnPlatform(seed * 100_000 + number, kind, tuple(effects), misfit)
+
+
+def _in_leg(each: Cause) -> bool:
+    """Whether a leg that is cut out by its force can lack it, and a platform is simulated with it in one leg: commands
+    come late in all legs or in none."""
+    return inside_port(each.effect.laws) and not (each.effect.shifts or each.effect.delay)
+
+
+def _true(rig: Rig, uses: tuple[EffectUse, ...], drawn: np.random.Generator) -> Rig:
+    """The rig of a leg with numbers drawn inside their ranges, and with effects."""
+    values = {
+        number.name: float(drawn.uniform(number.low, number.high))
+        for number in rig.numbers.values()
+        if number.low is not None and number.high is not None and number.name != _CARRIED
+    }
+    return replace(rig.with_values(**values), effects=uses, limits={**rig.limits, "flow_error": _DOUBTS})
+
+
+def _used(each: Cause, values: Mapping[str, float]) -> EffectUse:
+    numbers = {n.name: Number(n.name, values[n.name], n.si, n.si, "drawn") for n in each.effect.numbers}
+    return EffectUse(*each.key, numbers)
+
+
+def _strength(each: Cause, goal: float, drawn: np.random.Generator) -> dict[str, float]:
+    """The numbers with which an effect leaves the chi2 `goal`, by slopes along the records of a leg without it."""
+    problem, base, rest, plain = _declared_leg()
+    model = problem.model((each.effect,), brief=True)
+
+    def chi2(numbers: dict[str, float]) -> float:
+        left = misfit_left(model, problem, base, each.effect, numbers, rest, plain)
+        return np.inf if left is None else 1.0 + left / problem.train.samples
+
+    return settle(chi2, each, shaped(each.effect, drawn), goal).numbers
+
+
+@lru_cache(maxsize=1)
+def _declared_leg() -> tuple[EstimationProblem, FittedModel, NuisanceProjection, list[np.ndarray]]:
+    """A leg of the platform as declared, recorded and fitted; what a refit takes away, and the errors that are left."""
+    with TemporaryDirectory() as scratch:
+        plan = platform_plan(PLATFORM, 0)
+        _record(plan, Path(scratch))
+        campaign = leg_campaigns(scratch, plan.platform)[0]
+    problem = estimation_problem(campaign, leg_rig(plan.platform, 0))
+    base = fit_rig(problem)
+    plain = base.model.errors(problem.train, base.fit.x0, base.fit.p)
+    return problem, base, NuisanceProjection(base.model, problem.train, base.fit), plain
+
+
+def _record(plan: PlatformPlan, folder: Path) -> None:
+    """Leave the campaign of a platform as `jackbench record` does."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in run_platform_record(plan, no_checkpoint, lambda _: None).files.items():
+        (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
