@@ -1,18 +1,18 @@
 """P with pressure feedback that measures mass, oil and velocity gain while it moves, and schedules itself by them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
+from workbench.control.by_graph import ByGraph
 from workbench.control.nominal_jack import NominalJack
 from workbench.control.protocol import design_numbers, number
 
 if TYPE_CHECKING:
-    from workbench.control.graph_law import GraphLaw
     from workbench.control.mode_law import ModeSchedule
 
 
-class OnMeasuredMode:
+class OnMeasuredMode(ByGraph):
     """u = K (r* - x) - P s/(s + h) (pa - pb) (1 - (x/column)^2) + F s/(s/f + 1)^2 r*,
 
         r* = ((s/n)^2 + T s + 1)/(s/w + 1)^2 r
@@ -56,33 +56,16 @@ class OnMeasuredMode:
     measures: ClassVar[tuple[str, ...]] = ("position", "pa", "pb")
 
     def __init__(self, design: Design, period: float) -> None:
-        from workbench.control.graph_law import GraphController
         from workbench.control.mode_law import mode_law
         from workbench.control.mode_meter import ModeMeter
 
         self._meter = ModeMeter(design, period)
-        self._controller = GraphController(mode_law(self._meter, schedule_of(design), design.column))
+        super().__init__(mode_law(self._meter, schedule_of(design), design.column))
 
     @property
     def measured(self) -> tuple[float, ...]:
         """Mass, compliance and velocity gain over the nominal ones as measured by now, and the trust in them."""
         return tuple(map(float, self._meter.reading(self._controller.state[: self._meter.states])))
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump, knowing nothing."""
-        self._controller.reset(reference, measurement, command)
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """The command of the numbers that hold now."""
-        return self._controller.compute(reference, measurement)
-
-    def update(self, realised: float) -> None:
-        """Filters and meter, one period on."""
-        self._controller.update(realised)
-
-    def graph_law(self) -> "GraphLaw":
-        """The law as a graph."""
-        return self._controller.graph_law()
 
 
 def schedule_of(design: OnMeasuredMode.Design) -> "ModeSchedule":

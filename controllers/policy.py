@@ -15,9 +15,9 @@ n may be 0, and bound inf. At a start the past has been at rest. So past samples
 is a row of A, and a scaled observation (signal - zero) / full scale is a row of D and an entry of shift.
 """
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Literal
 
+from workbench.control.by_graph import ByGraph
 from workbench.control.linear_law import static
 from workbench.control.network import Network
 from workbench.control.network_file import read_network
@@ -50,30 +50,14 @@ class PolicyOn:
         return with_network(inner, self._network, self._period)
 
 
-class Policy:
+class Policy(ByGraph):
     """A trained network by itself."""
 
     Design = PolicyDesign
 
     def __init__(self, design: PolicyDesign, period: float) -> None:
-        from workbench.control.graph_law import GraphController, as_graph
+        from workbench.control.graph_law import as_graph
 
         nothing = as_graph(static([0.0, 0.0], design.network.signals[:1]))
-        self._controller = GraphController(PolicyOn(design, period).around(nothing))
-        self.measures = self._controller.measures
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump, the past at rest."""
-        self._controller.reset(reference, measurement, command)
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """What the network decides."""
-        return self._controller.compute(reference, measurement)
-
-    def update(self, realised: float) -> None:
-        """Its past, one period on."""
-        self._controller.update(realised)
-
-    def graph_law(self) -> "GraphLaw":
-        """The network as a graph."""
-        return self._controller.graph_law()
+        super().__init__(PolicyOn(design, period).around(nothing))
+        self.measures = self.graph_law().measures

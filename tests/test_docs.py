@@ -96,7 +96,7 @@ def test_what_a_block_of_a_page_prints_and_draws_stands_below_it(generate, tmp_p
     assert "`n.txt`:\n\n```text\n3\n```" in source[0]
     assert ":class: printed\n\n4\n```" in source[0]
     assert ":class: printed\n\ndone\n```" in source[0]
-    assert "```{image} /_build/ran/page/work/a.png" in source[0]
+    assert "```{image} /_build/ran/page/made/a.png" in source[0]
     assert source[0].endswith("And so on.\n")
 
 

@@ -126,7 +126,7 @@ def played(tmp_path, text):
     return {row["controller"]: row for row in rows}
 
 
-def test_after_three_moves_it_is_sooner_and_before_them_no_later(tmp_path, capsys):
+def test_after_three_moves_it_is_sooner_and_before_them_later_by_two_periods_at_most(tmp_path, capsys):
     first, after = (played(tmp_path / str(moves), MOVES.replace("moves = 3", f"moves = {moves}")) for moves in (0, 3))
     for number in ("settling_p50_s", "settling_worst_s"):
         assert first["p-dp-mode"][number] <= first["p-dp-notch"][number] + 2 * PERIOD

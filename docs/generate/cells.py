@@ -93,7 +93,7 @@ def _run(text: str, folder: Path, sources: bytes) -> None:
     if kept.exists() and kept.read_text("utf-8") == key:
         return
     shutil.rmtree(folder, ignore_errors=True)
-    (folder / "work").mkdir(parents=True)
+    (folder / "made").mkdir(parents=True)
     (folder / "cells.json").write_text(json.dumps(asked), "utf-8")
     _drive(folder)
     kept.write_text(key, "utf-8")
@@ -107,7 +107,7 @@ def _drive(folder: Path) -> None:
     call = [sys.executable, str(_DRIVER), str(folder / "cells.json"), str(folder / "left.json")]
     run = subprocess.run(
         call,
-        cwd=folder / "work",
+        cwd=folder / "made",
         env={**inherited, **paths},
         capture_output=True,
         text=True,
@@ -124,7 +124,7 @@ def _shown(app: Any, name: str, source: list[str]) -> None:
         return
     folder = Path(app.srcdir) / "_build" / "ran" / name
     left = iter(json.loads((folder / "left.json").read_text("utf-8")))
-    at = f"/_build/ran/{name}/work"
+    at = f"/_build/ran/{name}/made"
     source[0] = "".join(part if isinstance(part, str) else _block(part, next(left), at) for part in parts(source[0]))
 
 
