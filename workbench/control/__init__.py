@@ -15,7 +15,8 @@ sine_control           amplitude, phase and harmonics of sines corrected as meas
 discrete_filter, second_order_sections, section_controller    sampled linear laws
 linear_law             sampled linear laws as data, for compiled loops
 network, network_file, network_law    trained networks: arrays, their files, what they add to a law
-graph_law, by_graph, piecewise_linear    laws that are not linear as graphs, for compiled loops; schedules and maps of the command
+graph_law, by_graph      laws that are not linear as graphs, for compiled loops; controllers of them
+piecewise_linear       schedules and maps of the command as graphs
 jack_model, inner_loop    the jack as an outer controller sees it
 linear_model, linear_observer    a linear plant of the user's own as its designs see it
 kalman_observer, mpc_qp, reference_governor    what model-based controllers share
