@@ -9,7 +9,7 @@ import pytest
 
 from workbench import InputError
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.fit.platform import shared_numbers
+from workbench.commands.fit.platform import legs_sentence, shared_numbers
 from workbench.commands.record.platform import MOTIONS, platform_plan, run_platform_record
 from workbench.commands.residual.platform import run_platform_residual
 from workbench.commands.trace.payload import payload_numbers, payload_sentence
@@ -256,3 +256,13 @@ def test_numbers_that_legs_share_are_told_from_those_of_a_leg():
     value, low, high = shared["beta [Pa]"]["value"]
     assert high - low == pytest.approx(2e7 / np.sqrt(6))
     assert low < value < high
+
+
+def test_a_leg_that_does_not_follow_its_records_is_named():
+    """Its numbers say what it lacks, so that they are no part of what legs share."""
+    legs = [{"leg": i, "chi2": {"heldout": 61.0 if i == 3 else 1.01}, "follows": i != 3} for i in range(1, 7)]
+    said = legs_sentence(legs, {"beta [Pa]": {"alike": True}, "Cl [1]": {"alike": False}})
+    assert said.startswith("Not following their records: leg 3 (chi2 61);")
+    assert said.endswith(" The others differ in Cl.")
+    assert legs_sentence([legs[0]] * 6, {"beta [Pa]": {"alike": True}}) == "No number differs between legs."
+    assert shared_numbers([{"beta [Pa]": [1e9, 9.9e8, 1.01e9]}]) == {}

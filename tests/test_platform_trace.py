@@ -1,6 +1,7 @@
 """Which leg, and which effect: a platform's campaign traced leg by leg, and the answers of six legs as one."""
 
 import json
+import re
 from collections import Counter
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ import pytest
 
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.common.platform_scene import MARK
 from workbench.commands.record import platform as record
 from workbench.commands.record.platform import platform_plan
 from workbench.commands.trace.legs import platform_answer, sentence, suspected
@@ -122,6 +124,9 @@ def test_a_trace_names_the_leg_and_the_effect(campaign, tmp_path):
     assert answer["rms"]["leg4.pa [bar]"]["after"] < 1.2 * answer["rms"]["leg4.pa [bar]"]["floor"]
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Leg 4: jack.friction." in page
+    marked = [number for colour, number in re.findall(r'<text [^>]*fill="([^"]*)">(\d)</text>', page) if colour == MARK]
+    assert marked == ["4"]
+    assert len(re.findall(r"<text [^>]*>[1-6]</text>", page)) == 6
     assert (tmp_path / "out" / "leg4.toml").exists()
 
 

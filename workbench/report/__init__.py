@@ -13,7 +13,7 @@ palette, thin     one look a curve name; long series and outlines thinned
 from .digits import Known, within
 from .figures import Curve, Figure, FrequencyCurve, Mark, Panel, Style, bode
 from .page import Page, Section, Table, page_looks, render, write_page
-from .scene import Line, Scene
+from .scene import Label, Line, Scene
 from .thin import outline_points
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "Figure",
     "FrequencyCurve",
     "Known",
+    "Label",
     "Line",
     "Mark",
     "Page",

@@ -4,12 +4,13 @@ from collections.abc import Collection
 
 import numpy as np
 
-from ...report import Line
+from ...report import Label, Line
 from ...rigs.platform import LEGS, Platform
 from ...rigs.platform.kinematics import arms
 
 _BASE, _LEG, _ROD, _TOP, _GHOST = "#8c959f", "#0072b2", "#56b4e9", "#d55e00", "#d0d7de"
-_MARK, _PLAIN, _PLATFORM = "#d55e00", "#8c959f", "#424a53"  # of a drawing in which some legs are marked
+MARK, _PLAIN, _PLATFORM = "#d55e00", "#8c959f", "#424a53"  # of a drawing in which some legs are marked
+_APART = 1.09  # of a base joint's distance from the middle: where its leg's number stands
 _SPLIT = 0.45  # of a leg from its base joint: where the cylinder ends
 
 
@@ -44,11 +45,20 @@ def platform_lines(platform: Platform, poses: np.ndarray, marked: Collection[int
     )
 
 
+def leg_labels(platform: Platform, marked: Collection[int] | None = None) -> tuple[Label, ...]:
+    """The number of each leg, beside its joint on the base."""
+    colours = [_PLATFORM if marked is None or i not in marked else MARK for i in range(LEGS)]
+    base = platform.geometry.base
+    middle = base.mean(axis=0)
+    places = middle + _APART * (base - middle)
+    return tuple(Label(str(i + 1), places[i], colour) for i, colour in enumerate(colours))
+
+
 def _look(leg: int, marked: Collection[int] | None) -> tuple[str, str, float]:
     """Colours of a leg's cylinder and rod, and its width in pixels."""
     if marked is None:
         return _LEG, _ROD, 4.0
-    return (_MARK, _MARK, 7.0) if leg in marked else (_PLAIN, _GHOST, 4.0)
+    return (MARK, MARK, 7.0) if leg in marked else (_PLAIN, _GHOST, 4.0)
 
 
 def _around(points: np.ndarray) -> list[int]:

@@ -30,9 +30,10 @@ _PAYLOAD_NOTE = (
     "integrals of -x y and so on."
 )
 _SHARED_NOTE = (
-    f"The mean of six legs, weighed by their intervals. Alike: were the number one, chance alone would let the legs "
-    f"differ as they do in more than {CHANCE:.0%} of campaigns. The rods' masses are left out: their inertia is a "
-    "small part of the measured force, and its noise biases them by more than the intervals say."
+    "The mean of the legs that follow their records, weighed by their intervals. Alike: were the number one, chance "
+    f"alone would let these legs differ as they do in more than {CHANCE:.0%} of campaigns. The rods' masses are left "
+    "out: their inertia is a small part of the measured force, and its noise biases them by more than the intervals "
+    "say. A leg apart does not follow its records: what it lacks has moved its numbers."
 )
 
 
@@ -53,13 +54,14 @@ def run_platform_fit(
         own = partial(_of_leg, stage, leg + 1)
         answers.append(fit_campaign(campaign, leg_rig(platform, leg), starts, own, lambda _: None))
     metrics = _metrics(platform, payload, answers)
-    found = found_platform(platform, payload, [answer.rig for answer in answers], whole[0].path.resolve().name)
+    campaign = whole[0].path.resolve().name
+    found = found_platform(platform, payload, [answer.rig for answer in answers], campaign)
     files = {f"leg{i}.toml": rig_text(leg.rig) for i, leg in enumerate(found.legs, 1)}
     files["platform.toml"] = platform_text(found, [f"leg{i + 1}.toml" for i in range(LEGS)])
     tables = {
         f"leg{i}-{name}": table for i, each in enumerate(answers, 1) for name, table in each.outcome.tables.items()
     }
-    return Outcome(metrics, lambda: _page(platform, payload, metrics), tables, files)
+    return Outcome(metrics, lambda: _page(platform, payload, metrics, campaign), tables, files)
 
 
 def found_platform(platform: Platform, payload: PayloadFit, rigs: Sequence[Rig], source: str) -> Platform:
@@ -91,18 +93,19 @@ def _metrics(platform: Platform, payload: PayloadFit, answers: Sequence[FitAnswe
             for label, row in each.outcome.metrics["rms"].items()
         },
         "unseen": [f"leg{i}.{name}" for i, each in enumerate(answers, 1) for name in each.outcome.metrics["unseen"]],
-        "shared": shared_numbers([answer.parameters for answer in answers]),
-        "legs": [{"leg": i, "chi2": chi2} for i, chi2 in enumerate(by_leg, 1)],
+        "shared": shared_numbers([answer.parameters for answer in answers if answer.follows]),
+        "legs": [{"leg": i, "chi2": answer.chi2, "follows": answer.follows} for i, answer in enumerate(answers, 1)],
         "wrench_left": (payload.left / payload.wrench).tolist(),
     }
 
 
 def shared_numbers(legs: Sequence[Mapping[str, Interval]]) -> dict[str, dict[str, Any]]:
-    """Of each number that all legs tell: its weighed mean with 95 % interval, and whether the legs are `alike`."""
+    """Of each number that all these legs tell: its weighed mean with 95 % interval, and whether the legs are `alike`;
+    nothing of fewer than two legs."""
     from scipy.stats import chi2
 
-    shared = {}
-    for label in legs[0]:
+    shared: dict[str, dict[str, Any]] = {}
+    for label in legs[0] if len(legs) > 1 else ():
         if label.startswith(f"{CARRIED} "):
             continue
         rows = np.array([leg.get(label, [None] * 3) for leg in legs], float)
@@ -116,7 +119,7 @@ def shared_numbers(legs: Sequence[Mapping[str, Interval]]) -> dict[str, dict[str
     return shared
 
 
-def _page(platform: Platform, payload: PayloadFit, metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
+def _page(platform: Platform, payload: PayloadFit, metrics: Mapping[str, Any], campaign: str) -> tuple[Page, Figure]:
     parameters, shared = metrics["parameters"], metrics["shared"]
     rows = [
         [name, number.si, number.value, *interval_cells(parameters[f"{name} [{number.si}]"])]
@@ -127,25 +130,47 @@ def _page(platform: Platform, payload: PayloadFit, metrics: Mapping[str, Any]) -
     own = Table("Payload", head, rows, _PAYLOAD_NOTE)
     common = Table(
         "Numbers of the legs",
-        ["number", "mean", "95 % low", "95 % high", "alike", *(f"leg {i + 1}" for i in range(LEGS))],
+        ["number", "mean", "95 % low", "95 % high", "alike", *map(_head, metrics["legs"])],
         [
             [
                 label,
                 *interval_cells(each["value"]),
                 each["alike"],
-                *(parameters[f"leg{i + 1}.{label}"][0] for i in range(LEGS)),
+                *(parameters.get(f"leg{i + 1}.{label}", [None])[0] for i in range(LEGS)),
             ]
             for label, each in shared.items()
         ],
         _SHARED_NOTE,
     )
-    apart = [label.split()[0] for label, each in shared.items() if not each["alike"]]
     (mass, low, high), left = parameters["mass [kg]"], 100 * max(metrics["wrench_left"])
     verdict = f"The payload is {mass:.5g} kg ({low:.5g} to {high:.5g}); its wrench leaves {left:.2g} %. "
-    verdict += f"Legs differ in {', '.join(apart)}." if apart else "No number differs between legs."
+    verdict += legs_sentence(metrics["legs"], shared)
     picture = _by_leg(metrics)
     sections = [Section("Payload", [own]), Section("Legs", [picture, common])]
-    return Page(f"{platform.name} fitted, payload and legs", verdict, sections), picture
+    return Page(f"{platform.name} fitted to {campaign}: payload and legs", verdict, sections), picture
+
+
+def legs_sentence(legs: Sequence[Mapping[str, Any]], shared: Mapping[str, Mapping[str, Any]]) -> str:
+    """Which legs do not follow their records, and in which numbers those that do differ."""
+    strays = [f"leg {leg['leg']} ({_chi2(leg['chi2']['heldout'])})" for leg in legs if not leg["follows"]]
+    apart = [label.split()[0] for label, each in shared.items() if not each["alike"]]
+    said, which = "", "legs"
+    if strays:
+        said = f"Not following their records: {', '.join(strays)}; jackbench trace asks what they lack. "
+        which = "the others"
+    if not shared:
+        return said + "Fewer than two legs follow their records, so that nothing is said of what legs share."
+    if not apart:
+        return f"{said}No number differs between {which}."
+    return f"{said}{which.capitalize()} differ in {', '.join(apart)}."
+
+
+def _chi2(value: float | None) -> str:
+    return "cannot be simulated" if value is None else f"chi2 {value:.3g}"
+
+
+def _head(leg: Mapping[str, Any]) -> str:
+    return f"leg {leg['leg']}" if leg["follows"] else f"leg {leg['leg']}, apart"
 
 
 def _by_leg(metrics: Mapping[str, Any]) -> Figure:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_whole, predict_windows, predictions
@@ -26,10 +28,11 @@ from .page import fit_page
 
 @dataclass(frozen=True, repr=False)
 class FitAnswer(Answer):
-    """A rig as fitted, and the report of the fit."""
+    """A rig as fitted, the report of the fit, and whether it `follows` the held-out records to their noise."""
 
     rig: Rig
     outcome: Outcome
+    follows: bool
 
     @property
     def parameters(self) -> dict[str, list[float | None]]:
@@ -84,4 +87,6 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
     def draw() -> tuple[Page, Figure]:
         return fit_page(problem, numbers, in_sessions, differences, metrics)
 
-    return FitAnswer(as_fitted, Outcome(metrics, draw, tables, {"rig.toml": rig_text(as_fitted)}, Subject(rig)))
+    follows = bool(np.isfinite(heldout.chi2)) and not problem.misses(heldout.chi2, problem.heldout.samples)
+    outcome = Outcome(metrics, draw, tables, {"rig.toml": rig_text(as_fitted)}, Subject(rig))
+    return FitAnswer(as_fitted, outcome, follows)

@@ -12,7 +12,7 @@ from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import UNITS, AxisStep
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode
 from ...rigs.platform import AXES
-from ..common.platform_scene import platform_lines
+from ..common.platform_scene import leg_labels, platform_lines
 from .platform_config import PlatformConfig
 from .platform_record import PlatformRecord
 
@@ -260,7 +260,7 @@ def _steps_scene(config: PlatformConfig, setup: PlatformSetup, findings: "Platfo
         larger = _DRAWN / (abs(step.size) * config.rig.geometry.weights[step.axis])
         takes[step.name] = platform_lines(config.rig, poses * larger)
     note = f"Steps under {name}, drawn as {_DRAWN:g} m at the joints each, and {_SLOWER} times slower."
-    return Scene("Steps", takes, _SLOWER * _FRAME, note, still=8)
+    return Scene("Steps", takes, _SLOWER * _FRAME, note, 8, leg_labels(config.rig))
 
 
 def _modes_scene(config: PlatformConfig, findings: "PlatformFindings") -> Scene:
@@ -269,4 +269,4 @@ def _modes_scene(config: PlatformConfig, findings: "PlatformFindings") -> Scene:
     for i, mode in enumerate(findings.modes):
         shape = _DRAWN / 2 * mode.shape / config.rig.geometry.weights
         takes[f"{i + 1}: {mode.hz:.1f} Hz"] = platform_lines(config.rig, swing[:, None] * shape)
-    return Scene("Modes", takes, 0.04, "Shapes, much larger and slower than they are.", still=10)
+    return Scene("Modes", takes, 0.04, "Shapes, much larger and slower than they are.", 10, leg_labels(config.rig))

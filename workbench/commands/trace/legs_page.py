@@ -9,7 +9,7 @@ from ...identify.trace.rule import gate
 from ...report import Curve, Figure, Mark, Page, Panel, Scene, Section, Table
 from ...rigs.platform import Platform
 from ..common.error_page import AFTER, BEFORE
-from ..common.platform_scene import platform_lines
+from ..common.platform_scene import leg_labels, platform_lines
 from .answer import TraceAnswer
 from .legs import sentence, suspected
 from .payload import payload_numbers, payload_sentence, payload_table
@@ -76,8 +76,15 @@ def _scene(platform: Platform, answers: Sequence[TraceAnswer], marked: Collectio
     poses = platform.poses(positions)
     still = int(np.argmax(np.abs(poses).max(axis=1)))
     names = ", ".join(f"leg {i + 1}" for i in sorted(marked))
-    note = f"{names} stands out: something is missing from its model. " if len(marked) == 1 else ""
-    note = f"{names} stand out: something is missing from their models. " if len(marked) > 1 else note
-    note += f"{records[0].name}, poses by the measured lengths of the legs, drawn {_LARGER:g} times larger."
+    note = f"{names.capitalize()} stands out: something is missing from its model. " if len(marked) == 1 else ""
+    note = f"{names.capitalize()} stand out: something is missing from their models. " if len(marked) > 1 else note
+    note += f"Record {records[0].name}, poses by the measured lengths of the legs, drawn {_LARGER:g} times larger."
     lines = platform_lines(platform, _LARGER * poses, set(marked))
-    return Scene("The platform in the held-out record", {records[0].name: lines}, _FRAME, note, still)
+    return Scene(
+        "The platform in the held-out record",
+        {records[0].name: lines},
+        _FRAME,
+        note,
+        still,
+        leg_labels(platform, marked),
+    )

@@ -1,7 +1,7 @@
 // Scenes: lines in space that move; a take plays when its button is pressed, the slider moves through it.
 document.querySelectorAll("figure.scene").forEach((figure) => {
   const scene = JSON.parse(figure.querySelector("script").textContent);
-  const svg = figure.querySelector("svg"), slider = figure.querySelector("input"), clock = figure.querySelector("output");
+  const svg = figure.querySelector("svg > g"), slider = figure.querySelector("input"), clock = figure.querySelector("output");
   let take = Object.values(scene.takes)[0], running = 0;
   const frames = () => take.lines[0].length;
   const draw = (at) => {
