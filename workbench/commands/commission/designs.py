@@ -23,8 +23,8 @@ from ..tune.search import nearest_trial, search
 from .automatic import column
 
 DESIGNS = 300
-_SEARCHES = 2  # from other seeds: settling jumps where a swing leaves the band, and one search ends at another best
 _RANGE = 4.0  # about a first guess, either way
+_NEAR = 1.5  # about the best of these: settling jumps where a swing leaves the band, and a wide search stops between
 _OVERSHOOT = 5.0  # %
 _JUMPED, _LEAST = 0.8, 5e-4  # of an overlap; share of the travel below which there is none
 
@@ -47,9 +47,9 @@ def searched_design(
         conditions=Conditions(),
         limits=Limits(overshoot_percent=_OVERSHOOT, command_noise=_noise(whole)),
     )
-    searches = [search(problem, within(stage, str(seed)), progress, jobs, seed) for seed in range(_SEARCHES)]
-    trials = [trial for each in searches for trial in each]
-    best = nearest_trial(trials)
+    wide = nearest_trial(search(problem, within(stage, "wide"), progress, jobs))
+    about = tuple(_about(each, wide.values[each.name], _NEAR) for each in problem.searched)
+    best = nearest_trial(search(replace(problem, searched=about), within(stage, "near"), progress, jobs))
     return problem.design(best.values).named(name), best.verdict.missed
 
 
@@ -115,13 +115,12 @@ def _lands(rig: Rig) -> ControllerSpec | None:
 
 
 def _searched(whole: ControllerSpec) -> tuple[Searched, ...]:
-    units = {"gain": "1/m"}
-    found = [_about(("gain",), units["gain"], float(whole.design.gain))]
+    found = [_first(("gain",), "1/m", float(whole.design.gain))]
     for i, part in enumerate(whole.compensators):
         for name, unit in _NUMBERS.get(part.use.rpartition(":")[2], ()):
             value = float(getattr(part.design, name))
             if value > 0:
-                found.append(_about(("compensators", i, name), unit, value))
+                found.append(_first(("compensators", i, name), unit, value))
     return tuple(found)
 
 
@@ -132,5 +131,9 @@ _NUMBERS = {
 }
 
 
-def _about(path: tuple[str | int, ...], unit: str, value: float) -> Searched:
-    return Searched(path, unit, value / _RANGE, value * _RANGE, value, True)
+def _first(path: tuple[str | int, ...], unit: str, value: float) -> Searched:
+    return _about(Searched(path, unit, value, value, value, True), value, _RANGE)
+
+
+def _about(number: Searched, value: float, ratio: float) -> Searched:
+    return replace(number, low=value / ratio, high=value * ratio, start=value)

@@ -1,6 +1,5 @@
 """What a commissioning leaves: commission.json, the controller as file, C and ST, and the rig as it was found."""
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -52,8 +51,8 @@ class Results:
     cut: Sequence[str]
 
 
-def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Outcome:
-    """Of a commissioning that came to its end; its `folder`; `began` [s] in this process' CPU time."""
+def outcome(results: Results, spent: RigTime, folder: Path) -> Outcome:
+    """Of a commissioning that came to its end; its `folder`."""
     found, judged, goal = results.found, results.judged, results.goal
     rig = found.rig if found else spent.rig
     stiff = {name: each.stiffness() for name, each in results.ways.items()}
@@ -77,7 +76,7 @@ def outcome(results: Results, spent: RigTime, folder: Path, began: float) -> Out
         "obstacles": [asdict(each) for each in results.obstacles],
         "small_moves": asdict(results.moves),
         "dither": spent.dither and {"amplitude": spent.dither.amplitude, "frequency_hz": spent.dither.frequency},
-        "timing": {"computing_seconds": time.process_time() - began},
+        "timing": {"computing_seconds": spent.computing.spent},
     }
     (folder / "c").mkdir(exist_ok=True)
     files = _files(results.ways[way].spec, rig, metrics)
@@ -106,7 +105,7 @@ def _bode(judged: Sequence[Judged]) -> list[dict[str, Any]]:
     ]
 
 
-def barred_outcome(spent: RigTime, obstacle: Obstacle, computing: float) -> Outcome:
+def barred_outcome(spent: RigTime, obstacle: Obstacle) -> Outcome:
     """Of one that ended before a controller was searched: what stands in the way."""
     metrics: dict[str, Any] = {
         "verdict": "unknown",
@@ -124,7 +123,7 @@ def barred_outcome(spent: RigTime, obstacle: Obstacle, computing: float) -> Outc
         "obstacles": [asdict(obstacle)],
         "small_moves": None,
         "dither": None,
-        "timing": {"computing_seconds": computing},
+        "timing": {"computing_seconds": spent.computing.spent},
     }
     assert spent.last is not None
     files = {"commission.json": _text(metrics)}

@@ -1,6 +1,5 @@
 """The whole way from a datasheet to a verified controller, on a live rig."""
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -51,10 +50,11 @@ class Wanted:
 
 def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     """commission.json: `verdict` and `effects` of the trace, `rows` of every way in every scenario, `rig_seconds`,
-    `computing_seconds`, `trips`, what was `played`, the `controller`'s file and the `way` that it is, `rounds`: what
-    each left open, `exact_s`, what the goal would settle in were the numbers known exactly, and `obstacles`: what
-    stands in the way, what it costs, what to mend. Where something bars every further motion there are only those."""
-    began, rig = time.process_time(), doubted(wanted.rig)
+    `computing_seconds` by the clock, less what the rig took, `trips`, what was `played`, the `controller`'s file and
+    the `way` that it is, `rounds`: what each left open, `exact_s`, what the goal would settle in were the numbers known
+    exactly, and `obstacles`: what stands in the way, what it costs, what to mend. Where something bars every further
+    motion there are only those."""
+    rig = doubted(wanted.rig)
     with LinkClient(wanted.at, wanted.token) as client:
         computing = Computing(wanted.computing)
         spent = RigTime(client, rig, wanted.seconds, run.stage, computing)
@@ -62,10 +62,10 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
             results = _commissioned(wanted, spent, run, progress)
         except Barred as barred:
             progress(str(barred))
-            return barred_outcome(spent, barred.obstacle, time.process_time() - began)
+            return barred_outcome(spent, barred.obstacle)
         finally:
             client.off()
-    return outcome(results, spent, run.dir, began)
+    return outcome(results, spent, run.dir)
 
 
 def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) -> Results:
