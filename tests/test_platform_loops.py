@@ -14,9 +14,9 @@ import pytest
 from workbench import InputError
 from workbench.base.gain_phase import gain_db
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.common.platform_motion import PlatformRecord
 from workbench.commands.run.config import load_config
 from workbench.commands.run.platform_config import PlatformConfig
-from workbench.commands.run.platform_record import PlatformRecord
 from workbench.commands.run.study import study_of
 from workbench.control.platform_controller import Forward, PlatformController, PlatformSpec, Smoothing
 from workbench.linear.crossings import corner_frequency

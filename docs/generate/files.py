@@ -10,7 +10,7 @@ from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
 from workbench.commands.knowledge.config import load_knowledge
-from workbench.commands.learn.config import load_learning
+from workbench.commands.learn.config import load_any, load_learning
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.sines.config import load_sines
@@ -60,6 +60,7 @@ def pages() -> dict[str, str]:
         ("knowledge", load_knowledge, ("knowledge.toml",)),
         ("faults", load_faults, ("faults.toml",)),
         ("learn", load_learning, ("learn.toml",)),
+        ("learn: a platform on six jacks", load_any, ("learn_platform.toml", "learn_platform_road.toml")),
         ("inverse", load_inverse, ("inverse.toml",)),
         ("sines", load_sines, ("sines.toml",)),
         ("run: the paper's figures", load_config, ("paper.toml",)),

@@ -8,6 +8,7 @@ Control Systems Magazine 26(3), 2006); with a smaller gain the drive that it arr
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -16,8 +17,8 @@ BOUND = 0.9  # of |Q (1 - L T)| on every plant
 FAINT = 0.03  # of a closed loop's gain: L does not invert what is fainter, where it would answer to noise alone
 FALL = 1.0  # dB: an iteration that changes the error by less is the last
 LEAST_GAIN = 0.25
-_CUTOFFS = 400  # tried, over all frequencies
-_LOWEST = 0.1  # Hz
+CUTOFFS = 400  # tried, over all frequencies
+LOWEST = 0.1  # Hz
 STOPS = (
     "",
     "what is left of the error does not repeat",
@@ -49,11 +50,28 @@ class LearningFilter:
         return np.abs(self.q * (1 - self.inverse * response))
 
     def _filtered(self, gains: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Values [.., samples] through gains [k], padded by a line from their end back to their start."""
-        whole = 2 * (len(self.f) - 1)
-        back = np.linspace(values[..., -1], values[..., 0], whole - self.samples + 2, axis=-1)[..., 1:-1]
-        padded = np.concatenate((values, back), axis=-1)
-        return np.fft.irfft(np.fft.rfft(padded) * gains, whole)[..., : self.samples]
+        """Values [.., samples] through gains [k]."""
+        return from_spectrum(gains * spectrum(values, len(self.f)), self.samples)
+
+
+def spectrum(values: np.ndarray, lines: int) -> np.ndarray:
+    """Spectra [.., lines] of values [.., samples], padded by a line from their end back to their start."""
+    whole = 2 * (lines - 1)
+    back = np.linspace(values[..., -1], values[..., 0], whole - values.shape[-1] + 2, axis=-1)[..., 1:-1]
+    return np.fft.rfft(np.concatenate((values, back), axis=-1))
+
+
+def from_spectrum(lines: np.ndarray, samples: int) -> np.ndarray:
+    """The first values [.., samples] of such spectra [.., k]."""
+    return np.fft.irfft(lines, 2 * (lines.shape[-1] - 1))[..., :samples]
+
+
+class Corrector(Protocol):
+    """What makes the next drive of the last one and of the error that it left."""
+
+    def corrected(self, drive: np.ndarray, error: np.ndarray, gain: float = 1.0) -> np.ndarray:
+        """The next drive; a smaller gain goes a part of the way."""
+        ...
 
 
 def record_frequencies(samples: int, period: float) -> np.ndarray:
@@ -70,19 +88,21 @@ def learning_filter(
     """
     inverse = np.mean(design.conj(), axis=0) / (np.mean(np.abs(design) ** 2, axis=0) + FAINT**2)
     left = np.abs(1 - inverse * plants).max(axis=0)
-    cutoffs = np.geomspace(highest, _LOWEST, _CUTOFFS)
-    converge = (cutoff for cutoff in cutoffs if (_low_pass(f, cutoff) * left).max() < BOUND)
-    cutoff = float(next(converge, _LOWEST))
-    return LearningFilter(f, inverse, _low_pass(f, cutoff), cutoff, samples)
+    cutoffs = np.geomspace(highest, LOWEST, CUTOFFS)
+    converge = (cutoff for cutoff in cutoffs if (low_pass(f, cutoff) * left).max() < BOUND)
+    cutoff = float(next(converge, LOWEST))
+    return LearningFilter(f, inverse, low_pass(f, cutoff), cutoff, samples)
 
 
-def _low_pass(f: np.ndarray, cutoff: float) -> np.ndarray:
+def low_pass(f: np.ndarray, cutoff: float) -> np.ndarray:
+    """Gains [k] of Q at f [k] Hz."""
     return 1 / (1 + (f / cutoff) ** (2 * STEEPNESS))
 
 
 @dataclass(frozen=True, eq=False)
 class Iteration:
-    """One time that the record was played: drive, what the controlled signal did and its sensor said, command [k].
+    """One time that the record was played: drive, what the controlled signal did and its sensor said, command [k] or
+    [k, axes].
 
     `kept`: whether the next iteration goes on from it; `gain` is that by which its drive was corrected.
     """
@@ -124,7 +144,7 @@ class Learned:
 
 
 def rms(values: np.ndarray) -> float:
-    """Root of the mean square of values [k]."""
+    """Root of the mean square of values [..]."""
     return float(np.sqrt(np.mean(values**2)))
 
 
@@ -141,9 +161,10 @@ def stops(
 
 
 def learn(
-    learning: LearningFilter, reference: np.ndarray, play: Callable[[int, np.ndarray, float], Iteration], most: int
+    learning: Corrector, reference: np.ndarray, play: Callable[[int, np.ndarray, float], Iteration], most: int
 ) -> Learned:
-    """Learn a drive for a reference [samples], in deviations from the start; `play` plays the nth drive at a gain.
+    """Learn a drive for a reference [samples] or [samples, axes], in deviations from the start; `play` plays the nth
+    drive at a gain.
 
     The reference itself is played twice first: half the variance of the difference is what does not repeat. An
     iteration that trips or makes the error larger is taken back, and the gain halved.

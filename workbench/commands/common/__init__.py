@@ -17,6 +17,7 @@ numbers             numbers for metrics.json
 wrong_numbers       described numbers that records contradict
 scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 platform_scene      a platform drawn as lines in space
+platform_controllers, platform_motion    of experiments on a platform: its controllers, and the motion that it plays
 fitted_plant        what a report says of a plant that was fitted to a frequency response
 judged              in words: the delay and the noise that loops were judged with
 wire_campaign      recordings of a live rig as a campaign folder

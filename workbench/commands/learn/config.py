@@ -7,8 +7,11 @@ from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec
+from ...rigs.platform import is_platform
 from ...rigs.rig import Rig
+from ..common.experiment import read_experiment
 from ..common.record_experiment import RecordExperiment, read_record_experiment
+from .platform_config import PlatformLearnConfig, platform_learning
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,17 @@ class LearnConfig:
     controller: ControllerSpec
     iterations: int
     measure: MeasureConfig | None
+
+
+def load_any(path: str | Path, rig: str | None = None, plants: int | None = None) -> LearnConfig | PlatformLearnConfig:
+    """Read the file, of one jack or of a platform; `rig` and `plants` replace what it says. Raises InputError with file
+    and key."""
+    path = Path(path)
+    top = read_experiment(path)
+    named = rig or (top.text("rig") if "rig" in top else "")
+    if is_platform(named) or is_platform(path.parent / named):
+        return platform_learning(top, path, rig, plants)
+    return load_learning(path, rig, plants)
 
 
 def load_learning(path: str | Path, rig: str | None = None, plants: int | None = None) -> LearnConfig:

@@ -12,9 +12,9 @@ from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import UNITS, AxisStep
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode
 from ...rigs.platform import AXES
+from ..common.platform_motion import PlatformRecord
 from ..common.platform_scene import leg_labels, platform_lines
 from .platform_config import PlatformConfig
-from .platform_record import PlatformRecord
 
 if TYPE_CHECKING:
     from .platform_study import PlatformFindings

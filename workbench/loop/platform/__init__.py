@@ -7,8 +7,10 @@ transfer        poles, sensitivity, and the linear transfer of the pose, 6 x 6
 steps           steps along one axis, by name
 rows, sines     what is measured in steps and in sines, with what the other axes do
 envelope        the same where the payload is another
-poses           roads and recorded courses as poses at the control period
+poses           roads, recorded courses and accelerations as poses at the control period
 excitation      motions that tell the axes apart, as large as the legs take them
+measured        the 6 x 6 transfer as it is measured, with its uncertainty
+learning        a drive file of six axes, learned
 record          a recorded motion, checked, played and learned
 reached, followed    sines inside and outside an axis's envelope, and what a loop follows of it
 reach           where it can go: stroke, joint angles, forces, flow, singular poses

@@ -42,10 +42,13 @@ class LegSensors:
         return cls(names, noise, resolution, np.array(places), noisy)
 
     def read(self, outputs: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """What they say [6, sensors] of all outputs of the plant, with standard normal numbers [6 sensors]."""
-        values = outputs[self.places]
+        """What they say [.., 6, sensors] of all outputs of the plant [.., n], with standard normal numbers
+        [.., 6 sensors]."""
+        values = outputs[..., self.places]
         return (
-            disturbed_readings(values, normal.reshape(LEGS, -1), self.noise, self.resolution) if self.noisy else values
+            disturbed_readings(values, normal.reshape(values.shape), self.noise, self.resolution)
+            if self.noisy
+            else values
         )
 
     def picked(self, names: Sequence[str]) -> list[int]:

@@ -1,0 +1,66 @@
+"""The controllers of an experiment on a platform: one on each leg, or a law on each mode."""
+
+from ...base.table import Table
+from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
+from ...control.platform_controller import LEGS, Forward, PlatformSpec, Smoothing
+from ...rigs.platform import Platform
+
+
+def platform_controllers(top: Table, platform: Platform) -> tuple[PlatformSpec, ...]:
+    """Those of the tables [controllers.NAME]. Raises InputError with file and key."""
+    tables = top.table("controllers")
+    if not len(tables):
+        raise top.complaint("controllers", "no controllers; add a table [controllers.NAME]")
+    return tuple(_controller(tables, name, platform) for name in tables)
+
+
+def _controller(tables: Table, name: str, platform: Platform) -> PlatformSpec:
+    """On every leg the controller of a table; or, with a list of `laws`, one on each mode."""
+    table = tables.table(name)
+    if "laws" not in table:
+        own = table.replaced({key: entry for key, entry in table.values.items() if key != "smoothing"})
+        spec = _checked(controller_spec(name, own), own, platform)
+        return PlatformSpec(name, (spec,) * LEGS, smoothing=_smoothing(table))
+    table.allow("laws", "smoothing", "command_map")
+    laws: dict[int, tuple[ControllerSpec, Forward | None]] = {}
+    for entry in table.tables("laws"):
+        modes = entry.numbers("modes", "[1, 2]")
+        own = entry.replaced({key: part for key, part in entry.values.items() if key not in ("modes", "forward")})
+        spec = _checked(controller_spec(name, own), own, platform)
+        forward = read_numbers(Forward, entry.table("forward")) if "forward" in entry else None
+        for mode in modes:
+            if mode not in range(1, LEGS + 1) or int(mode) in laws:
+                raise entry.complaint("modes", f"each mode from 1, the slowest, to {LEGS} needs one law")
+            laws[int(mode)] = spec, forward
+    if len(laws) < LEGS:
+        raise table.complaint("laws", f"each mode from 1, the slowest, to {LEGS} needs one law")
+    ordered = [laws[i + 1] for i in range(LEGS)]
+    forwards = tuple(forward for _, forward in ordered if forward)
+    if len(forwards) not in (0, LEGS):
+        raise table.complaint("laws", "give all laws a table forward, or none")
+    command_map = _command_map(table, name) if "command_map" in table else None
+    return PlatformSpec(name, tuple(spec for spec, _ in ordered), True, command_map, forwards, _smoothing(table))
+
+
+def _smoothing(table: Table) -> Smoothing | None:
+    return read_numbers(Smoothing, table.table("smoothing")) if "smoothing" in table else None
+
+
+def _command_map(table: Table, name: str) -> ControllerSpec:
+    """The map of the commands of the jacks: a compensator that maps a command."""
+    part = table.table("command_map")
+    spec = controller_spec(
+        name, part.replaced({"use": "controllers.p:P", "gain": "1 1/m", "compensators": [part.values]})
+    )
+    return spec.compensators[0]
+
+
+def _checked(spec: ControllerSpec, table: Table, platform: Platform) -> ControllerSpec:
+    """A law of the position of a jack, with the signals that the legs measure."""
+    law = spec.build(platform.period)
+    if law.measures[0] != "position":
+        raise table.complaint("use", f"controls the {law.measures[0]}; a platform's laws control the position")
+    for signal in law.measures:
+        if any(signal not in leg.rig.sensors for leg in platform.legs):
+            raise table.complaint("use", f"needs the {signal}, which not all legs measure; declare a sensor")
+    return spec
