@@ -10,7 +10,7 @@ from workbench.base.errors import InputError
 from workbench.commands.watch.reader import _check_alike, _sizes
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
 from workbench.identify.trace.refit import fit_rig
-from workbench.identify.watch.naming import explained
+from workbench.identify.watch.naming import explainer
 from workbench.identify.watch.session_evidence import near_fit, with_signal
 from workbench.records import load_campaign
 from workbench.rigs.rig_file import load_rig
@@ -68,7 +68,7 @@ def test_the_scale_of_a_sensor_and_the_gain_of_the_drive_are_found(whole, name):
         less = 1 / 1.04 - 1  # of the log: the drive gets more than that; a sensor shows more than it should
         return replace(own, train=with_signal(own.train, signal, less, 0.0))
 
-    said = explained(worn, replace(RIG, numbers=held), [name], ())[name]
+    said = explainer(worn, replace(RIG, numbers=held), ())(name)
     assert said.value == pytest.approx(0.04, abs=0.004)
     assert said.after < 0.2 * said.before
 

@@ -1,9 +1,12 @@
 """Computed files that a later start takes instead of computing them: whole, and the user's own."""
 
 import hashlib
+import json
 import os
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
+from typing import Any
 
 from .private_files import cache_folder, is_private
 
@@ -30,3 +33,13 @@ def store(name: str, content: bytes) -> bytes:
             file.write(hashlib.sha256(content).digest() + content)
         os.replace(file.name, cache_folder() / name)
     return content
+
+
+def kept(kind: str, key: Any, compute: Callable[[], Any]) -> Any:
+    """What is computed once for a key; both are of plain data, which JSON has. `kind` ends the file's name."""
+    name = f"{hashlib.sha256(json.dumps(key, sort_keys=True, default=str).encode()).hexdigest()}.{kind}"
+    if content := stored(name):
+        return json.loads(content)
+    result = compute()
+    store(name, json.dumps(result).encode())
+    return result

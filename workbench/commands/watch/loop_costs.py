@@ -2,12 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from hashlib import sha256
+from inspect import getfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.private_cache import kept
 from ...control.controller_spec import ControllerSpec
+from ...control.load_class import load_class
 from ...identify.watch.changes import History
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
@@ -30,6 +35,8 @@ FIGURES = (
 )
 MARGINS = FIGURES[:3]
 SINE = Scenario("position-sine-5hz", "position", 2e-3, 1.0, frequency=5)
+_DIGITS = 6  # of a rig's numbers
+_FORM = 1  # of what the cache keeps
 _PLACES = (-0.8, 0.0, 0.8)  # of the stroke, at which a worse plant than the session's own at its middle is sought
 
 
@@ -39,16 +46,41 @@ def loop_figures(
     """Margins, the first scenario's step, the error of a sine and the worst plant of the first controller, on the rig
     of every session [T].
 
-    The rig has the numbers of the session; since a change began, those of the fits with what is named.
+    The rig has the numbers of the session, moves [T, n] and their deviations [T, n]; since a change began, those of the
+    fits with what is named. A rig is judged once: its figures stay in the user's cache.
     """
     rows = []
     for t, move in enumerate(moves):
         values = {a.name: a.at(float(move[k])) for k, a in enumerate(known.axes[: known.numbers])}
         own = values if told is None else values | told.numbers_at(float(known.days[t]), known.days)
         half = {a.name: NORMAL * a.scale * float(deviations[t, k]) for k, a in enumerate(known.axes[: known.numbers])}
-        row = loop_row(loop, rig_with(rig, own))
-        rows.append(row | {"worst_gain_margin_db": _worst(loop, rig, own, half, row.get("gain_margin_db"))})
+        rows.append(_kept_row(loop, rig, _rounded(own), _rounded(half)))
     return {name: [row.get(name) for row in rows] for name in FIGURES}
+
+
+def _kept_row(
+    loop: StepConfig, rig: Rig, values: Mapping[str, float], half: Mapping[str, float]
+) -> dict[str, float | None]:
+    own = rig_with(rig, values)
+
+    def judged() -> dict[str, float | None]:
+        row = loop_row(loop, own)
+        worst = {"worst_gain_margin_db": _worst(loop, rig, values, half, row.get("gain_margin_db"))}
+        return {name: value for name, value in (row | worst).items() if name in FIGURES}
+
+    key = {"loop": loop.source, "laws": laws(loop.controllers[0]), "scenario": loop.scenarios[0].name, "form": _FORM}
+    return kept("loop", key | {"rig": own.table(), "half": half}, judged)
+
+
+def laws(spec: ControllerSpec) -> list[str]:
+    """What says that a controller is the same one: its name, and the code of its law and of its compensators."""
+    classes = [load_class(each.use, each.name) for each in (spec, *spec.compensators)]
+    return [spec.name, *(sha256(Path(getfile(each)).read_bytes()).hexdigest() for each in classes)]
+
+
+def _rounded(values: Mapping[str, float]) -> dict[str, float]:
+    """So that the last bits of a sum over sessions do not make another rig."""
+    return {name: float(f"{value:.{_DIGITS}g}") for name, value in values.items()}
 
 
 def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:

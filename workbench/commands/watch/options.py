@@ -57,6 +57,8 @@ def _watch(options: argparse.Namespace, words: list[str]) -> None:
         whole |= {"false_alarms_a_year": a_year, "rig": options.rig}
         study = partial(run_watches, folders, options.rig, loop, a_year, retuning, jobs=jobs(options))
     else:
+        if options.cluster:
+            raise InputError(f"--cluster shares rigs among workers, and {options.folder} has one; leave it out")
         found = dated_sessions(options.folder)
         rig = watched_rig(found, options.rig)
         whole, study = identity(found, rig, loop, a_year), partial(run_watch, found, rig, loop, a_year, retuning)

@@ -11,6 +11,7 @@ from ...identify.watch.changes import FEWEST, History
 from ...records.dated_sessions import DatedSession
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
+from ..common.row_table import RowTable
 from .told import NORMAL, Told
 
 _LOOP = {
@@ -38,8 +39,10 @@ def watch_page(
     told: Told | None,
     costs: Mapping[str, Sequence[float | None]],
     metrics: Mapping[str, Any],
+    shown: RowTable,
 ) -> tuple[Page, Figure]:
-    """The page and its telling figure: the axes that changed, with the loop's figures below."""
+    """The page and its telling figure: the axes that changed, with the loop's figures below; `shown`: how rows of the
+    loop are."""
     weeks = known.days / 7.0
     marks = tuple(Mark(week, session.remark or "repair", "x")
                   for week, session in zip(weeks, sessions, strict=True) if session.repair)  # fmt: skip
@@ -69,7 +72,7 @@ def watch_page(
         Section(
             "The loop",
             [
-                *_retuning(metrics),
+                *_retuning(metrics, shown),
                 Figure(f"{metrics['controller']} on the rig of each session", begun, loop),
                 _LOOP_NOTE,
             ],
@@ -97,11 +100,17 @@ def verdict(metrics: Mapping[str, Any], last: date) -> str:
     if not metrics["alarms"]:
         return f"Nothing changes beyond a healthy wander over {counted(count, 'session')} until {last}."
     coming = [
-        f"{row['figure']} of {metrics['controller']} passes {row['limit']:g} between {row['from']} and {row['to']}"
+        f"of {metrics['controller']} the {passing(row)} between {row['from']} and {row['to']}"
         for row in metrics["forecast"]
     ]
     said = [_sentence(alarm) for alarm in metrics["alarms"]]
     return ". ".join((*said, *(f"At this rate, with 80 %, {line}" for line in coming))) + "."
+
+
+def passing(row: Mapping[str, Any]) -> str:
+    """The limit that a forecast is about, in words."""
+    name, unit = _LOOP[row["figure"]].removesuffix("]").split(" [")
+    return f"{name} passes {row['limit']:g}{'' if unit == '1' else f' {unit}'}"
 
 
 def _sentence(alarm: Mapping[str, Any]) -> str:
@@ -172,17 +181,20 @@ def _healthy(metrics: Mapping[str, Any]) -> list[str]:
 def _forecast(rows: Sequence[Mapping[str, Any]]) -> Table | str:
     if not rows:
         return "No figure of the loop is on its way past a limit."
-    lines = [[row["figure"], row["limit"], row["from"], row["to"], row["by"]] for row in rows]
+    lines = [[_LOOP[row["figure"]], row["limit"], row["from"], row["to"], row["by"]] for row in rows]
     note = "80 %, if what changes goes on as it does."
     return Table("When the loop passes a limit", ["figure", "limit", "from", "to", "by"], lines, note)
 
 
-def _retuning(metrics: Mapping[str, Any]) -> list[Table]:
+def _retuning(metrics: Mapping[str, Any], shown: RowTable) -> list[Table]:
     """What a search on the rig as it is gives back."""
     again = metrics["retuning"]
     if again is None:
         return []
-    lines = [[name, before, after] for name, (before, after) in again["gain"].items()]
+    before, after = (
+        {"scenario": again["scenario"]} | {key: pair[k] for key, pair in again["gain"].items()} for k in (0, 1)
+    )
+    lines = [[shown.head(key), shown.cell(before, key), shown.cell(after, key)] for key in again["gain"]]
     note = f"{again['scenario']} on the rig of the newest session, after a search of {again['trials']} designs."
     if again["missed"]["retuned"]:
         note += f" The best of them still misses: {again['missed']['retuned']}."

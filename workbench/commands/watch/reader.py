@@ -1,18 +1,16 @@
 """Reads sessions: each one's evidence about the numbers of the first, and suspects fitted to it."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.private_cache import store, stored
+from ...base.private_cache import kept
 from ...base.process_pool import one_blas_thread
 from ...identify.trace.problem import EstimationProblem, estimation_problem
-from ...identify.watch.naming import Explained, Problem, explained
+from ...identify.watch.naming import Explained, Problem, explainer
 from ...identify.watch.session_evidence import (
     EffectModels,
     SessionEvidence,
@@ -63,15 +61,22 @@ class SessionReader:
         return self._models[names]
 
     def explained(self, campaign: Campaign, axes: Sequence[str], what: str) -> dict[str, Explained]:
-        """Suspects on one session, with the rig otherwise as the first one found it. Raises InputError."""
-        rig, library = self._found or self.rig, effects_for(self.rig)
-
-        def compute(_: Problem) -> dict[str, Any]:
-            found = explained(lambda own: _problem(campaign, own, _FEW), rig, axes, library)
-            return {axis: asdict(each) for axis, each in found.items()}
-
-        kept = self._kept(campaign, rig, axes, what, compute)
-        return {axis: Explained(**each) for axis, each in kept.items()}
+        """Suspects on one session, with the rig otherwise as the first one found it; without those whose fit ends far
+        from the records. Raises InputError where no suspect has one that is near."""
+        rig = self._found or self.rig
+        explained = explainer(lambda own: _problem(campaign, own, _FEW), rig, effects_for(self.rig))
+        found: dict[str, Any] = {}
+        far: InputError | None = None
+        for axis in axes:
+            try:
+                found |= self._kept(
+                    campaign, rig, [axis], f"{axis} on {what}", lambda _, own=axis: {own: asdict(explained(own))}
+                )
+            except InputError as error:
+                far = error
+        if far is not None and not found:
+            raise far
+        return {axis: Explained(**each) for axis, each in found.items()}
 
     def _as_found(self, campaign: Campaign, what: str) -> Rig:
         def compute(own: Problem) -> dict[str, Any]:
@@ -88,15 +93,13 @@ class SessionReader:
     def _kept(
         self, campaign: Campaign, rig: Rig, asked: Sequence[str], what: str, compute: Callable[[Problem], Any]
     ) -> Any:
+        def told() -> Any:
+            self._progress(what)
+            with one_blas_thread():
+                return compute(lambda own: _problem(campaign, own))
+
         key = {"campaign": fingerprint(campaign) | {"name": ""}, "rig": rig.table(), "asked": asked, "form": _FORM}
-        name = f"{sha256(json.dumps(key, sort_keys=True, default=str).encode()).hexdigest()}.session"
-        if content := stored(name):
-            return json.loads(content)
-        self._progress(what)
-        with one_blas_thread():
-            result = compute(lambda own: _problem(campaign, own))
-        store(name, json.dumps(result).encode())
-        return result
+        return kept("session", key, told)
 
 
 def read_sessions(

@@ -83,27 +83,19 @@ def _attention(row: Row) -> tuple[bool, str, float, str]:
 
 
 def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
+    margins = [row["margins"].get("gain_margin_db") for row in rows]
     lines = [
-        [
-            row["name"],
-            "; ".join(" or ".join(alarm["among"]) for alarm in row["alarms"]),
-            next((alarm["since"] for alarm in row["alarms"]), None),
-            next((f"{each['figure']} {each['limit']:g} from {each['from']}" for each in row["forecast"]), ""),
-            row["margins"].get("gain_margin_db"),
-            row["margins"].get("settling_s"),
-            row["sessions"],
-            row["last"],
-            len(row["left_out"]),
-        ]
-        for row in rows
-    ]
-    heads = ["rig", "alarm", "since", "passes", "gain margin [dB]", "settling [s]", "sessions", "newest", "left out"]
+        [row["name"], row["said"], margin, row["margins"].get("settling_s"), row["sessions"], row["last"],
+         len(row["left_out"])]
+        for row, margin in zip(rows, margins, strict=True)
+    ]  # fmt: skip
+    heads = ["rig", "what its watch says", "gain margin [dB]", "settling [s]", "sessions", "newest", "left out"]
     alarmed = [row["name"] for row in rows if row["alarms"]]
     said = f"{len(alarmed)} of {counted(len(rows), 'rig')} {agreed('need', len(alarmed))} attention"
     said += f": {', '.join(alarmed)}." if alarmed else "."
-    words = Table("What each says", ["rig", "what its watch says"], [[row["name"], row["said"]] for row in rows])
-    margins = np.array([row["margins"].get("gain_margin_db") or np.nan for row in rows], dtype=float)
-    points = Curve("newest session", np.arange(1.0, len(rows) + 1), margins, "points")
+    y = np.array([np.nan if margin is None else margin for margin in margins], dtype=float)
+    points = Curve("newest session", np.arange(1.0, len(rows) + 1), y, "markers")
     figure = Figure("The loop on each rig", "rig, most urgent first", [Panel("gain margin [dB]", [points])])
-    table = Table("Most urgent first", heads, lines)
-    return Page("Watch of several rigs", said, [Section("Rigs", [table, figure, words])], picture=figure), figure
+    return Page(
+        "Watch of several rigs", said, [Section("Most urgent first", [Table("", heads, lines), figure])], picture=figure
+    ), figure

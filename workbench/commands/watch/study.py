@@ -13,6 +13,7 @@ from ...base.process_pool import one_blas_thread
 from ...base.words import counted
 from ...identify.watch.changes import Change, History, first_told, history, smoothed
 from ...identify.watch.healthy_rate import healthy_rate
+from ...identify.watch.known_then import known_then
 from ...identify.watch.naming import Name
 from ...identify.watch.session_evidence import Axis, SessionEvidence
 from ...records.campaign import FILE, campaign_rig
@@ -22,6 +23,7 @@ from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
+from ..common.row_table import RowTable
 from ..common.step_experiment import StepConfig
 from .forecast import forecasts
 from .loop_costs import FIGURES, loop_figures, rig_with
@@ -80,7 +82,7 @@ def run_watch(
         moves, deviations = _course(known, change)
         told = _named(reader, sessions, evidence, known, change, first_alarm) if change else None
         progress(f"{loop.controllers[0].name} on the rig of each session")
-        costs = stage("loops", lambda: loop_figures(loop, rig, known, moves, deviations, told))
+        costs = stage("loops", lambda: loop_figures(loop, rig, known, *known_then(known), told))
         healthy = healthy_rate(known, a_year)
         newest = told.numbers_at(days[-1], known.days) if told else {}
         again = stage("retuning", lambda: retuning(rig_with(rig, newest))) if retuning and newest else None
@@ -106,7 +108,8 @@ def run_watch(
     }
 
     def draw() -> tuple[Page, Figure]:
-        return watch_page(found.folder.resolve().name, known, sessions, moves, deviations, told, costs, metrics)
+        name, shown = found.folder.resolve().name, RowTable(rig, loop.signal, loop.scenarios)
+        return watch_page(name, known, sessions, moves, deviations, told, costs, metrics, shown)
 
     texts = {"watch.json": json.dumps(metrics, indent=1)}
     return Outcome(metrics, draw, {}, texts, Subject(rig, list(loop.controllers[:1])))

@@ -13,7 +13,7 @@ from ...records.dated_sessions import DatedSession
 from .reader import SessionReader
 
 _FEWEST = 4
-_COURSE = 8  # sessions that what is named is fitted to, at most
+_COURSE = 12  # sessions that what is named is fitted to, at most
 NORMAL = 1.96  # standard deviations in half of a 95 % interval
 
 
@@ -118,16 +118,19 @@ def _moving(best: str, values: Mapping[int, Explained]) -> tuple[str, ...]:
 
 
 def fitted_sessions(first: int, count: int) -> list[int]:
-    """The sessions from `first` on, of so many, that what is named is fitted to."""
-    return np.unique(np.linspace(first, count - 1, _COURSE).astype(int)).tolist()
+    """The sessions from `first` on, of so many, that what is named is fitted to: evenly, and the newest. The step is
+    doubled as they become more, so that a new session asks for no other fit than its own."""
+    step = 1
+    while (count - 1 - first) > step * (_COURSE - 1):
+        step *= 2
+    return sorted({*range(first, count, step), count - 1})
 
 
 def _explained(
     reader: SessionReader, sessions: Sequence[DatedSession], t: int, axes: Sequence[str]
 ) -> dict[str, Explained]:
-    what = f"{', '.join(axes)} on the session of {sessions[t].day}"
     try:
-        return reader.explained(sessions[t].load(), axes, what)
+        return reader.explained(sessions[t].load(), axes, f"the session of {sessions[t].day}")
     except InputError:
         return {}
 

@@ -2,6 +2,7 @@
 
 session_evidence    a session's fit, of a rig held to what healthy ones do, and how its errors answer to every axis
 changes             whether an axis changes, since when; how a healthy rig wanders; the limit of an alarm
+known_then          what was known of each session when it was the newest
 healthy_rate        how often a healthy rig would raise an alarm
 naming              suspects fitted to sessions before and after a change
 """

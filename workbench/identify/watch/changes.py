@@ -25,7 +25,7 @@ PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.025}  # of the number: as mine
 SEASON = 8.0  # K, of oil whose temperature nobody recorded, over a year
 NOISE_SHARE = 0.3  # of a session's own uncertainty: no axis is thought to be steadier
 ROUNDING = 1e-6
-_EARLY = 2 * FEWEST  # sessions that say how the rig wanders
+EARLY = 2 * FEWEST  # sessions that say how the rig wanders
 _NORMAL_MEDIAN = 0.4549  # of the square of a normal variable
 _PRIOR_SESSIONS, LEAST_SHARE = 8, 0.5  # sessions that the healthy wander counts as; the least that is left of it
 _DRAWS = 200
@@ -111,7 +111,7 @@ def _features(repairs: Sequence[bool], temperatures: Sequence[float | None]) -> 
     columns = [(stretch == k).astype(float) for k in range(int(stretch.max()) + 1)]
     known = [value for value in temperatures if value is not None]
     if len(known) == len(temperatures) and np.ptp(known) > 0:
-        columns.append((np.array(known) - np.mean(known)) / 10.0)
+        columns.append((np.array(known) - known[0]) / 10.0)  # later sessions change nothing of it
     return np.column_stack(columns)
 
 
@@ -136,7 +136,7 @@ def wander(of: History) -> np.ndarray:
     much; what oil and supply do to healthy rigs counts as so many sessions more, since few differences tell little.
     Later sessions do not count: what wears would hide itself.
     """
-    moves, deviations = estimates(of.until(_EARLY))
+    moves, deviations = estimates(of.until(EARLY))
     early, told = moves, np.median(deviations**2, axis=0)
     healthy = np.square([axis.healthy for axis in of.axes])
     second = np.diff(early, n=2, axis=0) ** 2 / 6
@@ -167,7 +167,7 @@ class Marginal:
     def solved(self) -> tuple[np.ndarray, np.ndarray]:
         """The inverse of the normal matrix of the means [p, p], and X'M X's way from M's column to them [T, p, n]."""
         weighted = np.swapaxes(self.design, 1, 2) @ self.matrix
-        normal = np.sum(weighted @ self.design, axis=0)
+        normal = np.tensordot(weighted, self.design, ((0, 2), (0, 1)))
         return np.linalg.inv(normal + np.eye(len(normal)) / BROAD**2), weighted
 
 
@@ -201,7 +201,7 @@ def gains(of: Marginal, days: np.ndarray, vectors: np.ndarray) -> tuple[list[Cas
     `vectors` [T, n, R] are of R histories at once.
     """
     inverse, weighted = of.solved()
-    mean = inverse @ np.einsum("tnp,tnr->pr", of.design, vectors)
+    mean = inverse @ np.tensordot(of.design, vectors, ((0, 1), (0, 1)))
     firsts = np.unique(np.linspace(1, len(days) - 1, _TAUS).astype(int))
     cases: list[Case] = [(int(first), shape) for first in firsts for shape in ("jump", "drift")]
     gain, size = [], []
@@ -296,7 +296,7 @@ def _over(of: History, whole: Marginal, least: np.ndarray, count: int) -> float:
     if count < FEWEST:
         return 0.0
     until = of.until(count)
-    rest = whole.until(count) if count >= _EARLY else marginal(until, wander(until))
+    rest = whole.until(count) if count >= EARLY else marginal(until, wander(until))
     found = change(until, rest, least)
     return found.gain if found else 0.0
 
@@ -314,5 +314,5 @@ def smoothed(of: History, found: Change | None) -> tuple[np.ndarray, np.ndarray]
     about = np.einsum("tij,tj->ti", known, of.vector - np.einsum("tij,tj->ti", of.matrix, mean))
     # the mean's own uncertainty shows where a session says little
     reach = np.einsum("tij,jk->tik", known, np.diag(1.0 / variance)) @ rest.design
-    spread = np.einsum("tnp,pq,tnq->tn", reach, inverse, reach)
+    spread = np.einsum("tnp,tnp->tn", reach @ inverse, reach)
     return mean + about, np.sqrt(np.einsum("tii->ti", known) + spread)

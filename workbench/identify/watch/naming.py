@@ -7,6 +7,7 @@ about the alarm and on the newest session, are fitted, one at a time; the rig's 
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -86,23 +87,26 @@ def _newest(known: History, moves: np.ndarray) -> np.ndarray:
     return gain
 
 
-def explained(problem: Problem, rig: Rig, axes: Sequence[str], library: Sequence[Effect]) -> dict[str, Explained]:
-    """Suspects, one at a time, on one session, whose problem is made for a rig that is held to what healthy ones do.
+def explainer(problem: Problem, rig: Rig, library: Sequence[Effect]) -> Callable[[str], Explained]:
+    """A function: suspect -> what it alone makes of one session, whose problem is made for a rig that is held to what
+    healthy ones do. The fit without a suspect is computed once, when it is first needed.
 
-    Raises InputError where no fit is near.
+    The function raises InputError where no fit is near.
     """
-    own = problem(rig)
-    was = with_selection(own, own.model(), near_fit(own), ())
     formulas = {effect.name: effect for effect in reversed(library)}
-    found = {}
-    for axis in axes:
+
+    @cache
+    def without() -> tuple[EstimationProblem, FittedModel]:
+        own = problem(rig)
+        return own, with_selection(own, own.model(), near_fit(own), ())
+
+    def explained(axis: str) -> Explained:
+        own, was = without()
         if axis in rig.numbers:
-            found[axis] = _number(problem, rig, axis, was)
-        elif axis in formulas:
-            found[axis] = _effect(own, was, formulas[axis])
-        else:
-            found[axis] = _signal(own, was, axis)
-    return found
+            return _number(problem, rig, axis, was)
+        return _effect(own, was, formulas[axis]) if axis in formulas else _signal(own, was, axis)
+
+    return explained
 
 
 def _number(problem: Problem, rig: Rig, name: str, was: FittedModel) -> Explained:

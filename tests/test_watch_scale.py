@@ -1,0 +1,98 @@
+"""What a watch keeps: a new session changes nothing of earlier ones, and asks for its own fit alone."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_watch import wandering, watched
+
+from workbench.base.errors import InputError
+from workbench.base.private_cache import kept
+from workbench.commands.common.shipped import experiment
+from workbench.commands.watch import loop_costs, reader
+from workbench.commands.watch.loop_costs import FIGURES, loop_figures
+from workbench.commands.watch.options import loop_of
+from workbench.commands.watch.told import fitted_sessions
+from workbench.identify.watch.changes import smoothed
+from workbench.identify.watch.known_then import known_then
+from workbench.identify.watch.naming import Explained
+from workbench.records import load_campaign
+from workbench.rigs.rig_file import load_rig
+
+
+def test_what_was_known_of_a_session_is_what_a_history_that_ends_there_says_of_it():
+    known = watched(wandering(40, 3), 3)
+    moves, deviations = known_then(known)
+    for session in (0, 9, 15, 16, 30, 39):
+        own, spread = smoothed(known.until(session + 1), None)
+        np.testing.assert_allclose(moves[session], own[-1], atol=1e-7)
+        np.testing.assert_allclose(deviations[session], spread[-1], rtol=1e-7)
+
+
+@pytest.mark.parametrize("count", [9, 16, 30])
+def test_later_sessions_change_nothing_of_what_was_known(count):
+    kelvin = [300.0 + k % 5 for k in range(40)]
+    moves, deviations = known_then(watched(wandering(40, 3), 3, temperatures=kelvin))
+    before = known_then(watched(wandering(40, 3)[:count], 3, temperatures=kelvin[:count]))
+    np.testing.assert_allclose(moves[:count], before[0], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(deviations[:count], before[1], rtol=1e-9)
+
+
+def test_a_new_session_asks_for_no_fit_but_its_own():
+    """Up to twelve sessions from the one before the change on; the newest is always among them."""
+    for count in range(10, 300):
+        fitted, before = fitted_sessions(8, count), fitted_sessions(8, count - 1)
+        assert set(fitted) - set(before) == {count - 1}
+        assert min(fitted) == 8
+        assert len(fitted) <= 13
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
+def test_a_rig_is_judged_once(cache, monkeypatch):
+    judged = []
+    monkeypatch.setattr(loop_costs, "loop_row", lambda loop, rig: judged.append(rig["b"]) or {"gain_margin_db": 9.0})
+    monkeypatch.setattr(loop_costs, "_worst", lambda *_: 8.0)
+    rig = load_rig("jack-10t")
+    loop = loop_of(experiment("position_tuned"), "p-dp")
+    known = watched(wandering(12, 3), 3)
+    axes = tuple(replace(axis, value=rig[axis.name], scale=0.1 * rig[axis.name]) for axis in known.axes[:2])
+    known = replace(known, axes=(*axes, *known.axes[2:]))
+    for count in (11, 12):
+        then = known_then(known.until(count))
+        figures = loop_figures(loop, rig, known.until(count), *then, None)
+        assert set(figures) == set(FIGURES)
+        assert figures["gain_margin_db"] == [9.0] * count
+        assert figures["settling_s"] == [None] * count
+        assert len(judged) == count
+
+
+def test_what_is_kept_is_computed_once_for_a_key(cache):
+    calls = []
+
+    def compute(key):
+        calls.append(key)
+        return {"twice": 2 * key["a"]}
+
+    found = [kept("test", {"a": a}, partial(compute, {"a": a}))["twice"] for a in (1, 1, 2)]
+    assert found == [2, 2, 4]
+    assert calls == [{"a": 1}, {"a": 2}]
+
+
+def test_a_suspect_whose_fit_ends_far_off_leaves_the_others(cache, monkeypatch):
+    def far(axis):
+        if axis == "current.scale":
+            raise InputError("no nearer than a constant")
+        return Explained(2.0, 1.0, 1000, 0.3, 0.1, {})
+
+    monkeypatch.setattr(reader, "explainer", lambda *_: far)
+    session = load_campaign(Path(__file__).parent.parent / "experiments" / "sample")
+    own = reader.SessionReader(load_rig("jack-10t"), lambda _: None)
+    assert set(own.explained(session, ["Kp", "current.scale", "psi3"], "a session")) == {"Kp", "psi3"}
+    with pytest.raises(InputError, match="no nearer"):
+        own.explained(session, ["current.scale"], "a session")
