@@ -23,7 +23,7 @@ from workbench.base.errors import InputError
 from workbench.base.units import to_si
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.inverse.config import load_inverse
-from workbench.commands.learn.config import load_learning
+from workbench.commands.learn.config import load_any
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.sines.config import load_sines
@@ -45,7 +45,7 @@ LOADERS: dict[str, Callable[[Path], Any]] = {
     "tune": load_tune,
     "train": load_train,
     "bench": load_bench,
-    "learn": load_learning,
+    "learn": load_any,
     "inverse": load_inverse,
     "robustness": load_robustness,
     "sines": load_sines,

@@ -12,7 +12,7 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
 from workbench.commands.knowledge.config import load_knowledge
-from workbench.commands.learn.config import load_learning
+from workbench.commands.learn.config import load_any
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.run.study import study_of
@@ -181,7 +181,7 @@ def test_every_shipped_experiment_loads():
     for path in sorted((Path(__file__).parents[1] / "experiments").glob("*.toml")):
         loaders = {"new-rig": load_datasheet, "bench": load_bench, "tune": load_tune, "train": load_train,
                    "robustness": load_robustness,
-                   "learn": load_learning, "inverse": load_inverse, "sines": load_sines,
+                   "learn": load_any, "inverse": load_inverse, "sines": load_sines,
                    "faults": load_faults, "knowledge": load_knowledge}  # fmt: skip
         loaders.get(tomllib.loads(path.read_text())["experiment"], load_config)(path)
 
