@@ -182,6 +182,7 @@ def test_the_command_leaves_what_the_contract_says(tmp_path, monkeypatch, capsys
         ("M = [0.5, 1.5]", "M = [1.5, 0.5]", "least and the largest factor"),
         ("stroke = 0.9", "stroke = 1.9", "at most 1"),
         ("stroke = 0.9", "stroke = 0.9\npositions = [0, 1.1]", "from -1 to 1"),
+        ("stroke = 0.9", "stroke = 0.9\nknown = 60", "at most 50"),
         ("plants = 10000", "plants = 0", "whole number"),
         ('unit = "mm"', 'unit = "kg"', "cannot be converted"),
         ("plants = ", 'computing_delay = "0.3 ms"\nplants = ', "the rig or a controller says it"),

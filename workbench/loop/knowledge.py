@@ -6,6 +6,7 @@ from dataclasses import replace
 from ..rigs.number import Number
 from ..rigs.rig import Rig
 
+ALL = 50.0  # % of a range, either way: all of it
 Factors = Mapping[str, tuple[float, float]]
 
 

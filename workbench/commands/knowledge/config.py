@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.table import Table
-from ...loop.knowledge import known_to
+from ...loop.knowledge import ALL, known_to
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS
 from ..common.experiment import read_experiment
@@ -14,7 +14,6 @@ from ..tune.config import TuneConfig, load_tune
 from ..tune.problem import TuneProblem
 
 KEYS = ("experiment", "searches", "known", "trials", "plants", "seed")
-_ALL = 50.0  # % of a range, either way: all of it
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ def known_problem(search: TuneConfig, share: float, start: Mapping[str, float]) 
 
 def _shares(top: Table) -> tuple[float, ...]:
     percents = top.numbers("known", "[50, 20, 5]")
-    if not percents or not all(0 <= percent <= _ALL for percent in percents) or len(set(percents)) < len(percents):
+    if not percents or not all(0 <= percent <= ALL for percent in percents) or len(set(percents)) < len(percents):
         raise top.complaint("known", "different numbers from 0 to 50: to +- so many percent of its range each is known")
     return tuple(percent / 100 for percent in sorted(percents, reverse=True))
 

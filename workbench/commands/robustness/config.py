@@ -10,13 +10,14 @@ from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.conditions import Conditions
+from ...loop.knowledge import ALL, known_to
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS, read_factors, read_positions
 from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
 
 KEYS = (
     "experiment", "rig", "plant", "specimen", "plants", "seed", "ideal", "step", "seconds", "moves", "stroke",
-    "positions", "from", "draw",
+    "positions", "known", "from", "draw",
 )  # fmt: skip
 _STEPS = {"m": (1e-6, 1.0), "N": (1.0, 1e9)}  # by the SI unit of the signal
 _ANY_STEP = 1e-12, 1e12
@@ -27,9 +28,10 @@ _MOST_MOVES = 20
 class RobustnessConfig:
     """A step of a signal (SI) watched for so many seconds, on plants drawn by the seed of the `conditions`.
 
-    Drawn are factors [low, high] by name, and all other numbers that the rig gives bounds within them. `stroke`: the
-    share of the stroke limit in which steps lie; `positions`: the shares of it at which every plant's linear loops are
-    judged. `moves`: as many steps, there and back, each watched as long, come before the one that is judged.
+    Drawn are factors [low, high] by name, and all other numbers that the rig gives bounds within them: both are those
+    of a rig that is known as well as the file says. `stroke`: the share of the stroke limit in which steps lie;
+    `positions`: the shares of it at which every plant's linear loops are judged. `moves`: as many steps, there and
+    back, each watched as long, come before the one that is judged.
 
     `source` is the experiment as it was read, with the tables of its controllers.
     """
@@ -78,8 +80,11 @@ def read_drawn_steps(
     stroke = table.positive("stroke")
     if stroke > 1:
         raise table.complaint("stroke", "a share of the stroke limit, at most 1")
+    rig, factors = nominal, read_factors(table, nominal)
+    if "known" in table:
+        rig, factors = known_to(rig, factors, _known(table))
     return RobustnessConfig(
-        rig=nominal,
+        rig=rig,
         plants=plants or table.count("plants", 1, MOST_PLANTS),
         conditions=read_conditions(table),
         signal=signal,
@@ -87,11 +92,19 @@ def read_drawn_steps(
         seconds=table.quantity("seconds", Spec("s", 0.5, 60.0, "how long it is watched")),
         stroke=stroke,
         positions=read_positions(table),
-        factors=read_factors(table, nominal),
+        factors=factors,
         controllers=controllers,
         source=source,
         moves=table.count("moves", 0, _MOST_MOVES) if "moves" in table else 0,
     )
+
+
+def _known(table: Table) -> float:
+    """The share of its range to which each number is known, either way."""
+    known = table.positive("known", "%")
+    if known > ALL:
+        raise table.complaint("known", f"at most {ALL:g}: to +- so many percent of its range each number is known")
+    return known / 100
 
 
 def _signal(table: Table, controllers: tuple[ControllerSpec, ...], rig: Rig) -> Signal:
