@@ -9,12 +9,12 @@ from effect_laws import evaluated
 
 from workbench.base.errors import InputError
 from workbench.base.units import to_si
-from workbench.commands.trace.study import effects_for
 from workbench.engine import Engine
 from workbench.engine.emit import first_unsupported
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.plant.effects import EQUATIONS, LIBRARY, PUMP_LIBRARY, applies, find, known_effects, number_effects
+from workbench.plant.effects.declared import effects_for
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 

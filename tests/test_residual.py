@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.residual.config import fingerprint
 from workbench.commands.residual.study import chi2, run_residual
 from workbench.engine import Engine
 from workbench.identify.data.noise_floor import NoiseFloor
@@ -16,6 +15,7 @@ from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record, load_campaign
 from workbench.records.campaign import FREE_RUN
+from workbench.records.fingerprint import fingerprint
 from workbench.rigs.rig_file import load_rig
 
 SHARED = Path(__file__).parents[2] / "shared"

@@ -28,7 +28,7 @@ from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.residual.study import run_residual
 from workbench.commands.trace.answer import TraceAnswer
 from workbench.commands.trace.metrics import more_json, trace_json
-from workbench.commands.trace.study import effects_for, identity, run_trace, trace_campaign, traced
+from workbench.commands.trace.study import identity, run_trace, trace_campaign, traced
 from workbench.commands.trace.tables import candidates_table
 from workbench.identify.fit.free_parameters import Candidate
 from workbench.identify.fit.initial_states import predicted_states
@@ -43,6 +43,7 @@ from workbench.identify.trace.rule import explained
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
+from workbench.plant.effects.declared import effects_for
 from workbench.records import Record, load_campaign
 from workbench.report import render
 from workbench.rigs.rig_file import load_rig, rig_text

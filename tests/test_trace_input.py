@@ -22,8 +22,9 @@ from made_campaigns import (
 from workbench.base.errors import InputError
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json, open_run
-from workbench.commands.trace.study import effects_for, run_trace
+from workbench.commands.trace.study import run_trace
 from workbench.plant.effects import LIBRARY as WHOLE
+from workbench.plant.effects.declared import effects_for
 from workbench.records import Record
 from workbench.report import render
 from workbench.rigs.rig_file import load_rig

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from workbench.cli import main
-from workbench.commands.watch import reader, study
+from workbench.commands.watch import study
 from workbench.commands.watch.options import options
-from workbench.commands.watch.reader import SessionReader
+from workbench.identify.watch import reader
 from workbench.identify.watch.naming import Explained
+from workbench.identify.watch.reader import SessionReader
 from workbench.identify.watch.session_evidence import Axis, SessionEvidence
 from workbench.rigs.rig_file import load_rig
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_watch import wandering, watched
+from workbench.commands.watch.loop_costs import FIGURES, loop_figures
+from workbench.commands.watch.told import fitted_sessions
 
 from workbench.base.errors import InputError
 from workbench.base.private_cache import kept
 from workbench.commands.common.shipped import experiment
 from workbench.commands.watch import loop_costs, reader
-from workbench.commands.watch.loop_costs import FIGURES, loop_figures
 from workbench.commands.watch.options import loop_of
-from workbench.commands.watch.told import fitted_sessions
 from workbench.identify.watch.changes import smoothed
 from workbench.identify.watch.known_then import known_then
 from workbench.identify.watch.naming import Explained

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.commands.watch.reader import _check_alike, _sizes
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.identify.watch.naming import explainer
+from workbench.identify.watch.reader import _check_alike, _sizes
 from workbench.identify.watch.session_evidence import near_fit, with_signal
 from workbench.records import load_campaign
 from workbench.rigs.rig_file import load_rig

@@ -1,6 +1,6 @@
 """The exception for bad input, a line that says where it is, what is wrong and what to do; what else can be lost."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 
 
@@ -23,6 +23,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if close:
         return f'did you mean "{close[0]}"?'
     return "known: " + ", ".join(names)
+
+
+def check_known(option: str, names: Iterable[str], known: Collection[str], what: str) -> None:
+    """Raises InputError for a name, given to an `option`, of a thing (`what`) that there is not."""
+    for name in names:
+        if name not in known:
+            raise InputError(f'{option} {name}: no {what} "{name}"; {nearest(name, known)}')
 
 
 def echo(value: object) -> str:

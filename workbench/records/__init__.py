@@ -4,6 +4,7 @@ record                 a frozen table of what was logged
 described              campaign files of public data sets that come without one
 campaign, sessions     which records of a rig are fitted and which only judge; which are of another state of it
 dated_sessions         a rig's recordings over months
+fingerprint            what says that a campaign is the same one
 read, repair, write    records from files and to files; what is mended on the way
 table, mat, mat5       files as tables of numbers
 columns                which column is which signal

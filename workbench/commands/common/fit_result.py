@@ -1,16 +1,17 @@
 """What a fit found: numbers with intervals in the units that people read, and the rig file with them."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...base.units import from_si, to_si
+from ...base.units import from_si
 from ...identify.fit.determined import FreeParameter
 from ...identify.fit.solver import UNSEEN, Fit
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel
 from ...plant.effects import Effect, EffectNumber, numbers_of
+from ...plant.effects.declared import effect_use
 from ...report import within
 from ...report.digits import four_digits
 from ...report.table import Cell, shown
@@ -190,12 +191,6 @@ def rig_as_fitted(rig: Rig, source: str, fit: Fit, effects: Sequence[Effect], fi
     )
 
 
-def effect_use(effect: Effect, values: Mapping[str, float], source: str) -> EffectUse:
-    """The effect as a rig file declares it, with values SI by name; a number without one is typical."""
-    every = [values.get(number.name, number.typical) for number in effect.numbers]
-    return EffectUse(effect.name, effect.formula, dict(_numbers(effect.numbers, every, source)))
-
-
 def _value(fit: Fit, index: int) -> float:
     free = fit.free[index]
     return min(max(free.value(float(fit.x[index])), free.low), free.high)
@@ -226,19 +221,3 @@ def _use(effect: Effect, fit: Fit, source: str) -> EffectUse:
 def _ranged(number: Number, low: float, high: float, interval: tuple[float, float]) -> Number:
     ends = min(interval[0], number.value), max(interval[1], number.value)
     return replace(number, low=low, high=high, interval=ends)
-
-
-def _numbers(specs: Sequence[EffectNumber], values: Sequence[float], source: str) -> Iterable[tuple[str, Number]]:
-    for spec, value in zip(specs, values, strict=True):
-        said = "typical; given, not fitted" if spec.given else source
-        yield spec.name, Number(spec.name, _inside(spec, value), spec.shown, spec.si, said)
-
-
-def _inside(spec: EffectNumber, value: float) -> float:
-    """The value, moved by its last digits where a file that gives it in `shown` would read back beyond the range."""
-    for step in (0.0, 1e-13, 1e-12):
-        moved = value + step * (spec.high - spec.low) * (1 if value < (spec.low + spec.high) / 2 else -1)
-        text = f"{float(from_si(moved, spec.shown, spec.si)):.14g}"
-        if spec.low <= float(to_si(float(text), spec.shown, spec.si)) <= spec.high:
-            return moved
-    return value

@@ -6,10 +6,11 @@ from functools import partial
 
 from ...base.errors import InputError
 from ...records.campaign import FREE_RUN, campaign_rig
+from ...records.fingerprint import fingerprint
 from ...rigs.platform import is_platform, load_platform
 from ..common.options import finish
 from ..common.rig_out import finish_with_rig, leaves_rig
-from ..residual.config import fingerprint, load, on_campaign
+from ..residual.config import load, on_campaign
 
 STARTS = 3
 

@@ -12,10 +12,10 @@ from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS
 from ...base.units import to_si
 from ...records import Campaign, Record, load_campaign
+from ...records.fingerprint import fingerprint
 from ...records.frequency_sheet import FrequencySheet, read_sheet
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
-from ..residual.config import fingerprint
 
 
 @dataclass(frozen=True)

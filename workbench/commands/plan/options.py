@@ -3,9 +3,10 @@
 import argparse
 from functools import partial
 
+from ...records.fingerprint import fingerprint
 from ..common.options import computes, finish
 from ..excite.config import SETS
-from ..residual.config import fingerprint, load, on_campaign
+from ..residual.config import load, on_campaign
 
 
 def options(parser: argparse.ArgumentParser) -> None:

@@ -9,10 +9,10 @@ from ...identify.fit.windows import Windows, cut_windows
 from ...identify.trace.information import EffectInformation, cosines, effects_alone
 from ...identify.trace.problem import EstimationProblem
 from ...plant import build
+from ...plant.effects.declared import effect_use
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from ..common.fit_result import effect_use
 from ..excite.study import DriveSimulation, drive, play
 
 

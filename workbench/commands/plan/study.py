@@ -17,6 +17,7 @@ from ...identify.trace.shortlist import score_effects, unpacked_shortlist
 from ...identify.trace.stored import packed, unpacked
 from ...identify.trace.workers import trace_workers
 from ...plant.effects import Effect, applies
+from ...plant.effects.declared import effects_for
 from ...records import Campaign
 from ...records.excitation import Excitation, excitation_text
 from ...report import Figure, Page
@@ -25,7 +26,6 @@ from ..common.design_numbers import Subject
 from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage
 from ..excite.study import drive
-from ..trace.study import effects_for
 from .family import PlannedRecord, family, planned
 from .metrics import Check, plan_metrics
 from .page import plan_page

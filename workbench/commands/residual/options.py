@@ -5,9 +5,10 @@ from functools import partial
 
 from ...base.errors import InputError
 from ...records.campaign import campaign_rig
+from ...records.fingerprint import fingerprint
 from ...rigs.platform import is_platform, load_platform
 from ..common.options import computes, finish
-from .config import fingerprint, load, on_campaign
+from .config import load, on_campaign
 
 
 def options(parser: argparse.ArgumentParser) -> None:

@@ -71,7 +71,8 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
         return _trace_platform(options, words, name)
     check_library(options.without, options.rig or campaign_rig(paths[0]), options.effects)
     records, rig = load(options)
-    from .study import effects_for, identity, run_trace, run_trace_since
+    from ...plant.effects.declared import effects_for
+    from .study import identity, run_trace, run_trace_since
 
     files = [str(file.resolve()) for file in options.effects]
     library = effects_for(rig, files, options.without)

@@ -13,20 +13,21 @@ from ...base.checkpoint import Progress, Stage
 from ...identify.data.leg_cut import leg_campaigns, leg_rig, whole_campaigns
 from ...identify.fit.payload import PayloadFit, fit_payload
 from ...plant.effects import Effect, inside_port
+from ...plant.effects.declared import effects_for
 from ...records import Campaign
 from ...records.campaign import campaign_rig
+from ...records.fingerprint import fingerprint
 from ...report import Figure, Page
 from ...rigs.platform import LEGS, Platform, load_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.outcome import Outcome, no_checkpoint
 from ..common.run_folder import metrics_json
-from ..residual.config import fingerprint
 from .answer import TraceAnswer
 from .legs import platform_answer, suspected, ties
 from .legs_page import legs_page
 from .payload import payload_numbers
-from .study import digest, effects_for, trace_answer
+from .study import digest, trace_answer
 
 
 def leg_effects(rig: Rig, files: Sequence[str] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:

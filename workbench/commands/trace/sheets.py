@@ -15,6 +15,7 @@ from ...identify.sheet.element import Element
 from ...identify.sheet.problem import SIGMA, SheetProblem, sheet_problem
 from ...identify.sheet.tracer import SheetCandidate, SheetTrace, trace_sheets
 from ...plant.effects import Effect
+from ...plant.effects.declared import effects_for
 from ...records.sheet_points import SheetPoints
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
@@ -25,7 +26,7 @@ from ..common.outcome import Outcome, Progress, Stage
 from ..common.rig_out import finish_with_rig
 from ..common.run_folder import metrics_json
 from .sheet_page import sheet_page
-from .study import digest, effects_for
+from .study import digest
 
 KINDS = ("gain [dB]", "phase [deg]")
 

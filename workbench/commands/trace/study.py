@@ -11,8 +11,10 @@ from ...base.process_pool import one_blas_thread
 from ...identify.acceptance.when_new import rig_when_new
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.tracer import trace
-from ...plant.effects import Effect, acts, known_effects
+from ...plant.effects import Effect
+from ...plant.effects.declared import effects_for
 from ...records import Campaign, load_campaign
+from ...records.fingerprint import fingerprint
 from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig, rig_text
@@ -22,22 +24,12 @@ from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.run_folder import metrics_json
 from ..common.shipped import campaign as campaign_folder
-from ..residual.config import fingerprint
 from .answer import TraceAnswer
 from .detectability import detectability
 from .metrics import compared, labels, more_json, trace_json
 from .page import trace_page
 from .shape import missing_shape
 from .when_new import beside_new
-from .without import check_names
-
-
-def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
-    """Effects of the library, of the rig and of files that act on it, less those it declares and those in `without`."""
-    known = known_effects(dict.fromkeys((*rig.effect_files, *map(str, files))))
-    check_names(without, {effect.name for effect in known})
-    gone = {*without, *(use.name for use in rig.effects)}
-    return tuple(effect for effect in known if effect.name not in gone and acts(effect, rig))
 
 
 def trace_campaign(

@@ -1,18 +1,11 @@
 """Effects that are not to be tried: a name that there is not is refused before a solver is loaded."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-from ...base.errors import InputError, nearest
+from ...base.errors import check_known
 from ...rigs.rig_file import effect_files
 from .effect_words import ALL_EFFECTS
-
-
-def check_names(without: Sequence[str], known: Collection[str]) -> None:
-    """Raises InputError for a name that is not known."""
-    for name in without:
-        if name not in known:
-            raise InputError(f'--without {name}: no effect "{name}"; {nearest(name, known)}')
 
 
 def check_library(without: Sequence[str], rig: str | Path, files: Sequence[Path]) -> None:
@@ -21,4 +14,4 @@ def check_library(without: Sequence[str], rig: str | Path, files: Sequence[Path]
     What `files` or those of the rig define is known when they have run.
     """
     if without and not files and not effect_files(rig):
-        check_names(without, ALL_EFFECTS)
+        check_known("--without", without, ALL_EFFECTS, "effect")

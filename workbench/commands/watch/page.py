@@ -8,11 +8,11 @@ import numpy as np
 
 from ...base.words import counted
 from ...identify.watch.changes import FEWEST, History
+from ...identify.watch.told import NORMAL, Told
 from ...records.dated_sessions import DatedSession
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 from ..common.row_table import RowTable
-from .told import NORMAL, Told
 
 _LOOP = {
     "gain_margin_db": "gain margin [dB]",

@@ -12,10 +12,15 @@ from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...base.words import counted
 from ...identify.watch.changes import Change, History, first_told, history, smoothed
+from ...identify.watch.forecast import forecasts
 from ...identify.watch.healthy_rate import healthy_rate
 from ...identify.watch.known_then import known_then
+from ...identify.watch.loop_costs import FIGURES, TunedLoop, loop_figures, rig_with
 from ...identify.watch.naming import Name
+from ...identify.watch.reader import SessionReader, read_sessions
 from ...identify.watch.session_evidence import Axis, SessionEvidence
+from ...identify.watch.splitting import to_split
+from ...identify.watch.told import NORMAL, Told, named
 from ...records.campaign import FILE, campaign_rig
 from ...records.dated_sessions import DatedSession, DatedSessions
 from ...report import Figure, Page
@@ -25,13 +30,8 @@ from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.row_table import RowTable
 from ..common.step_experiment import StepConfig
-from .forecast import forecasts
-from .loop_costs import FIGURES, loop_figures, rig_with
 from .page import watch_page
-from .reader import SessionReader, read_sessions
 from .retuning import Retuning
-from .splitting import to_split
-from .told import NORMAL, Told, named
 
 
 def watched_rig(found: DatedSessions, given: str | None) -> Rig:
@@ -74,6 +74,7 @@ def run_watch(
         progress(f"left out: {line}")
     if not evidence:
         raise InputError(f"{found.folder}: no session can be read: {left_out[0]}")
+    tuned = tuned_loop(loop)
     days = [float((session.day - sessions[0].day).days) for session in sessions]
     with one_blas_thread():
         known = history(evidence, days, [s.repair for s in sessions], [s.temperature for s in sessions])
@@ -81,8 +82,8 @@ def run_watch(
         change, first_alarm = first_told(known, a_year)
         moves, deviations = _course(known, change)
         told = _named(reader, sessions, evidence, known, change, first_alarm) if change else None
-        progress(f"{loop.controllers[0].name} on the rig of each session")
-        costs = stage("loops", lambda: loop_figures(loop, rig, known, *known_then(known), told))
+        progress(f"{tuned.controller.name} on the rig of each session")
+        costs = stage("loops", lambda: loop_figures(tuned, rig, known, *known_then(known), told))
         healthy = healthy_rate(known, a_year)
         newest = told.numbers_at(days[-1], known.days) if told else {}
         again = stage("retuning", lambda: retuning(rig_with(rig, newest))) if retuning and newest else None
@@ -99,12 +100,12 @@ def run_watch(
             for t, (session, each) in enumerate(zip(sessions, evidence, strict=True))
         ],
         "alarms": [_alarm(told, sessions)] if told else [],
-        "forecast": forecasts(known, told, costs, sessions[0].day, loop, rig),
+        "forecast": forecasts(known, told, costs, sessions[0].day, tuned, rig),
         "retuning": again,
         "left_out": left_out,
         "false_alarms_a_year": a_year,
         "healthy": asdict(healthy) if healthy else None,
-        "controller": loop.controllers[0].name,
+        "controller": tuned.controller.name,
     }
 
     def draw() -> tuple[Page, Figure]:
@@ -112,7 +113,12 @@ def run_watch(
         return watch_page(name, known, sessions, moves, deviations, told, costs, metrics, shown)
 
     texts = {"watch.json": json.dumps(metrics, indent=1)}
-    return Outcome(metrics, draw, {}, texts, Subject(rig, list(loop.controllers[:1])))
+    return Outcome(metrics, draw, {}, texts, Subject(rig, [tuned.controller]))
+
+
+def tuned_loop(loop: StepConfig) -> TunedLoop:
+    """The first controller of an experiment in its first scenario."""
+    return TunedLoop(loop.controllers[0], loop.scenarios[0], loop.conditions)
 
 
 def _course(known: History, change: Change | None) -> tuple[np.ndarray, np.ndarray]:

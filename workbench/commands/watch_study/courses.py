@@ -9,9 +9,9 @@ from typing import get_args
 import numpy as np
 
 from ...identify.watch.changes import Change
+from ...identify.watch.forecast import interval, passes
 from ...identify.watch.naming import Name
-from ..watch.forecast import interval, passes
-from ..watch.told import Told, fitted_sessions
+from ...identify.watch.told import Told, fitted_sessions
 from .made_rig import WEEK, Pace
 
 _NAME = "wear"

@@ -11,20 +11,20 @@ from typing import Any
 
 from ...base.process_pool import Jobs, one_blas_thread, process_pool
 from ...identify.watch.changes import history
+from ...identify.watch.forecast import LIMITS
 from ...identify.watch.healthy_rate import poisson_rate
+from ...identify.watch.loop_costs import TunedLoop, margins
+from ...identify.watch.reader import SessionReader, read_sessions
+from ...plant.effects.declared import effect_use
 from ...records.dated_sessions import dated_sessions
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
-from ..common.fit_result import effect_use
 from ..common.outcome import Outcome, Progress, no_checkpoint
 from ..common.run_folder import Run
 from ..common.step_experiment import StepConfig
 from ..trace_study.campaigns.draw import CampaignPlan, drawn_scene
 from ..trace_study.campaigns.scene import Scene
-from ..watch.forecast import LIMITS
-from ..watch.loop_costs import margins
-from ..watch.reader import SessionReader, read_sessions
-from ..watch.study import run_watch
+from ..watch.study import run_watch, tuned_loop
 from .courses import coverage
 from .healthy import false_alarms
 from .made_rig import FIRST_DAY, WEEK, MadeRig, worn, write_sessions
@@ -69,7 +69,8 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
     days = [each["date"] for each in found["sessions"]]
     alarm = found["alarms"][0] if found["alarms"] else None
     told = days.index(alarm["told"]) if alarm else None
-    lost = _lost(rig, loop, truths)
+    tuned = tuned_loop(loop)
+    lost = _lost(rig, tuned, truths)
     name = rig.wear.name if rig.wear else None
     return {
         "id": rig.id,
@@ -85,21 +86,21 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
         "share": rig.share(told) if told is not None else None,
         "lost_db": None if told is None else lost[told],
         "hurt": next((t for t, each in enumerate(lost) if each is not None and each >= HURT), None),
-        "forecast": [each | {"true": _true_day(rig, loop, scene, each)} for each in found["forecast"]],
+        "forecast": [each | {"true": _true_day(rig, tuned, scene, each)} for each in found["forecast"]],
         "chi2": [each["chi2"] for each in found["sessions"]],
         "made_cpu_s": made - begun,
         "cpu_s": process_time() - made,
     }
 
 
-def _lost(rig: MadeRig, loop: StepConfig, truths: Sequence[Mapping[str, float]]) -> list[float | None]:
+def _lost(rig: MadeRig, loop: TunedLoop, truths: Sequence[Mapping[str, float]]) -> list[float | None]:
     """dB of gain margin that the loop has lost in each session since the one before the wear began."""
     found = [margins(loop, true_rig(rig, each, rig.share(t))).get("gain_margin_db") for t, each in enumerate(truths)]
     before = found[max(rig.begins - 1, 0)]
     return [None if each is None or before is None else before - each for each in found]
 
 
-def _true_day(rig: MadeRig, loop: StepConfig, scene: Scene, row: Row) -> str | None:
+def _true_day(rig: MadeRig, loop: TunedLoop, scene: Scene, row: Row) -> str | None:
     """The day on which the figure of a forecast passes its limit on the rig as it is made; None within two years."""
     for session in range(rig.sessions - 1, rig.sessions + _AHEAD):
         share = rig.share(session)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...base.errors import InputError, nearest
+from ...base.errors import InputError, check_known
 from ...plant.effects import Effect
 from ...records.sheet_points import SheetPoints
 from ...rigs.rig import Rig
@@ -82,9 +82,7 @@ def sheet_problem(
 ) -> SheetProblem:
     """Sheets of one pair of signals by role; `heldout` are names of sheets that judge. Raises InputError."""
     names = [sheet.name for sheet in sheets]
-    for name in heldout:
-        if name not in names:
-            raise InputError(f'--heldout {name}: no sheet "{name}"; {nearest(name, names)}')
+    check_known("--heldout", heldout, names, "sheet")
     bench = bench_of(rig, sheets[0].input, sheets[0].output)
     if heldout:
         judges = tuple(sheet for sheet in sheets if sheet.name in heldout)

@@ -5,4 +5,9 @@ changes             whether an axis changes, since when; how a healthy rig wande
 known_then          what was known of each session when it was the newest
 healthy_rate        how often a healthy rig would raise an alarm
 naming              suspects fitted to sessions before and after a change
+reader              each session's evidence, and suspects fitted to it, from the user's cache where it was read before
+told                a change with its name, and the course of what is named
+splitting           what to record so that names that look alike part
+loop_costs          a tuned loop's margins and step on the rig of each session
+forecast            when one of them passes its limit
 """

@@ -4,6 +4,7 @@ Whoever writes one imports `effect`, `number` and `state` from here; SLOTS says 
 
 decorator, effect, slots    how an effect is written, what it is, where it acts
 known                       the library, a user's own effects, and those that a rig declares
+declared                    the effects that a rig may lack, and one of them as its file declares it
 grammar, options            refinements of any effect by their words, and which an effect can take
 natural, reshape            what numbers and curves of a slot may depend on; how a refinement is put on an effect
 modulation, dynamics, spline, curves    the refinements

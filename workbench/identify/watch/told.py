@@ -7,9 +7,9 @@ from typing import get_args
 import numpy as np
 
 from ...base.errors import InputError
-from ...identify.watch.changes import Case, Change, History, Shape, course, smoothed
-from ...identify.watch.naming import Explained, Name, name_of, nearest, suspects
 from ...records.dated_sessions import DatedSession
+from .changes import Case, Change, History, Shape, course, smoothed
+from .naming import Explained, Name, name_of, nearest, suspects
 from .reader import SessionReader
 
 _FEWEST = 4

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ...identify.watch.changes import History
 from ...rigs.rig import Rig
-from ..common.step_experiment import StepConfig
-from .loop_costs import margins, rig_with
+from .changes import History
+from .loop_costs import TunedLoop, margins, rig_with
 from .told import Told
 
 LIMITS = {"gain_margin_db": (6.0, -1), "phase_margin_deg": (30.0, -1), "ms": (2.5, 1)}  # and on which side it is worse
@@ -25,7 +24,7 @@ def forecasts(
     told: Told | None,
     costs: Mapping[str, Sequence[float | None]],
     first: date,
-    loop: StepConfig,
+    loop: TunedLoop,
     rig: Rig,
 ) -> list[dict[str, Any]]:
     """Of each figure that drifts towards its limit: the days between which it passes it, with 80 %.

@@ -1,7 +1,7 @@
 """What a rig's changes do to a tuned loop: margins, step, sine and worst plant on the rig as each session found it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from inspect import getfile
 from pathlib import Path
@@ -13,15 +13,15 @@ from ...base.errors import InputError
 from ...base.private_cache import kept
 from ...control.controller_spec import ControllerSpec
 from ...control.load_class import load_class
-from ...identify.watch.changes import History
+from ...loop.conditions import Conditions
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...plant.effects import known_effects
+from ...plant.effects.declared import effect_use
 from ...rigs.rig import Rig
-from ..common.fit_result import effect_use
-from ..common.step_experiment import StepConfig
+from .changes import History
 from .told import NORMAL, Told
 
 FIGURES = (
@@ -36,15 +36,23 @@ FIGURES = (
 MARGINS = FIGURES[:3]
 SINE = Scenario("position-sine-5hz", "position", 2e-3, 1.0, frequency=5)
 _DIGITS = 6  # of a rig's numbers
-_FORM = 1  # of what the cache keeps
+_FORM = 2  # of what the cache keeps
 _PLACES = (-0.8, 0.0, 0.8)  # of the stroke, at which a worse plant than the session's own at its middle is sought
 
 
+@dataclass(frozen=True)
+class TunedLoop:
+    """A controller on rigs that change: the `scenario` that it is judged in, the `conditions` it is judged under."""
+
+    controller: ControllerSpec
+    scenario: Scenario
+    conditions: Conditions
+
+
 def loop_figures(
-    loop: StepConfig, rig: Rig, known: History, moves: np.ndarray, deviations: np.ndarray, told: Told | None
+    loop: TunedLoop, rig: Rig, known: History, moves: np.ndarray, deviations: np.ndarray, told: Told | None
 ) -> dict[str, list[float | None]]:
-    """Margins, the first scenario's step, the error of a sine and the worst plant of the first controller, on the rig
-    of every session [T].
+    """Margins, the scenario's step, the error of a sine and the worst plant, on the rig of every session [T].
 
     The rig has the numbers of the session, moves [T, n] and their deviations [T, n]; since a change began, those of the
     fits with what is named. A rig is judged once: its figures stay in the user's cache.
@@ -59,7 +67,7 @@ def loop_figures(
 
 
 def _kept_row(
-    loop: StepConfig, rig: Rig, values: Mapping[str, float], half: Mapping[str, float]
+    loop: TunedLoop, rig: Rig, values: Mapping[str, float], half: Mapping[str, float]
 ) -> dict[str, float | None]:
     own = rig_with(rig, values)
 
@@ -68,7 +76,7 @@ def _kept_row(
         worst = {"worst_gain_margin_db": _worst(loop, rig, values, half, row.get("gain_margin_db"))}
         return {name: value for name, value in (row | worst).items() if name in FIGURES}
 
-    key = {"loop": loop.source, "laws": laws(loop.controllers[0]), "scenario": loop.scenarios[0].name, "form": _FORM}
+    key = {"loop": asdict(loop), "laws": laws(loop.controller), "form": _FORM}
     return kept("loop", key | {"rig": own.table(), "half": half}, judged)
 
 
@@ -99,9 +107,9 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
     return replace(rig, numbers={**rig.numbers, **numbers}, effects=(*rig.effects, *uses))
 
 
-def loop_row(loop: StepConfig, rig: Rig) -> dict[str, Any]:
+def loop_row(loop: TunedLoop, rig: Rig) -> dict[str, Any]:
     """Margins, step and sine of the loop on a rig; nothing where the rig can not hold it."""
-    controller, scenario = loop.controllers[0], loop.scenarios[0]
+    controller, scenario = loop.controller, loop.scenario
     try:
         setup = _setup(loop, rig)
         row = judge(controller, scenario, setup, linear_loops(controller, setup))[1]
@@ -110,19 +118,18 @@ def loop_row(loop: StepConfig, rig: Rig) -> dict[str, Any]:
     return row | {"sine_error": _sine(controller, setup) if scenario.signal == SINE.signal else None}
 
 
-def margins(loop: StepConfig, rig: Rig, place: float = 0.0) -> dict[str, float | None]:
+def margins(loop: TunedLoop, rig: Rig, place: float = 0.0) -> dict[str, float | None]:
     """The margins alone, at a place of the stroke; nothing where the rig can not hold the loop."""
-    controller = loop.controllers[0]
     try:
-        setup = _setup(loop, rig).where(replace(loop.scenarios[0], start=0.0, start_share=place))
-        loops = linear_loops(controller, setup)
+        setup = _setup(loop, rig).where(replace(loop.scenario, start=0.0, start_share=place))
+        loops = linear_loops(loop.controller, setup)
     except InputError:
         return {}
     return {name: loops.worst(max if name == "ms" else min, name) for name in MARGINS}
 
 
-def _setup(loop: StepConfig, rig: Rig) -> LoopSetup:
-    return loop_setup(with_delay(rig, loop.conditions.delay(loop.controllers[0], rig)))
+def _setup(loop: TunedLoop, rig: Rig) -> LoopSetup:
+    return loop_setup(with_delay(rig, loop.conditions.delay(loop.controller, rig)))
 
 
 def _sine(controller: ControllerSpec, setup: LoopSetup) -> float | None:
@@ -138,7 +145,7 @@ def sine_error(run: LoopRun, scenario: Scenario) -> float:
 
 
 def _worst(
-    loop: StepConfig, rig: Rig, values: Mapping[str, float], half: Mapping[str, float], own: float | None
+    loop: TunedLoop, rig: Rig, values: Mapping[str, float], half: Mapping[str, float], own: float | None
 ) -> float | None:
     """The least gain margin over the stroke, of plants at ends of the intervals of a session's numbers, and its `own`
     one; None where one has none."""

@@ -6,26 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from ...base.checkpoint import Progress
 from ...base.errors import InputError
 from ...base.private_cache import kept
 from ...base.process_pool import one_blas_thread
-from ...identify.trace.problem import EstimationProblem, estimation_problem
-from ...identify.watch.naming import Explained, Problem, explainer
-from ...identify.watch.session_evidence import (
-    EffectModels,
-    SessionEvidence,
-    effect_models,
-    from_json,
-    rig_as_found,
-    session_evidence,
-)
+from ...plant.effects.declared import effects_for
 from ...records import Campaign
 from ...records.dated_sessions import DatedSession
+from ...records.fingerprint import fingerprint
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
-from ..common.outcome import Progress
-from ..residual.config import fingerprint
-from ..trace.study import effects_for
+from ..trace.problem import EstimationProblem, estimation_problem
+from .naming import Explained, Problem, explainer
+from .session_evidence import EffectModels, SessionEvidence, effect_models, from_json, rig_as_found, session_evidence
 
 MOST = 16  # windows of a session: 8 s, in which numbers are known far better than rigs wander
 _FEW = 12  # windows of a session that suspects are fitted to
