@@ -10,11 +10,11 @@ import pytest
 from workbench.cli import main
 from workbench.commands.capability.platform_played import leg_loops
 from workbench.commands.common.sheet_page import undated
-from workbench.commands.excite.study import drive
 from workbench.control.controller_type import controller
 from workbench.control.platform_controller import PlatformSpec
 from workbench.identify.acceptance.bench import TestBench as Bench
 from workbench.loop.capability import capability, stall_force
+from workbench.loop.drive_simulation import drive
 from workbench.loop.performance.bounds import Drive, envelope, weakest
 from workbench.loop.performance.carried import carried_along, carried_by_jack, inertia
 from workbench.loop.performance.drive import accumulator, demands, lacking

@@ -22,13 +22,13 @@ from workbench.commands.commission.relay import Relay, relay_reference, relay_wa
 from workbench.commands.commission.rig_time import RigTime
 from workbench.commands.commission.rounds import Found
 from workbench.commands.commission.verify import best_way
-from workbench.commands.excite.study import drive
 from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves
 from workbench.linear import equilibrium
 from workbench.link import client as client_module
 from workbench.link.client import LinkClient
 from workbench.link.course import play_course, rest_record
 from workbench.loop.capability import oil_stiffness
+from workbench.loop.drive_simulation import drive
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.scenarios import SCENARIOS

@@ -16,12 +16,12 @@ from workbench.commands.commission.obstacles import obstacles, told
 from workbench.commands.commission.rig_time import RigTime
 from workbench.commands.commission.study import looks
 from workbench.commands.commission.verify import Way, played_way
-from workbench.commands.excite.study import drive
-from workbench.commands.record.study import standard_set
 from workbench.control.controller_type import controller
 from workbench.link.bench import bench
 from workbench.link.client import LinkClient
 from workbench.link.course import rest_record
+from workbench.loop.drive_simulation import drive
+from workbench.loop.standard_records import standard_set
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig

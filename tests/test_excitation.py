@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
-from workbench.commands.excite.config import Design
-from workbench.commands.excite.study import designed, drive, excite, play, trouble, within_limits
+from workbench.commands.excite.study import excite
+from workbench.loop.drive_simulation import drive, play, trouble, within_limits
+from workbench.loop.excitation_design import Design, designed
 from workbench.records.excitation import (
     SIMPLE,
     chirp,

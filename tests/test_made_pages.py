@@ -19,18 +19,18 @@ from workbench.commands.common.fit_result import base_intervals, correlations, f
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.session_fit import SessionFit
 from workbench.commands.fit.page import fit_page
-from workbench.commands.plan.family import PlannedRecord, family
 from workbench.commands.plan.page import plan_page
 from workbench.commands.retune.config import load_retune
 from workbench.commands.retune.page import retune_page, steps_figure
-from workbench.commands.tune.goals import Trial, Verdict
 from workbench.identify.fit.free_parameters import Candidate, at_strength
 from workbench.identify.fit.session_numbers import SessionNumber
 from workbench.identify.fit.sessions import SessionDifference
+from workbench.identify.plan.family import PlannedRecord, family
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
 from workbench.identify.trace.refit import FittedModel
 from workbench.loop.hard_goals import Goal
 from workbench.loop.sampled_loop import LoopRun
+from workbench.loop.tuning.goals import Trial, Verdict
 from workbench.plant.effects import Effect, applies, known_effects
 from workbench.records import Record
 from workbench.records.excitation import Excitation

@@ -11,16 +11,16 @@ from tests.made_campaigns import LIBRARY, PERIOD, SIGMA, campaign, made, rubbing
 from workbench.base.process_pool import one_blas_thread
 from workbench.cli import main
 from workbench.commands.common.outcome import Outcome, no_checkpoint
-from workbench.commands.excite.study import drive, play, trouble
-from workbench.commands.plan.family import SECONDS, family, planned
 from workbench.commands.plan.study import run_plan
 from workbench.commands.trace.study import run_trace
 from workbench.identify.fit.free_parameters import Candidate
+from workbench.identify.plan.family import SECONDS, family, planned
 from workbench.identify.trace.information import cosines, effect_information, effects_alone, sharpened
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
 from workbench.identify.trace.record_gain import ALIKE
 from workbench.identify.trace.refit import FittedModel, fit_rig
 from workbench.identify.trace.score import NuisanceProjection, effect_change
+from workbench.loop.drive_simulation import drive, play, trouble
 from workbench.plant.effects import find
 from workbench.records import Campaign, Record
 from workbench.records.excitation import read_excitation

@@ -8,12 +8,13 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.commands.common.outcome import Outcome, no_checkpoint
-from workbench.commands.excite.study import drive, play, trouble
 from workbench.commands.record.config import identity, plan
-from workbench.commands.record.study import _logged, run_record, standard_set
+from workbench.commands.record.study import run_record
 from workbench.commands.residual.study import run_residual
 from workbench.linear import equilibrium
+from workbench.loop.drive_simulation import drive, logged_run, play, trouble
 from workbench.loop.sampled_loop import LoopRun, SampledLoop
+from workbench.loop.standard_records import standard_set
 from workbench.records import load_campaign
 from workbench.records.excitation import Excitation, excitation, excitation_text, steps, triangle
 from workbench.rigs.number import Number
@@ -50,7 +51,7 @@ def residual(folder: Path, rig: str, seconds: float) -> float:
 def short_run(ready) -> tuple[Excitation, LoopRun, dict[str, np.ndarray]]:
     played = excitation("short", "command", steps(0.02, 0.4, PERIOD), PERIOD, 0.0)
     run = play(ready, played, seed=5)
-    return played, run, _logged(ready, run, 5)
+    return played, run, logged_run(ready, run, 5)
 
 
 @pytest.mark.parametrize("seed", [None, 4])

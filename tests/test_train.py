@@ -14,9 +14,9 @@ from workbench.cli import main
 from workbench.commands.run.config import load_config
 from workbench.commands.train.config import load_train
 from workbench.commands.train.unseen import unseen_rows
-from workbench.commands.tune.goals import tuning_envelope
 from workbench.control.network_file import read_network
 from workbench.loop.hardest import largest_ms
+from workbench.loop.tuning.goals import tuning_envelope
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 

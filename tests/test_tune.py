@@ -10,9 +10,9 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
 from workbench.commands.tune.config import load_tune
-from workbench.commands.tune.goals import Goals
-from workbench.commands.tune.search import nearest_trial, search
 from workbench.commands.tune.study import run_tune
+from workbench.loop.tuning.goals import Goals
+from workbench.loop.tuning.search import nearest_trial, search
 from workbench.rigs.rig_file import load_rig, save_rig
 
 CONFIG = """

@@ -42,7 +42,7 @@ _WAYS = {
     "a control law": (
         ("workbench.control.protocol", "number", "numbers with units and bounds"),
         ("workbench.control.load_class", "load_class", "named in a file by module and class"),
-        ("workbench.commands.tune.search", "search", "its numbers are searched"),
+        ("workbench.loop.tuning.search", "search", "its numbers are searched"),
         ("workbench.loop.rows", "", "it is judged: margins, steps, the envelope"),
         ("workbench.commands.coefficients.options", "", "it leaves as C and Structured Text"),
     ),

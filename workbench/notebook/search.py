@@ -9,16 +9,16 @@ from ..base.checkpoint import no_checkpoint
 from ..base.errors import InputError, nearest
 from ..base.units import quantity
 from ..commands.tune.config import USUAL_WEIGHTS, read_weights
-from ..commands.tune.goals import Trial
 from ..commands.tune.page import cost_figure, numbers_table
-from ..commands.tune.problem import OF_THE_LOOP, Searched, TuneProblem, with_number
-from ..commands.tune.search import nearest_trial, search
 from ..commands.tune.study import tuned_rows
 from ..control.controller_spec import ControllerSpec
 from ..control.protocol import is_number
 from ..loop.limits import POSITIONS
 from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario, scenario
+from ..loop.tuning.goals import Trial
+from ..loop.tuning.problem import OF_THE_LOOP, Searched, TuneProblem, with_number
+from ..loop.tuning.search import nearest_trial, search
 from ..report import Figure, Table
 from ..rigs.rig import Rig
 from .closed_loop import ClosedLoop, Quantity

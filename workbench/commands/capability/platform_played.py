@@ -9,6 +9,7 @@ from ...control.controller_spec import ControllerSpec
 from ...control.platform_controller import PlatformSpec
 from ...identify.acceptance.row import Row, unsaid
 from ...loop.describing_function import sampled_frequencies
+from ...loop.drive_simulation import drive
 from ...loop.performance.bounds import Envelope
 from ...loop.performance.followed import Followed, highest
 from ...loop.performance.reached import Reached
@@ -17,7 +18,6 @@ from ...loop.platform.reached import reached_along
 from ...loop.platform.setup import PlatformSetup, platform_setup
 from ...loop.rows import loop_setup
 from ...report import Curve, Table
-from ..excite.study import drive
 from .page import reached_cells
 from .pictures import Shown, speeds
 from .study import CHECKED, INSIDE, OUTSIDE, checked_spans

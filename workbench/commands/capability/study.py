@@ -11,6 +11,7 @@ from ...identify.acceptance.bench import TestBench
 from ...identify.acceptance.row import Limit, Row, judged, unsaid
 from ...identify.acceptance.sines import steady_sines
 from ...loop.describing_function import sampled_frequencies
+from ...loop.drive_simulation import drive
 from ...loop.performance.bounds import Drive, Envelope, envelope
 from ...loop.performance.carried import carried_by_jack
 from ...loop.performance.drive import demands
@@ -21,7 +22,6 @@ from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, linear_loops, loop_setup
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from ..excite.study import drive
 from .config import CapabilityAsked
 from .figures import jack_figures, rows_with_bounds
 from .found import Found

@@ -12,13 +12,13 @@ from ...control.controller_spec import ControllerSpec
 from ...control.protocol import sampled_law
 from ...engine import Engine
 from ...loop.batch import Lanes, run_lanes
+from ...loop.drive_simulation import SMALLER, TRIES
 from ...loop.envelope import steps
 from ...loop.plant_lanes import PlantLanes, drawn_evenly, plant_lanes, uncertain
 from ...loop.scenarios import Scenario
 from ...plant import build
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from ..excite.study import SMALLER, TRIES
 
 MARGIN = 0.05  # of a limit, that no plant may come nearer to
 _AS = "-as-"  # between a scenario's name and its smaller size

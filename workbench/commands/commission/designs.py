@@ -15,11 +15,11 @@ from ...loop.capability import dead_zone
 from ...loop.conditions import Conditions
 from ...loop.limits import Limits
 from ...loop.scenarios import SCENARIOS
+from ...loop.tuning.problem import Searched, TuneProblem
+from ...loop.tuning.search import nearest_trial, search
 from ...rigs.number import Number
 from ...rigs.rig import Rig
 from ..tune.config import USUAL_WEIGHTS
-from ..tune.problem import Searched, TuneProblem
-from ..tune.search import nearest_trial, search
 from .automatic import column
 
 DESIGNS = 300

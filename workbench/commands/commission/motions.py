@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 from ...control.controller_spec import ControllerSpec
+from ...loop.drive_simulation import drive
+from ...loop.standard_records import standard_set
 from ...records.excitation import Excitation
 from ...rigs.number import Number
 from ...rigs.rig import Rig
-from ..excite.study import drive
-from ..record.study import standard_set
 from .allowed import Allowed, safe
 
 _DOUBT = 1.2  # of the travel that the datasheet's flow says

@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 
 from ...base.errors import InputError
+from ...loop.excitation_design import KINDS, Design
 from ...rigs.rig_file import load_rig
-from .config import KINDS, SETS, Design
+from .config import SETS
 
 _SIZES = ("amplitude", "seconds")
 

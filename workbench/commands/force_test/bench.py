@@ -8,12 +8,12 @@ from ...base.errors import InputError
 from ...linear import equilibrium
 from ...linear.linearisation import linear_plant
 from ...loop.capability import oil_stiffness, stall_force
+from ...loop.drive_simulation import drive, play, trouble, within_limits
 from ...loop.sensors import logged
 from ...plant import build
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from ..excite.study import drive, play, trouble, within_limits
 
 SHARE = 0.9  # of the cell's capacity, or of what the jack gives, up to which levels and sines go
 LEVELS, REPEATS = (0.2, 0.4, 0.6, 0.8, 1.0), 3

@@ -17,6 +17,7 @@ from ...linear import Equilibrium, discretise, equilibrium
 from ...linear.frequency_response import stepped_sine
 from ...linear.state_space import sampled_response
 from ...loop.describing_function import closed_loop_sine
+from ...loop.drive_simulation import drive
 from ...plant import Plant, build, build_pilot_bench, build_valve_bench
 from ...records import Record
 from ...records.frequency_sheet import FrequencySheet
@@ -24,7 +25,6 @@ from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from ..excite.study import drive
 from .config import FrequencyTask
 from .page import Comparison, columns, figure, page, rows
 

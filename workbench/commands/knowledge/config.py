@@ -7,11 +7,11 @@ from typing import Any
 
 from ...base.table import Table
 from ...loop.knowledge import ALL, known_to
+from ...loop.tuning.problem import TuneProblem
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS
 from ..common.experiment import read_experiment
 from ..tune.config import TuneConfig, load_tune
-from ..tune.problem import TuneProblem
 
 KEYS = ("experiment", "searches", "known", "trials", "plants", "seed")
 

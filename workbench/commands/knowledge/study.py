@@ -10,14 +10,14 @@ from ...base.toml_text import toml_text
 from ...control.controller_spec import ControllerSpec
 from ...loop.conditions import Conditions
 from ...loop.lane_loop import plays_in_lanes
+from ...loop.tuning.goals import Trial
+from ...loop.tuning.problem import TuneProblem
+from ...loop.tuning.search import nearest_trial, search
 from ...report import Figure, Page
 from ..common.outcome import Outcome
 from ..robustness.config import RobustnessConfig
 from ..robustness.study import run_robustness
 from ..tune.config import TuneConfig
-from ..tune.goals import Trial
-from ..tune.problem import TuneProblem
-from ..tune.search import nearest_trial, search
 from .config import KnowledgeConfig, known_problem
 from .page import knowledge_figure, knowledge_page
 

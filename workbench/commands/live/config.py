@@ -9,12 +9,12 @@ from ...base.errors import echo
 from ...base.table import Table
 from ...loop.limits import Limits
 from ...loop.rig_variations import variation
+from ...loop.tuning.problem import Searched
 from ...rigs.rig import Rig
 from ..common.bench_experiment import load_bench
 from ..common.experiment import read_experiment, rig_name
 from ..common.step_experiment import StepConfig, load_steps
 from ..tune.config import load_tune
-from ..tune.problem import Searched
 
 RIGS = ("nominal", "mass-50", "mass+50", "beta-50", "supply-20")  # of a jack whose experiment names no set
 

@@ -15,9 +15,9 @@ from ...control.controller_spec import ControllerSpec
 from ...loop.plant_lanes import PlantLanes
 from ...loop.rows import moving_at
 from ...loop.scenarios import Scenario
+from ...loop.tuning.problem import with_number
 from ..common.judged import judged_words
 from ..common.page_server import Answers
-from ..tune.problem import with_number
 from .after import after_part
 from .answer import after_answer, view_answer
 from .config import LiveConfig

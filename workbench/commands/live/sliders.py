@@ -8,8 +8,8 @@ from typing import Any
 from ...base.units import from_si, quantity
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import is_number
+from ...loop.tuning.problem import OF_THE_LOOP, Searched
 from ...rigs.rig import Rig
-from ..tune.problem import OF_THE_LOOP, Searched
 from .config import LiveConfig
 
 _SHOWN = {"m": "mm", "s": "ms", "Pa": "bar", "1/Pa": "1/bar", "rad": "deg"}  # where a file gives no unit

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ...identify.plan.family import PlannedRecord
 from ...identify.trace.record_gain import Pair, UnseenNumber
-from .family import PlannedRecord
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ import numpy as np
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...identify.fit.free_parameters import Candidate
+from ...identify.plan.family import SECONDS, PlannedRecord
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.record_gain import ALIKE
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
-from .family import SECONDS, PlannedRecord
 
 _HOW = (
     "Each record is simulated on the rig as fitted, under the slow position loop of its drive. The cosine compares "

@@ -9,6 +9,8 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
+from ...identify.plan.family import PlannedRecord, family, planned
+from ...identify.plan.played import check, simulated, windows_of
 from ...identify.trace.information import EffectInformation, alternatives, effect_information, sharpened
 from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.trace.record_gain import Pair, not_simulated, pairs, unseen_numbers, worth
@@ -16,6 +18,7 @@ from ...identify.trace.refit import FittedModel, fit_rig
 from ...identify.trace.shortlist import score_effects, unpacked_shortlist
 from ...identify.trace.stored import packed, unpacked
 from ...identify.trace.workers import trace_workers
+from ...loop.drive_simulation import drive
 from ...plant.effects import Effect, applies
 from ...plant.effects.declared import effects_for
 from ...records import Campaign
@@ -25,11 +28,8 @@ from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage
-from ..excite.study import drive
-from .family import PlannedRecord, family, planned
 from .metrics import Check, plan_metrics
 from .page import plan_page
-from .played import check, simulated, windows_of
 
 _PLAYED = 3  # records of a pair that are played with an effect on, until one splits it
 

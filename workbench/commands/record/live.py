@@ -8,6 +8,9 @@ from ...base.errors import InputError, LinkLost
 from ...base.words import counted
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
+from ...loop.drive_simulation import drive, trouble
+from ...loop.drive_simulation import play as simulated
+from ...loop.standard_records import standard_set
 from ...records import Record
 from ...records.excitation import Excitation, excitation_text
 from ...report import Figure, Page, Section, Table
@@ -15,10 +18,8 @@ from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.wire_campaign import wire_campaign
-from ..excite.study import drive, trouble
-from ..excite.study import play as simulated
 from .config import Plan
-from .study import recorded_figure, standard_set
+from .study import recorded_figure
 
 
 def run_live(plan: Plan, at: str, token: str, stage: Stage, progress: Progress) -> Outcome:

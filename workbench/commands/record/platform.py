@@ -12,6 +12,7 @@ from ...base.toml_text import toml_text
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
 from ...control.platform_controller import LEGS
+from ...loop.drive_simulation import drive
 from ...loop.platform import PlatformRun, PlatformSetup, platform_setup
 from ...loop.platform.excitation import Motion, drive_spec, largest_run, six_sines, still
 from ...loop.sensors import logged
@@ -21,7 +22,6 @@ from ...rigs.platform import AXES, Platform, bundled_platforms, load_platform
 from ...rigs.platform.platform_file import platform_path
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
-from ..excite.study import drive
 
 STATIC = "static"
 MOTIONS = (

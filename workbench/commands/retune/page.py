@@ -5,13 +5,13 @@ from typing import Any
 
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
+from ...loop.tuning.goals import Trial
 from ...plant import build
 from ...report import Figure, Page, Section, Table
 from ..common.judged import judged_words
 from ..common.row_table import RowTable
 from ..common.time_figure import Columns, run_columns, time_figure, window, window_words
 from ..tune.config import TuneConfig
-from ..tune.goals import Trial
 from ..tune.page import cost_figure, goals_table, numbers_table
 from .config import RetuneConfig
 

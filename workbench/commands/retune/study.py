@@ -12,12 +12,12 @@ from ...loop.rig_variations import with_delay
 from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
+from ...loop.tuning.goals import Trial
+from ...loop.tuning.search import nearest_trial, search
 from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..tune.config import TuneConfig
-from ..tune.goals import Trial
-from ..tune.search import nearest_trial, search
 from ..tune.study import tuned_files
 from .config import RetuneConfig
 from .page import Pair, retune_page, steps_figure

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
+from ...loop.drive_simulation import drive
+from ...loop.standard_records import standard_set
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
-from ..excite.study import drive
-from ..record.study import standard_set
 from .drawn import Held
 from .force import force_lines
 from .valve import bench_lines, record_lines

@@ -15,12 +15,11 @@ from ...identify.acceptance.valve_test import valve_sheet
 from ...linear.crossings import corner_frequency
 from ...linear.frequency_response import stepped_sines
 from ...linear.operating_point import equilibrium
+from ...loop.drive_simulation import drive, recorded
 from ...plant import build_blocked_valve, build_pilot_bench, build_valve_bench
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from ..excite.study import drive
-from ..record.study import recorded
 from ..valve_test.study import played_sheet
 from .drawn import Held, beside_truth, within_bounds
 

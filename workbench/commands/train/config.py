@@ -10,11 +10,11 @@ import numpy as np
 from ...base.errors import echo
 from ...base.table import Table
 from ...control.network import Network
+from ...loop.tuning.problem import Searched
 from .. import COMMANDS
 from ..common.experiment import read_experiment, rig_name, rig_of
 from ..common.scenario_tables import read_scenarios
 from ..tune.config import TuneConfig, tune_config
-from ..tune.problem import Searched
 from .start import place_of_policy, read_start, with_policy
 
 POLICY_FILE = "policy.npz"

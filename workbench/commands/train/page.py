@@ -8,9 +8,9 @@ import numpy as np
 from ...base.units import from_si
 from ...base.words import counted, spanned
 from ...loop.envelope import DRAWN
+from ...loop.tuning.goals import Trial, Verdict
 from ...report import Curve, Figure, Known, Page, Panel, Section, Table
 from ..common.row_table import RowTable
-from ..tune.goals import Trial, Verdict
 from ..tune.page import Runs, goals_table, step_figure
 from .config import TrainConfig
 from .policies import Run

@@ -8,9 +8,9 @@ from typing import Any
 from ...base.checkpoint import Progress, Stage
 from ...base.process_pool import Jobs, process_pool
 from ...loop.envelope import DRAWN
-from ..tune.goals import Goals, Trial, Verdict
-from ..tune.problem import TuneProblem
-from ..tune.search import nearest_trial, search, stored_verdict, verdict_of
+from ...loop.tuning.goals import Goals, Trial, Verdict
+from ...loop.tuning.problem import TuneProblem
+from ...loop.tuning.search import nearest_trial, search, stored_verdict, verdict_of
 
 
 @dataclass(frozen=True)

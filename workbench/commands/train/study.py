@@ -11,11 +11,11 @@ from ...loop.envelope import DRAWN
 from ...loop.rig_variations import with_delay
 from ...loop.rows import loop_setup, play
 from ...loop.sampled_loop import LoopRun
+from ...loop.tuning.goals import Trial, Verdict
 from ...report import Figure, Page
 from ...rigs.rig_file import bundled, rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome
-from ..tune.goals import Trial, Verdict
 from ..tune.page import step_figure
 from ..tune.study import tuned_rows
 from .config import POLICY_FILE, TrainConfig

@@ -9,9 +9,9 @@ import numpy as np
 from ...base.checkpoint import Stage
 from ...loop.envelope import EnvelopeSteps, steps
 from ...loop.hardest import largest_ms
+from ...loop.tuning.goals import tuning_envelope
+from ...loop.tuning.problem import TuneProblem
 from ..common.numbers import finite, quantile
-from ..tune.goals import tuning_envelope
-from ..tune.problem import TuneProblem
 
 Row = dict[str, Any]
 

@@ -1,7 +1,4 @@
 """`jackbench tune EXPERIMENT`: searches a controller's numbers and leaves tuned.toml, an experiment of the best.
 
-problem    the numbers that are searched, and a controller with them
-goals      hard goals in their order, then the cost
-search     designs in parts, and between them harder plants to judge them on
-sampler    which designs are tried: evolution
+The search itself is in loop/tuning.
 """

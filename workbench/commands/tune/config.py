@@ -10,13 +10,13 @@ from typing import Any
 from ...base.errors import echo
 from ...base.table import Place, Table
 from ...loop.limits import Limits
+from ...loop.tuning.problem import Searched, TuneProblem
 from ...rigs.rig import Rig
 from ..common.envelope_keys import read_factors, read_limits, read_positions
 from ..common.experiment import read_experiment, rig_name, rig_of
 from ..common.rig_sets import check_variations, read_rig_set
 from ..common.scenario_tables import check_scenarios
 from ..common.step_experiment import StepConfig, step_config
-from .problem import Searched, TuneProblem
 
 _OF_THE_SEARCH = ("rigs", "variation", "weights", "trials", "positions", "draw", "goals", "seeds", "network")
 WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}

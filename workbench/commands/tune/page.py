@@ -10,6 +10,8 @@ from ...loop.envelope import DRAWN
 from ...loop.rows import LinearLoops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
+from ...loop.tuning.goals import Trial
+from ...loop.tuning.problem import TuneProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
@@ -17,8 +19,6 @@ from ..common.loop_margins import margins_section
 from ..common.row_table import RowTable
 from ..common.time_figure import run_columns, time_figure, window, window_words
 from .config import WEIGHTS, TuneConfig
-from .goals import Trial
-from .problem import TuneProblem
 
 Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scenario
 

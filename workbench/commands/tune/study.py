@@ -10,16 +10,16 @@ from ...base.words import counted
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
+from ...loop.tuning.goals import Trial
+from ...loop.tuning.problem import TuneProblem
+from ...loop.tuning.search import nearest_trial, search
 from ...report import Figure, Page
 from ...rigs.rig_file import bundled as bundled_rigs
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import TuneConfig
-from .goals import Trial
 from .page import step_figure, tune_page
-from .problem import TuneProblem
-from .search import nearest_trial, search
 
 
 def run_tune(config: TuneConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:

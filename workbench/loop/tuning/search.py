@@ -8,7 +8,7 @@ from typing import Any
 
 from ...base.checkpoint import Progress, Stage
 from ...base.process_pool import Jobs, ProcessPool, process_pool
-from ...loop.hard_goals import Goal
+from ..hard_goals import Goal
 from .goals import Goals, Plants, Trial, Verdict
 from .problem import TuneProblem
 from .sampler import TOGETHER, Sampler

@@ -9,12 +9,12 @@ import numpy as np
 from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
-from ...loop.envelope import Envelope, envelope, steps
-from ...loop.hard_goals import Goal, linear_goals, motion_goals
-from ...loop.hardest import hardest
-from ...loop.rig_variations import with_delay
-from ...loop.scenarios import Scenario
-from ...loop.sensors import settling_band
+from ..envelope import Envelope, envelope, steps
+from ..hard_goals import Goal, linear_goals, motion_goals
+from ..hardest import hardest
+from ..rig_variations import with_delay
+from ..scenarios import Scenario
+from ..sensors import settling_band
 from .problem import TuneProblem
 
 _HARDEST = 4  # of the drawn plants, of each kind

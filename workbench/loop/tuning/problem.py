@@ -6,10 +6,10 @@ from typing import Any
 
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec
-from ...loop.conditions import Conditions
-from ...loop.limits import POSITIONS, Limits
-from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
+from ..conditions import Conditions
+from ..limits import POSITIONS, Limits
+from ..scenarios import Scenario
 
 _DIGITS = 4  # of a searched number: the file that a study leaves has the very numbers that were tried
 OF_THE_LOOP = {"stiffness": "N/m"}

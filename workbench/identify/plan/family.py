@@ -6,10 +6,10 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
+from ...loop.drive_simulation import DriveSimulation, within_limits
+from ...loop.excitation_design import Design, designed
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from ..excite.config import Design
-from ..excite.study import DriveSimulation, designed, within_limits
 
 SECONDS = 6.0  # of every record: what they tell is compared for the same time on the rig
 _REACH = 0.6  # of the stroke limit, peak of what the reference does

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...identify.fit.free_parameters import Candidate
-from ...identify.fit.windows import Windows, cut_windows
-from ...identify.trace.information import EffectInformation, cosines, effects_alone
-from ...identify.trace.problem import EstimationProblem
+from ...loop.drive_simulation import DriveSimulation, drive, play
 from ...plant import build
 from ...plant.effects.declared import effect_use
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
-from ..excite.study import DriveSimulation, drive, play
+from ..fit.free_parameters import Candidate
+from ..fit.windows import Windows, cut_windows
+from ..trace.information import EffectInformation, cosines, effects_alone
+from ..trace.problem import EstimationProblem
 
 
 def simulated(drive: DriveSimulation, excitation: Excitation, names: tuple[str, ...]) -> Record | None:
