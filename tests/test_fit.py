@@ -11,7 +11,6 @@ from made_campaigns import campaign, rubbing, rubbing_campaign, written
 
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.common.fit_result import _inside
 from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.fit.page import groups
@@ -19,6 +18,7 @@ from workbench.commands.fit.study import run_fit
 from workbench.commands.residual.study import run_residual
 from workbench.plant import build
 from workbench.plant.effects import LIBRARY
+from workbench.plant.effects.declared import _inside
 from workbench.records import Campaign
 from workbench.report import render
 from workbench.rigs.rig import Rig

@@ -12,11 +12,7 @@ from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.step_experiment import load_steps
-from workbench.commands.robustness import workers
 from workbench.commands.robustness.config import load_robustness
-from workbench.commands.robustness.draw import drawn
-from workbench.commands.robustness.drawn_plants import plants_by_block
-from workbench.commands.robustness.linear_loops import linear_loops, places
 from workbench.commands.robustness.study import run_robustness
 from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
@@ -26,6 +22,10 @@ from workbench.loop.lane_margins import LaneMargins, lane_margins, sampled_lanes
 from workbench.loop.lane_metrics import hunting_lanes
 from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import with_delay
+from workbench.loop.robustness import workers
+from workbench.loop.robustness.draw import drawn
+from workbench.loop.robustness.drawn_plants import plants_by_block
+from workbench.loop.robustness.linear_loops import linear_loops, places
 from workbench.loop.rows import MOVING
 from workbench.plant import build
 from workbench.report import Table

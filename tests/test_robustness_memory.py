@@ -7,12 +7,12 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from workbench.commands.common.kept_columns import KeptColumns
+from workbench.base.kept_columns import KeptColumns
 from workbench.commands.common.run_folder import open_run
 from workbench.commands.robustness.config import load_robustness
-from workbench.commands.robustness.kept import Kept
-from workbench.commands.robustness.study import kept_row
-from workbench.commands.robustness.workers import linear_stage, steps_stage
+from workbench.loop.robustness.kept import Kept
+from workbench.loop.robustness.row import kept_row
+from workbench.loop.robustness.workers import linear_stage, steps_stage
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 BLOCK = 1000

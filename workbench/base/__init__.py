@@ -14,6 +14,7 @@ cluster, installation  worker processes of other machines, and what has to be th
 desktop         a page in the browser of this machine
 gain_phase      gain in decibels and phase in degrees of a complex response
 vector_fitting  a rational function fitted to a frequency response
-columns         named columns, and as a pandas table
+columns, kept_columns    named columns, and as a pandas table; columns of many plants, on disk
+numbers         numbers for metrics.json
 words           counts and ranges as a sentence has them
 """

@@ -7,13 +7,11 @@ head, design_numbers    what every report says of its rig, controllers and comma
 run_index   index.html: the finished runs of a folder
 row_table, loop_margins    rows of loops as tables of a report, and their margins
 experiment, step_experiment, bench_experiment, record_experiment    experiment files that several commands read
-record_options, drawn_record, plant_draw    records: arguments, and on plants drawn over what is uncertain of a rig
-kept_columns        columns of many plants, on disk
+record_options, drawn_record, plant_ranges    records: arguments, on drawn plants; what those were drawn over
 envelope_keys       what a loop has to hold on: positions, draws, limits of the goals
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them
 sessions, session_fit    groups of records that differ in a number of the rig; numbers that sessions have to themselves
-numbers             numbers for metrics.json
 wrong_numbers       described numbers that records contradict
 scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 platform_scene      a platform drawn as lines in space

@@ -8,10 +8,10 @@ import numpy as np
 from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import from_si
+from ...loop.robustness.plant_draw import PlantDraw, draw_plants
 from ...plant import Plant
 from ...rigs.rig import Rig
 from .envelope_keys import MOST_PLANTS, read_factors
-from .plant_draw import PlantDraw, draw_plants
 
 KEYS = ("plants", "draw", "stroke")
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ...base.numbers import finite
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...identify.data.noise_floor import NoiseFloor
@@ -11,7 +12,6 @@ from ...identify.fit.initial_states import FIRST_ROWS
 from ...identify.fit.predict import Prediction
 from ...report import Curve, Figure, Known, Mark, Panel, Table
 from ...report.table import Cell
-from .numbers import finite
 
 GIVEN, BEFORE, BETWEEN, AFTER = "#8c959f", "#d55e00", "#cc79a7", "#0072b2"  # what is given is grey, in every report
 _FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...base.numbers import finite
 from ...base.units import from_si
 from ...identify.fit.determined import FreeParameter
 from ...identify.fit.solver import UNSEEN, Fit
@@ -17,7 +18,6 @@ from ...report.digits import four_digits
 from ...report.table import Cell, shown
 from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
-from .numbers import finite
 from .session_fit import numbers_in_sessions, session_fits
 from .wrong_numbers import corrected
 

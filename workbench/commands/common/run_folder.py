@@ -27,8 +27,8 @@ from filelock import FileLock, Timeout
 
 from ...base.errors import InputError, short_path
 from ...base.files import WINDOWS, sync, write_whole
+from ...base.kept_columns import KeptColumns
 from ...base.toml_text import toml_text
-from .kept_columns import KeptColumns
 
 T = TypeVar("T")
 

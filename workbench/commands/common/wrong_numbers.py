@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.numbers import finite
 from ...base.units import from_si
 from ...identify.fit.solver import Fit
 from ...plant.effects import Effect
@@ -13,7 +14,6 @@ from ...report import within
 from ...report.table import shown
 from ...rigs.number import Number
 from ...rigs.rig import Rig
-from .numbers import finite
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from ...linear.equilibria import equilibria
 from ...linear.operating_point import far_end
 from ...loop.fault_trial import FaultTrial, FaultTrials
 from ...loop.lane_loop import play_lanes
-from ..common.plant_draw import draw_plants
+from ...loop.robustness.plant_draw import draw_plants
 
 
 def false_trips(trials: FaultTrials, trial: FaultTrial, controller: Controller) -> Mapping[str, int]:

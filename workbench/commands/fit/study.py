@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.numbers import finite
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_whole, predict_windows, predictions
 from ...identify.fit.session_numbers import session_plants
@@ -19,7 +20,6 @@ from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.error_page import record_tables, rms_of
 from ..common.fit_result import base_intervals, correlations, fitted, fitted_rig
-from ..common.numbers import finite
 from ..common.outcome import Answer, Outcome, Progress, Stage
 from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json

@@ -7,16 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from ...base.numbers import quantile
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
 from ...loop.designed_inverse import ReferenceInverse
 from ...loop.repeated_lanes import RepeatedLanes
+from ...loop.robustness.plant_draw import PlantDraw
 from ...plant import build
 from ...report import Curve, Figure, Panel, Section, Table
 from ..common.judged import played_words
-from ..common.numbers import quantile
 from ..common.outcome import Progress, Stage
-from ..common.plant_draw import PlantDraw
+from ..common.plant_ranges import ranges_table
 from .config import InverseConfig
 
 SHARES = {"p50": 0.5, "p99": 0.99, "worst": 1.0}
@@ -87,7 +88,7 @@ def drawn_section(config: InverseConfig, drawn: Mapping[str, DrawnErrors]) -> Se
     record, rows = config.record, drawn_rows(config, drawn)
     least = Table("The plant on which the inverse brings least", ["controller", *rows[0]["least"]],
                   [[row["controller"], *row["least"].values()] for row in rows])  # fmt: skip
-    ranges = next(iter(drawn.values())).draw.table(record.rig)
+    ranges = ranges_table(next(iter(drawn.values())).draw.columns(record.rig))
     return Section("Drawn plants", [_table(config, rows), _figure(config, drawn), least, ranges])
 
 

@@ -10,11 +10,12 @@ import numpy as np
 from ...loop.lane_learning import learn_lanes
 from ...loop.learning import STOPS, LearningFilter
 from ...loop.repeated_lanes import RepeatedLanes
+from ...loop.robustness.plant_draw import PlantDraw
 from ...plant import build
 from ...report import Curve, Figure, Panel, Section, Table
 from ..common.judged import played_words
 from ..common.outcome import Progress, Stage
-from ..common.plant_draw import PlantDraw
+from ..common.plant_ranges import ranges_table
 from .config import LearnConfig
 
 FALL = 20.0  # dB: what learning aims at
@@ -98,4 +99,6 @@ def drawn_sections(config: LearnConfig, drawn: DrawnLearning) -> list[Section]:
     figure = Figure("Share of the plants whose error falls by as much", "fall of the RMS error [dB]", [panel])
     least = Table("The plant of the least fall", list(row["least"]), [list(row["least"].values())])
     stopped = Table("Stopped because", ["reason", "plants"], [list(item) for item in row["stopped"].items()])
-    return [Section("Drawn plants", [table, figure, least, stopped, drawn.draw.table(config.record.rig)])]
+    return [
+        Section("Drawn plants", [table, figure, least, stopped, ranges_table(drawn.draw.columns(config.record.rig))])
+    ]

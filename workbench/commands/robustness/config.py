@@ -9,8 +9,8 @@ from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
-from ...loop.conditions import Conditions
 from ...loop.knowledge import ALL, known_to
+from ...loop.robustness.problem import RobustnessProblem
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS, read_factors, read_positions
 from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
@@ -24,30 +24,11 @@ _ANY_STEP = 1e-12, 1e12
 _MOST_MOVES = 20
 
 
-@dataclass(frozen=True)
-class RobustnessConfig:
-    """A step of a signal (SI) watched for so many seconds, on plants drawn by the seed of the `conditions`.
+@dataclass(frozen=True, kw_only=True)
+class RobustnessConfig(RobustnessProblem):
+    """The same of an experiment; `source` is that as it was read, with the tables of its controllers."""
 
-    Drawn are factors [low, high] by name, and all other numbers that the rig gives bounds within them: both are those
-    of a rig that is known as well as the file says. `stroke`: the share of the stroke limit in which steps lie;
-    `positions`: the shares of it at which every plant's linear loops are judged. `moves`: as many steps, there and
-    back, each watched as long, come before the one that is judged.
-
-    `source` is the experiment as it was read, with the tables of its controllers.
-    """
-
-    rig: Rig
-    plants: int
-    conditions: Conditions
-    signal: Signal
-    step: float
-    seconds: float
-    stroke: float
-    positions: tuple[float, ...]
-    factors: Mapping[str, tuple[float, float]]
-    controllers: tuple[ControllerSpec, ...]
     source: Mapping[str, Any]
-    moves: int = 0
 
 
 def load_robustness(path: str | Path, rig: str | None = None, plants: int | None = None) -> RobustnessConfig:

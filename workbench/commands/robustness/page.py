@@ -11,7 +11,7 @@ from ...loop.rows import moving_at
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
-from ..common.plant_draw import ranges_table
+from ..common.plant_ranges import ranges_table
 from .config import RobustnessConfig
 from .linear_page import linear_items
 

@@ -2,31 +2,27 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, TypeVar
+from typing import TypeVar
 
-import numpy as np
-
+from ...base.kept_columns import KeptColumns
 from ...base.process_pool import Jobs, process_pool
 from ...base.words import counted
-from ...loop.limit import limits_by_name, times_limit
+from ...loop.limit import limits_by_name
+from ...loop.robustness.draw import drawn
+from ...loop.robustness.kept import Kept
+from ...loop.robustness.row import kept_row
+from ...loop.robustness.workers import at_work, blocks, items
 from ...loop.scenarios import Scenario
 from ...loop.sensors import settling_band
 from ...plant import build
 from ...report import Figure, Page
 from ..common.design_numbers import Subject
-from ..common.kept_columns import KeptColumns
-from ..common.numbers import finite, quantile
 from ..common.outcome import Outcome, Progress, Stage
 from .config import RobustnessConfig
-from .draw import drawn
-from .kept import Kept
-from .linear_loops import Place
 from .page import robustness_figure, robustness_page
-from .workers import at_work, blocks, items
 
 T = TypeVar("T")
 _AT_ONCE = 8  # blocks whose results are in memory: so many that all workers are busy nearly all the time
-_WEIGHTS = {"unstable": 4, "tripped": 2, "hunting": 1}  # how bad, for the worst plant
 
 
 def run_robustness(config: RobustnessConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
@@ -83,39 +79,3 @@ def _outcome(config: RobustnessConfig, draw: KeptColumns, kept: list[Kept], limi
         return robustness_page(config, metrics, lanes, draw), robustness_figure(lanes)
 
     return Outcome(metrics, shown, {"drawn": draw, **tables}, {}, subject)
-
-
-def kept_row(kept: Kept, config: RobustnessConfig, limit: float | None) -> dict[str, Any]:
-    """One row: quantiles count a plant that never settles as the slowest; None where that is one.
-
-    `times_limit`: the time in which 99 % settle, over the `limit` [s] of the nominal rig at mid stroke.
-    """
-    columns = kept.lanes  # each is read where it is needed: all at once would be 43 bytes a plant
-    settling = columns["settling_s"]
-    settling[np.isnan(settling) | columns["tripped"]] = np.inf
-    p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
-    bad = np.sum([weight * columns[key].view(np.uint8) for key, weight in _WEIGHTS.items()], axis=0, dtype=np.uint8)
-    lane = int(np.lexsort((np.nan_to_num(columns["ms"], nan=np.inf), settling, bad))[-1])
-    unstable = bool(columns["unstable"].any())
-    return {
-        "controller": kept.spec.name,
-        "plants": len(settling),
-        **{key: int(columns[key].sum()) for key in ("unstable", "tripped", "hunting")},
-        "settling_p50_s": p50,
-        "settling_p99_s": p99,
-        "settling_worst_s": worst,
-        "overshoot_worst_percent": finite(np.max(columns["overshoot_percent"])),
-        "ms_worst": None if unstable else finite(np.max(columns["ms"])),
-        "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
-        "cavitating": int((columns["lowest_pressure"] < 0).sum()),
-        "times_limit": times_limit(p99, limit),
-        "worst": _drawn(lane, config, kept.furthest(lane) if columns["unstable"][lane] else None),
-    }
-
-
-def _drawn(lane: int, config: RobustnessConfig, place: Place | None) -> dict[str, float]:
-    """The numbers of a plant, and its position: at `place`, else where it was drawn."""
-    numbers = drawn(config, build(config.rig), range(lane, lane + 1)).plant(0, config.rig)
-    if place is not None and place.position is not None:
-        numbers["x [m]"] = place.position
-    return numbers

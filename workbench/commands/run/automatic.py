@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.kept_columns import KeptColumns
 from ...control.automatic_tuning import small_moves, tuned
 from ...control.controller_spec import ControllerSpec
 from ...control.linear_law import static
@@ -17,6 +18,12 @@ from ...linear.operating_point import far_end
 from ...loop.batch import run_lanes
 from ...loop.limit import limits_by_name
 from ...loop.rig_variations import with_delay
+from ...loop.robustness.drawn_plants import DrawnPlants, drawn_plants
+from ...loop.robustness.kept import Kept
+from ...loop.robustness.linear_loops import linear_loops as loops_at
+from ...loop.robustness.linear_loops import places
+from ...loop.robustness.row import kept_row
+from ...loop.robustness.workers import blocks, linear_stage, played_steps, steps_stage
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup
 from ...loop.sampled_loop import SampledLoop
 from ...loop.scenarios import Scenario
@@ -24,15 +31,8 @@ from ...loop.sensors import logged_lanes, settling_band
 from ...plant import build
 from ...report import Figure, Page
 from ..common.design_numbers import Subject
-from ..common.kept_columns import KeptColumns
 from ..common.outcome import Outcome, Progress, Stage
-from ..robustness.drawn_plants import DrawnPlants, drawn_plants
-from ..robustness.kept import Kept
-from ..robustness.linear_loops import linear_loops as loops_at
-from ..robustness.linear_loops import places
 from ..robustness.page import robustness_figure
-from ..robustness.study import kept_row
-from ..robustness.workers import blocks, linear_stage, played_steps, steps_stage
 from .automatic_config import READ, AutomaticConfig
 from .automatic_page import automatic_page
 

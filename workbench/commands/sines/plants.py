@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
+from ...base.numbers import finite, quantile
 from ...control.protocol import Controller
 from ...engine import Engine
 from ...linear.equilibria import Equilibria, equilibria
 from ...linear.operating_point import far_end
 from ...loop.lane_loop import play_lanes
+from ...loop.robustness.plant_draw import PlantDraw, draw_plants
 from ...loop.sines import AMPLITUDE, PHASE, SineErrors, sine, sine_errors
 from ...plant import build
 from ...rigs.rig import Rig
-from ..common.numbers import finite, quantile
-from ..common.plant_draw import PlantDraw, draw_plants
 from .config import Sine, SinesConfig
 
 _SHARE = 0.99  # of the plants, whose errors a row gives besides the worst

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from ...base.numbers import finite
 from ...identify.fit.predict import Prediction, predictions
 from ...identify.trace.findings import CandidateFit, LearnedShape, Trace
 from ...identify.trace.refit import FittedModel
 from ...plant.effects import formula_shape
 from ..common.error_page import rms_of
 from ..common.fit_result import base_intervals, effect_intervals
-from ..common.numbers import finite
 from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json
 from ..common.wrong_numbers import WrongNumber, wrong_numbers

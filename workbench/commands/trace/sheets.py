@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.numbers import finite
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.solver import Fit
 from ...identify.sheet.element import Element
@@ -21,7 +22,6 @@ from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.fit_result import base_intervals, effect_intervals, rig_as_fitted
-from ..common.numbers import finite
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.rig_out import finish_with_rig
 from ..common.run_folder import metrics_json

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ...base.checkpoint import Stage
+from ...base.numbers import finite, quantile
 from ...loop.envelope import EnvelopeSteps, steps
 from ...loop.hardest import largest_ms
 from ...loop.tuning.goals import tuning_envelope
 from ...loop.tuning.problem import TuneProblem
-from ..common.numbers import finite, quantile
 
 Row = dict[str, Any]
 

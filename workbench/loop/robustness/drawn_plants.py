@@ -7,12 +7,12 @@ from functools import cache, lru_cache
 from ...engine import Engine
 from ...linear.equilibria import Equilibria, equilibria
 from ...linear.operating_point import far_end
-from ...loop.rig_variations import with_delay
 from ...plant import build
 from ...rigs.rig import Rig
-from ..common.plant_draw import PlantDraw
-from .config import RobustnessConfig
+from ..rig_variations import with_delay
 from .draw import drawn
+from .plant_draw import PlantDraw
+from .problem import RobustnessProblem
 
 POINTS = ("null", "moving")
 
@@ -29,15 +29,15 @@ class DrawnPlants:
     points: dict[str, Equilibria]
 
 
-def plants_by_block(config: RobustnessConfig) -> Callable[[float, range], DrawnPlants]:
+def plants_by_block(problem: RobustnessProblem) -> Callable[[float, range], DrawnPlants]:
     """The drawn plants by computing delay [s] and block; the last ones are kept, for several tasks need them."""
-    stand = cache(lambda delay: Engine(build(with_delay(config.rig, delay))))
-    return lru_cache(1)(lambda delay, block: drawn_plants(config, with_delay(config.rig, delay), stand(delay), block))
+    stand = cache(lambda delay: Engine(build(with_delay(problem.rig, delay))))
+    return lru_cache(1)(lambda delay, block: drawn_plants(problem, with_delay(problem.rig, delay), stand(delay), block))
 
 
-def drawn_plants(config: RobustnessConfig, rig: Rig, engine: Engine, block: range) -> DrawnPlants:
+def drawn_plants(problem: RobustnessProblem, rig: Rig, engine: Engine, block: range) -> DrawnPlants:
     """Draw and balance a block of them. Raises InputError where the nominal one has no such point."""
-    plant, draw = engine.plant, drawn(config, engine.plant, block)
+    plant, draw = engine.plant, drawn(problem, engine.plant, block)
     speed = rig.passing_speed
     smooth, at = plant.without_dry_friction(draw.p), draw.position  # a specimen is relaxed there
     points = {

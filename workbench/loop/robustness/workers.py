@@ -10,18 +10,18 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
-from ...loop.batch import Lanes
-from ...loop.envelope import HUNTING
-from ...loop.lane_loop import play_lanes, plays_in_lanes
-from ...loop.lane_metrics import hunting_lanes, step_lanes
-from ...loop.sensors import settling_band
-from .config import RobustnessConfig
+from ..batch import Lanes
+from ..envelope import HUNTING
+from ..lane_loop import play_lanes, plays_in_lanes
+from ..lane_metrics import hunting_lanes, step_lanes
+from ..sensors import settling_band
 from .drawn_plants import DrawnPlants, plants_by_block
 from .linear_loops import Place, linear_loops, places
+from .problem import RobustnessProblem
 
 BLOCK = 1000  # plants at a time: what they need is let go, so that memory does not grow with their number
 LaneRuns = Iterable[tuple[slice, Lanes]]
-_Task = Callable[[RobustnessConfig, DrawnPlants, Mapping[str, Controller]], dict[str, Any]]
+_Task = Callable[[RobustnessProblem, DrawnPlants, Mapping[str, Controller]], dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -34,23 +34,23 @@ class Item:
     task: _Task
 
 
-def blocks(config: RobustnessConfig) -> list[range]:
+def blocks(problem: RobustnessProblem) -> list[range]:
     """The drawn plants, `BLOCK` at a time."""
-    return [range(first, min(first + BLOCK, config.plants)) for first in range(0, config.plants, BLOCK)]
+    return [range(first, min(first + BLOCK, problem.plants)) for first in range(0, problem.plants, BLOCK)]
 
 
-def items(config: RobustnessConfig, block: range) -> dict[str, Item]:
+def items(problem: RobustnessProblem, block: range) -> dict[str, Item]:
     """Of a block of plants, by the names of their stages: all controllers of a computing delay at every place, then the
     steps of each."""
     by_delay: dict[float, list[ControllerSpec]] = {}
-    for spec in config.controllers:
-        by_delay.setdefault(config.conditions.delay(spec, config.rig), []).append(spec)
+    for spec in problem.controllers:
+        by_delay.setdefault(problem.conditions.delay(spec, problem.rig), []).append(spec)
     listed = {}
     for delay, specs in by_delay.items():
-        for place in places(config):
+        for place in places(problem):
             listed[linear_stage(place, delay, block)] = Item(delay, block, specs, partial(_linear, place=place))
         for spec in specs:
-            if plays_in_lanes(spec.build(config.rig.period.value)):
+            if plays_in_lanes(spec.build(problem.rig.period.value)):
                 listed[steps_stage(spec, delay, block)] = Item(delay, block, [spec], _steps)
     return listed
 
@@ -69,45 +69,45 @@ def _of(delay: float, block: range) -> str:
     return f"{1e3 * delay:g} ms plants {block.start} to {block.stop - 1}"
 
 
-def at_work(config: RobustnessConfig) -> Callable[[Item], dict[str, Any]]:
+def at_work(problem: RobustnessProblem) -> Callable[[Item], dict[str, Any]]:
     """The work of one process, which draws and balances a block of plants once for a computing delay."""
-    plants = plants_by_block(config)
+    plants = plants_by_block(problem)
 
     def work(item: Item) -> dict[str, Any]:
-        controllers = {spec.name: spec.build(config.rig.period.value) for spec in item.controllers}
-        return item.task(config, plants(item.delay, item.block), controllers)
+        controllers = {spec.name: spec.build(problem.rig.period.value) for spec in item.controllers}
+        return item.task(problem, plants(item.delay, item.block), controllers)
 
     return work
 
 
 def _linear(
-    config: RobustnessConfig, plants: DrawnPlants, controllers: Mapping[str, Controller], place: Place
+    problem: RobustnessProblem, plants: DrawnPlants, controllers: Mapping[str, Controller], place: Place
 ) -> dict[str, Any]:
     return linear_loops(plants, controllers, place)
 
 
-def _steps(config: RobustnessConfig, plants: DrawnPlants, controllers: Mapping[str, Controller]) -> dict[str, Any]:
+def _steps(problem: RobustnessProblem, plants: DrawnPlants, controllers: Mapping[str, Controller]) -> dict[str, Any]:
     """The steps of one controller."""
     (controller,) = controllers.values()
-    return played_steps(config, plants, partial(play_lanes, plants.engine, plants.rig, controller))
+    return played_steps(problem, plants, partial(play_lanes, plants.engine, plants.rig, controller))
 
 
-def played_steps(config: RobustnessConfig, plants: DrawnPlants, play: Callable[..., LaneRuns]) -> dict[str, Any]:
+def played_steps(problem: RobustnessProblem, plants: DrawnPlants, play: Callable[..., LaneRuns]) -> dict[str, Any]:
     """The steps plant by plant, and the CPU seconds that they took; `play` runs lanes on plants at rest.
 
     Of several moves, there and back, the last one counts; a trip or a low pressure in any.
     """
-    signal = config.signal.name
-    band = settling_band(plants.rig, signal, config.step)
-    period, k = config.rig.period.value, round(config.seconds / config.rig.period.value) + 1
-    levels = np.resize([config.step, 0.0], config.moves + 1)
-    size = levels[-1] - (levels[-2] if config.moves else 0.0)
-    reference, began = np.repeat(levels, [k - 1] * config.moves + [k]), process_time()
+    signal = problem.signal.name
+    band = settling_band(plants.rig, signal, problem.step)
+    period, k = problem.rig.period.value, round(problem.seconds / problem.rig.period.value) + 1
+    levels = np.resize([problem.step, 0.0], problem.moves + 1)
+    size = levels[-1] - (levels[-2] if problem.moves else 0.0)
+    reference, began = np.repeat(levels, [k - 1] * problem.moves + [k]), process_time()
     at = plants.points["null"], plants.draw.p
     run = partial(play, *at, reference, first=plants.block.start)
     parts = []
     chambers = ("lowest_pressure",) if plants.rig.is_jack else ()
-    for _, lanes in run((signal, *chambers), config.conditions.noise):
+    for _, lanes in run((signal, *chambers), problem.conditions.noise):
         y = lanes.signals[signal]
         step = step_lanes(period, y[:, -k:], y[:, 0] + levels[-1] - size, size, band)
         lowest = np.full(len(y), np.nan)

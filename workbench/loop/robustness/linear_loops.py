@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from ...base.numbers import finite, quantile
 from ...control.protocol import Controller
 from ...linear.equilibria import Equilibria, moved
-from ...loop.lane_laws import lane_laws, signals_at
-from ...loop.lane_margins import LaneMargins, lane_margins, sampled_lanes
-from ..common.numbers import finite, quantile
-from .config import RobustnessConfig
+from ..lane_laws import lane_laws, signals_at
+from ..lane_margins import LaneMargins, lane_margins, sampled_lanes
 from .drawn_plants import POINTS, DrawnPlants
+from .problem import RobustnessProblem
 
 _CHUNK = 200  # plants linearised at a time: every law is closed on them, and they are let go
 _COLUMNS = [column.name for column in fields(LaneMargins)]
@@ -30,10 +30,10 @@ class Place:
         return f"{where} {self.point}"
 
 
-def places(config: RobustnessConfig) -> list[Place]:
+def places(problem: RobustnessProblem) -> list[Place]:
     """Where each plant was drawn, and at every position; a linear plant has none."""
-    stroke = config.rig.limit("stroke")
-    positions = [share * stroke for share in config.positions if config.rig.is_jack]
+    stroke = problem.rig.limit("stroke")
+    positions = [share * stroke for share in problem.positions if problem.rig.is_jack]
     return [Place(position, point) for position in (None, *positions) for point in POINTS]
 
 

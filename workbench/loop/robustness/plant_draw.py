@@ -1,17 +1,15 @@
 """Plants drawn over what is uncertain of a rig: its numbers within bounds or factors, and a place in its stroke."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ...loop.plant_lanes import drawn_evenly, uncertain
 from ...plant import Plant
 from ...plant.effects import numbers_of
-from ...report import Table
-from ...report.table import Cell
 from ...rigs.rig import Rig
+from ..plant_lanes import drawn_evenly, uncertain
 
 
 @dataclass(frozen=True)
@@ -31,10 +29,6 @@ class PlantDraw:
             p[:, self.of.parameters.index(name)] = values
         return p
 
-    def table(self, rig: Rig, *further: Sequence[Cell]) -> Table:
-        """The least and the largest of each number, for a report; with `further` rows."""
-        return ranges_table(self.columns(rig), *further)
-
     def plant(self, lane: int, rig: Rig) -> dict[str, float]:
         """Position and numbers of one of them, by name with unit."""
         numbers = {name: float(values[lane]) for name, values in _with_units(self.numbers, rig).items()}
@@ -43,16 +37,6 @@ class PlantDraw:
     def columns(self, rig: Rig) -> dict[str, np.ndarray]:
         """Position and numbers [plants] by name with unit."""
         return {"position [m]": self.position} | _with_units(self.numbers, rig)
-
-
-def ranges_table(columns: Mapping[str, np.ndarray], *further: Sequence[Cell]) -> Table:
-    """The least and the largest of a draw's `columns`, the position last; with `further` rows."""
-    position, *numbers = (
-        [*name.removesuffix("]").rsplit(" [", 1), float(values.min()), float(values.max())]
-        for name, values in columns.items()
-    )
-    rows = [[name, least, largest, unit] for name, unit, least, largest in (*numbers, position)]
-    return Table("Uniform within these ranges", ["number", "least", "largest", "unit"], [*rows, *further])
 
 
 def _with_units(numbers: Mapping[str, np.ndarray], rig: Rig) -> dict[str, np.ndarray]:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.kept_columns import KeptColumns
 from ...control.controller_spec import ControllerSpec
-from ...loop.lane_margins import LaneMargins
-from ..common.kept_columns import KeptColumns
-from .config import RobustnessConfig
+from ..lane_margins import LaneMargins
 from .linear_loops import Place, linear_row, of_place, places, worst_places
+from .problem import RobustnessProblem
 from .workers import linear_stage, steps_stage
 
 _STEPS = "settling_s", "overshoot_percent", "hunting", "tripped", "lowest_pressure"
@@ -29,9 +29,9 @@ class Kept:
     loops: KeptColumns = field(default_factory=KeptColumns)
 
     @classmethod
-    def of(cls, spec: ControllerSpec, config: RobustnessConfig) -> "Kept":
+    def of(cls, spec: ControllerSpec, problem: RobustnessProblem) -> "Kept":
         """Of a controller with its own computing delay, or the rig's."""
-        return cls(spec, config.conditions.delay(spec, config.rig), places(config))
+        return cls(spec, problem.conditions.delay(spec, problem.rig), places(problem))
 
     def take(self, results: Mapping[str, dict[str, Any]], block: range) -> None:
         """Put a block of plants behind those before, of the results of its stages."""

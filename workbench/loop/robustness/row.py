@@ -1,0 +1,51 @@
+"""One row of a controller over all drawn plants."""
+
+from typing import Any
+
+import numpy as np
+
+from ...base.numbers import finite, quantile
+from ...plant import build
+from ..limit import times_limit
+from .draw import drawn
+from .kept import Kept
+from .linear_loops import Place
+from .problem import RobustnessProblem
+
+_WEIGHTS = {"unstable": 4, "tripped": 2, "hunting": 1}  # how bad, for the worst plant
+
+
+def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dict[str, Any]:
+    """One row: quantiles count a plant that never settles as the slowest; None where that is one.
+
+    `times_limit`: the time in which 99 % settle, over the `limit` [s] of the nominal rig at mid stroke.
+    """
+    columns = kept.lanes  # each is read where it is needed: all at once would be 43 bytes a plant
+    settling = columns["settling_s"]
+    settling[np.isnan(settling) | columns["tripped"]] = np.inf
+    p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
+    bad = np.sum([weight * columns[key].view(np.uint8) for key, weight in _WEIGHTS.items()], axis=0, dtype=np.uint8)
+    lane = int(np.lexsort((np.nan_to_num(columns["ms"], nan=np.inf), settling, bad))[-1])
+    unstable = bool(columns["unstable"].any())
+    return {
+        "controller": kept.spec.name,
+        "plants": len(settling),
+        **{key: int(columns[key].sum()) for key in ("unstable", "tripped", "hunting")},
+        "settling_p50_s": p50,
+        "settling_p99_s": p99,
+        "settling_worst_s": worst,
+        "overshoot_worst_percent": finite(np.max(columns["overshoot_percent"])),
+        "ms_worst": None if unstable else finite(np.max(columns["ms"])),
+        "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
+        "cavitating": int((columns["lowest_pressure"] < 0).sum()),
+        "times_limit": times_limit(p99, limit),
+        "worst": _drawn(lane, problem, kept.furthest(lane) if columns["unstable"][lane] else None),
+    }
+
+
+def _drawn(lane: int, problem: RobustnessProblem, place: Place | None) -> dict[str, float]:
+    """The numbers of a plant, and its position: at `place`, else where it was drawn."""
+    numbers = drawn(problem, build(problem.rig), range(lane, lane + 1)).plant(0, problem.rig)
+    if place is not None and place.position is not None:
+        numbers["x [m]"] = place.position
+    return numbers
