@@ -11,13 +11,13 @@ from made_campaigns import campaign, commands, made, written
 from workbench.base.errors import InputError
 from workbench.base.process_pool import one_blas_thread
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.common.session_fit import session_fits
 from workbench.commands.common.sessions import session_lines, sessions
 from workbench.commands.fit.study import FitAnswer, fit_campaign
 from workbench.commands.residual.study import run_residual
 from workbench.commands.show.describe import describe, describe_text
 from workbench.identify.fit.free_parameters import uncertain
 from workbench.identify.fit.normal_equations import directions
+from workbench.identify.found.session_fit import session_fits
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.records import Campaign, load_campaign

@@ -10,10 +10,10 @@ from made_fits import fit_of
 from test_learned_shapes import harder_out, shaped
 
 from workbench.base.checkpoint import no_checkpoint
-from workbench.commands.common.fit_result import effect_covariance, effect_numbers, not_physical, number_remarks
 from workbench.commands.trace import words
-from workbench.commands.trace.law_curves import LawCurve, differences, gain_curve, law_curve, visited
 from workbench.commands.trace.study import run_trace
+from workbench.identify.found.fitted import effect_covariance, effect_numbers, not_physical, number_remarks
+from workbench.identify.found.law_curves import LawCurve, differences, gain_curve, law_curve, visited
 from workbench.identify.trace import verdict
 from workbench.identify.trace.localise import equation_of, likely_equations
 from workbench.identify.trace.samples import variable_samples

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from made_fits import learned_trace
 
-from workbench.commands.trace import law_curves, learned_page
+from workbench.commands.trace import learned_page
+from workbench.identify.found import law_curves
 from workbench.plant.effects import EQUATIONS, Effect, known_effects, learned, refinements, with_apart
 from workbench.plant.effects.grammar import LEARNED
 from workbench.plant.effects.natural import PASSAGES

@@ -15,9 +15,7 @@ from hypothesis import strategies as st
 from made_campaigns import campaign, rubbing
 from made_pages import MARKUP, NUMBERS, beyond_all, drawn, made_result, odd_fit, odd_numbers, plain_fit, rms
 
-from workbench.commands.common.fit_result import base_intervals, correlations, fitted, fitted_rig
 from workbench.commands.common.run_folder import metrics_json
-from workbench.commands.common.session_fit import SessionFit
 from workbench.commands.fit.page import fit_page
 from workbench.commands.plan.page import plan_page
 from workbench.commands.retune.config import load_retune
@@ -25,6 +23,8 @@ from workbench.commands.retune.page import retune_page, steps_figure
 from workbench.identify.fit.free_parameters import Candidate, at_strength
 from workbench.identify.fit.session_numbers import SessionNumber
 from workbench.identify.fit.sessions import SessionDifference
+from workbench.identify.found.fitted import base_intervals, correlations, fitted, fitted_rig
+from workbench.identify.found.session_fit import SessionFit
 from workbench.identify.plan.family import PlannedRecord, family
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
 from workbench.identify.trace.refit import FittedModel

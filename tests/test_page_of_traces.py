@@ -17,8 +17,8 @@ from test_learned_shapes import RIG, harder_out
 from workbench.base.checkpoint import no_checkpoint
 from workbench.commands.trace.metrics import compared, more_json, trace_json
 from workbench.commands.trace.page import trace_page
-from workbench.commands.trace.shape import missing_shape
 from workbench.identify.fit.solver import Fit
+from workbench.identify.found.missing_shape import missing_shape
 from workbench.identify.trace.findings import CandidateFit, Trace
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import FittedModel

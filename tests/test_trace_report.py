@@ -11,13 +11,14 @@ from workbench.base.signals import MEASURED
 from workbench.commands.common.error_page import error_figure, error_table
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace import words as words
-from workbench.commands.trace.detectability import undetectable
 from workbench.commands.trace.effect_words import EFFECT
 from workbench.commands.trace.figures import telling
 from workbench.commands.trace.metrics import compared, labels, more_json, trace_json
 from workbench.commands.trace.page import _shape, _where, trace_page
-from workbench.commands.trace.shape import UnexplainedDisturbance, missing_shape, shape_tables
+from workbench.commands.trace.shape_page import shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
+from workbench.identify.found.detectability import undetectable
+from workbench.identify.found.missing_shape import UnexplainedDisturbance, missing_shape
 from workbench.identify.trace.findings import Trace
 from workbench.plant.effects import EQUATIONS, find
 from workbench.plant.effects import LIBRARY as WHOLE
@@ -416,5 +417,5 @@ def test_many_effects_are_counted_and_named_once():
 def test_where_no_likelihood_tells_the_equation_nothing_is_said_of_it(monkeypatch):
     """As along a free run whose tangents explode."""
     nowhere = SimpleNamespace(evidence=[("force", 0.0), ("flow", 0.0)], parity_residuals={})
-    monkeypatch.setattr("workbench.commands.trace.shape.locate_fault", lambda *_: nowhere)
+    monkeypatch.setattr("workbench.identify.found.missing_shape.locate_fault", lambda *_: nowhere)
     assert missing_shape(altered(verdict="incomplete"), no_checkpoint, lambda _: None) is None

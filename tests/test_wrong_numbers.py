@@ -7,10 +7,10 @@ from typing import cast
 import numpy as np
 import pytest
 
-from workbench.commands.common.wrong_numbers import corrected, wrong_numbers
 from workbench.commands.trace.effect_words import ALL_EFFECTS
 from workbench.identify.fit.determined import FreeParameter
 from workbench.identify.fit.solver import Fit
+from workbench.identify.found.wrong_numbers import corrected, wrong_numbers
 from workbench.plant.effects import known_effects, number_effects
 from workbench.rigs.rig_file import load_rig
 

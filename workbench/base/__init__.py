@@ -16,5 +16,5 @@ gain_phase      gain in decibels and phase in degrees of a complex response
 vector_fitting  a rational function fitted to a frequency response
 columns, kept_columns    named columns, and as a pandas table; columns of many plants, on disk
 numbers         numbers for metrics.json
-words           counts and ranges as a sentence has them
+words           counts, lists and ranges as a sentence has them
 """

@@ -4,6 +4,7 @@ data        noise floor, whiteness, measured frequency response
 fit         windows, models with their slopes, and the fit of a rig's numbers
 watch       a rig over months: what changes from session to session
 trace       from a residual to the effect that the model lacks
+found       what a fit or a trace has found, said in numbers
 plan        records that do not exist yet, to be compared
 sheet       from a maker's curves to the effect that the model lacks
 columns     which column of a foreign recording is which signal

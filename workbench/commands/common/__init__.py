@@ -10,9 +10,8 @@ experiment, step_experiment, bench_experiment, record_experiment    experiment f
 record_options, drawn_record, plant_ranges    records: arguments, on drawn plants; what those were drawn over
 envelope_keys       what a loop has to hold on: positions, draws, limits of the goals
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
-sines, error_page, fit_result, time_figure    sweeps, errors, fits and runs as several reports show them
-sessions, session_fit    groups of records that differ in a number of the rig; numbers that sessions have to themselves
-wrong_numbers       described numbers that records contradict
+sines, error_page, time_figure    sweeps, errors and runs as several reports show them
+sessions, session_tables    groups of records that differ in a number of the rig; their own numbers in a report
 scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 platform_scene      a platform drawn as lines in space
 platform_controllers, platform_motion    of experiments on a platform: its controllers, and the motion that it plays

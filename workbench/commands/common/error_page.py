@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...base.numbers import finite
 from ...base.signals import SIGNALS
 from ...base.units import from_si
-from ...identify.data.noise_floor import NoiseFloor
 from ...identify.fit.initial_states import FIRST_ROWS
 from ...identify.fit.predict import Prediction
+from ...identify.found.errors import Rms
 from ...report import Curve, Figure, Known, Mark, Panel, Table
 from ...report.table import Cell
 
@@ -22,19 +21,6 @@ SCORED = {
     "the jack rests in them; input: the recorded command.",
 }
 """What the errors are of, by whether they are scored by a free run."""
-
-Rms = Mapping[str, Mapping[str, float | None]]
-
-
-def rms_of(floor: NoiseFloor, before: Sequence[Prediction], after: Sequence[Prediction]) -> Rms:
-    """{"pa [bar]": {"before", "after", "floor"}} over all records, in each signal's unit; None where there is none."""
-    table = {}
-    for name in dict.fromkeys(name for prediction in after for name in prediction.signals):
-        signal = SIGNALS[name]
-        values = (*(_root_mean_square(some, name) for some in (before, after)), floor.sigma[name])
-        shown = [finite(from_si(v, signal.unit, signal.si)) for v in values]
-        table[signal.label] = dict(zip(("before", "after", "floor"), shown, strict=True))
-    return table
 
 
 def error_figure(rms: Rms, labels: Sequence[str]) -> Figure:
@@ -103,8 +89,3 @@ def record_tables(models: Mapping[str, Sequence[Prediction]]) -> dict[str, dict[
                 columns[f"{label} {signal.label}"] = from_si(prediction.signals[name], signal.unit, signal.si)
         tables[f"heldout-{record.name.replace('/', '-')}"] = columns
     return tables
-
-
-def _root_mean_square(some: Sequence[Prediction], name: str) -> float:
-    errors = np.concatenate([prediction.error(name) for prediction in some if name in prediction.signals])
-    return float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else np.nan

@@ -9,12 +9,13 @@ from scipy.sparse.csgraph import connected_components
 from ...base.units import from_si
 from ...base.words import counted
 from ...identify.fit.sessions import SessionDifference
+from ...identify.found.fitted import Fitted, fitted_cells
+from ...identify.found.session_fit import SessionFit
 from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
-from ..common.fit_result import Fitted, fitted_cells
-from ..common.session_fit import SessionFit, session_fits_sentence, session_fits_table
+from ..common.session_tables import session_fits_sentence, session_fits_table
 from ..common.sessions import sessions_section, sessions_sentence
 from ..residual.study import noise_table
 

@@ -10,6 +10,7 @@ import numpy as np
 from ...base.checkpoint import Progress, Stage
 from ...identify.data.leg_cut import leg_rig
 from ...identify.fit.payload import NUMBERS, PayloadFit, fit_payload
+from ...identify.found.fitted import Interval, interval_cells
 from ...records import Campaign
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.platform import LEGS, Leg, Platform
@@ -17,7 +18,6 @@ from ...rigs.platform.platform_file import platform_text
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.error_page import GIVEN
-from ..common.fit_result import Interval, interval_cells
 from ..common.outcome import Outcome
 from .study import FitAnswer, fit_campaign
 

@@ -10,6 +10,9 @@ from ...base.numbers import finite
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_whole, predict_windows, predictions
 from ...identify.fit.session_numbers import session_plants
+from ...identify.found.errors import rms_of
+from ...identify.found.fitted import base_intervals, correlations, fitted, fitted_rig
+from ...identify.found.session_fit import session_fits
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.refit import fit_rig, heldout_errors
 from ...identify.trace.stored import packed, unpacked
@@ -18,10 +21,8 @@ from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
-from ..common.error_page import record_tables, rms_of
-from ..common.fit_result import base_intervals, correlations, fitted, fitted_rig
+from ..common.error_page import record_tables
 from ..common.outcome import Answer, Outcome, Progress, Stage
-from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json
 from .page import fit_page
 

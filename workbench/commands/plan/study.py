@@ -9,6 +9,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
+from ...identify.found.fitted import fitted_rig
 from ...identify.plan.family import PlannedRecord, family, planned
 from ...identify.plan.played import check, simulated, windows_of
 from ...identify.trace.information import EffectInformation, alternatives, effect_information, sharpened
@@ -26,7 +27,6 @@ from ...records.excitation import Excitation, excitation_text
 from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
-from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage
 from .metrics import Check, plan_metrics
 from .page import plan_page

@@ -7,13 +7,7 @@ import numpy as np
 
 from ...base.units import from_si
 from ...identify.fit.solver import Fit
-from ...identify.trace.findings import Trace
-from ...plant.effects import Effect, formula_shape
-from ...plant.effects.natural import NaturalVariable, variable, variables
-from ...plant.effects.shapes import OPEN
-from ...report import Curve, Figure, Panel, Section
-from ..common.error_page import AFTER
-from .law_curves import (
+from ...identify.found.law_curves import (
     LawCurve,
     as_it_came,
     differences,
@@ -23,6 +17,12 @@ from .law_curves import (
     law_curve,
     visited,
 )
+from ...identify.trace.findings import Trace
+from ...plant.effects import Effect, formula_shape
+from ...plant.effects.natural import NaturalVariable, variable, variables
+from ...plant.effects.shapes import OPEN
+from ...report import Curve, Figure, Panel, Section
+from ..common.error_page import AFTER
 from .metrics import ranking
 from .tables import effects_numbers
 from .words import title

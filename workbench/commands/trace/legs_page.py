@@ -1,17 +1,18 @@
 """The report of a platform's trace: the platform with the suspected legs marked, chi2 by leg, and why each is one."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from ...base.words import listed
 from ...identify.fit.payload import PayloadFit
+from ...identify.found.legs import NAMING, Answer, suspected
 from ...identify.trace.rule import gate
 from ...report import Curve, Figure, Mark, Page, Panel, Scene, Section, Table
 from ...rigs.platform import Platform
 from ..common.error_page import AFTER, BEFORE
 from ..common.platform_scene import leg_labels, platform_lines
 from .answer import TraceAnswer
-from .legs import sentence, suspected
 from .payload import payload_numbers, payload_sentence, payload_table
 from .words import FREE_RUN, PLAN, RETUNE
 
@@ -88,3 +89,22 @@ def _scene(platform: Platform, answers: Sequence[TraceAnswer], marked: Collectio
         still,
         leg_labels(platform, marked),
     )
+
+
+def sentence(legs: Sequence[Answer], said: Mapping[int, str]) -> str:
+    """Which leg lacks what, each with what its own trace `said`, by leg from 0; and which follow their records."""
+    order = suspected(legs)
+    words = [f"Leg {i + 1}: {' '.join(filter(None, (_names(legs[i]), said[i])))}" for i in order]
+    others = [str(i + 1) for i in range(len(legs)) if i not in order]
+    if not order:
+        return "No leg lacks anything that these records could show: each follows them to its own noise."
+    if others:
+        words.append(f"Nothing is missing from {'leg' if len(others) == 1 else 'legs'} {listed(others)}.")
+    return " ".join(words)
+
+
+def _names(leg: Answer) -> str:
+    """What a leg lacks, in a few words: "main.deadband."; nothing where only a number is another one."""
+    if leg["verdict"] not in NAMING:
+        return "unknown." if leg["verdict"] == "unknown" else ""
+    return listed(leg["effects"], "or" if leg["verdict"] == "tied" else "and") + "."

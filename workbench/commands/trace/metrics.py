@@ -7,16 +7,16 @@ import numpy as np
 
 from ...base.numbers import finite
 from ...identify.fit.predict import Prediction, predictions
+from ...identify.found.alike import explain_alike
+from ...identify.found.effect_by_effect import steps
+from ...identify.found.errors import rms_of
+from ...identify.found.fitted import base_intervals, effect_intervals
+from ...identify.found.session_fit import session_fits
+from ...identify.found.wrong_numbers import WrongNumber, wrong_numbers
 from ...identify.trace.findings import CandidateFit, LearnedShape, Trace
 from ...identify.trace.refit import FittedModel
 from ...plant.effects import formula_shape
-from ..common.error_page import rms_of
-from ..common.fit_result import base_intervals, effect_intervals
-from ..common.session_fit import session_fits
 from ..common.sessions import sessions, sessions_json
-from ..common.wrong_numbers import WrongNumber, wrong_numbers
-from .alike import explain_alike
-from .steps import steps
 
 MANY = 3  # additions: of more, labels and the first sentence give their number
 Both = tuple[Sequence[Prediction], Sequence[Prediction]]

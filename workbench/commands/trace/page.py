@@ -3,23 +3,25 @@
 from collections.abc import Sequence
 from typing import Any
 
+from ...base.words import listed
+from ...identify.found.detectability import undetectable
+from ...identify.found.fitted import fitted
+from ...identify.found.missing_shape import UnexplainedDisturbance
+from ...identify.found.session_fit import session_fits
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import Trace
 from ...identify.trace.localise import likely_equations
 from ...plant.effects import Effect
 from ...report import Figure, Page, Section, Table
 from ..common.error_page import error_figure, error_table
-from ..common.fit_result import fitted
-from ..common.session_fit import session_fits, session_fits_sentence, session_fits_table
+from ..common.session_tables import session_fits_sentence, session_fits_table
 from ..common.sessions import sessions, sessions_section, sessions_sentence
 from ..fit.page import ranges_figure
 from ..residual.study import noise_table
-from .detectability import seen_table, undetectable
 from .figures import Pair, evidence_figure, signal_figure, telling
 from .learned_page import LearnedLaw, learned_laws, learned_section, learned_sentence
 from .metrics import Both, labels
-from .shape import UnexplainedDisturbance, shape_figure, shape_tables
-from .steps import steps_table
+from .shape_page import shape_figure, shape_tables
 from .tables import (
     base_table,
     candidates_table,
@@ -27,10 +29,12 @@ from .tables import (
     numbers_table,
     records_table,
     rule_table,
+    seen_table,
+    steps_table,
     unseen_signals,
     untested_table,
 )
-from .words import EQUATION, FREE_RUN, PLAN, RETUNE, has_clue, listed, next_records, verdict
+from .words import EQUATION, FREE_RUN, PLAN, RETUNE, has_clue, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 _NO_CLUE = "The missing {} goes with no signal: none explains half of it, so that its shape over one would mislead."

@@ -12,6 +12,7 @@ from typing import Any
 from ...base.checkpoint import Progress, Stage
 from ...identify.data.leg_cut import leg_campaigns, leg_rig, whole_campaigns
 from ...identify.fit.payload import PayloadFit, fit_payload
+from ...identify.found.legs import platform_answer, suspected, ties
 from ...plant.effects import Effect, inside_port
 from ...plant.effects.declared import effects_for
 from ...records import Campaign
@@ -24,7 +25,6 @@ from ...rigs.rig_file import rig_text
 from ..common.outcome import Outcome, no_checkpoint
 from ..common.run_folder import metrics_json
 from .answer import TraceAnswer
-from .legs import platform_answer, suspected, ties
 from .legs_page import legs_page
 from .payload import payload_numbers
 from .study import digest, trace_answer

@@ -8,6 +8,8 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.units import from_si
+from ...base.words import listed
+from ...identify.found.fitted import effect_intervals, fitted
 from ...identify.sheet.fit import SheetFit
 from ...identify.sheet.model import FAILED, offsets
 from ...identify.sheet.remainder import Band
@@ -16,9 +18,8 @@ from ...identify.trace import rule
 from ...records.sheet_points import SheetPoints
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.error_page import AFTER, BEFORE, BETWEEN
-from ..common.fit_result import effect_intervals, fitted
 from .effect_words import ALL_EFFECTS
-from .words import EQUATION, RETUNE, listed
+from .words import EQUATION, RETUNE
 
 _NUMBERS = 6  # candidates whose numbers are listed
 _CURVE = 60  # frequencies of a drawn curve

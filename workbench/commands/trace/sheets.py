@@ -12,6 +12,7 @@ import numpy as np
 from ...base.numbers import finite
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.solver import Fit
+from ...identify.found.fitted import base_intervals, effect_intervals, rig_as_fitted
 from ...identify.sheet.element import Element
 from ...identify.sheet.problem import SIGMA, SheetProblem, sheet_problem
 from ...identify.sheet.tracer import SheetCandidate, SheetTrace, trace_sheets
@@ -21,7 +22,6 @@ from ...records.sheet_points import SheetPoints
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
-from ..common.fit_result import base_intervals, effect_intervals, rig_as_fitted
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.rig_out import finish_with_rig
 from ..common.run_folder import metrics_json

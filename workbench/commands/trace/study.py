@@ -9,6 +9,9 @@ from typing import Any
 from ...base.checkpoint import endless
 from ...base.process_pool import one_blas_thread
 from ...identify.acceptance.when_new import rig_when_new
+from ...identify.found.detectability import detectability
+from ...identify.found.fitted import fitted_rig
+from ...identify.found.missing_shape import missing_shape
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect
@@ -20,15 +23,12 @@ from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig, rig_text
 from ..common.design_numbers import Subject
 from ..common.error_page import record_tables
-from ..common.fit_result import fitted_rig
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.run_folder import metrics_json
 from ..common.shipped import campaign as campaign_folder
 from .answer import TraceAnswer
-from .detectability import detectability
 from .metrics import compared, labels, more_json, trace_json
 from .page import trace_page
-from .shape import missing_shape
 from .when_new import beside_new
 
 

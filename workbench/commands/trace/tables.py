@@ -1,12 +1,16 @@
 """The tables of a trace: errors, candidates, numbers, what looks alike, what was not tested."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from ...base.units import from_si
+from ...identify.fit.free_parameters import at_strength, strengths
 from ...identify.fit.solver import Fit
 from ...identify.fit.windows import predicted
+from ...identify.found.effect_by_effect import steps
+from ...identify.found.fitted import effect_intervals, fitted, fitted_cells, interval_cells, number_remarks
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...identify.trace.localise import likely_equations
@@ -15,7 +19,6 @@ from ...plant.effects import Effect, applies, known_effects
 from ...records.campaign import ROLES
 from ...report import Table
 from ...report.table import Cell
-from ..common.fit_result import effect_intervals, fitted, fitted_cells, interval_cells, number_remarks
 from .metrics import failures, ranking
 from .words import SIGNAL, accident, reason
 
@@ -191,3 +194,32 @@ def records_table(problem: EstimationProblem) -> Table:
     )
     used += "record is under select; heldout: looked at once, at the end; every error that is quoted is from there."
     return Table("Records", ["record", "role", "seconds", "samples", "signals"], rows, note=used)
+
+
+def seen_table(rows: Sequence[dict[str, Any]], library: Sequence[Effect]) -> Table:
+    """From which value on each effect would have been seen."""
+    cells = []
+    for row in rows:
+        effect = next(effect for effect in library if effect.name == row["effect"])
+        number = next(n for n in effect.numbers if n.name == strengths(effect)[0])
+        least = None if row["strength"] is None else at_strength(effect, row["strength"])[number.name]
+        shown = [None if v is None else float(from_si(v, number.shown, number.si)) for v in (least, number.typical)]
+        visible = row["strength"] is not None and row["strength"] <= 1
+        cells.append([effect.name, effect.formula, number.name, number.shown, *shown, visible])
+    return Table(
+        "What these records would have shown",
+        ["effect", "formula", "number", "unit", "shows from", "typical", "typical shows"],
+        cells,
+        note="Shows from: the value, about, that leaves a misfit which no number of the rig can hide. A dash: no value "
+        "within its range does.",
+    )
+
+
+def steps_table(trace: Trace) -> Table | None:
+    """The steps as a table, if any."""
+    every = steps(trace)
+    if not every:
+        return None
+    rows = [[step.added, *step.rms.values()] for step in every]
+    note = "RMS error of one free run through each held-out record, with all that stands above too, fitted anew."
+    return Table("Effect by effect", ["with", *every[0].rms], rows, note=note)

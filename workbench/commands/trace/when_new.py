@@ -10,18 +10,17 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...base.units import from_si
-from ...base.words import counted
+from ...base.words import counted, listed
 from ...identify.acceptance.valve_test import valve_sheet
 from ...identify.acceptance.when_new import NewRig
+from ...identify.found.alike import explain_alike
+from ...identify.found.fitted import interval_cells, unbounded
 from ...identify.trace.findings import Trace
 from ...records import Campaign
 from ...report import Figure, Page, Section, Table
 from ...report.table import Cell, shown
-from ..common.fit_result import interval_cells, unbounded
-from .alike import explain_alike
 from .answer import TraceAnswer
 from .metrics import numbers_of
-from .words import listed
 
 _PLAYS = 4.0  # chi2 of a sheet's lines, above which the rig's model is not the sheet's valve
 _KEYS = {part: (part, f"{part}_low", f"{part}_high") for part in ("new", "now")}

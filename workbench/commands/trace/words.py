@@ -4,15 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...base.words import agreed, counted
+from ...base.words import agreed, counted, listed
+from ...identify.found.alike import explain_alike
+from ...identify.found.fitted import fitted, not_physical
+from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...plant.effects import Effect
-from ..common.fit_result import fitted, not_physical
-from .alike import explain_alike
 from .effect_words import ALL_EFFECTS
 from .metrics import MANY, numbers_of, ranking
-from .shape import UnexplainedDisturbance
 
 CLUE = 0.5  # R2 below which a signal says nothing of what is missing
 _FAR = 0.3  # explained share below which the next best is no rival
@@ -154,11 +154,6 @@ def _times(value: float) -> str:
 def title(effect: Effect) -> str:
     """ "jack.friction (stribeck)"."""
     return f"{effect.name} ({effect.formula})" if effect.formula else effect.name
-
-
-def listed(names: Sequence[str], last: str = "and") -> str:
-    """ "a, b and c"."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 def next_records(trace: Trace) -> list[tuple[str, str]]:

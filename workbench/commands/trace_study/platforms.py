@@ -14,6 +14,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from ...identify.data.leg_cut import leg_campaigns, leg_rig
+from ...identify.found.detectability import misfit_left
 from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.trace.refit import FittedModel, fit_rig
 from ...identify.trace.score import NuisanceProjection
@@ -23,7 +24,6 @@ from ...rigs.platform import LEGS, load_platform
 from ...rigs.rig import EffectUse, Rig
 from ..common.outcome import no_checkpoint
 from ..record.platform import PlatformPlan, platform_plan, run_platform_record
-from ..trace.detectability import misfit_left
 from .campaigns.cause import LIBRARY_CAUSES, Cause, cause, causes_on
 from .campaigns.strength import settle, shaped
 

@@ -5,17 +5,15 @@ from typing import Any
 
 import numpy as np
 
+from ...base.checkpoint import Progress, Stage
 from ...base.errors import InputError
-from ...base.units import from_si
-from ...identify.fit.free_parameters import at_strength, extend_parameters, strengths
-from ...identify.fit.model import Model
-from ...identify.trace import rule as decide
-from ...identify.trace.problem import EstimationProblem
-from ...identify.trace.refit import FittedModel
-from ...identify.trace.score import NuisanceProjection, initial_states_with_effect
 from ...plant.effects import Effect, EffectNumber, applies
-from ...report import Table
-from ..common.outcome import Progress, Stage
+from ..fit.free_parameters import at_strength, extend_parameters
+from ..fit.model import Model
+from ..trace import rule as decide
+from ..trace.problem import EstimationProblem
+from ..trace.refit import FittedModel
+from ..trace.score import NuisanceProjection, initial_states_with_effect
 
 _LEAST, _MOST = 1e-3, 10.0  # strengths that are tried, over the typical one
 _TRIES = 2  # an effect is not linear in its strength: look again where it should be visible
@@ -43,25 +41,6 @@ def detectability(
 def undetectable(rows: Sequence[dict[str, Any]]) -> list[str]:
     """The effects that would not even show at their typical strength."""
     return [row["effect"] for row in rows if row["strength"] is None or row["strength"] > 1]
-
-
-def seen_table(rows: Sequence[dict[str, Any]], library: Sequence[Effect]) -> Table:
-    """From which value on each effect would have been seen."""
-    cells = []
-    for row in rows:
-        effect = next(effect for effect in library if effect.name == row["effect"])
-        number = next(n for n in effect.numbers if n.name == strengths(effect)[0])
-        least = None if row["strength"] is None else at_strength(effect, row["strength"])[number.name]
-        shown = [None if v is None else float(from_si(v, number.shown, number.si)) for v in (least, number.typical)]
-        visible = row["strength"] is not None and row["strength"] <= 1
-        cells.append([effect.name, effect.formula, number.name, number.shown, *shown, visible])
-    return Table(
-        "What these records would have shown",
-        ["effect", "formula", "number", "unit", "shows from", "typical", "typical shows"],
-        cells,
-        note="Shows from: the value, about, that leaves a misfit which no number of the rig can hide. A dash: no value "
-        "within its range does.",
-    )
 
 
 def _strength(

@@ -3,8 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from .words import listed
-
 NAMING = ("named", "tied", "incomplete")  # verdicts with names
 Answer = Mapping[str, Any]
 """What trace.json says of one leg."""
@@ -42,25 +40,6 @@ def ties(legs: Sequence[Answer]) -> dict[str, list[str]]:
     """What explains as much as an effect that was added, by the effect; all names with their leg."""
     named = [(f"leg{i}", each, others) for i, leg in enumerate(legs, 1) for each, others in leg.get("tied", {}).items()]
     return {f"{leg}.{each}": [f"{leg}.{other}" for other in others] for leg, each, others in named}
-
-
-def sentence(legs: Sequence[Answer], said: Mapping[int, str]) -> str:
-    """Which leg lacks what, each with what its own trace `said`, by leg from 0; and which follow their records."""
-    order = suspected(legs)
-    words = [f"Leg {i + 1}: {' '.join(filter(None, (_names(legs[i]), said[i])))}" for i in order]
-    others = [str(i + 1) for i in range(len(legs)) if i not in order]
-    if not order:
-        return "No leg lacks anything that these records could show: each follows them to its own noise."
-    if others:
-        words.append(f"Nothing is missing from {'leg' if len(others) == 1 else 'legs'} {listed(others)}.")
-    return " ".join(words)
-
-
-def _names(leg: Answer) -> str:
-    """What a leg lacks, in a few words: "main.deadband."; nothing where only a number is another one."""
-    if leg["verdict"] not in NAMING:
-        return "unknown." if leg["verdict"] == "unknown" else ""
-    return listed(leg["effects"], "or" if leg["verdict"] == "tied" else "and") + "."
 
 
 def _verdict(verdicts: Sequence[str]) -> str:

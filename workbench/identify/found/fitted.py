@@ -7,10 +7,6 @@ import numpy as np
 
 from ...base.numbers import finite
 from ...base.units import from_si
-from ...identify.fit.determined import FreeParameter
-from ...identify.fit.solver import UNSEEN, Fit
-from ...identify.trace.problem import EstimationProblem
-from ...identify.trace.refit import FittedModel
 from ...plant.effects import Effect, EffectNumber, numbers_of
 from ...plant.effects.declared import effect_use
 from ...report import within
@@ -18,6 +14,10 @@ from ...report.digits import four_digits
 from ...report.table import Cell, shown
 from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
+from ..fit.determined import FreeParameter
+from ..fit.solver import UNSEEN, Fit
+from ..trace.problem import EstimationProblem
+from ..trace.refit import FittedModel
 from .session_fit import numbers_in_sessions, session_fits
 from .wrong_numbers import corrected
 

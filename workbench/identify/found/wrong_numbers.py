@@ -8,12 +8,12 @@ import numpy as np
 
 from ...base.numbers import finite
 from ...base.units import from_si
-from ...identify.fit.solver import Fit
 from ...plant.effects import Effect
 from ...report import within
 from ...report.table import shown
 from ...rigs.number import Number
 from ...rigs.rig import Rig
+from ..fit.solver import Fit
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ import numpy as np
 
 from ...base.gain_phase import gain_db, phase_deg
 from ...base.units import from_si
-from ...identify.fit.solver import Fit
 from ...plant.effects import Effect, small_signal, static_curve
 from ...plant.effects.natural import PASSAGES, NaturalVariable, variables
 from ...plant.effects.shapes import offered_as
-from ..common.fit_result import effect_covariance, effect_numbers
+from ..fit.solver import Fit
+from .fitted import effect_covariance, effect_numbers
 
 BAND = 1.96  # standard deviations
 _POINTS = 241

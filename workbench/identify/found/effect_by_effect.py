@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from typing import Any
 
-from ...identify.fit.predict import Prediction, predictions
-from ...identify.trace.findings import Trace
-from ...identify.trace.refit import FittedModel, heldout_errors
-from ...report import Table
-from ..common.error_page import rms_of
+from ..fit.predict import Prediction, predictions
+from ..trace.findings import Trace
+from ..trace.refit import FittedModel, heldout_errors
+from .errors import rms_of
 
 ALONE = "fitted rig alone"
 
@@ -31,16 +30,6 @@ def steps(trace: Trace) -> list[Step]:
     models = [trace.base, *(fit.refitted for fit in trace.effects)]
     names = [ALONE, *(fit.candidate.effect.title for fit in trace.effects)]
     return [Step(name, _rms(trace, model)) for name, model in zip(names, models, strict=True)]
-
-
-def steps_table(trace: Trace) -> Table | None:
-    """The steps as a table, if any."""
-    every = steps(trace)
-    if not every:
-        return None
-    rows = [[step.added, *step.rms.values()] for step in every]
-    note = "RMS error of one free run through each held-out record, with all that stands above too, fitted anew."
-    return Table("Effect by effect", ["with", *every[0].rms], rows, note=note)
 
 
 def _rms(trace: Trace, model_fit: FittedModel) -> dict[str, float | None]:

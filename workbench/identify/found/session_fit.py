@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
-from ...identify.fit.session_numbers import SessionNumber
-from ...identify.fit.solver import Fit
-from ...identify.trace.problem import EstimationProblem
-from ...report import Table
 from ...rigs.number import Number
+from ..fit.session_numbers import SessionNumber
+from ..fit.solver import Fit
+from ..trace.problem import EstimationProblem
 
 
 @dataclass(frozen=True)
@@ -76,26 +75,6 @@ def session_fits(problem: EstimationProblem, fit: Fit) -> list[SessionFit]:
     return fits
 
 
-def session_fits_table(problem: EstimationProblem, fits: Sequence[SessionFit]) -> Table:
-    """Each beside the rig's own number."""
-    head = ["session", "number", "unit", "rig's own", "in the session", "95 % low", "95 % high", "factor"]
-    every = "; ".join(
-        f"{session.name}: {', '.join(session.records)}{_warm(session.temperature)}"
-        for session in problem.campaign.sessions
-    )
-    note = f"The interval is that of the difference: the rig's own number is taken as fitted. Sessions: {every}."
-    return Table("Numbers of sessions", head, [each.row() for each in fits], note=note)
-
-
-def session_fits_sentence(fits: Sequence[SessionFit]) -> str:
-    """One sentence on all of them; nothing without any."""
-    by_session: dict[str, list[str]] = {}
-    for each in fits:
-        kind = "Drift" if each.own.per else "In session"
-        by_session.setdefault(f"{kind} {each.own.session}", []).append(str(each))
-    return "".join(f" {where}: {', '.join(said)}." for where, said in by_session.items())
-
-
 def numbers_in_sessions(
     before: Mapping[str, Mapping[str, Number]], fits: Sequence[SessionFit], source: str
 ) -> dict[str, dict[str, Number]]:
@@ -108,7 +87,3 @@ def numbers_in_sessions(
         )
         sessions.setdefault(each.own.session, {})[each.number.name] = number
     return sessions
-
-
-def _warm(temperature: float | None) -> str:
-    return "" if temperature is None else f" ({float(from_si(temperature, 'degC', 'K')):.3g} degC)"

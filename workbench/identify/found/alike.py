@@ -1,7 +1,7 @@
 """Which candidates explain the fitted records as well as another value of a described number."""
 
-from ...identify.trace import rule as decide
-from ...identify.trace.findings import CandidateFit, Trace
+from ..trace import rule as decide
+from ..trace.findings import CandidateFit, Trace
 
 
 def explain_alike(trace: Trace, number: str) -> tuple[list[str], str]:
