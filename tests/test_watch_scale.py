@@ -7,17 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_watch import wandering, watched
-from workbench.commands.watch.loop_costs import FIGURES, loop_figures
-from workbench.commands.watch.told import fitted_sessions
 
 from workbench.base.errors import InputError
 from workbench.base.private_cache import kept
 from workbench.commands.common.shipped import experiment
-from workbench.commands.watch import loop_costs, reader
 from workbench.commands.watch.options import loop_of
+from workbench.commands.watch.study import tuned_loop
+from workbench.identify.watch import loop_costs, reader
 from workbench.identify.watch.changes import smoothed
 from workbench.identify.watch.known_then import known_then
+from workbench.identify.watch.loop_costs import FIGURES, loop_figures
 from workbench.identify.watch.naming import Explained
+from workbench.identify.watch.told import fitted_sessions
 from workbench.records import load_campaign
 from workbench.rigs.rig_file import load_rig
 
@@ -59,7 +60,7 @@ def test_a_rig_is_judged_once(cache, monkeypatch):
     monkeypatch.setattr(loop_costs, "loop_row", lambda loop, rig: judged.append(rig["b"]) or {"gain_margin_db": 9.0})
     monkeypatch.setattr(loop_costs, "_worst", lambda *_: 8.0)
     rig = load_rig("jack-10t")
-    loop = loop_of(experiment("position_tuned"), "p-dp")
+    loop = tuned_loop(loop_of(experiment("position_tuned"), "p-dp"))
     known = watched(wandering(12, 3), 3)
     axes = tuple(replace(axis, value=rig[axis.name], scale=0.1 * rig[axis.name]) for axis in known.axes[:2])
     known = replace(known, axes=(*axes, *known.axes[2:]))
