@@ -6,6 +6,7 @@ import numpy as np
 
 from workbench.control.linear_observer import LinearObserver, ObservedPlant
 from workbench.control.mpc_qp import Limits, build_horizon
+from workbench.control.planned_law import PlannedLaw
 from workbench.control.protocol import design_numbers, number
 from workbench.control.reference_governor import Braking, ReferenceGovernor
 from workbench.rigs.linear_rig import LinearRig
@@ -38,15 +39,11 @@ class LinearMpc(PredictiveLaw):
         iterations: float = number("1", 10.0, 1e4, "cap on the solver's iterations", 100.0)
 
     def __init__(self, design: Design, period: float, plant: LinearRig) -> None:
-        d, self._period, self.preview = design, period, 0
-        observer = LinearObserver(plant, d, period)
-        self._observer, self.measures = observer, observer.measures
+        d, observer = design, LinearObserver(plant, design, period)
         law = observer.state_law(lq_gain(observer, d.error))
-        self._feedback, self._follow = law.feedback, law.follow
         limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, np.inf)
         samples = max(1, round(d.horizon / period))
-        self._feedforward = np.full((samples, 1), law.follow)
-        self._governor = ReferenceGovernor(
-            observer, law.feedback, self._feedforward, Braking(d.stroke, d.speed, d.deceleration)
-        )
-        self._plan_on(build_horizon(observer, law.feedback, limits, samples, round(d.moves)), limits, d.iterations)
+        feedforward = np.full((samples, 1), law.follow)
+        governor = ReferenceGovernor(observer, law.feedback, feedforward, Braking(d.stroke, d.speed, d.deceleration))
+        horizon = build_horizon(observer, law.feedback, limits, samples, round(d.moves))
+        self._plans(PlannedLaw(observer, law, feedforward, governor, horizon, limits, round(d.iterations)), period)

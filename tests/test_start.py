@@ -15,7 +15,6 @@ HEAVY = {
     "matplotlib",
     "llvmlite",
     "cmaes",
-    "osqp",
     "h5py",
     "pint",
     "pandas",

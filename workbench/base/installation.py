@@ -10,7 +10,7 @@ Installation = tuple[tuple[str, str], ...]  # name and version
 
 _ROOT = Path(__file__).parents[2]
 _CODE = "workbench", "controllers"
-_LIBRARIES = "numpy", "scipy", "casadi", "control", "llvmlite", "osqp"
+_LIBRARIES = "numpy", "scipy", "casadi", "control", "llvmlite"
 
 
 @cache

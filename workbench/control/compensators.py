@@ -297,6 +297,15 @@ class OnLoadCell(Around):
         inner = lane_controller(self._inner)
         return inner and OnLoadCellLanes(inner, self._stiffness)
 
+    def scheduled_law(self) -> ScheduledLaw:
+        """The inner controller's where it plans, else the linear view; raises InputError where there is none."""
+        inner = scheduled_law(self._inner)
+        if inner.core is None:
+            return ScheduledLaw(self.linear())
+        names = ["reference", *self.measures]
+        core = inner.core.on("force", 1 / self._stiffness)
+        return replace(inner, linear=inner.linear.relabelled(names, ["command"]), core=core)
+
     def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
         from .graph_law import of_scaled
 

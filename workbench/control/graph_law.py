@@ -35,6 +35,7 @@ class GraphLaw:
     start: ((r, y) [1 + m], command) -> (x [n], o) with which the next demanded command is `command`.
     settled: (x [n], operating point) -> x [n] once what the law measures slowly has arrived there: for linear views.
     view: the law whose slopes are the linear view of one that switches between samples.
+    fallbacks: the place in x that counts the samples in which a solver did not arrive.
     """
 
     graphs: LawGraphs
@@ -43,6 +44,7 @@ class GraphLaw:
     start: Start
     settled: Settled = _as_it_is
     view: "GraphLaw | None" = None
+    fallbacks: int | None = None
 
     @classmethod
     def of(
@@ -234,7 +236,7 @@ def with_filter(
     key = "filter", inner.graphs, k, tuple(own), tuple(heard), place, numbers.size, into_reference, schedule is None
     law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, LaneStart(lanes), key)
     view = inner.view and with_filter(inner.view, filtered, into_reference, schedule)
-    return replace(law, settled=settled, view=view)
+    return replace(law, settled=settled, view=view, fallbacks=inner.fallbacks)
 
 
 def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
@@ -258,7 +260,7 @@ def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
     start, measures = LaneStart(lanes), (signal, *inner.measures[1:])
     key = "scaled", inner.graphs
     law = GraphLaw.of(output, advance, np.append(inner.numbers, factor), measures, inner.states, start, key)
-    return replace(law, view=inner.view and of_scaled(inner.view, signal, factor))
+    return replace(law, view=inner.view and of_scaled(inner.view, signal, factor), fallbacks=inner.fallbacks)
 
 
 def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
@@ -284,7 +286,8 @@ def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
 
     key = "map", inner.graphs, points
     law = GraphLaw.of(output, advance, numbers, inner.measures, inner.states, LaneStart(lanes), key)
-    return replace(law, settled=inner.settled, view=inner.view and with_command_map(inner.view, command_map))
+    view = inner.view and with_command_map(inner.view, command_map)
+    return replace(law, settled=inner.settled, view=view, fallbacks=inner.fallbacks)
 
 
 def with_sine(inner: GraphLaw, amplitude: float, turn: np.ndarray) -> GraphLaw:
@@ -306,7 +309,7 @@ def with_sine(inner: GraphLaw, amplitude: float, turn: np.ndarray) -> GraphLaw:
 
     key = "sine", inner.graphs
     law = GraphLaw.of(output, advance, numbers, inner.measures, n + 2, LaneStart(lanes), key)
-    return replace(law, view=inner.view or inner)
+    return replace(law, view=inner.view or inner, fallbacks=inner.fallbacks)
 
 
 def interpolated(at: ca.SX, values: ca.SX, x: ca.SX) -> ca.SX:

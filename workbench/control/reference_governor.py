@@ -50,6 +50,12 @@ class ReferenceGovernor:
         kept = answers > _ANSWER
         self._rows, self._room, self._answers = rows[kept], room[kept], answers[kept]
 
+    @property
+    def tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Predictions [m, n + k] of the state and the references, their room [m] either way, and what a shift of all
+        references adds to each [m]."""
+        return self._rows, self._room, self._answers
+
     def governed(self, state: np.ndarray, references: np.ndarray) -> np.ndarray:
         """References [k] from now on as they may be followed from an observed state [n + 2], all shifted alike.
 

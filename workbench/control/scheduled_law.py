@@ -1,6 +1,6 @@
 """Linear laws with scheduled filters beside them, a static map behind, a sine on top: the form that is exported.
 
-command = map(linear law + sum over the filters of factor(position) x output) + sine
+command = map(linear law + sum over the filters of factor(position) x output + predictive law) + sine
 """
 
 from dataclasses import dataclass, replace
@@ -13,6 +13,7 @@ from .piecewise_linear import CommandMap, PiecewiseLinear
 
 if TYPE_CHECKING:
     from .dither import Sine
+    from .planned_core import PlannedCore
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,13 +30,15 @@ class ScheduledLaw:
 
     A law that learns the realised command (anti-windup, an observer) learns it less what was added, and mapped back:
     where the drive does what is demanded, that is its own demand. So its channels here are those of the law alone, and
-    those of the filters stand beside them, each times its factor of the moment, with the map behind the sum.
+    those of the filters stand beside them, each times its factor of the moment, with the map behind the sum. A `core`
+    is a predictive law whose command is added to theirs, before the map.
     """
 
     linear: StateSpace
     filters: tuple[ScheduledFilter, ...] = ()
     command_map: CommandMap | None = None
     sine: "Sine | None" = None
+    core: "PlannedCore | None" = None
 
     def with_command_filter(self, beside: StateSpace, schedule: PiecewiseLinear | None) -> "ScheduledLaw":
         """With the output of a filter added to the command. Raises InputError behind a map or a sine."""
@@ -51,7 +54,8 @@ class ScheduledLaw:
             raise InputError("a reference filter with a schedule cannot be exported; take it out")
         leading = leading.relabelled(leading.input_labels, ["reference"])
         filters = tuple(replace(part, filter=_led(leading, part.filter)) for part in self.filters)
-        return replace(self, linear=_led(leading, self.linear), filters=filters)
+        core = self.core and self.core.led(leading)
+        return replace(self, linear=_led(leading, self.linear), filters=filters, core=core)
 
     def with_command_map(self, command_map: CommandMap) -> "ScheduledLaw":
         """With a map behind. Raises InputError behind another one, or a sine."""

@@ -90,6 +90,11 @@ def _plain(code: Code, tape: Tape, index: int, values: Mapping[int, str]) -> str
         known = tape.number(b)
         condition = "olt" if node.op == "fmin" else "ogt"
         return vector_math.extreme(code, condition, values[a], values[b], known is not None and known == known)
+    if node.op == "call":
+        parts = (int(str(part.value)) for part in tape.nodes if part.op == "part" and part.args == (index,))
+        return code.call(str(node.value), [values[a] for a in node.args], 1 + max(parts))
+    if node.op == "part":
+        return code.element(values[node.args[0]], int(str(node.value)))
     return _ELEMENTARY[node.op](code, *(values[a] for a in node.args))
 
 

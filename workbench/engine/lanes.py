@@ -114,6 +114,20 @@ class Code:
             result = self.do(f"insertelement {self.type} {result}, double {value}, i32 {lane}")
         return result
 
+    def call(self, name: str, given: Sequence[str], found: int) -> str:
+        """Call a kernel; the address of what it finds. In one lane only."""
+        assert self.width == 1, "a kernel computes one lane at a time"
+        self.declared.add(f"declare void @{name}(ptr, ptr)")
+        to, back = self.do(f"alloca [{len(given)} x double]"), self.do(f"alloca [{found} x double]")
+        for k, value in enumerate(given):
+            self.write(f"store double {value}, ptr {self.do(f'getelementptr double, ptr {to}, i64 {k}')}")
+        self.write(f"call void @{name}(ptr {to}, ptr {back})")
+        return back
+
+    def element(self, array: str, place: int) -> str:
+        """An element of an array in memory."""
+        return self.do(f"load double, ptr {self.do(f'getelementptr double, ptr {array}, i64 {place}')}")
+
     def bits_of(self, mask: str) -> str:
         """The mask as an integer, lane 0 in the lowest bit."""
         packed = mask if self.width == 1 else self.do(f"bitcast {self.mask} {mask} to i{self.width}")

@@ -18,19 +18,28 @@ from ..base.private_cache import store, stored
 from .vector_math import LIBM
 
 _LOADED: dict[str, Any] = {}  # by key: libraries stay for the life of the process
+_PROVIDED: dict[str, int] = {}  # addresses of functions that other code calls
 _ONE_AT_A_TIME = Lock()
 _NUMBERS = count()
 
 
-def functions(key: Sequence[str], write: Callable[[], str], names: Sequence[str]) -> list[int]:
-    """Addresses of the named functions of the IR that `write` returns; `key` tells it from every other IR."""
+def functions(key: Sequence[str], write: Callable[[], str], names: Sequence[str], optimised: bool = False) -> list[int]:
+    """Addresses of the named functions of the IR that `write` returns; `key` tells it from every other IR.
+
+    `optimised`: IR with loops and variables in memory, which the compiler is to work on first.
+    """
     digest = _digest(key)
     with _ONE_AT_A_TIME:
         if digest not in _LOADED:
             name = f"{digest}.o"
-            code = stored(name) or store(name, _compile(write()))
+            code = stored(name) or store(name, _compile(write(), optimised))
             _LOADED[digest] = _link(code, names)
     return [_LOADED[digest][name] for name in names]
+
+
+def provide(name: str, address: int) -> None:
+    """Let IR that is linked from now on call a function of this name."""
+    _PROVIDED[name] = address
 
 
 def compiled(key: Sequence[str]) -> bool:
@@ -78,8 +87,12 @@ def _target() -> llvm.TargetMachine:
     )
 
 
-def _compile(ir: str) -> bytes:
-    return _target().emit_object(llvm.parse_assembly(ir))
+def _compile(ir: str, optimised: bool) -> bytes:
+    code = llvm.parse_assembly(ir)
+    if optimised:
+        passes = llvm.create_pass_builder(_target(), llvm.create_pipeline_tuning_options(speed_level=3))
+        passes.getModulePassManager().run(code, passes)
+    return _target().emit_object(code)
 
 
 @cache
@@ -91,7 +104,7 @@ def _jit() -> llvm.LLJIT:
 
 def _link(code: bytes, names: Sequence[str]) -> Any:
     builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
-    for symbol, address in _c_library().items():
+    for symbol, address in (_c_library() | _PROVIDED).items():
         builder.import_symbol(symbol, address)
     for exported in names:
         builder.export_symbol(exported)

@@ -23,7 +23,7 @@ from .guard_shape import GuardShape, length, places
 from .instant import Parts, held, reading
 from .jobs import Frame
 from .lanes import Code
-from .tape import divide_less, read
+from .tape import divide_less, opcodes, read
 
 OUT = ("sent", "demanded", "held", "trip")  # what every instant puts out, before the recorded outputs
 
@@ -66,6 +66,11 @@ class LawGraphs:
     def numbers(self) -> int:
         """How many."""
         return self.output.size1_in(3)
+
+    @property
+    def calls(self) -> bool:
+        """Whether it calls a kernel, which is in machine code only."""
+        return "call" in opcodes(self.output)
 
     @cached_property
     def slopes(self) -> ca.Function:

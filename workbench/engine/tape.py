@@ -74,9 +74,19 @@ def read(function: ca.Function) -> Tape:
             work[to[0]] = tape.add("input", value=(source[0], source[1]))
         elif op == "const":
             work[to[0]] = tape.const(float(function.instruction_constant(i)))
+        elif op == "call":
+            call = tape.add("call", *(work[k] for k in source), value=_called(function, len(source), len(to)))
+            work |= {place: tape.add("part", call, value=str(k)) for k, place in enumerate(to)}
         else:
             work[to[0]] = _operation(tape, op, [work[k] for k in source])
     return tape
+
+
+def _called(function: ca.Function, given: int, found: int) -> str:
+    """The name of the kernel that a graph calls, which is given and finds so many numbers."""
+    kernels = (function.get_function(name) for name in function.get_function())
+    (name,) = {kernel.name() for kernel in kernels if (kernel.nnz_in(), kernel.nnz_out()) == (given, found)}
+    return name
 
 
 def _operation(tape: Tape, op: str, args: list[int]) -> int:

@@ -111,7 +111,8 @@ def compiled_law(
 class Instants:
     """What happened at k sampling instants: states of the plant x [k + 1, n]; commands sent, demanded and held [k].
 
-    trip: why the guard tripped, or None. failed: the instant after which the simulation failed, or None.
+    trip: why the guard tripped, or None. failed: the instant after which the simulation failed, or None. fallbacks: in
+    how many samples since the start a solver did not arrive, None of a law without one.
     """
 
     x: np.ndarray
@@ -120,6 +121,7 @@ class Instants:
     held: np.ndarray
     trip: str | None
     failed: int | None
+    fallbacks: int | None
 
 
 class CompiledLoop:
@@ -134,6 +136,7 @@ class CompiledLoop:
         self._engine, self._rig, self._sensors = engine, rig, sensors
         self.law = compiled_law(engine, rig, [law], sensors, engine.plant.p[None])
         x, offset = law.start(signals, float(u[0]))
+        self._sampled = law  # with all that its numbers refer to
         self.numbers, self.state = self.law.numbers([law], np.array([offset])), self.law.start([x], u[None, :1])
 
     def run(self, x: np.ndarray, reference: np.ndarray, added: np.ndarray, others: np.ndarray) -> Instants:
@@ -146,4 +149,8 @@ class CompiledLoop:
         sent, demanded, held, trips = out[0].T
         trip = int(trips[failed])  # the last where nothing failed: -1
         reason = trip_reason(self._rig, trip) if trip else None
-        return Instants(batch.x[0], sent, demanded, held, reason, None if failed < 0 else failed)
+        return Instants(batch.x[0], sent, demanded, held, reason, None if failed < 0 else failed, self._fallbacks())
+
+    def _fallbacks(self) -> int | None:
+        place = None if isinstance(self._sampled, LinearLaw) else self._sampled.fallbacks
+        return None if place is None else int(self.state[0, self.law.shape.state["law"]][place])

@@ -24,8 +24,8 @@ class LoopRun:
     """What a loop did: `record` holds reference, realised command and every output; `demanded` is before the guard.
 
     `tripped` says why the guard stopped the loop, or that the simulation failed (the record then ends there). Of a loop
-    in Python, `compute_us` is the time [us] of each sample that the controller was asked for, and `fallbacks` in how
-    many its solver did not arrive; None of a compiled loop, and of a controller without a solver.
+    in Python, `compute_us` is the time [us] of each sample that the controller was asked for. `fallbacks`: in how many
+    samples since the start a controller's solver did not arrive, None of one without a solver.
     """
 
     record: Record
@@ -118,7 +118,8 @@ class SampledLoop:
         u[:, 0] = done.held
         self._x, self._held = done.x[k if done.failed is None else k - 1], u[k - 1].copy()
         self._guard.tripped = done.trip if done.failed is None else SIMULATION_FAILED
-        return self._result(done.x[:k], u[:k], reference[:k], done.sent[:k], done.demanded[:k])
+        run = self._result(done.x[:k], u[:k], reference[:k], done.sent[:k], done.demanded[:k])
+        return replace(run, fallbacks=done.fallbacks)
 
     def _measure(self) -> dict[str, float]:
         return self._sensors.read(self._engine.observe(self._x, self._held, self._p))

@@ -10,6 +10,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
 from ...control.controller_spec import ControllerSpec
+from ...control.linear_law import LinearLaw
 from ...control.protocol import sampled_law
 from ...engine import Engine
 from ...engine.rosenbrock import adaptive_attempt
@@ -158,5 +159,7 @@ def _loop(rig: Rig, plant: Plant, spec: ControllerSpec, x: np.ndarray, u: np.nda
     law = sampled_law(controller)
     if law is None:
         raise InputError(f"{spec.name}: is Python code; an FMU holds only laws that are data or a graph")
+    if not isinstance(law, LinearLaw) and law.graphs.calls:
+        raise InputError(f"{spec.name}: solves a programme in every sample; an FMU holds only laws that do not")
     loop = CompiledLoop(engine, rig, law, sensors, u, law.picked(reference, measured))
     return FmuLoop(loop.law.shape, loop.numbers[0], loop.state[0], loop.law.durations, reference)

@@ -1,10 +1,10 @@
 """A law in C99: a state, a step of it once a period, and a check against the test vector."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-import numpy as np
-
-from .sections import Coefficients, identifier
+from .planned_c import c_array, c_numbers, planned_c
+from .sections import Coefficients, SectionChannel, identifier
 
 _HEAD = """\
 /* {name}: command of a servo-hydraulic jack's controller, computed once every {period:g} ms. SI units.
@@ -17,7 +17,7 @@ _HEADER = """\
 typedef struct {{
     double z[{sections}][2];
     double {fields}; /* the signals at the start */
-    double offset;{sine_field}
+    double offset;{planned_field}{sine_field}
 }} {name}_state;
 
 /* From rest at 0: all states are 0. */
@@ -84,11 +84,11 @@ void {name}_start({name}_state *state, double command{measured})
     {name}_reset(state);
 {kept}
     state->offset = {back} - summed(state{given});
-}}
+{planned_start}}}
 
 double {name}_step({name}_state *state{arguments})
 {{
-    const double command = summed(state{given});
+    const double command = summed(state{given}){planned_step};
 {sine_step}    return {forth};
 }}
 """
@@ -121,19 +121,23 @@ def c_code(name: str, law: Coefficients) -> dict[str, str]:
         "name": name,
         "upper": name.upper(),
         "period": law.period * 1e3,
-        "sections": sum(len(channel.sections) for channel in law.channels),
+        "sections": max(1, sum(len(channel.sections) for channel in law.all_channels)),
         "samples": len(law.vector["command"]),
         "body": "\n".join("    " + line for line in _body(law)),
-        "vector": "\n".join(_array(f"vector_{signal}", values) for signal, values in law.vector.items()),
+        "vector": "\n".join(c_array(f"vector_{signal}", values) for signal, values in law.vector.items()),
         **_of_signals(law.signals),
         **_of_map(law),
         **_of_sine(law),
     }
+    words |= _of_plan(law, words)
     head = _HEAD.format(**words)
-    helpers = _HELPERS
+    helpers = _HELPERS if law.all_channels else ""
     helpers += _TABLE if mapped or any(channel.scale for channel in law.channels) else ""
     helpers += _MAP if mapped else ""
-    code = f'{head}#include "{name}.h"\n\n{_tables(law)}\n{helpers}{_STEP.format(**words)}{_CHECK.format(**words)}'
+    plan = "" if law.planned is None else planned_c(law.planned, words)
+    rooted = "" if law.planned is None else "#include <math.h>\n"
+    step = plan + _STEP.format(**words)
+    code = f'{head}{rooted}#include "{name}.h"\n\n{_tables(law)}\n{helpers}{step}{_CHECK.format(**words)}'
     return {f"{name}.h": head + _HEADER.format(**words), f"{name}.c": code}
 
 
@@ -165,6 +169,19 @@ def _on_top(law: Coefficients, command: str) -> str:
     return command if law.sine is None else f"{command} + sine"
 
 
+def _of_plan(law: Coefficients, words: Mapping[str, Any]) -> dict[str, str]:
+    """What a plan adds to state, start and step."""
+    if law.planned is None:
+        return dict.fromkeys(("planned_field", "planned_start", "planned_step"), "")
+    states = len(law.planned.core.entering)
+    start = f"    planned_start(state, state->offset{words['given']});\n    state->offset = 0.0;\n"
+    return {
+        "planned_field": f"\n    double x[{states}], asked, sent; /* of the plan */",
+        "planned_start": start,
+        "planned_step": f" + planned_step(state{words['given']})",
+    }
+
+
 def _of_sine(law: Coefficients) -> dict[str, str]:
     """A dither's two states, turned once a sample."""
     if law.sine is None:
@@ -183,6 +200,8 @@ def _of_sine(law: Coefficients) -> dict[str, str]:
 
 
 def _body(law: Coefficients) -> Iterable[str]:
+    read = {name for channel in law.channels for name in _read(law, channel)}
+    yield from (f"(void){signal};" for signal in law.signals if signal not in read)
     first = 0
     for i, channel in enumerate(law.channels):
         error = f"{_off('reference')} - ({_off(law.signals[1])})"
@@ -195,29 +214,25 @@ def _body(law: Coefficients) -> Iterable[str]:
         first += len(channel.sections)
 
 
+def _read(law: Coefficients, channel: SectionChannel) -> list[str]:
+    """The signals that a channel needs now."""
+    own = law.signals[:2] if channel.signal == "error" else [channel.signal]
+    return own if channel.scale is None else [*own, "position"]
+
+
 def _off(signal: str) -> str:
     return f"{signal} - state->{signal}0"
 
 
 def _tables(law: Coefficients) -> str:
     rows = [
-        ",\n    ".join("{" + _numbers(row[[0, 1, 2, 4, 5]]) + "}" for row in channel.sections)
-        for channel in law.channels
+        ",\n    ".join("{" + c_numbers(row[[0, 1, 2, 4, 5]]) + "}" for row in channel.sections)
+        for channel in law.all_channels
     ]
-    parts = ["static const double sections[][5] = {\n    " + ",\n    ".join(rows) + ",\n};\n"]
+    parts = ["static const double sections[][5] = {\n    " + ",\n    ".join(rows) + ",\n};\n"] if rows else []
     for i, channel in enumerate(law.channels):
         if channel.scale is not None:
-            parts += [_array(f"scale{i}_at", channel.scale.at), _array(f"scale{i}_factor", channel.scale.values)]
+            parts += [c_array(f"scale{i}_at", channel.scale.at), c_array(f"scale{i}_factor", channel.scale.values)]
     if law.command_map is not None:
-        parts += [_array("map_at", law.command_map.at), _array("map_to", law.command_map.to)]
+        parts += [c_array("map_at", law.command_map.at), c_array("map_to", law.command_map.to)]
     return "".join(parts)
-
-
-def _array(name: str, values: np.ndarray) -> str:
-    rows = [_numbers(values[k : k + 4]) for k in range(0, len(values), 4)]
-    return f"static const double {name}[] = {{\n    " + ",\n    ".join(rows) + ",\n};\n"
-
-
-def _numbers(values: np.ndarray) -> str:
-    """Every bit of them, as C has numbers with a point."""
-    return ", ".join(repr(float(value)) for value in values)

@@ -5,13 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from .sections import SAMPLES, Coefficients, SectionChannel
+from .sections import SAMPLES, Coefficients, PlannedPart, SectionChannel
 
 
 def as_json(coefficients: Coefficients) -> dict[str, Any]:
-    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale, map, dither are there where a law has them."""
+    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale, map, dither, plan are there where it has any."""
     command_map = coefficients.command_map
     mapped = {"command_map": {"at": command_map.at.tolist(), "to": command_map.to.tolist()}} if command_map else {}
+    planned = {} if coefficients.planned is None else {"plan": _plan_json(coefficients.planned)}
     sine = coefficients.sine
     dithered = {"dither": {"amplitude": sine.amplitude, "frequency_hz": sine.frequency}} if sine else {}
     return {
@@ -19,7 +20,23 @@ def as_json(coefficients: Coefficients) -> dict[str, Any]:
         "channels": [_channel_json(channel) for channel in coefficients.channels],
         **mapped,
         **dithered,
+        **planned,
         "vector": {name: values.tolist() for name, values in coefficients.vector.items()},
+    }
+
+
+def _plan_json(planned: PlannedPart) -> dict[str, Any]:
+    """Its sizes and tables by their names in the code, row after row, how it starts, and what leads its reference."""
+    core, shape = planned.core, planned.core.kernel.shape
+    leading = {} if planned.leading is None else {"leading": _channel_json(planned.leading)}
+    return {
+        "measures": list(core.measures),
+        "sizes": dict(shape.constants),
+        "tables": {name: core.kernel.table(name).tolist() for name, _ in shape.tables},
+        "starting": core.starting.tolist(),
+        "entering": core.entering.tolist(),
+        "stroke": core.stroke,
+        **leading,
     }
 
 
@@ -45,6 +62,12 @@ def as_text(name: str, coefficients: Coefficients) -> str:
     if command_map is not None:
         lines.append("  the sum goes through a map, linear between the points, unchanged beyond:")
         lines += _table(command_map.at, command_map.to)
+    if coefficients.planned is not None:
+        sizes = dict(coefficients.planned.core.kernel.shape.constants)
+        lines.append(
+            f"  in the sum a plan of {', '.join(coefficients.planned.core.measures)}: a filter of {sizes['STATES']} "
+            f"states, a governor of the reference, {sizes['CHANGES']} changes; its tables are in --json and in the code"
+        )
     if coefficients.sine is not None:
         sine = coefficients.sine
         lines.append(f"  on top a dither of {sine.amplitude:.9g} sin(2 pi {sine.frequency:.9g} Hz t), from 0")

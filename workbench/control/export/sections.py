@@ -12,6 +12,7 @@ from ...linear.interconnect import select
 from ...linear.state_space import StateSpace
 from ..dither import Sine
 from ..piecewise_linear import CommandMap, PiecewiseLinear
+from ..planned_core import PlannedCore
 from ..protocol import Controller, NeedsOperatingPoint, scheduled_law
 from ..scheduled_law import ScheduledLaw
 
@@ -26,6 +27,7 @@ SIZE = {
     "A": 1e-3,
     "1": 0.1,
 }  # of inputs in the vector, by unit
+_FAR = 0.3  # of a predictive law's stroke: a jump of the reference in its vector
 _SAME = 1e-9  # of a coefficient: two inputs that are one difference
 _NONE = 1e-14  # of the largest of a law's first answers: less is rounding
 
@@ -48,11 +50,19 @@ class SectionChannel:
 
 
 @dataclass(frozen=True)
+class PlannedPart:
+    """A predictive law, its command added to those of the channels; sections [k, 6] lead its reference, None: none."""
+
+    core: PlannedCore
+    leading: SectionChannel | None
+
+
+@dataclass(frozen=True)
 class Coefficients:
     """command = map(sum over the channels) + sine, from rest, every `period` [s]; `vector`: inputs [n] and the command.
 
     "error" is the reference less the controlled signal, which is the first after the reference in `vector`. Without
-    a `command_map` the command is the sum; a `sine` begins at 0 with the first sample.
+    a `command_map` the command is the sum; a `sine` begins at 0 with the first sample. A `planned` law adds to the sum.
     """
 
     period: float
@@ -60,6 +70,13 @@ class Coefficients:
     command_map: CommandMap | None
     sine: Sine | None
     vector: Mapping[str, np.ndarray]
+    planned: PlannedPart | None = None
+
+    @property
+    def all_channels(self) -> list[SectionChannel]:
+        """Those of the sum, then the one that leads a plan's reference."""
+        leading = None if self.planned is None else self.planned.leading
+        return [*self.channels, *([] if leading is None else [leading])]
 
     @property
     def signals(self) -> list[str]:
@@ -85,13 +102,16 @@ def coefficients(controller: Controller, period: float) -> Coefficients:
             f"{type(controller).__name__} is no linear law with scheduled compensators; it cannot be exported"
         ) from None
     channels = _linear_channels(law.linear, controller.measures)
+    if law.core is not None:  # whose place in the linear law is empty
+        channels = [channel for channel in channels if channel.sections[:, :3].any(axis=1).all()]
     channels += [
         SectionChannel(name, _sections(part.filter, i), part.factor)
         for part in law.filters
         for i, name in enumerate(part.filter.input_labels)
     ]
     vector = _vector(controller, law)
-    coefficients = Coefficients(period, tuple(channels), law.command_map, law.sine, vector)
+    planned = law.core and PlannedPart(law.core, _leading(law.core))
+    coefficients = Coefficients(period, tuple(channels), law.command_map, law.sine, vector, planned)
     worst, most = (np.abs(part).max() for part in (replay(coefficients) - vector["command"], vector["command"]))
     if not worst <= AGREE * most:
         raise InputError(
@@ -99,6 +119,10 @@ def coefficients(controller: Controller, period: float) -> Coefficients:
             "that its linear view has not; it cannot be exported"
         )
     return coefficients
+
+
+def _leading(core: PlannedCore) -> SectionChannel | None:
+    return None if core.leading is None else SectionChannel("reference", _sections(core.leading, 0))
 
 
 def replay(coefficients: Coefficients) -> np.ndarray:
@@ -113,6 +137,11 @@ def replay(coefficients: Coefficients) -> np.ndarray:
         return output if channel.scale is None else output * _interpolated(channel.scale, inputs["position"])
 
     command = np.sum([part(channel) for channel in coefficients.channels], axis=0)
+    if (planned := coefficients.planned) is not None:
+        led = inputs["reference"] if planned.leading is None else part(planned.leading)
+        command = command + planned.core.commands(
+            led, np.column_stack([inputs[name] for name in planned.core.measures])
+        )
     if coefficients.command_map is not None:
         command = command + _interpolated(coefficients.command_map.shift, command)
     return command if coefficients.sine is None else command + coefficients.sine.samples(len(command))
@@ -142,6 +171,8 @@ def _vector(controller: Controller, law: ScheduledLaw) -> dict[str, np.ndarray]:
         path = _path([part.factor for part in law.filters])
         for name in ["position", "reference"] if names[1] == "position" else ["position"]:
             vector[name] = vector[name] + path
+    if law.core is not None:  # and so far that the plan has work
+        vector["reference"] = vector["reference"] + _FAR * law.core.reach * (np.arange(SAMPLES) >= SAMPLES // 4)
     command_map = law.command_map
     controller.reset(0.0, dict.fromkeys(names[1:], 0.0), 0.0 if command_map is None else command_map.shift(0.0))
     command = np.empty(SAMPLES)

@@ -5,7 +5,8 @@ from textwrap import indent
 
 import numpy as np
 
-from .sections import Coefficients, SectionChannel, identifier
+from .kernel_text import KernelSt
+from .sections import Coefficients, PlannedPart, SectionChannel, identifier
 
 _BLOCK = """\
 (* {name}: command of a servo-hydraulic jack's controller, to be called every {period:g} ms. SI units.
@@ -29,7 +30,7 @@ VAR
     part : LREAL;
 {kept}
     offset : LREAL;
-{sine_kept}END_VAR
+{planned_kept}{sine_kept}END_VAR
 VAR CONSTANT
     sections : ARRAY[0..{last}, 0..4] OF LREAL := [
         {sections}
@@ -42,7 +43,7 @@ IF restart OR start THEN
     END_FOR;
 {zeroed}
     offset := 0.0;
-{sine_rest}END_IF;
+{planned_rest}{sine_rest}END_IF;
 IF start THEN
 {started}
 END_IF;
@@ -71,6 +72,21 @@ ELSE
     END_WHILE;
     y := {to}[k] + ({to}[k + 1] - {to}[k]) * ({x} - {at}[k]) / ({at}[k + 1] - {at}[k]);
 END_IF;"""
+_PLANNED_REST = """\
+    FOR k := 0 TO {last} DO
+        plan_x[k] := 0.0;
+    END_FOR;
+    plan_asked := 0.0;
+    plan_sent := 0.0;
+"""
+_PLANNED_START = """\
+plan_asked := {still} * setpoint0;
+plan_sent := offset;
+x := MIN(MAX(plan_asked, -{stroke}), {stroke});
+FOR k := 0 TO {last} DO
+    plan_x[k] := {started};
+END_FOR;
+offset := 0.0;"""
 _CHECK = """
 (* One sample of the test vector a cycle; done and passed say how it ended. *)
 PROGRAM {name}_check
@@ -100,7 +116,8 @@ END_PROGRAM
 def structured_text(name: str, law: Coefficients) -> dict[str, str]:
     """The text of NAME.st, by file name."""
     name = identifier(name)
-    rows = [_numbers(row[[0, 1, 2, 4, 5]]) for channel in law.channels for row in channel.sections]
+    rows = [_numbers(row[[0, 1, 2, 4, 5]]) for channel in law.all_channels for row in channel.sections]
+    rows = rows or [_numbers(np.array([1.0, 0, 0, 0, 0]))]
     signals = law.signals
     block = _BLOCK.format(
         name=name,
@@ -111,7 +128,9 @@ def structured_text(name: str, law: Coefficients) -> dict[str, str]:
         started=indent("\n".join(_start(law)), "    "),
         last=len(rows) - 1,
         sections=",\n        ".join(rows),
-        tables="".join(_tables(law)),
+        tables="".join(_tables(law)) + ("" if law.planned is None else "".join(_planned_tables(law.planned))),
+        planned_kept="" if law.planned is None else "".join(f"    {line}\n" for line in _planned_kept(law.planned)),
+        planned_rest="" if law.planned is None else _PLANNED_REST.format(last=len(law.planned.core.entering) - 1),
         body="\n".join(_body(law)),
         sine_kept="" if law.sine is None else "    sine : LREAL; (* of the dither *)\n    cosine : LREAL;\n",
         sine_rest="" if law.sine is None else f"    sine := 0.0;\n    cosine := {_real(law.sine.amplitude)};\n",
@@ -137,6 +156,8 @@ def _start(law: Coefficients) -> Iterable[str]:
         if channel.scale is not None:
             yield _interpolate("position", f"scale{i}_points", f"scale{i}_factor", channel.scale.at)
             yield f"offset := offset - {_still(channel)} * y;"
+    if law.planned is not None:
+        yield _PLANNED_START.format(**_planned_words(law.planned))
 
 
 def _body(law: Coefficients) -> Iterable[str]:
@@ -150,12 +171,58 @@ def _body(law: Coefficients) -> Iterable[str]:
             yield f"part := (part + {_still(channel)}) * y;"
         yield "command := command + part;"
         first += len(channel.sections)
+    if law.planned is not None:
+        yield from _planned_step(law.planned, first)
     if law.command_map is not None:
         yield _mapped("command", "map_points", "map_to", law.command_map.at)
     if law.sine is not None:
         (c, s), _ = law.sine.turn.tolist()
         yield "command := command + sine;\nx := sine;"
         yield f"sine := {_real(c)} * x + {_real(s)} * cosine;\ncosine := {_real(c)} * cosine - {_real(s)} * x;"
+
+
+def _planned_words(part: PlannedPart) -> dict[str, str | int]:
+    """Of the start: the reference as it is led there, and what is measured."""
+    still = 1.0 if part.leading is None else part.leading.at_rest
+    core = part.core
+    at = [f"{_word(signal)}" for signal in core.measures]
+    columns = core.starting.shape[1]
+    terms = [f"plan_starting[k, {i}] * {signal}" for i, signal in enumerate(at)]
+    terms += [f"plan_starting[k, {columns - 2}] * x", f"plan_starting[k, {columns - 1}] * offset"]
+    stroke, last = _real(core.stroke), len(core.entering) - 1
+    return {"still": _real(still), "stroke": stroke, "last": last, "started": "\n            + ".join(terms)}
+
+
+def _planned_step(part: PlannedPart, first: int) -> Iterable[str]:
+    """The plan at a sample, and what it takes the drive to have done."""
+    core = part.core
+    last, shape = len(core.entering) - 1, core.kernel.shape
+    if part.leading is None:
+        yield "part := setpoint;"
+    else:
+        yield _FILTER.format(signal=_off("reference"), first=first, last=first + len(part.leading.sections) - 1)
+        yield f"part := part + {_real(part.leading.at_rest)} * setpoint0;"
+    yield f"FOR k := 0 TO {last} DO\n    k_given[k] := plan_x[k];\nEND_FOR;"
+    given = ["plan_asked", "plan_sent", *map(_word, core.measures), "part"]
+    yield from (f"k_given[{last + 1 + i}] := {value};" for i, value in enumerate(given))
+    yield from KernelSt(shape).lines(shape.tree.body)
+    yield f"FOR k := 0 TO {last} DO\n    plan_x[k] := k_found[3 + k] + plan_entering[k] * k_found[0];\nEND_FOR;"
+    yield "plan_asked := k_found[2];\nplan_sent := k_found[0];\ncommand := command + plan_sent;"
+
+
+def _planned_kept(part: PlannedPart) -> Iterable[str]:
+    yield f"plan_x : ARRAY[0..{len(part.core.entering) - 1}] OF LREAL;"
+    yield from ("plan_asked : LREAL;", "plan_sent : LREAL;")
+    yield from KernelSt(part.core.kernel.shape).declared
+
+
+def _planned_tables(part: PlannedPart) -> Iterable[str]:
+    core = part.core
+    rows, columns = core.starting.shape
+    starting = ",\n        ".join(_numbers(row) for row in core.starting)
+    yield f"    plan_starting : ARRAY[0..{rows - 1}, 0..{columns - 1}] OF LREAL := [\n        {starting}\n    ];\n"
+    yield _array("plan_entering", core.entering)
+    yield from (_array(f"table_{name.lower()}", core.kernel.table(name)) for name, _ in core.kernel.shape.tables)
 
 
 def _off(signal: str) -> str:

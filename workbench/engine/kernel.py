@@ -1,0 +1,157 @@
+"""Numerical code with loops, written once in a small part of Python: it runs as Python and as machine code.
+
+A kernel is a function of two arrays, `given` and `found`. Its body has numbers, arrays of a fixed size, `for` over a
+range, `while` and `if`, no calls but abs, sqrt, `space` and `places`; names in capitals are sizes or tables of numbers.
+Graphs call it as they call a CasADi function. control/export writes it in C and in Structured Text.
+"""
+
+import ast
+import ctypes
+import hashlib
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import sqrt
+from types import FunctionType
+from typing import Any
+from weakref import WeakValueDictionary
+
+import casadi as ca
+import numpy as np
+
+_TABLES: "WeakValueDictionary[int, Kernel]" = WeakValueDictionary()  # by the address of their numbers
+
+
+def space(size: int) -> np.ndarray:
+    """An array [size] of numbers, to be written before it is read."""
+    return np.full(size, np.nan)
+
+
+def places(size: int) -> np.ndarray:
+    """An array [size] of whole numbers, to be written before it is read."""
+    return np.zeros(size, int)
+
+
+@dataclass(frozen=True)
+class KernelShape:
+    """What decides the code of a kernel: its function, its constants, the lengths of its tables in their order, and
+    how many numbers it is given and finds."""
+
+    function: Callable[[Any, Any], None]
+    constants: tuple[tuple[str, int | float], ...]
+    tables: tuple[tuple[str, int], ...]
+    given: int
+    found: int
+
+    @property
+    def tree(self) -> ast.FunctionDef:
+        """The function as it is written."""
+        (tree,) = ast.parse(inspect.getsource(self.function)).body
+        assert isinstance(tree, ast.FunctionDef)
+        return tree
+
+    @cached_property
+    def first(self) -> dict[str, int]:
+        """Where each table begins."""
+        ends = np.cumsum([0, *(length for _, length in self.tables)]).tolist()
+        return {name: end for (name, _), end in zip(self.tables, ends, strict=False)}
+
+    @cached_property
+    def name(self) -> str:
+        """Another one for every code."""
+        text = f"{inspect.getsource(self.function)} {self.constants} {self.tables} {self.given} {self.found}"
+        return f"{self.function.__name__}_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+    @property
+    def code(self) -> int | None:
+        """Address of the machine code of `name(given, found)`, whose last given number is the address of the tables;
+        None where this machine cannot compile."""
+        return _code(self)
+
+    @property
+    def graph(self) -> ca.Function:
+        """[given, address of the tables] -> found, as a function that graphs of symbols call."""
+        return _graph(self)
+
+
+class Kernel:
+    """A kernel with its tables `numbers` [k], one after another. Its `handle`, which graphs are given as a number, is
+    good as long as the kernel lives, and in this process only."""
+
+    def __init__(self, shape: KernelShape, numbers: np.ndarray) -> None:
+        self.shape, self.numbers = shape, np.ascontiguousarray(numbers, float)
+        address = self.numbers.ctypes.data
+        self.handle = float(address)
+        _TABLES[address] = self
+        self._given, self._found = np.zeros(shape.given + 1), np.zeros(shape.found)
+        self._given[-1] = self.handle
+        code = shape.code
+        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(code) if code else None
+        self._addresses = self._given.ctypes.data, self._found.ctypes.data
+
+    def table(self, name: str) -> np.ndarray:
+        """One of the tables."""
+        first = self.shape.first[name]
+        return self.numbers[first : first + dict(self.shape.tables)[name]]
+
+    def __call__(self, given: np.ndarray) -> np.ndarray:
+        """What it finds [found] of what it is given; the array is that of every call."""
+        self._given[:-1] = given
+        if self._call:
+            self._call(*self._addresses)
+        else:
+            self.in_python(self._given, self._found)
+        return self._found
+
+    @cached_property
+    def in_python(self) -> Callable[[np.ndarray, np.ndarray], None]:
+        """The function with its constants and tables."""
+        words: dict[str, Any] = {"abs": abs, "sqrt": sqrt, "range": range, "space": space, "places": places}
+        words |= dict(self.shape.constants) | {name: self.table(name).tolist() for name, _ in self.shape.tables}
+        return FunctionType(self.shape.function.__code__, words)
+
+
+@lru_cache(maxsize=64)
+def _code(shape: KernelShape) -> int | None:
+    try:
+        from . import object_cache
+        from .kernel_code import kernel_code
+
+        text = kernel_code(shape)
+        (address,) = object_cache.functions(("kernel", text), lambda: text, (shape.name,), optimised=True)
+    except (ImportError, OSError, RuntimeError):
+        return None
+    object_cache.provide(shape.name, address)
+    return address
+
+
+@lru_cache(maxsize=64)
+def _graph(shape: KernelShape) -> ca.Function:
+    _code(shape)
+    return _Called(shape)
+
+
+class _Called(ca.Callback):
+    """A kernel as a function of CasADi, as graphs that are interpreted call it."""
+
+    def __init__(self, shape: KernelShape) -> None:
+        ca.Callback.__init__(self)
+        self._shape = shape
+        self.construct(shape.name, {"never_inline": True})
+
+    def get_n_in(self) -> int:
+        return 1
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        return ca.Sparsity.dense(self._shape.given + 1)
+
+    def get_sparsity_out(self, i: int) -> ca.Sparsity:
+        return ca.Sparsity.dense(self._shape.found)
+
+    def eval(self, arg: Sequence[ca.DM]) -> list[ca.DM]:
+        numbers = np.array(arg[0]).ravel()
+        return [ca.DM(_TABLES[int(numbers[-1])](numbers[:-1]))]
