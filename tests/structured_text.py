@@ -1,5 +1,6 @@
 """Runs Structured Text of IEC 61131-3: parsed by blark's grammar, evaluated statement by statement."""
 
+import math
 import operator
 from collections.abc import Mapping
 from itertools import product
@@ -20,7 +21,7 @@ _BINARY = {
     "AND": lambda a, b: a and b,
     "OR": lambda a, b: a or b,
 }
-_FUNCTIONS = {"MAX": max, "ABS": abs}
+_FUNCTIONS = {"MAX": max, "MIN": min, "ABS": abs, "SQRT": math.sqrt}
 _START = {"BOOL": False, "INT": 0, "LREAL": 0.0}
 
 
@@ -88,7 +89,8 @@ class Instance:
         if kind == "BinaryOperation":
             return _BINARY[str(expression.op)](self._value(expression.left), self._value(expression.right))
         if kind == "UnaryOperation":
-            return -self._value(expression.expr)
+            value = self._value(expression.expr)
+            return not value if str(expression.op).upper() == "NOT" else -value
         if kind == "ParenthesizedExpression":
             return self._value(expression.expr)
         if kind == "FunctionCall":

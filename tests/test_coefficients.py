@@ -13,6 +13,7 @@ from test_graph_law import Network
 from workbench.base.errors import InputError
 from workbench.base.table import Table
 from workbench.cli import main
+from workbench.commands.run.config import load_config
 from workbench.control.controller_spec import controller_spec
 from workbench.control.export import as_json, as_text, coefficients, replay
 
@@ -125,14 +126,35 @@ def test_a_law_of_another_form_is_refused(build, message):
 
 
 def test_a_law_that_cannot_be_exported_leaves_the_others_theirs(capsys):
+    assert main(["coefficients", str(EXPERIMENTS / "position_mpc.toml"), "--json"]) == 0
+    printed, notes = capsys.readouterr()
+    assert list(json.loads(printed)) == ["p-dp", "mpc", "mpc-bare"]
+    (line,) = notes.splitlines()
+    assert "mpc-preview: a law that knows its reference ahead cannot be exported" in line
+    assert main(["coefficients", str(EXPERIMENTS / "position_mpc.toml"), "--controller", "mpc-preview"]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_law_that_measures_its_specimen_is_exported_as_on_that_of_its_design(capsys):
     assert main(["coefficients", str(EXPERIMENTS / "force_tuned.toml"), "--json"]) == 0
     printed, notes = capsys.readouterr()
-    assert list(json.loads(printed)) == ["p-dp-force"]
-    lines = {line.split(": ")[1]: line for line in notes.splitlines()}
-    assert "cannot be exported" in lines["mpc-force"]
-    assert "as on the specimen of its design" in lines["p-dp-force"]
-    assert main(["coefficients", str(EXPERIMENTS / "force_tuned.toml"), "--controller", "mpc-force"]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert list(json.loads(printed)) == ["p-dp-force", "mpc-force"]
+    (line,) = notes.splitlines()
+    assert "p-dp-force: as on the specimen of its design" in line
+
+
+@pytest.mark.parametrize(("experiment", "name"), [("position_mpc", "mpc"), ("force_tuned", "mpc-force")])
+def test_the_vector_of_a_predictive_law_has_work_for_its_plan(experiment, name):
+    """In some samples of it the plan moves the command by the rate that it is allowed; its law has no such limit."""
+    (spec,) = (spec for spec in load_config(EXPERIMENTS / f"{experiment}.toml").controllers if spec.name == name)
+    exported = coefficients(spec.build(PERIOD), PERIOD)
+    core = exported.planned.core
+    fastest = core.kernel.table("RATE")[0]
+    inputs, jump = exported.vector, np.abs(np.diff(exported.vector["command"]))
+    assert np.count_nonzero(jump > 0.9 * fastest) > 0
+    core.kernel.table("BOUNDS")[:] = 0.0  # which never looks for a limit
+    core.kernel.table("RATE")[:] = core.kernel.table("MOST")[:] = 1e9
+    assert np.abs(replay(exported) - inputs["command"]).max() > 0.1 * np.abs(inputs["command"]).max()
 
 
 class Linear:

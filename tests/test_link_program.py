@@ -28,12 +28,7 @@ GCC = shutil.which("gcc")
 pytestmark = pytest.mark.skipif(GCC is None, reason="no C compiler here")
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"]
 CONFIGS = {name: load_steps(EXPERIMENTS / f"{name}.toml") for name in ("position_tuned", "force_tuned")}
-LAWS = {
-    spec.name: (spec, config.rig, name)
-    for name, config in CONFIGS.items()
-    for spec in config.controllers
-    if not spec.name.startswith("mpc")  # which plans, and is not exported
-}
+LAWS = {spec.name: (spec, config.rig, name) for name, config in CONFIGS.items() for spec in config.controllers}
 SIZE = {"position": 1e-3, "force": 2e3}
 JACK = jack_bench(ideal=True)
 SECONDS, SEED = 0.3, 3

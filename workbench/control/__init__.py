@@ -20,6 +20,7 @@ piecewise_linear       schedules and maps of the command as graphs
 jack_model, inner_loop    the jack as an outer controller sees it
 linear_model, linear_observer    a linear plant of the user's own as its designs see it
 kalman_observer, mpc_qp, reference_governor    what model-based controllers share
+planned_step, planned_law, planned_core, planned_lanes    a predictive law: a sample, its graph, its export, in lanes
 crone, fractional      fractional design; fractional systems as objects
 platform_controller, platform_law    six laws on the legs or on the modes of a platform; as one graph
 scheduled_law, export/  laws with schedules and maps as data; laws for a rig's own digital controller

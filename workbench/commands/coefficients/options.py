@@ -22,7 +22,7 @@ def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     if options.out is not None:
         check_new(options.out)
     from ...control.export import Coefficients, as_json, as_text, coefficients
-    from ...control.protocol import Controller, fallbacks
+    from ...control.protocol import Controller
 
     period = config.rig.period.value
     laws: dict[str, tuple[Controller, Coefficients]] = {}
@@ -36,8 +36,6 @@ def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
             continue
         if spec.stiffest is not None:
             notes.append(f"{spec.name}: as on the specimen of its design; it measures the stiffness, this does not")
-        if fallbacks(controller) is not None:
-            notes.append(f"{spec.name}: the law far from its limits; its plan cannot be exported")
     if not laws:
         raise InputError("; ".join(notes))
     if options.out is not None:
