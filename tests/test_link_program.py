@@ -43,7 +43,7 @@ def programs(tmp_path_factory):
         assert main(["coefficients", name, "--out", str(folder)]) == 0
         made[name] = folder / "link_main"
         sources = [str(path) for path in sorted(folder.glob("*.c"))]
-        subprocess.run([GCC, *STRICT, *sources, "-o", str(made[name])], check=True)
+        subprocess.run([GCC, *STRICT, *sources, "-lm", "-o", str(made[name])], check=True)
     return made
 
 

@@ -2,9 +2,10 @@
 
 import ast
 import struct
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .kernel import KernelShape
+if TYPE_CHECKING:
+    from .kernel import KernelShape
 
 _OPERATIONS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div"}
 _COMPARISONS = {ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt", ast.GtE: "ge", ast.Eq: "eq", ast.NotEq: "ne"}
@@ -13,7 +14,7 @@ _FUNCTIONS = {"abs": "fabs", "sqrt": "sqrt"}
 Value = tuple[str, str]  # type and name
 
 
-def kernel_code(shape: KernelShape) -> str:
+def kernel_code(shape: "KernelShape") -> str:
     """IR of `name(ptr given, ptr found)`."""
     writer = _Writer(shape)
     for statement in shape.tree.body:
@@ -45,7 +46,7 @@ def _array(node: Any) -> str | None:
 
 
 class _Writer:
-    def __init__(self, shape: KernelShape) -> None:
+    def __init__(self, shape: "KernelShape") -> None:
         self.entry: list[str] = []
         self.lines: list[str] = []
         self._constants, self._first = dict(shape.constants), shape.first
@@ -114,8 +115,9 @@ class _Writer:
 
     def _condition(self, node: Any) -> str:
         if isinstance(node, ast.BoolOp):
-            both = [self._condition(value) for value in node.values]
-            return self._do(f"and i1 {both[0]}, {both[1]}")
+            assert isinstance(node.op, ast.And), f"{ast.unparse(node)} is no `and`"
+            first, second = (self._condition(value) for value in node.values)
+            return self._do(f"and i1 {first}, {second}")
         if isinstance(node, ast.UnaryOp):
             return self._do(f"xor i1 {self._condition(node.operand)}, true")
         assert isinstance(node, ast.Compare)

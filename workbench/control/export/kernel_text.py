@@ -12,6 +12,11 @@ _SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/"}
 _ARRAYS = "space", "places"
 
 
+def _word(name: Any) -> str:
+    """Of a node that is a name."""
+    return name.id
+
+
 class _Text:
     """What both languages share: expressions, and how a statement is taken apart."""
 
@@ -47,11 +52,12 @@ class _Text:
     def expression(self, node: Any, above: int = 0) -> str:
         """An expression; `above` binds closer than what is around it."""
         if isinstance(node, ast.Constant):
-            return self.number(node.value)
+            value: Any = node.value
+            return self.number(value)
         if isinstance(node, ast.Name):
             return self.constant(node.id) if node.id in self.constants else self.name(node.id)
         if isinstance(node, ast.Subscript):
-            word = node.value.id
+            word = _word(node.value)
             return f"{self.table(word) if word in self.shape.first else self.name(word)}[{self.expression(node.slice)}]"
         if isinstance(node, ast.UnaryOp):
             return f"-{self.expression(node.operand, 3)}"
@@ -133,7 +139,7 @@ class _Text:
         if isinstance(node, ast.Name):
             return node.id in self.whole or isinstance(self.constants.get(node.id), int)
         if isinstance(node, ast.Subscript):
-            return self.arrays.get(node.value.id, ("", 0))[0] == "places"
+            return self.arrays.get(_word(node.value), ("", 0))[0] == "places"
         if isinstance(node, ast.BinOp):
             return self._is_whole(node.left)
         return isinstance(node, ast.UnaryOp) and self._is_whole(node.operand)

@@ -1,7 +1,7 @@
 /* Runs an exported law at the link: greets a rig, finds the law's signals among its channels, switches it on, starts
  * without a bump where it stands, plays a step and prints a line of CSV for each sample.
  *
- *     cc -std=c99 -O2 *.c -o link_main
+ *     cc -std=c99 -O2 *.c -lm -o link_main
  *     ./link_main NAME udp://HOST:PORT SIZE SECONDS [TOKEN]
  *
  * SIZE is in the SI unit of the controlled signal; the step comes after a tenth of the SECONDS. Status 0: played to the
