@@ -1,6 +1,7 @@
 """A controller searched for a rig: P, scheduled pressure feedback, the lap or an overlap inverted, a shaped
 reference, and the dither of the first guess."""
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -25,6 +26,7 @@ from .automatic import column
 DESIGNS = 300
 _RANGE = 4.0  # about a first guess, either way
 _NEAR = 1.5  # about the best of these: settling jumps where a swing leaves the band, and a wide search stops between
+_OFF = 0.03  # of mass and bulk modulus, by which a rig may be found wrong: a design at the edge of the band fails there
 _OVERSHOOT = 5.0  # %
 _JUMPED, _LEAST = 0.8, 5e-4  # of an overlap; share of the travel below which there is none
 
@@ -40,7 +42,7 @@ def searched_design(
         controller=whole,
         searched=_searched(whole),
         scenarios=(SCENARIOS[goal],),
-        rigs={"nominal": rig},
+        rigs={"nominal": rig, **_beside(rig)},
         weights={**USUAL_WEIGHTS, "settling": 60.0},
         trials=DESIGNS,
         seed=1,
@@ -57,6 +59,18 @@ def _noise(whole: ControllerSpec) -> float:
     """RMS of the command at rest that is allowed [1]: what always is, and the dither."""
     dither = next((part for part in whole.compensators if part.use.endswith(":Dither")), None)
     return float(np.hypot(Limits().command_noise, 0.0 if dither is None else dither.design.amplitude / np.sqrt(2)))
+
+
+def _beside(rig: Rig) -> dict[str, Rig]:
+    """The rig with its mode a little lower, and a little higher, where it has a mass and an oil."""
+    if not {"M", "beta"} <= rig.numbers.keys():
+        return {}
+    more, less = 1 + _OFF, 1 - _OFF
+    return {"slower": _times(rig, {"M": more, "beta": less}), "faster": _times(rig, {"M": less, "beta": more})}
+
+
+def _times(rig: Rig, factors: Mapping[str, float]) -> Rig:
+    return rig.with_each_number(lambda number: replace(number, value=number.value * factors.get(number.name, 1.0)))
 
 
 def exactly(rig: Rig) -> Rig:
