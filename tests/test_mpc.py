@@ -6,7 +6,9 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
+import osqp
 import pytest
+from scipy import sparse
 
 from controllers.lap_inverse import LapInverse
 from controllers.lqg import Lqg, lq_gain
@@ -104,22 +106,36 @@ def drawn_states(mpc, count, seed):
         yield state, drawn.normal(0, 0.1), drawn.normal(0, 0.05)
 
 
-def test_the_plan_is_the_optimum_that_an_independent_solver_finds():
-    """Another solver on the same programme, where the command, its rate, speed and pressure are limited; a limit of the
+def by_active_set(weights, matrix, low, high):
+    shapes = {"h": ca.DM(weights).sparsity(), "a": ca.DM(matrix).sparsity()}
+    return np.array(ca.conic("independent", "daqp", shapes)(h=weights, a=matrix, lba=low, uba=high)["x"]).ravel()
+
+
+def by_splitting(weights, matrix, low, high):
+    solver = osqp.OSQP()
+    solver.setup(
+        sparse.csc_matrix(weights), np.zeros(len(weights)), sparse.csc_matrix(matrix), low, high,
+        eps_abs=1e-9, eps_rel=1e-9, max_iter=200_000, polishing=True, verbose=False,
+    )  # fmt: skip
+    return solver.solve(raise_error=True).x
+
+
+@pytest.mark.parametrize("solved", [by_active_set, by_splitting])
+def test_the_plan_is_the_optimum_that_an_independent_solver_finds(solved):
+    """Other solvers on the same programme, where the command, its rate, speed and pressure are limited; a limit of the
     jack can be passed at a price."""
     mpc = ungoverned(made(speed=2.0, pressure=1.5e7, horizon=0.06, moves=12))
     law, limited, arrived = mpc._planned, 0, 0
     m, soft, k = len(law.horizon.soft), law.horizon.soft, law.horizon.gains.shape[1]
     matrix = np.hstack((law.horizon.gains, np.eye(m)[:, soft]))
     weights = np.diag(np.append(np.bincount(law.horizon.blocks), np.full(int(soft.sum()), PRICE)).astype(float))
-    solver = ca.conic("independent", "daqp", {"h": ca.DM(weights).sparsity(), "a": ca.DM(matrix).sparsity()})
     for state, reference, before in drawn_states(mpc, 40, 3):
         asked = law.feedforward[:, 0] * reference
         free = law.horizon.free @ np.concatenate((state, asked, [before]))
         command, planned = at_state(mpc, state, reference, before)[:2]
         if not planned:
             continue
-        other = np.array(solver(h=weights, a=matrix, lba=-1 - free, uba=1 - free)["x"]).ravel()
+        other = solved(weights, matrix, -1 - free, 1 - free)
         assert command == pytest.approx(asked[0] - law.law.feedback @ state + other[0], abs=1e-6)
         arrived, limited = arrived + 1, limited + (np.abs(other[:k]).max() > 0.02)
     assert arrived >= 20
