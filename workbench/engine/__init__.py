@@ -15,7 +15,7 @@ tangent        steps with their exact derivatives along a direction
 backend        the choice between compiled and interpreter; only the first needs a compiler, and imports it when used
 compiled       machine code: tape and emit turn the graph into vector code of lanes, codegen and driver the loop around
                it (written with scalars, on the jobs of a run), vector_math the functions that LLVM lacks; object_cache
-               keeps what was compiled; kernel and kernel_code, loops that graphs call
+               keeps what was compiled; kernel, kernel_code and kernel_graph, loops that graphs call
 interpreter    the same by CasADi alone
 graph_cache    large graphs kept for the next start
 floor          least time of an attempt: that of its divisions and roots

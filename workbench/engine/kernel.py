@@ -9,16 +9,18 @@ import ast
 import ctypes
 import hashlib
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import sqrt
 from types import FunctionType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
-import casadi as ca
 import numpy as np
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 _TABLES: "WeakValueDictionary[int, Kernel]" = WeakValueDictionary()  # by the address of their numbers
 
@@ -70,7 +72,7 @@ class KernelShape:
         return _code(self)
 
     @property
-    def graph(self) -> ca.Function:
+    def graph(self) -> "ca.Function":
         """[given, address of the tables] -> found, as a function that graphs of symbols call."""
         return _graph(self)
 
@@ -127,31 +129,13 @@ def _code(shape: KernelShape) -> int | None:
 
 
 @lru_cache(maxsize=64)
-def _graph(shape: KernelShape) -> ca.Function:
+def _graph(shape: KernelShape) -> "ca.Function":
+    from .kernel_graph import KernelGraph
+
     _code(shape)
-    return _Called(shape)
+    return KernelGraph(shape.name, shape.given + 1, shape.found, _found)
 
 
-class _Called(ca.Callback):
-    """A kernel as a function of CasADi, as graphs that are interpreted call it."""
-
-    def __init__(self, shape: KernelShape) -> None:
-        ca.Callback.__init__(self)
-        self._shape = shape
-        self.construct(shape.name, {"never_inline": True})
-
-    def get_n_in(self) -> int:
-        return 1
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(self._shape.given + 1)
-
-    def get_sparsity_out(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(self._shape.found)
-
-    def eval(self, arg: Sequence[ca.DM]) -> list[ca.DM]:
-        numbers = np.array(arg[0]).ravel()
-        return [ca.DM(_TABLES[int(numbers[-1])](numbers[:-1]))]
+def _found(given: np.ndarray) -> np.ndarray:
+    """What the kernel whose tables are at the last of these numbers finds of the others."""
+    return _TABLES[int(given[-1])](given[:-1])
