@@ -9,7 +9,7 @@ import pytest
 from made_experiments import P_DP
 
 from workbench.cli import main
-from workbench.loop.learning import BOUND, Iteration, learn, learning_filter, record_frequencies, rms
+from workbench.loop.learning import BOUND, STOPS, Iteration, learn, learning_filter, record_frequencies, rms, stops
 from workbench.loop.repeated_record import faded
 from workbench.loop.scenarios import Scenario
 from workbench.records.road import CLASSES, road
@@ -73,6 +73,11 @@ def test_an_iteration_that_makes_the_error_larger_is_taken_back_and_the_gain_hal
     assert np.all(np.diff(kept) < 0)
     assert learned.best.gain == 0.5
     assert learned.fall_db > 20
+
+
+def test_a_small_rise_halves_the_gain_and_a_small_fall_is_the_last():
+    """Of errors far above what does not repeat: a rise says that the gain was too much, not that all is learned."""
+    assert [STOPS[k] for k in stops(1.0, 0.1, 0.5, np.array([0.5, -0.5, -2.0, np.nan]))] == ["", STOPS[3], "", ""]
 
 
 def test_it_stops_where_what_is_left_does_not_repeat(sine):

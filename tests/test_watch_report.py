@@ -89,6 +89,12 @@ def test_cron_hears_of_an_alarm(months, tmp_path):
     assert ended.value.code == 3
 
 
+def test_a_cluster_is_for_several_rigs(months, tmp_path, capsys):
+    assert main(["watch", str(months), "--out", str(tmp_path / "out"), "--cluster", "tcp://127.0.0.1:1"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_folder_of_rigs_has_the_urgent_first(months, tmp_path, monkeypatch):
     monkeypatch.setattr("workbench.commands.watch.rigs.process_pool", _here)
     well = months.parent / "rig-1"

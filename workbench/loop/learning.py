@@ -15,7 +15,7 @@ import numpy as np
 STEEPNESS = 4  # order of Q, whose gain is 1/(1 + (f/cut-off)^8)
 BOUND = 0.9  # of |Q (1 - L T)| on every plant
 FAINT = 0.03  # of a closed loop's gain: L does not invert what is fainter, where it would answer to noise alone
-FALL = 1.0  # dB: an iteration that changes the error by less is the last
+FALL = 1.0  # dB: an iteration by which the error falls, but by less, is the last
 LEAST_GAIN = 0.25
 CUTOFFS = 400  # tried, over all frequencies
 LOWEST = 0.1  # Hz
@@ -23,7 +23,7 @@ STOPS = (
     "",
     "what is left of the error does not repeat",
     "a smaller gain makes the error no smaller",
-    f"the error changes by less than {FALL:g} dB",
+    f"the error falls by less than {FALL:g} dB",
 )
 
 
@@ -157,7 +157,8 @@ def stops(
     the last one changed the error; NaN where it tripped, or is the first.
     """
     at_floor, weak = best <= floor * 10 ** (FALL / 20), np.asarray(gain) < LEAST_GAIN
-    return np.select([at_floor, weak, np.abs(change_db) < FALL], [1, 2, 3], 0)
+    flat = (np.asarray(change_db) <= 0) & (np.asarray(change_db) > -FALL)
+    return np.select([at_floor, weak, flat], [1, 2, 3], 0)
 
 
 def learn(
