@@ -25,6 +25,11 @@ def test_the_quick_figures_are_what_the_commands_give(command):
     assert not [line for page in PAGES for line in figures.misprints(page, command)]
 
 
+def test_words_that_choose_no_command_are_told(capsys):
+    assert figures.main("position_mpc large_steps") == 2
+    assert "no command" in capsys.readouterr().out
+
+
 def test_a_comment_that_holds_nothing_is_found():
     apart = "<!-- held: jackbench x: rows[id={row}].s -->\n\n| id | s |\n|---|---|\n| a | 0.12 |\n"
     assert "jackbench x: the comment holds nothing; its block has to follow it without an empty line" in list(

@@ -124,10 +124,9 @@ def planned_graph(planned: PlannedLaw, kernel: Kernel) -> "GraphLaw":
     def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         state = planned.start(dict(zip(measures, signals[:, 1:].T, strict=True)), signals[:, 0], commands)
         x = np.column_stack((state.T, signals[:, 0], commands, np.zeros(len(commands))))
-        assert kept.handle == numbers[0]  # and so the tables live as long as what starts the law
+        assert kernel.handle == numbers[0]  # and so the tables live as long as what starts the law
         return x, np.zeros(len(commands))
 
-    kept = kernel
     numbers = np.append(kernel.handle, planned.observer.entering)
     law = GraphLaw.of(output, advance, numbers, measures, n + 3, LaneStart(lanes), ("planned", kernel.shape))
     return replace(law, view=as_graph(planned.observer.law(planned.law)), fallbacks=n + 2)

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import sqrt
+from operator import add, mul
 from types import FunctionType
 from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import casadi as ca
 
 _TABLES: "WeakValueDictionary[int, Kernel]" = WeakValueDictionary()  # by the address of their numbers
+_OF_SIZES = {ast.Add: add, ast.Mult: mul}
 
 
 def space(size: int) -> np.ndarray:
@@ -52,6 +54,22 @@ class KernelShape:
         (tree,) = ast.parse(inspect.getsource(self.function)).body
         assert isinstance(tree, ast.FunctionDef)
         return tree
+
+    def array(self, node: Any) -> tuple[str, int] | None:
+        """The kind, space or places, and size of the array that an expression makes; None for one that makes none."""
+        kind = getattr(node.func, "id", "") if isinstance(node, ast.Call) else ""
+        return (kind, self._size(node.args[0])) if kind in ("space", "places") else None
+
+    def _size(self, node: Any) -> int:
+        """A sum or product of sizes and whole numbers."""
+        if isinstance(node, ast.Constant):
+            whole: Any = node.value
+        elif isinstance(node, ast.Name):
+            whole = dict(self.constants)[node.id]
+        else:
+            whole = _OF_SIZES[type(node.op)](self._size(node.left), self._size(node.right))
+        assert isinstance(whole, int), f"{ast.unparse(node)} is no whole number"
+        return whole
 
     @cached_property
     def first(self) -> dict[str, int]:

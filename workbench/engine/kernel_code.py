@@ -35,21 +35,11 @@ def kernel_code(shape: "KernelShape") -> str:
     return "\n".join(lines)
 
 
-def _called(node: Any) -> str:
-    """The name of the function that an expression calls."""
-    return node.func.id if hasattr(node, "func") else ""
-
-
-def _array(node: Any) -> str | None:
-    """Which kind of array an expression makes."""
-    return _called(node) if _called(node) in _ARRAYS else None
-
-
 class _Writer:
     def __init__(self, shape: "KernelShape") -> None:
         self.entry: list[str] = []
         self.lines: list[str] = []
-        self._constants, self._first = dict(shape.constants), shape.first
+        self._shape, self._constants, self._first = shape, dict(shape.constants), shape.first
         self._variables: dict[str, Value] = {}
         self._arrays: dict[str, Value] = {"given": ("double", "%given"), "found": ("double", "%found")}
         self._count = 0
@@ -62,9 +52,9 @@ class _Writer:
         assert isinstance(node.value, ast.Constant), "a kernel has no statement but assignments, loops and branches"
 
     def _assign(self, node: Any) -> None:
-        (target,), made = node.targets, _array(node.value)
+        (target,), made = node.targets, self._shape.array(node.value)
         if made:
-            kind, size = _ARRAYS[made], self._whole(node.value.args[0])
+            kind, size = _ARRAYS[made[0]], made[1]
             self.entry.append(f"  %{target.id} = alloca [{size} x {kind}], align 64")
             self._arrays[target.id] = kind, f"%{target.id}"
         else:
@@ -144,7 +134,7 @@ class _Writer:
         if isinstance(node, ast.UnaryOp):
             kind, value = self._value(node.operand)
             return kind, self._do(f"fneg double {value}" if kind == "double" else f"sub nsw i64 0, {value}")
-        name, (argument,) = _FUNCTIONS[_called(node)], node.args
+        name, (argument,) = _FUNCTIONS[node.func.id], node.args
         return "double", self._do(f"call double @llvm.{name}.f64(double {self._value(argument)[1]})")
 
     def _binary(self, op: ast.operator, left: Value, right: Value) -> Value:
@@ -164,10 +154,6 @@ class _Writer:
         if isinstance(value, int):
             return "i64", str(value)
         return "double", f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
-
-    def _whole(self, node: Any) -> int:
-        """A size, of constants."""
-        return eval(compile(ast.Expression(node), "size", "eval"), {}, self._constants)
 
     def _do(self, operation: str) -> str:
         self._count += 1

@@ -156,9 +156,8 @@ def stops(
     Of the RMS error of the `best` iteration and of what does not repeat, the gain of the next one, and by how much
     the last one changed the error; NaN where it tripped, or is the first.
     """
-    at_floor, weak = best <= floor * 10 ** (FALL / 20), np.asarray(gain) < LEAST_GAIN
-    flat = (np.asarray(change_db) <= 0) & (np.asarray(change_db) > -FALL)
-    return np.select([at_floor, weak, flat], [1, 2, 3], 0)
+    at_floor, weak, fall = best <= floor * 10 ** (FALL / 20), np.asarray(gain) < LEAST_GAIN, -np.asarray(change_db)
+    return np.select([at_floor, weak, (fall >= 0) & (fall < FALL)], [1, 2, 3], 0)
 
 
 def learn(

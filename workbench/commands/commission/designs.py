@@ -1,7 +1,6 @@
 """A controller searched for a rig: P, scheduled pressure feedback, the lap or an overlap inverted, a shaped
 reference, and the dither of the first guess."""
 
-from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -66,11 +65,10 @@ def _beside(rig: Rig) -> dict[str, Rig]:
     if not {"M", "beta"} <= rig.numbers.keys():
         return {}
     more, less = 1 + _OFF, 1 - _OFF
-    return {"slower": _times(rig, {"M": more, "beta": less}), "faster": _times(rig, {"M": less, "beta": more})}
-
-
-def _times(rig: Rig, factors: Mapping[str, float]) -> Rig:
-    return rig.with_each_number(lambda number: replace(number, value=number.value * factors.get(number.name, 1.0)))
+    return {
+        "slower": rig.with_values(M=more * rig["M"], beta=less * rig["beta"]),
+        "faster": rig.with_values(M=less * rig["M"], beta=more * rig["beta"]),
+    }
 
 
 def exactly(rig: Rig) -> Rig:

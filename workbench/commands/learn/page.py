@@ -167,8 +167,8 @@ def _count(learned: Learned) -> str:
 def _table(record: RecordExperiment, learned: Mapping[str, Learned]) -> Table:
     unit = record.signal.unit
     columns = [
-        "rig", "iteration", f"RMS error [{unit}]", "[dB]", f"true [{unit}]", f"peak [{unit}]", "gain [1]", "kept",
-        f"drive, peak [{unit}]", "command, peak [1]", "limited [s]", "lowest [bar]",
+        "rig", "iteration", f"RMS error [{unit}]", "change [dB]", f"true [{unit}]", f"peak [{unit}]", "gain [1]",
+        "kept", f"drive, peak [{unit}]", "command, peak [1]", "limited [s]", "lowest [bar]",
     ]  # fmt: skip
     cells = [
         [

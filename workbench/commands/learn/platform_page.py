@@ -109,7 +109,7 @@ def _falls(found: PlatformLearning, metrics: Mapping[str, Any]) -> Table:
 
 
 def _iterations(metrics: Mapping[str, Any]) -> Table:
-    heads = ["payload", "iteration", "RMS error [mm]", "[dB]", "true [mm]", "acceleration [m/s2]", "gain [1]", "kept"]
+    heads = ["payload", "iteration", "RMS error [mm]", "change [dB]", "true [mm]", "acceleration [m/s2]"]
     lines = [
         [
             *(row["rig"], row["iteration"], 1e3 * row["error_rms"], row["error_db"], 1e3 * row["true_error_rms"]),
@@ -119,7 +119,9 @@ def _iterations(metrics: Mapping[str, Any]) -> Table:
         for row in metrics["rows"]
     ]
     note = "Errors are as the sensors have them in the band of Q, true ones as the plant has them."
-    return Table("Iterations", [*heads, "command, peak [1]", "lowest [bar]", "tripped"], lines, note)
+    return Table(
+        "Iterations", [*heads, "gain [1]", "kept", "command, peak [1]", "lowest [bar]", "tripped"], lines, note
+    )
 
 
 def _contraction(found: PlatformLearning) -> Figure:

@@ -9,7 +9,6 @@ from ...engine.kernel import KernelShape
 
 _PRECEDENCE = {"Add": 1, "Sub": 1, "Mult": 2, "Div": 2}
 _SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/"}
-_ARRAYS = "space", "places"
 
 
 def _word(name: Any) -> str:
@@ -82,7 +81,7 @@ class _Text:
         """The statements."""
         for node in body:
             kind = type(node).__name__
-            if kind == "Assign" and not _makes_array(node.value):
+            if kind == "Assign" and not self.shape.array(node.value):
                 yield self.assigned(node.targets[0], self.expression(node.value))
             elif kind == "AugAssign":
                 sign, bound = _SIGNS[type(node.op).__name__], _PRECEDENCE[type(node.op).__name__]
@@ -115,14 +114,10 @@ class _Text:
 
     def _declare(self, body: list[Any]) -> None:
         for node in body:
-            if isinstance(node, ast.Assign) and _makes_array(node.value):
-                call: Any = node.value
-                (target,), size = (
-                    [each for each in node.targets if isinstance(each, ast.Name)],
-                    ast.Expression(call.args[0]),
-                )
-                self.arrays[target.id] = call.func.id, eval(compile(size, "size", "eval"), {}, self.constants)
-            elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                if made := self.shape.array(node.value):
+                    self.arrays[node.targets[0].id] = made
+                    continue
                 self._scalar(node.targets[0].id, self._is_whole(node.value))
             elif isinstance(node, ast.For) and isinstance(node.target, ast.Name):
                 self._scalar(node.target.id, True)
@@ -143,10 +138,6 @@ class _Text:
         if isinstance(node, ast.BinOp):
             return self._is_whole(node.left)
         return isinstance(node, ast.UnaryOp) and self._is_whole(node.operand)
-
-
-def _makes_array(node: Any) -> bool:
-    return isinstance(node, ast.Call) and getattr(node.func, "id", "") in _ARRAYS
 
 
 class KernelC(_Text):

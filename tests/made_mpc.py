@@ -1,0 +1,56 @@
+"""Predictive laws for tests: of one design, the shipped ones, and what their kernel finds where a state is given."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from controllers.mpc import Mpc
+from workbench.commands.run.config import load_config
+from workbench.control.reference_governor import Braking, ReferenceGovernor
+
+PERIOD = 1e-3
+JACK = {
+    "velocity_gain": 7.4, "jack_frequency": 31.6, "jack_damping": 0.357, "valve_frequency": 93.8,
+    "valve_damping": 0.545, "delay": 0.00082, "inertia": 2.14e5, "error": 0.2,
+}  # fmt: skip
+FREE = {"command_rate": 1e4, "stroke": 10.0, "speed": 100.0, "pressure": 1e8}
+
+
+def made(**numbers):
+    return Mpc(Mpc.Design(**{**JACK, **numbers}), PERIOD)
+
+
+@cache
+def shipped_spec(name):
+    """The design of `position_mpc.toml` of that name."""
+    config = load_config(Path(__file__).parents[1] / "experiments" / "position_mpc.toml")
+    return next(spec for spec in config.controllers if spec.name == name)
+
+
+def shipped(name):
+    return shipped_spec(name).build(PERIOD)
+
+
+def ungoverned(mpc):
+    """The same without a governor."""
+    law = mpc._planned
+    free = ReferenceGovernor(law.observer, law.law.feedback, law.feedforward, Braking(1e6, 5.0, 30.0))
+    mpc._plans(replace(law, governor=free), PERIOD)
+    return mpc
+
+
+def at_state(mpc, state, reference, before):
+    """What the kernel finds where the filter's state is given: no signal corrects it."""
+    return mpc._kernel(np.concatenate((state, [0.0, before], np.full(len(mpc.measures), np.nan), [reference])))
+
+
+def drawn_states(mpc, count, seed):
+    """States, references and last commands, most of them near a limit."""
+    drawn = np.random.default_rng(seed)
+    for _ in range(count):
+        state = np.zeros(len(mpc.state))
+        state[:3] = drawn.normal(0, [0.1, 2e-3, 2e-3])
+        state[-2:] = drawn.normal(0, [0.02, 1e6])
+        yield state, drawn.normal(0, 0.1), drawn.normal(0, 0.05)
