@@ -16,11 +16,14 @@ def check_new(folder: Path) -> None:
 
 
 def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """All files, by their path in the folder, or none."""
-    with TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.absolute().parent) as place:
-        unfinished = Path(place) / "files"
-        for name, content in files.items():
-            path = unfinished / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content.encode() if isinstance(content, str) else content)
-        unfinished.rename(folder)
+    """All files, by their path in the folder, or none. Raises InputError where the folder cannot be made."""
+    try:
+        with TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.absolute().parent) as place:
+            unfinished = Path(place) / "files"
+            for name, content in files.items():
+                path = unfinished / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content.encode() if isinstance(content, str) else content)
+            unfinished.rename(folder)
+    except OSError as error:
+        raise InputError(f"{folder}: {error.strerror}; choose another folder") from None
