@@ -18,5 +18,5 @@ def test_all_files_are_there_or_none(tmp_path):
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="law: .*; choose another folder"):
+    with pytest.raises(InputError, match=r"law: .*; choose another folder"):
         write_folder(tmp_path / "file" / "law", {"law.c": ""})
