@@ -10,10 +10,12 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.watch.options import alarms_a_year
-from workbench.identify.watch.changes import FEWEST, first_told, history, smoothed
+from workbench.identify.watch.changes import all_told, first_told
 from workbench.identify.watch.healthy_rate import healthy_rate
+from workbench.identify.watch.history import FEWEST, history
 from workbench.identify.watch.naming import Explained, name_of, suspects
 from workbench.identify.watch.session_evidence import HELD, OF_ZERO, Axis, SessionEvidence, from_json
+from workbench.identify.watch.smoothed import smoothed
 from workbench.records.dated_sessions import dated_sessions
 
 AXES = (
@@ -85,7 +87,7 @@ def test_what_a_suspect_is_shows_beside_a_wandering_rig():
     moves = wandering(40, 5)
     moves[25:, 3] += 0.2
     known = watched(moves, 5)
-    before = smoothed(known.until(25), None)[0].mean(axis=0)
+    before = smoothed(known.until(25))[0].mean(axis=0)
     assert AXES[suspects(known, 26, before)[0]].name == "main.deadband"
 
 
@@ -105,7 +107,7 @@ def test_an_effect_that_would_have_to_be_less_than_nothing_is_no_suspect():
     moves[25:, 2] -= 0.2
     known = watched(moves, 5)
     one_way = replace(known, axes=tuple(replace(axis, one_way=axis.name == "jack.friction") for axis in known.axes))
-    before = smoothed(known.until(25), None)[0].mean(axis=0)
+    before = smoothed(known.until(25))[0].mean(axis=0)
     assert AXES[suspects(known, 26, before)[0]].name == "jack.friction"
     assert AXES[suspects(one_way, 26, before)[0]].name != "jack.friction"
 
@@ -165,6 +167,40 @@ def test_a_repair_is_no_alarm():
     repairs = [k == 20 for k in range(40)]
     assert first_told(watched(moves, 4), 0.5)[0] is not None
     assert first_told(watched(moves, 4, repairs), 0.5)[0] is None
+
+
+@pytest.mark.parametrize("shape", ["jump", "drift"])
+@pytest.mark.parametrize("said", [True, False])
+def test_a_change_that_was_mended_has_ended_and_the_next_one_is_told(shape, said):
+    """Whether a remark tells of it or not; the lands wear out after the friction was mended."""
+    moves = wandering(52, 4)
+    moves[12:20, 2] += 0.1 if shape == "jump" else 0.02 * np.arange(1, 9)
+    moves[35:, 3] += 0.2
+    repairs = [said and k == 20 for k in range(52)]
+    first, second = all_told(watched(moves, 4, repairs), 0.5)
+    mended, worn = (each.change.among(each.left) for each in (first, second))
+    assert AXES[mended.axis].name == "jack.friction"
+    assert (mended.shape, mended.end) == (shape, 20)
+    assert abs(mended.first - 12) <= 2
+    assert (AXES[worn.axis].name, worn.end) == ("main.deadband", None)
+    assert worn.earliest - 2 <= 35 <= worn.latest + 2
+
+
+@pytest.mark.parametrize("oil", [0.0, 0.9])
+def test_a_change_goes_on_where_something_else_was_mended(oil):
+    moves = wandering(40, 4)
+    moves[12:, 2] += 0.02 * (np.arange(28) + 1)
+    moves[25:, 0] += oil
+    (told,) = all_told(watched(moves, 4, [k == 25 for k in range(40)]), 0.5)
+    assert AXES[told.change.axis].name == "jack.friction"
+    assert told.change.end is None
+
+
+def test_one_good_session_ends_no_change():
+    moves = wandering(40, 4)
+    moves[20:39, 2] += 0.04
+    (told,) = all_told(watched(moves, 4), 0.5)
+    assert told.change.end is None
 
 
 @pytest.mark.parametrize("recorded", [True, False])

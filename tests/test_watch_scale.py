@@ -14,10 +14,10 @@ from workbench.commands.common.shipped import experiment
 from workbench.commands.watch.options import loop_of
 from workbench.commands.watch.study import tuned_loop
 from workbench.identify.watch import loop_costs, reader
-from workbench.identify.watch.changes import smoothed
 from workbench.identify.watch.known_then import known_then
 from workbench.identify.watch.loop_costs import FIGURES, loop_figures
 from workbench.identify.watch.naming import Explained
+from workbench.identify.watch.smoothed import smoothed
 from workbench.identify.watch.told import fitted_sessions
 from workbench.records import load_campaign
 from workbench.rigs.rig_file import load_rig
@@ -27,7 +27,7 @@ def test_what_was_known_of_a_session_is_what_a_history_that_ends_there_says_of_i
     known = watched(wandering(40, 3), 3)
     moves, deviations = known_then(known)
     for session in (0, 9, 15, 16, 30, 39):
-        own, spread = smoothed(known.until(session + 1), None)
+        own, spread = smoothed(known.until(session + 1))
         np.testing.assert_allclose(moves[session], own[-1], atol=1e-7)
         np.testing.assert_allclose(deviations[session], spread[-1], rtol=1e-7)
 
@@ -66,7 +66,7 @@ def test_a_rig_is_judged_once(cache, monkeypatch):
     known = replace(known, axes=(*axes, *known.axes[2:]))
     for count in (11, 12):
         then = known_then(known.until(count))
-        figures = loop_figures(loop, rig, known.until(count), *then, None)
+        figures = loop_figures(loop, rig, known.until(count), *then, ())
         assert set(figures) == set(FIGURES)
         assert figures["gain_margin_db"] == [9.0] * count
         assert figures["settling_s"] == [None] * count

@@ -10,8 +10,8 @@ from workbench.commands.watch_study.courses import coverage
 from workbench.commands.watch_study.made_rig import WEARS, MadeRig, drawn_rigs, worn
 from workbench.commands.watch_study.page import page
 from workbench.commands.watch_study.study import summary
-from workbench.identify.watch.changes import FEWEST
 from workbench.identify.watch.healthy_rate import poisson_rate
+from workbench.identify.watch.history import FEWEST
 from workbench.plant.effects import known_effects
 
 HERE = Path(__file__).parent

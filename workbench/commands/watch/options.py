@@ -38,7 +38,7 @@ def options(parser: argparse.ArgumentParser) -> None:
         help="experiment of the controller to judge on the rig (default: position_tuned, which is shipped)",
     )
     parser.add_argument("--controller", default="p-dp", metavar="NAME", help="controller of --loop (default: p-dp)")
-    parser.add_argument("--exit-code", action="store_true", help="exit with status 3 if there is an alarm, for cron")
+    parser.add_argument("--exit-code", action="store_true", help="exit with status 3 while there is an alarm, for cron")
     works(parser)
     computes(parser, _watch)
 
@@ -46,6 +46,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _watch(options: argparse.Namespace, words: list[str]) -> None:
     a_year = alarms_a_year(options.false_alarms)
     from ...records.dated_sessions import dated_sessions
+    from .page import standing
     from .retuning import retuned
     from .rigs import rig_folders, run_watches
     from .study import identity, read_identity, run_watch, watched_rig
@@ -63,7 +64,7 @@ def _watch(options: argparse.Namespace, words: list[str]) -> None:
         rig = watched_rig(found, options.rig)
         whole, study = identity(found, rig, loop, a_year), partial(run_watch, found, rig, loop, a_year, retuning)
     outcome = finish(options, words, name, whole, study)
-    if options.exit_code and outcome.metrics["alarms"]:
+    if options.exit_code and standing(outcome.metrics["alarms"]):
         sys.stdout.flush()
         sys.exit(_ALARM)
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.words import counted
-from ...identify.watch.changes import FEWEST, History
+from ...identify.watch.history import FEWEST, History
 from ...identify.watch.told import NORMAL, Told
 from ...records.dated_sessions import DatedSession
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -36,7 +36,7 @@ def watch_page(
     sessions: Sequence[DatedSession],
     moves: np.ndarray,
     deviations: np.ndarray,
-    told: Told | None,
+    told: Sequence[Told],
     costs: Mapping[str, Sequence[float | None]],
     metrics: Mapping[str, Any],
     shown: RowTable,
@@ -46,15 +46,12 @@ def watch_page(
     weeks = known.days / 7.0
     marks = tuple(Mark(week, session.remark or "repair", "x")
                   for week, session in zip(weeks, sessions, strict=True) if session.repair)  # fmt: skip
-    if told:
-        marks += (Mark(float(weeks[told.first_alarm]), "alarm", "x"),)
+    marks += tuple(Mark(float(weeks[each.first_alarm]), "alarm", "x") for each in told)
     first = list(np.argsort(-np.ptp(moves, axis=0) / deviations.mean(axis=0))[:2])
     begun = f"weeks since {sessions[0].day} [1]"
-    panels = (
-        [_course(told, weeks, marks)]
-        if told and told.course
-        else [_panel(known, weeks, moves, deviations, k, marks) for k in first]
-    )
+    panels = [_course(each, weeks, marks) for each in told if each.course] or [
+        _panel(known, weeks, moves, deviations, k, marks) for k in first
+    ]
     loop = [Panel(label, [Curve(metrics["controller"], weeks, _values(costs[key]), "points")], marks=marks)
             for key, label in _LOOP.items() if np.isfinite(_values(costs[key])).any()]  # fmt: skip
     picture = Figure("What changes, and the loop on the rig as it is", begun, [*panels, *loop[:3]])
@@ -116,11 +113,18 @@ def passing(row: Mapping[str, Any]) -> str:
 def _sentence(alarm: Mapping[str, Any]) -> str:
     names, rate = " or ".join(alarm["among"]), alarm["rate"]
     who = names if alarm["effect"] else f"Something that no suspect explains (nearest: {names or 'none'})"
+    told = f"told on {alarm['told']}" + (f", and gone since {alarm['until']}" if alarm["until"] else "")
     if rate is None:
-        return f"{who} changed since {alarm['since']}; told on {alarm['told']}"
-    how = "drifts by" if alarm["shape"] == "drift" else "changed at once by"
+        return f"{who} changed since {alarm['since']}; {told}"
+    drifts = "drifted by" if alarm["until"] else "drifts by"
+    how = drifts if alarm["shape"] == "drift" else "changed at once by"
     size = f"{rate['value']:.3g} {rate['unit']} ({rate['low']:.3g} to {rate['high']:.3g})"
-    return f"{who} {how} {size} since {alarm['since']}; told on {alarm['told']}"
+    return f"{who} {how} {size} since {alarm['since']}; {told}"
+
+
+def standing(alarms: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Alarms of what has not gone again."""
+    return [alarm for alarm in alarms if alarm["until"] is None]
 
 
 def _course(told: Told, weeks: np.ndarray, marks: Sequence[Mark]) -> Panel:
@@ -153,11 +157,12 @@ def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table | str:
     if not alarms:
         return "No alarm."
     rows = [
-        [" or ".join(a["among"]), a["since"], " to ".join(a["since_between"]), a["shape"],
+        [" or ".join(a["among"]), a["since"], " to ".join(a["since_between"]), a["until"], a["shape"],
          *((a["rate"] or {}).get(key) for key in ("value", "low", "high", "unit")), a["share"], a["told"]]
         for a in alarms
     ]  # fmt: skip
-    columns = ["what", "since", "between", "how", "size or rate", "low", "high", "unit", "explains [1]", "told on"]
+    columns = ["what", "since", "between", "gone since", "how", "size or rate", "low", "high", "unit"]
+    columns += ["explains [1]", "told on"]
     note = "Low and high: 95 %."
     for alarm in alarms:
         if alarm["record"]:

@@ -15,7 +15,7 @@ from ...records.dated_sessions import dated_sessions
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.step_experiment import StepConfig
-from .page import verdict
+from .page import standing, verdict
 from .retuning import Retuning
 from .study import run_watch, watched_rig
 
@@ -79,7 +79,8 @@ def _attention(row: Row) -> tuple[bool, str, float, str]:
     """Alarms first, those whose loop passes a limit soonest before others; then rigs of which nothing was read."""
     soonest = min((each["from"] for each in row["forecast"]), default="9999")
     margin = row["margins"].get("gain_margin_db")
-    return (not row["alarms"] and bool(row["sessions"]), soonest, 1e9 if margin is None else margin, row["name"])
+    quiet = bool(row["sessions"]) and not standing(row["alarms"])
+    return quiet, soonest, 1e9 if margin is None else margin, row["name"]
 
 
 def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
@@ -90,7 +91,7 @@ def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
         for row, margin in zip(rows, margins, strict=True)
     ]  # fmt: skip
     heads = ["rig", "what its watch says", "gain margin [dB]", "settling [s]", "sessions", "newest", "left out"]
-    alarmed = [row["name"] for row in rows if row["alarms"]]
+    alarmed = [row["name"] for row in rows if standing(row["alarms"])]
     said = f"{len(alarmed)} of {counted(len(rows), 'rig')} {agreed('need', len(alarmed))} attention"
     said += f": {', '.join(alarmed)}." if alarmed else "."
     y = np.array([np.nan if margin is None else margin for margin in margins], dtype=float)

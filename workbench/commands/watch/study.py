@@ -11,16 +11,18 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.process_pool import one_blas_thread
 from ...base.words import counted
-from ...identify.watch.changes import Change, History, first_told, history, smoothed
+from ...identify.watch.changes import Change, Telling, all_told
 from ...identify.watch.forecast import forecasts
 from ...identify.watch.healthy_rate import healthy_rate
+from ...identify.watch.history import History, history
 from ...identify.watch.known_then import known_then
 from ...identify.watch.loop_costs import FIGURES, TunedLoop, loop_figures, rig_with
 from ...identify.watch.naming import Name
 from ...identify.watch.reader import SessionReader, read_sessions
 from ...identify.watch.session_evidence import Axis, SessionEvidence
+from ...identify.watch.smoothed import smoothed
 from ...identify.watch.splitting import to_split
-from ...identify.watch.told import NORMAL, Told, named
+from ...identify.watch.told import NORMAL, Told, named, numbers_then
 from ...records.campaign import FILE, campaign_rig
 from ...records.dated_sessions import DatedSession, DatedSessions
 from ...report import Figure, Page
@@ -79,28 +81,28 @@ def run_watch(
     with one_blas_thread():
         known = history(evidence, days, [s.repair for s in sessions], [s.temperature for s in sessions])
         progress(f"what changes over {counted(len(sessions), 'session')}")
-        change, first_alarm = first_told(known, a_year)
-        moves, deviations = _course(known, change)
-        told = _named(reader, sessions, evidence, known, change, first_alarm) if change else None
+        told = [_named(reader, sessions, evidence, known, each) for each in all_told(known, a_year)]
+        lasting = next((each for each in told if each.change.end is None), None)
+        moves, deviations = _course(known, [each.change for each in told])
         progress(f"{tuned.controller.name} on the rig of each session")
         costs = stage("loops", lambda: loop_figures(tuned, rig, known, *known_then(known), told))
         healthy = healthy_rate(known, a_year)
-        newest = told.numbers_at(days[-1], known.days) if told else {}
+        newest = numbers_then(told, days[-1], known.days)
         again = stage("retuning", lambda: retuning(rig_with(rig, newest))) if retuning and newest else None
     metrics = {
         "sessions": [
             {
                 "date": str(session.day),
                 "chi2": each.chi2,
-                "numbers": _numbers(known, moves[t], deviations[t]) | _of_the_name(told, t),
+                "numbers": _numbers(known, moves[t], deviations[t]) | _of_the_names(told, t),
                 "margins": {name: costs[name][t] for name in FIGURES},
                 "remark": session.remark,
                 "residuals": dict(each.residuals),
             }
             for t, (session, each) in enumerate(zip(sessions, evidence, strict=True))
         ],
-        "alarms": [_alarm(told, sessions)] if told else [],
-        "forecast": forecasts(known, told, costs, sessions[0].day, tuned, rig),
+        "alarms": [_alarm(each, sessions) for each in told],
+        "forecast": forecasts(known, lasting, costs, sessions[0].day, tuned, rig),
         "retuning": again,
         "left_out": left_out,
         "false_alarms_a_year": a_year,
@@ -121,13 +123,14 @@ def tuned_loop(loop: StepConfig) -> TunedLoop:
     return TunedLoop(loop.controllers[0], loop.scenarios[0], loop.conditions)
 
 
-def _course(known: History, change: Change | None) -> tuple[np.ndarray, np.ndarray]:
-    """Moves [T, n] of every session and their deviations; those before a change by the sessions before it alone: what
-    comes after is no first order any more."""
-    moves, deviations = smoothed(known, change)
-    if change and change.earliest > 1:
-        before = known.until(change.earliest)
-        moves[: change.earliest], deviations[: change.earliest] = smoothed(before, None)
+def _course(known: History, changes: Sequence[Change]) -> tuple[np.ndarray, np.ndarray]:
+    """Moves [T, n] of every session and their deviations; those outside of changes by such sessions alone: what changed
+    is no first order any more."""
+    moves, deviations = smoothed(known, changes)
+    lives = [np.arange(each.earliest, len(known.days) if each.end is None else each.end) for each in changes]
+    well = np.setdiff1d(np.arange(len(known.days)), np.concatenate(lives)) if lives else np.arange(0)
+    if len(well) > 1:
+        moves[well], deviations[well] = smoothed(known.some(well))
     return moves, deviations
 
 
@@ -136,11 +139,12 @@ def _named(
     sessions: Sequence[DatedSession],
     evidence: Sequence[SessionEvidence],
     known: History,
-    change: Change,
-    first_alarm: int,
+    telling: Telling,
 ) -> Told:
-    usual = float(np.median([each.chi2 for each in evidence[: max(change.earliest, 1)]]))
-    return named(reader, sessions, known, change, first_alarm, usual)
+    left, change = telling.left, telling.change
+    usual = float(np.median([evidence[t].chi2 for t in left[: max(change.earliest, 1)]]))
+    own = [sessions[t] for t in left]
+    return named(reader, own, known.some(left), change, telling.told, usual).among(left)
 
 
 def _numbers(known: History, move: Any, deviation: Any) -> dict[str, list[float]]:
@@ -156,11 +160,10 @@ def label(axis: Axis) -> str:
     return f"{axis.name} [{axis.unit}]"
 
 
-def _of_the_name(told: Told | None, session: int) -> dict[str, list[float]]:
-    if told is None or session not in told.course:
-        return {}
-    value, deviation = told.course[session]
-    return {told.label: [value, value - NORMAL * deviation, value + NORMAL * deviation]}
+def _of_the_names(told: Sequence[Told], session: int) -> dict[str, list[float]]:
+    courses = {each.label: each.course[session] for each in told if session in each.course}
+    return {label: [value + side * NORMAL * deviation for side in (0, -1, 1)]
+            for label, (value, deviation) in courses.items()}  # fmt: skip
 
 
 def _alarm(told: Told, sessions: Sequence[DatedSession]) -> dict[str, Any]:
@@ -176,6 +179,7 @@ def _alarm(told: Told, sessions: Sequence[DatedSession]) -> dict[str, Any]:
         "share": name.share,
         "since": str(sessions[change.first].day),
         "since_between": [str(sessions[change.earliest - 1].day), str(sessions[change.latest].day)],
+        "until": None if change.end is None else str(sessions[change.end].day),
         "shape": change.shape,
         "rate": rate,
         "times_limit": change.gain,

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...identify.watch.changes import History, first_told
+from ...identify.watch.changes import first_told
+from ...identify.watch.history import History
 from .made_rig import DAILY, PER_KELVIN, SEASON, SUPPLY, WEEK
 
 SESSIONS = 52  # a year, once a week
@@ -33,8 +34,8 @@ def drawn_year(known: History, random: np.random.Generator) -> History:
         if axis.name == _SUPPLY_AXIS:
             moves[:, k] += SUPPLY * abs(axis.value) / axis.scale * random.standard_normal(SESSIONS)
     vector = np.einsum("tij,tj->ti", matrix, moves) + _noise(matrix, random)
-    features = np.column_stack((np.ones(SESSIONS), (kelvin - kelvin.mean()) / 10.0))
-    return replace(known, days=days, matrix=matrix, vector=vector, features=features, warm=True)
+    stretch = np.zeros(SESSIONS, dtype=int)
+    return replace(known, days=days, matrix=matrix, vector=vector, stretch=stretch, kelvin=kelvin)
 
 
 def _noise(matrix: np.ndarray, random: np.random.Generator) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from ...identify.watch.changes import FEWEST
+from ...identify.watch.history import FEWEST
 from ..trace_study.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, Cause
 from ..trace_study.campaigns.draw import CampaignPlan, written_records
 from ..trace_study.campaigns.noise import Noise
@@ -59,7 +59,8 @@ WEARS = (
 
 @dataclass(frozen=True)
 class MadeRig:
-    """A rig of the study: its seed, what wears (none: healthy), how it grows, from which session on, and its noise."""
+    """A rig of the study: its seed, what wears (none: healthy), how it grows, from which session on, its noise, the
+    session before which it is `mended`, and whether a remark tells of that."""
 
     seed: int
     wear: Wear | None
@@ -67,6 +68,8 @@ class MadeRig:
     begins: int = 0
     sessions: int = 30
     noise: Noise = "white"
+    mended: int | None = None
+    said: bool = False
 
     @property
     def id(self) -> str:
@@ -75,15 +78,16 @@ class MadeRig:
 
     def share(self, session: int) -> float:
         """How far the wear has grown in a session, 0 to 1."""
-        if self.wear is None or session < self.begins:
+        if self.wear is None or session < self.begins or (self.mended is not None and session >= self.mended):
             return 0.0
         grown = (session - self.begins + 1) / (self.sessions - self.begins)
         return {"slow": grown, "jump": 0.5, "steps": np.ceil(3 * grown) / 3}[self.growth]
 
 
-def drawn_rigs(number: int, seed: int, sessions: int) -> list[MadeRig]:
-    """A third of them healthy; the others have each wear in turn, slowly, suddenly and in steps in turn. The noise of
-    every second rig is coloured."""
+def drawn_rigs(number: int, seed: int, sessions: int, mend: bool = False) -> list[MadeRig]:
+    """A third of them healthy; the others have each wear in turn, slowly, suddenly and in steps in turn, and are
+    mended, if they are, after two thirds of that, every second one with a remark. The noise of every second rig is
+    coloured."""
     rigs, growths = [], get_args(Growth)
     for k in range(number):
         random = np.random.default_rng([seed, k])
@@ -91,7 +95,9 @@ def drawn_rigs(number: int, seed: int, sessions: int) -> list[MadeRig]:
         wear = None if k % 3 == 0 else WEARS[worn % len(WEARS)]
         begins = FEWEST + int(random.integers(max(1, sessions // 2 - FEWEST), max(2, 2 * sessions // 3 - FEWEST)))
         noise: Noise = "coloured" if k % 2 else "white"
-        rigs.append(MadeRig(seed * 1000 + k, wear, growths[worn % 3] if wear else "slow", begins, sessions, noise))
+        mended = begins + 2 * (sessions - begins) // 3 if mend and wear else None
+        growth = growths[worn % 3] if wear else "slow"
+        rigs.append(MadeRig(seed * 1000 + k, wear, growth, begins, sessions, noise, mended, bool(worn % 2)))
     return rigs
 
 
@@ -108,6 +114,8 @@ def write_sessions(rig: MadeRig, scene: Scene, folder: Path) -> list[Mapping[str
         louder = float(np.exp(NOISIER * random.standard_normal()))
         plan = CampaignPlan(rig.seed * 1000 + session, "single", noise=rig.noise)
         extra = {"session": {"date": day.isoformat(), "oil_temperature": f"{40 + warmer:.1f} degC"}}
+        if session == rig.mended and rig.said:
+            extra["session"]["remark"] = "repaired"
         written_records(plan, scene, numbers, mix, louder, folder / day.isoformat(), extra)
         if rig.wear and rig.wear.sensor:
             _rescale(folder / day.isoformat(), rig.wear.sensor, 1 + rig.share(session) * rig.wear.most)

@@ -16,20 +16,10 @@ def page(metrics: Mapping[str, Any]) -> tuple[Page, Figure]:
         f"{whole['before_hurt']} before the loop lost 1 dB. "
         f"{whole['false_alarms']} of {whole['healthy']} healthy rigs have an alarm."
     )
-    heads = [
-        "rig",
-        "wear",
-        "growth",
-        "begins",
-        "told",
-        "effect",
-        "among",
-        "share then",
-        "lost [dB]",
-        "hurt at",
-        "CPU [s]",
-    ]
-    keys = ("id", "wear", "growth", "begins", "told", "effect", "among", "share", "lost_db", "hurt", "cpu_s")
+    heads = ["rig", "wear", "growth", "begins", "told", "mended", "gone", "effect", "among", "share then", "lost [dB]"]
+    heads += ["hurt at", "CPU [s]"]
+    keys = ("id", "wear", "growth", "begins", "told", "mended", "gone", "effect", "among", "share", "lost_db")
+    keys += ("hurt", "cpu_s")
     lines = [[", ".join(row[key]) if key == "among" else row[key] for key in keys] for row in metrics["rows"]]
     curves = [Curve(row["id"], np.arange(float(len(row["chi2"]))), np.array(row["chi2"])) for row in metrics["rows"]]
     figure = Figure("What the rig as it was leaves", "session", [Panel("chi2 [1]", curves, log_y=True)])

@@ -10,9 +10,9 @@ from time import process_time
 from typing import Any
 
 from ...base.process_pool import Jobs, one_blas_thread, process_pool
-from ...identify.watch.changes import history
 from ...identify.watch.forecast import LIMITS
 from ...identify.watch.healthy_rate import poisson_rate
+from ...identify.watch.history import history
 from ...identify.watch.loop_costs import TunedLoop, margins
 from ...identify.watch.reader import SessionReader, read_sessions
 from ...plant.effects.declared import effect_use
@@ -78,8 +78,10 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
         "growth": rig.growth if rig.wear else None,
         "noise": rig.noise,
         "begins": rig.begins if rig.wear else None,
+        "mended": rig.mended,
         "sessions": rig.sessions,
         "told": told,
+        "gone": days.index(alarm["until"]) if alarm and alarm["until"] else None,
         "effect": alarm["effect"] if alarm else None,
         "among": alarm["among"] if alarm else [],
         "right": name is not None and alarm is not None and name in alarm["among"],

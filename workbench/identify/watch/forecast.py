@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...rigs.rig import Rig
-from .changes import History
+from .history import History
 from .loop_costs import TunedLoop, margins, rig_with
 from .told import Told
 

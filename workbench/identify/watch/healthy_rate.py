@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from .changes import FEWEST, History, healthy_gains, limits, marginal, wander, years
+from .changes import healthy_gains, limits, years
+from .history import FEWEST, History, marginal, wander
 
 _AGAIN = 1  # the seed of histories that no limit follows from
 

@@ -3,7 +3,8 @@ nothing of it."""
 
 import numpy as np
 
-from .changes import BROAD, EARLY, History, marginal, smoothed, wander
+from .history import BROAD, EARLY, History, marginal, wander
+from .smoothed import smoothed
 
 
 def known_then(of: History) -> tuple[np.ndarray, np.ndarray]:
@@ -15,7 +16,7 @@ def known_then(of: History) -> tuple[np.ndarray, np.ndarray]:
     count, n = of.vector.shape
     moves, deviations = np.empty((2, count, n))
     for t in range(min(count, EARLY)):
-        own, spread = smoothed(of.until(t + 1), None)
+        own, spread = smoothed(of.until(t + 1))
         moves[t], deviations[t] = own[-1], spread[-1]
     if count <= EARLY:
         return moves, deviations

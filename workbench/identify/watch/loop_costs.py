@@ -21,8 +21,8 @@ from ...loop.scenarios import Scenario
 from ...plant.effects import known_effects
 from ...plant.effects.declared import effect_use
 from ...rigs.rig import Rig
-from .changes import History
-from .told import NORMAL, Told
+from .history import History
+from .told import NORMAL, Told, numbers_then
 
 FIGURES = (
     "gain_margin_db",
@@ -50,17 +50,17 @@ class TunedLoop:
 
 
 def loop_figures(
-    loop: TunedLoop, rig: Rig, known: History, moves: np.ndarray, deviations: np.ndarray, told: Told | None
+    loop: TunedLoop, rig: Rig, known: History, moves: np.ndarray, deviations: np.ndarray, told: Sequence[Told]
 ) -> dict[str, list[float | None]]:
     """Margins, the scenario's step, the error of a sine and the worst plant, on the rig of every session [T].
 
-    The rig has the numbers of the session, moves [T, n] and their deviations [T, n]; since a change began, those of the
-    fits with what is named. A rig is judged once: its figures stay in the user's cache.
+    The rig has the numbers of the session, moves [T, n] and their deviations [T, n]; while a change is there, those of
+    the fits with what is named. A rig is judged once: its figures stay in the user's cache.
     """
     rows = []
     for t, move in enumerate(moves):
         values = {a.name: a.at(float(move[k])) for k, a in enumerate(known.axes[: known.numbers])}
-        own = values if told is None else values | told.numbers_at(float(known.days[t]), known.days)
+        own = values | numbers_then(told, float(known.days[t]), known.days)
         half = {a.name: NORMAL * a.scale * float(deviations[t, k]) for k, a in enumerate(known.axes[: known.numbers])}
         rows.append(_kept_row(loop, rig, _rounded(own), _rounded(half)))
     return {name: [row.get(name) for row in rows] for name in FIGURES}

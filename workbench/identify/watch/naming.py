@@ -20,7 +20,8 @@ from ..fit.solver import Fit
 from ..trace.problem import EstimationProblem
 from ..trace.refit import FittedModel, refit, with_selection
 from ..trace.score import NuisanceProjection
-from .changes import History, gains, marginal, wander
+from .changes import gains
+from .history import History, marginal, wander
 from .session_evidence import COMMAND, command_changes, near_fit, sensor_changes, with_signal
 
 SUSPECTS, NEAREST = 6, 3  # fitted about the alarm; those of them that leave least, on the newest session too
@@ -61,7 +62,7 @@ def suspects(known: History, told: int, moves: np.ndarray) -> list[int]:
 def _until(known: History) -> np.ndarray:
     """Gains [n] of a change of each axis over sessions: of its best beginning and shape, if the axis can go there."""
     rest = marginal(known, wander(known))
-    _, gain, size = gains(rest, known.days, rest.vector[..., None])
+    gain, size = gains(rest, known.days, rest.vector[..., None])
     way = np.array([axis.one_way for axis in known.axes])
     return np.where(way & (size[..., 0] < 0), 0.0, gain[..., 0]).max(axis=0)
 

@@ -8,9 +8,11 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...records.dated_sessions import DatedSession
-from .changes import Case, Change, History, Shape, course, smoothed
+from .changes import Case, Change
+from .history import History, Shape, course
 from .naming import Explained, Name, name_of, nearest, suspects
 from .reader import SessionReader
+from .smoothed import smoothed
 
 _FEWEST = 4
 _COURSE = 12  # sessions that what is named is fitted to, at most
@@ -50,11 +52,24 @@ class Told:
         walk = scatter * np.sqrt(1 / len(rates) + np.diff(t).mean() / max(ahead, 1.0))
         return min(float(np.hypot(walk, (late - mean) / (late or 1.0))), 1.0)
 
+    def among(self, left: np.ndarray) -> "Told":
+        """The same of sessions `left` [k], by their numbers among all."""
+        by_all = {int(left[t]): t for t in self.days}
+        return replace(
+            self,
+            change=self.change.among(left),
+            first_alarm=int(left[self.first_alarm]),
+            course={own: self.course[t] for own, t in by_all.items()},
+            numbers={own: self.numbers[t] for own, t in by_all.items()},
+            days={own: self.days[t] for own, t in by_all.items()},
+        )
+
     def numbers_at(self, day: float, days: np.ndarray) -> dict[str, float]:
-        """The rig's numbers on a day, linear between the sessions that were fitted; before them none; after them what
-        is named goes on by a line through the later half of them, the others stay as they are."""
-        fitted = sorted(self.numbers)
-        if not fitted or day < self.days[fitted[0]]:
+        """The rig's numbers on a day, linear between the sessions that were fitted; before them none, and none once the
+        change has ended; after them what is named goes on by a line through the later half of them, the others stay as
+        they are."""
+        fitted, end = sorted(self.numbers), self.change.end
+        if not fitted or day < self.days[fitted[0]] or (end is not None and day >= days[end]):
             return {}
         t = np.array([self.days[k] for k in fitted])
         values = {name: np.array([self.numbers[k][name] for k in fitted]) for name in self.numbers[fitted[-1]]}
@@ -67,6 +82,11 @@ class Told:
         return now
 
 
+def numbers_then(told: Sequence[Told], day: float, days: np.ndarray) -> dict[str, float]:
+    """The rig's numbers on a day by the changes that are there then."""
+    return {name: value for each in told for name, value in each.numbers_at(day, days).items()}
+
+
 def named(
     reader: SessionReader,
     sessions: Sequence[DatedSession],
@@ -75,12 +95,13 @@ def named(
     first_alarm: int,
     usual: float,
 ) -> Told:
-    """Name a change by fits. A session in which no fit is near is passed over."""
+    """Name a change by fits to the sessions of its life. A session in which no fit is near is passed over."""
+    over = len(sessions) if change.end is None else change.end
     before = max(change.earliest - 1, 0)
-    moves = smoothed(known.until(before + 1), None)[0].mean(axis=0)
-    axes = [known.axes[k].name for k in suspects(known, first_alarm, moves)]
+    moves = smoothed(known.until(before + 1))[0].mean(axis=0)
+    axes = [known.axes[k].name for k in suspects(known.until(over), first_alarm, moves)]
     new: dict[str, list[Explained]] = {}
-    for t in sorted({first_alarm, len(sessions) - 1}):
+    for t in sorted({first_alarm, over - 1}):
         for axis, each in _explained(reader, sessions, t, axes).items():
             new.setdefault(axis, []).append(each)
         if new:
@@ -91,7 +112,7 @@ def named(
     best = name.among[0]
     values: dict[int, Explained] = {}
     begin = max(change.earliest - 1, 0)
-    for t in fitted_sessions(begin, len(sessions)):
+    for t in fitted_sessions(begin, over):
         if found := _explained(reader, sessions, t, [best]):
             values[t] = found[best]
     change = _as_it_went(known.days, change, values)
@@ -142,9 +163,10 @@ def _as_it_went(days: np.ndarray, change: Change, values: Mapping[int, Explained
         return change
     at = sorted(values)
     y = np.array([values[t].value for t in at])
-    cases: list[Case] = [(first, shape) for first in range(max(at[0], 1), at[-1] + 1) for shape in get_args(Shape)]
+    firsts = range(max(at[0], 1), at[-1] + 1)
+    cases: list[Case] = [(first, shape, None) for first in firsts for shape in get_args(Shape)]
     left = [_left_of_line(course(days, *case)[at], y) for case in cases]
-    first, shape = cases[int(np.argmin(left))]
+    first, shape, _ = cases[int(np.argmin(left))]
     return replace(
         change, first=first, shape=shape, earliest=min(first, change.earliest), latest=max(first, change.latest)
     )
