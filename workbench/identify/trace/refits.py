@@ -63,6 +63,11 @@ def _shortest(able: Ranked, most: int, suspects: Sequence[str]) -> list[str]:
     return list(dict.fromkeys([*effects[:most], *numbers[:NUMBERS], *others]))
 
 
+def _first_of(able: Ranked, name: str) -> Effect:
+    """The formula of a name that scores best."""
+    return next(pair[0].effect for pair in able if pair[0].effect.name == name)
+
+
 def _neighbours(able: Ranked, fits: Sequence[CandidateFit]) -> list[str]:
     """The other names in the family of the refit that explains most, where it may be accepted: they tie with it unless
     refits exclude them, wherever their scores stand."""
@@ -126,13 +131,20 @@ class _Refits:
     def _planned(self, ranked: Ranked, tried: Mapping[str, CandidateFit]) -> list[tuple[Candidate, float]]:
         """The best formula of each name, then its others; what is not `tried` explains as much as its score says.
 
+        Where no score explains anything, as about a rig that is far off by a delay, they rank nothing: more names are
+        tried, those without memory first, and those with memory only where none of these explains the misfit.
         Scores do not choose among a name's formulas: a lag below a sample period is far from linear in its strength.
         """
         least = min(_FAINT, _RIVAL * ranked[0][1]) if ranked else _FAINT
         able = [pair for place, pair in enumerate(ranked) if place == 0 or pair[1] > least or self._is_suspect(pair)]
         most = _BESIDE if self._model_fit.known and not self._context.several else NAMES
         planned = list[tuple[Candidate, float]]()
-        for name in _shortest(able, most, self._context.suspects):
+        lost = bool(ranked) and ranked[0][1] < _LOST
+        names = _shortest(able, (2 if lost else 1) * most, self._context.suspects)
+        plain_first = sorted(names, key=lambda name: _first_of(able, name).has_memory) if lost else names
+        for name in plain_first:
+            if lost and _first_of(able, name).has_memory and self._is_explained(planned, tried):
+                continue
             planned += self._formulas([pair for pair in able if pair[0].effect.name == name], ranked, planned, tried)
         fits = [tried.get(pair[0].effect.title) for pair in planned]
         had = [pair[0].effect.name for pair in planned]
@@ -160,6 +172,11 @@ class _Refits:
         if own[0][0].effect.has_memory and explains(own[0]) < _LOST and not self._least:
             return [own[0], *_others_with_memory(own[0][0].effect, ranked, explains)]
         return [own[0]]
+
+    def _is_explained(self, planned: Ranked, tried: Mapping[str, CandidateFit]) -> bool:
+        """Whether one of the planned explains the misfit, now that they are tried."""
+        fits = [tried[pair[0].effect.title] for pair in planned if pair[0].effect.title in tried]
+        return any(self._of_left(candidate_fit) >= decide.NAMED for candidate_fit in fits)
 
     def _is_suspect(self, pair: tuple[Candidate, float]) -> bool:
         return pair[0].effect.shifts in self._context.suspects
