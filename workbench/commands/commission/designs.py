@@ -1,6 +1,7 @@
 """A controller searched for a rig: P, scheduled pressure feedback, the lap or an overlap inverted, a shaped
 reference, and the dither of the first guess."""
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -15,6 +16,7 @@ from ...loop.capability import dead_zone
 from ...loop.conditions import Conditions
 from ...loop.limits import Limits
 from ...loop.scenarios import SCENARIOS
+from ...loop.tuning.goals import Trial
 from ...loop.tuning.problem import Searched, TuneProblem
 from ...loop.tuning.search import nearest_trial, search
 from ...rigs.number import Number
@@ -26,15 +28,17 @@ DESIGNS = 300
 _RANGE = 4.0  # about a first guess, either way
 _NEAR = 1.5  # about the best of these: settling jumps where a swing leaves the band, and a wide search stops between
 _OFF = 0.03  # of mass and bulk modulus, by which a rig may be found wrong: a design at the edge of the band fails there
+LEADING = 5  # designs, of which the rig decides
+_APART = 1.15  # in one number at least: by how much two of these differ
 _OVERSHOOT = 5.0  # %
 _JUMPED, _LEAST = 0.8, 5e-4  # of an overlap; share of the travel below which there is none
 
 
-def searched_design(
+def searched_designs(
     rig: Rig, start: ControllerSpec, name: str, goal: str, stage: Stage, progress: Progress, jobs: Jobs
-) -> tuple[ControllerSpec, str | None]:
-    """The best design for a rig within what is uncertain of it, from the automatic one, and the hard goal that it
-    misses, if it does."""
+) -> tuple[list[ControllerSpec], str | None]:
+    """The leading designs for a rig within what is uncertain of it, from the automatic one, best first, no two of them
+    alike, and the hard goal that the best misses, if it does."""
     whole = _structure(rig, start)
     problem = TuneProblem(
         rig=rig,
@@ -48,10 +52,28 @@ def searched_design(
         conditions=Conditions(),
         limits=Limits(overshoot_percent=_OVERSHOOT, command_noise=_noise(whole)),
     )
-    wide = nearest_trial(search(problem, within(stage, "wide"), progress, jobs))
-    about = tuple(_about(each, wide.values[each.name], _NEAR) for each in problem.searched)
-    best = nearest_trial(search(replace(problem, searched=about), within(stage, "near"), progress, jobs))
-    return problem.design(best.values).named(name), best.verdict.missed
+    wide = search(problem, within(stage, "wide"), progress, jobs)
+    middle = nearest_trial(wide).values
+    about = tuple(_about(each, middle[each.name], _NEAR) for each in problem.searched)
+    near = search(replace(problem, searched=about), within(stage, "near"), progress, jobs)
+    leading = _leading([*near, *wide])
+    return [problem.design(trial.values).named(name) for trial in leading], leading[0].verdict.missed
+
+
+def _leading(trials: Sequence[Trial]) -> list[Trial]:
+    """The best of the trials, and those next to it that miss no goal and are unlike all before them."""
+    best, *others = sorted(trials, key=lambda trial: trial.verdict.score)
+    leading = [best]
+    for trial in others:
+        if len(leading) == LEADING or trial.verdict.missed:
+            break
+        if all(_unlike(trial, each) for each in leading):
+            leading.append(trial)
+    return leading
+
+
+def _unlike(one: Trial, other: Trial) -> bool:
+    return any(max(a / b, b / a) >= _APART for a, b in ((one.values[name], other.values[name]) for name in one.values))
 
 
 def _noise(whole: ControllerSpec) -> float:

@@ -65,7 +65,7 @@ def outcome(results: Results, spent: RigTime, folder: Path) -> Outcome:
         "rows": rows,
         "bode": _bode(judged),
         "rig_seconds": spent.spent,
-        "trips": sum(each.row["tripped"] is not None for each in judged),
+        "trips": spent.trips,
         "ended": next((each.row["tripped"] for each in judged if each.row["tripped"]), results.ended or spent.over),
         "played": spent.log,
         "controller": "controller.toml",

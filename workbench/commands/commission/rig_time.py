@@ -34,9 +34,9 @@ def nothing_wrong(_: Record) -> None:
 class RigTime:
     """What is played on the rig, and for how long: no longer than is allowed. What was kept is not played again.
 
-    `spent` [s], and `log`, what was played in that time; `over`: what there was no time for, or None; `computing`: the
-    computer's time, in which the rig's does not count; `dither`: what every loop has on top, where the valve needs it;
-    `last`: the newest record, None before the first.
+    `spent` [s], and `log`, what was played in that time; `trips`: courses of controllers that were cut short; `over`:
+    what there was no time for, or None; `computing`: the computer's time, in which the rig's does not count; `dither`:
+    what every loop has on top, where the valve needs it; `last`: the newest record, None before the first.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class RigTime:
     ) -> None:
         self.client, self.rig, self._seconds, self._stage = client, rig, seconds, stage
         self.computing = computing or Computing(np.inf)
-        self.spent, self.log = 0.0, list[dict[str, Any]]()
+        self.spent, self.log, self.trips = 0.0, list[dict[str, Any]](), 0
         self.over: str | None = None
         self.last: Record | None = None
         self.dither: Sine | None = None
@@ -113,7 +113,9 @@ class RigTime:
             controller: Controller = spec.build(self.rig.period.value)
             return play_course(self.client, self.rig, controller, reference, start)
 
-        return self._course(name, why, play, len(reference), nothing_wrong)
+        played = self._course(name, why, play, len(reference), nothing_wrong)
+        self.trips += played.ended is not None
+        return played
 
     def _whole(self, name: str, played: Played) -> Record:
         """The record of a course. Raises Barred where the rig or its guard stopped it."""

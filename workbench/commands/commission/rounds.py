@@ -20,7 +20,7 @@ from ..plan.study import run_plan
 from ..trace.study import trace_campaign
 from ..trace.words import verdict
 from .computing import TRACES, Computing
-from .designs import exactly, searched_design
+from .designs import exactly, searched_designs
 from .verify import foretold
 
 if TYPE_CHECKING:
@@ -75,16 +75,19 @@ class Searches:
     say: Progress
     computing: Computing
 
-    def design(self, rig: Rig, name: str) -> ControllerSpec:
-        """The best design for a rig within what is uncertain of it."""
+    def designs(self, rig: Rig, name: str) -> list[ControllerSpec]:
+        """The leading designs for a rig within what is uncertain of it, best first."""
         stage = named_stage(self.run, name)
-        spec, missed = searched_design(rig, self.start, name, self.goal, stage, _few(self.say), self.jobs)
+        specs, missed = searched_designs(rig, self.start, name, self.goal, stage, _few(self.say), self.jobs)
         if missed:
             self.say(f"no design meets every goal on the {name} rig: {missed}")
-        return spec
+        return specs
 
 
-def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, title: str) -> Found:
+Decide = Callable[[Rig, Sequence[ControllerSpec]], ControllerSpec]  # on one of the designs for a rig
+
+
+def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, title: str, decide: Decide) -> Found:
     """What the campaign in a folder says, and the controller for it."""
     run, say = searches.run, searches.say
     say("asks what the records say that the datasheet does not")
@@ -97,10 +100,10 @@ def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, 
     say(sentence(answer))
     rig = replace(answer.rig, name=f"{title}-found")
     say("searches a controller for the rig as it was found")
-    spec = searches.design(rig, f"found-{number}")
+    spec = decide(rig, searches.designs(rig, f"found-{number}"))
     say("searches what exact numbers would bring")
     known = exactly(rig)
-    best = searches.design(known, f"exact-{number}")
+    best = searches.designs(known, f"exact-{number}")[0]
     predicted, exact = (_predicted(each, model, searches.goal, client) for each, model in ((spec, rig), (best, known)))
     return Found(answer, rig, spec.named("found"), predicted, exact)
 

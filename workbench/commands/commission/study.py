@@ -22,6 +22,7 @@ from .allowed import Allowed, allowed, safe
 from .automatic import automatic
 from .computing import AGAIN, Computing
 from .dither import with_dither
+from .leading import rig_decides
 from .looks import WAY, check_rest, check_sides, small_moves
 from .motions import doubted, standard_records
 from .obstacles import Barred, obstacles
@@ -77,7 +78,7 @@ def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) 
     plants = allowed(wire_rig(rig, spent.client))
     records = _played(spent, standard_records(plants.stable(law), law), law, progress)
     progress("searches a controller for the rig as the datasheet has it")
-    design = searches.design(rig, "datasheet")
+    design = searches.designs(rig, "datasheet")[0]
     ways = {"automatic": Way(law, plants.stable(law)), "datasheet": Way(design, plants)}
     judged = [each for name, way in ways.items() for each in played_way(spent, name, way, (*STEPS, SINE), progress)]
     rounds, ended = _rounds(spent, searches, plants, rest, records)
@@ -114,7 +115,8 @@ def _rounds(
         for number in range(1, _ROUNDS + 1):
             folder = run.dir / ("campaign" if number == 1 else f"campaign-{number}")
             campaign_in(folder, rig, spent.client, rest, records, heldout)
-            found = found_by(folder, searches, spent.client, number, rig.name)
+            decide = partial(rig_decides, spent, goal=searches.goal, number=number, say=say)
+            found = found_by(folder, searches, spent.client, number, rig.name, decide)
             way = Way(found.spec, allowed(wire_rig(found.rig, spent.client)))
             judged = played_way(spent, "found", way, (*STEPS, *SINES), say, number)
             reason = found.again(settling_of(judged, searches.goal))

@@ -99,6 +99,11 @@ def settling_of(judged: Sequence[Judged], goal: str) -> float | None:
     return next((each.row["settling_s"] for each in judged if is_of(each.scenario.name, goal)), None)
 
 
+def predicted_of(judged: Sequence[Judged], goal: str) -> float | None:
+    """What the goal was to settle in [s]; None where it was not to, or was not played."""
+    return next((each.prediction["settling_s"] for each in judged if is_of(each.scenario.name, goal)), None)
+
+
 def foretold(predicted: float | None, measured: float | None) -> bool:
     """Whether a settling [s] is what was predicted; a controller that settles nowhere foretells nothing."""
     return predicted is not None and measured is not None and abs(predicted / measured - 1) <= CLOSE

@@ -21,7 +21,7 @@ from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..commission.allowed import allowed, is_of
 from ..commission.automatic import automatic
-from ..commission.designs import exactly, searched_design
+from ..commission.designs import exactly, searched_designs
 from ..commission.dither import with_dither
 from ..commission.motions import doubted
 from ..commission.rig_time import RigTime
@@ -93,11 +93,11 @@ def _known(truth: Rig, told: Mapping[str, Any], at: str) -> float | None:
     dither = told["dither"]
     sine = None if dither is None else Sine(dither["amplitude"], dither["frequency_hz"], truth.period.value)
     law = with_dither(automatic(truth, SmallMoves(**known, mode=mode and Mode(**mode))), sine)
-    spec, _ = searched_design(truth, law, "known", GOAL, no_checkpoint, lambda _: None, 1)
+    designs, _ = searched_designs(truth, law, "known", GOAL, no_checkpoint, lambda _: None, 1)
     with LinkClient(at, "") as client:
         spent = RigTime(client, truth, 60 * MINUTES, no_checkpoint)
         spent.stay_on(sine is not None)
-        way = Way(spec, allowed(exactly(wire_rig(truth, client))))
+        way = Way(designs[0], allowed(exactly(wire_rig(truth, client))))
         judged = played_way(spent, "known", way, (GOAL,), lambda _: None)
     return settling_of(judged, GOAL)
 
