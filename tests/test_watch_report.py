@@ -83,6 +83,21 @@ def test_an_alarm_is_told_named_dated_and_shown(months, tmp_path, capsys):
     assert "main.deadband" in capsys.readouterr().out
 
 
+def test_an_alarm_whose_cause_was_mended_is_told_as_past_and_rings_no_bell(months, tmp_path, monkeypatch, capsys):
+    mended = BEGINS + 3
+    monkeypatch.setattr(
+        SessionReader,
+        "evidence",
+        lambda self, campaign, what: evidence(_number(campaign) * (_number(campaign) < mended)),
+    )
+    out = tmp_path / "out"
+    assert main(["watch", str(months), "--out", str(out), "--exit-code"]) == 0
+    (alarm,) = json.loads((out / "watch.json").read_text())["alarms"]
+    assert (alarm["effect"], alarm["until"]) == ("main.deadband", f"2026-01-{mended + 1:02}")
+    assert f"gone since {alarm['until']}" in capsys.readouterr().out
+    assert "gone since" in (out / "report.html").read_text()
+
+
 def test_cron_hears_of_an_alarm(months, tmp_path):
     with pytest.raises(SystemExit) as ended:
         main(["watch", str(months), "--out", str(tmp_path / "out"), "--exit-code"])

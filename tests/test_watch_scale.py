@@ -17,10 +17,14 @@ from workbench.identify.watch import loop_costs, reader
 from workbench.identify.watch.known_then import known_then
 from workbench.identify.watch.loop_costs import FIGURES, loop_figures
 from workbench.identify.watch.naming import Explained
+from workbench.identify.watch.session_evidence import SessionEvidence
 from workbench.identify.watch.smoothed import smoothed
 from workbench.identify.watch.told import fitted_sessions
 from workbench.records import load_campaign
+from workbench.records.dated_sessions import dated_sessions
 from workbench.rigs.rig_file import load_rig
+
+RIG = load_rig("jack-10t")
 
 
 def test_what_was_known_of_a_session_is_what_a_history_that_ends_there_says_of_it():
@@ -83,6 +87,38 @@ def test_what_is_kept_is_computed_once_for_a_key(cache):
     found = [kept("test", {"a": a}, partial(compute, {"a": a}))["twice"] for a in (1, 1, 2)]
     assert found == [2, 2, 4]
     assert calls == [{"a": 1}, {"a": 2}]
+
+
+def test_a_watch_that_was_stopped_goes_on_where_it_was(cache, tmp_path, monkeypatch):
+    read = []
+
+    def evidence(problem, models):
+        read.append(problem)
+        if len(read) == 3:
+            raise KeyboardInterrupt
+        return SessionEvidence((), np.zeros(0), np.zeros((0, 0)), np.zeros(0), 1, 1.0, {})
+
+    monkeypatch.setattr(reader, "rig_as_found", lambda rig, problem: rig)
+    monkeypatch.setattr(reader, "_problem", lambda campaign, *_: campaign.path.name)
+    monkeypatch.setattr(reader.SessionReader, "_models_of", lambda *_: ())
+    monkeypatch.setattr(reader, "session_evidence", evidence)
+    sessions = dated_sessions(four_days(tmp_path)).sessions
+    with pytest.raises(KeyboardInterrupt):
+        reader.read_sessions(reader.SessionReader(RIG, print), sessions, [])
+    kept_sessions, _ = reader.read_sessions(reader.SessionReader(RIG, print), sessions, [])
+    assert len(kept_sessions) == 4
+    assert read == [f"2026-01-0{day}" for day in (1, 2, 3, 3, 4)]
+
+
+def four_days(folder: Path) -> Path:
+    for day in range(1, 5):
+        own = folder / f"2026-01-0{day}"
+        own.mkdir()
+        rows = "".join(f"{k / 1000},0,{day + 1e-6 * k}\n" for k in range(40))
+        (own / "a.csv").write_text(f"t [s],command [1],position [m]\n{rows}")
+        (own / "b.csv").write_text(f"t [s],command [1],position [m]\n{rows}0.04,0,{day}\n")
+        (own / "campaign.toml").write_text('rig = "jack-10t"\n[records]\ntrain = ["a.csv"]\nheldout = ["b.csv"]\n')
+    return folder
 
 
 def test_a_suspect_whose_fit_ends_far_off_leaves_the_others(cache, monkeypatch):

@@ -47,6 +47,8 @@ def watch_page(
     marks = tuple(Mark(week, session.remark or "repair", "x")
                   for week, session in zip(weeks, sessions, strict=True) if session.repair)  # fmt: skip
     marks += tuple(Mark(float(weeks[each.first_alarm]), "alarm", "x") for each in told)
+    ends = [each.change.end for each in told if each.change.end is not None]
+    marks += tuple(Mark(float(weeks[end]), "gone", "x") for end in ends)
     first = list(np.argsort(-np.ptp(moves, axis=0) / deviations.mean(axis=0))[:2])
     begun = f"weeks since {sessions[0].day} [1]"
     panels = [_course(each, weeks, marks) for each in told if each.course] or [

@@ -76,7 +76,7 @@ class SessionReader:
             found = rig_as_found(self.rig, own(self.rig))
             return {name: [n.value, n.low, n.high] for name, n in found.numbers.items()}
 
-        kept = self._kept(campaign, self.rig, [], f"{what}, the rig as found", compute)
+        kept = self._kept(campaign, self.rig, ["as found"], f"{what}, the rig as found", compute)
         numbers = {
             name: replace(n, value=kept[name][0], low=kept[name][1], high=kept[name][2], interval=None)
             for name, n in self.rig.numbers.items()
