@@ -73,6 +73,18 @@ def test_the_table_of_made_rigs_is_that_of_those_that_were_watched():
         assert re.search(rf"\| {name.replace('_', ' ')} \| {told[name]} \|", PAGE), name
 
 
+def test_the_table_of_mended_rigs_is_that_of_those_that_were_watched():
+    table = [line for line in PAGE.splitlines() if line.startswith("| ") and "-80" in line]
+    lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
+    rows = WATCHED["mended"]
+    assert lines == [
+        [row["id"], row["noise"], *(_cell(row[key], 0) for key in ("begins", "told", "mended", "gone")),
+         " or ".join(row["among"]) or "-"]
+        for row in rows
+    ]  # fmt: skip
+    assert rows
+
+
 def test_the_page_states_the_rate_and_the_forecasts_that_were_measured():
     healthy, forecasts = WATCHED["healthy"], WATCHED["forecasts"]
     assert f"{healthy['alarms']} alarms in {healthy['years']} years" in PAGE
