@@ -55,7 +55,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "deliver": {
         "coefficients": "export a controller as sections, C and Structured Text, with test vectors",
-        "fmu": "export a rig, with or without a controller, as an FMU for other simulators",
+        "fmu": "export a rig, with or without a controller, or a platform as an FMU for other simulators",
         "serve": "serve a rig on UDP, in lockstep or real time, for controllers behind a wire",
         "drive": "play an experiment's controllers at a live rig on UDP, and judge them as run does",
         "commission": "bring a live rig from its datasheet to a verified controller",

@@ -36,7 +36,7 @@ def fmu(model: FmuModel, version: str) -> bytes:
     packed = BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", model_description(model, guid, version))
-        archive.writestr(f"binaries/{folder}/{identifier(model.rig.name)}{suffix}", _compiled(sources))
+        archive.writestr(f"binaries/{folder}/{identifier(model.name)}{suffix}", _compiled(sources))
         for name, text in sources.items():
             archive.writestr(f"sources/{name}", text)
     return packed.getvalue()
@@ -65,7 +65,7 @@ def _header(model: FmuModel) -> str:
         "LAW_STATES": len(loop.state) if loop else 1,
         "PUT_OUT": len(OUT) if loop else 0,
         "INTERVALS": len(loop.durations) if loop else 1,
-        "PERIOD": repr(model.rig.period.value),
+        "PERIOD": repr(model.period),
         "TOLERANCE": repr(TOLERANCE),
         "FIRST_STEP": repr(FIRST_STEP),
         "SMALLEST": repr(SMALLEST),

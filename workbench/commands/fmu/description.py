@@ -18,17 +18,16 @@ def model_description(model: FmuModel, guid: str, version: str) -> bytes:
     root = ElementTree.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
-        modelName=model.rig.name,
+        modelName=model.name,
         guid=guid,
-        description=model.rig.title or model.rig.name,
+        description=model.title or model.name,
         generationTool=f"jackbench {version}",
         variableNamingConvention="flat",
         numberOfEventIndicators="0",
     )
     _kinds(root, model)
     _units(root, model)
-    period = model.rig.period.value
-    experiment = {"startTime": "0", "stopTime": "1", "tolerance": "1e-6", "stepSize": repr(period)}
+    experiment = {"startTime": "0", "stopTime": "1", "tolerance": "1e-6", "stepSize": repr(model.period)}
     variables = ElementTree.Element("ModelVariables")
     _variables(variables, model)
     ElementTree.SubElement(root, "DefaultExperiment", experiment)
@@ -40,7 +39,7 @@ def model_description(model: FmuModel, guid: str, version: str) -> bytes:
 
 def _kinds(root: ElementTree.Element, model: FmuModel) -> None:
     both = {
-        "modelIdentifier": identifier(model.rig.name),
+        "modelIdentifier": identifier(model.name),
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
         "providesDirectionalDerivative": "true",

@@ -1,6 +1,6 @@
 """What an FMU is made of: the graphs of a plant, its variables with units and start values, and a loop inside it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.signals import SIGNALS
+from ...base.signals import PLATFORM, SIGNALS, output_signal
 from ...control.controller_spec import ControllerSpec
 from ...control.linear_law import LinearLaw
 from ...control.protocol import sampled_law
@@ -43,20 +43,25 @@ class FmuVariable:
 
 @dataclass(frozen=True)
 class FmuLoop:
-    """A loop inside: the form of its law, its numbers, its state at the start, and the intervals of a period [s]."""
+    """A loop inside: the form of its law, its numbers, its state at the start, the intervals of a period [s], and its
+    reference, an input."""
 
     shape: LawShape
     numbers: np.ndarray
     state: np.ndarray
     durations: np.ndarray
-    reference: float
+    reference: FmuVariable
 
 
 @dataclass(frozen=True, eq=False)
 class FmuModel:
-    """A rig's plant from an operating point, state x [n] and inputs u [m], and the loop inside, where there is one."""
+    """The plant of a rig or a platform from an operating point, state x [n] and inputs u [m]; the loop inside, where
+    there is one; the control `period` [s], and each of the plant's `numbers` with its unit and its meaning."""
 
-    rig: Rig
+    name: str
+    title: str
+    period: float
+    numbers: Mapping[str, tuple[str, str]]
     plant: Plant
     x: np.ndarray
     u: np.ndarray
@@ -64,9 +69,12 @@ class FmuModel:
 
     @property
     def states(self) -> list[FmuVariable]:
-        """In the plant's order."""
+        """In the plant's order; one that is an output too has that name as such."""
+        taken = self.plant.outputs
         return [
-            FmuVariable(state.name, state.unit, "state", start, state.scale)
+            FmuVariable(
+                f"state.{state.name}" if state.name in taken else state.name, state.unit, "state", start, state.scale
+            )
             for state, start in zip(self.plant.states, self.x.tolist(), strict=True)
         ]
 
@@ -78,32 +86,25 @@ class FmuModel:
             for variable, start in zip(self.plant.inputs, self.u.tolist(), strict=True)
         ]
         if self.loop:
-            controlled = self.rig.signal(self.loop.shape.measured[0])
-            inputs[0] = FmuVariable("reference", controlled.si, f"of the {controlled.name}", self.loop.reference)
+            inputs[0] = self.loop.reference
         return inputs
 
     @property
     def outputs(self) -> list[FmuVariable]:
         """Those of the plant, then what an instant of the loop puts out."""
-        outputs = [FmuVariable(name, self._unit(name), _meaning(name)) for name in self.plant.outputs]
+        outputs = [FmuVariable(name, _unit(name), _meaning(name)) for name in self.plant.outputs]
         return outputs + ([FmuVariable(name, "1", _PUT_OUT[name]) for name in OUT] if self.loop else [])
 
     @property
     def parameters(self) -> list[FmuVariable]:
         """In the plant's order."""
-        known = {name: (number.si, self.rig.specs[name].meaning) for name, number in self.rig.numbers.items()}
-        for effect, _ in resolve(self.rig.effects, self.rig.effect_files):
-            known |= {effect.key(number.name): (number.si, number.meaning) for number in effect.numbers}
         values = zip(self.plant.parameters, self.plant.p.tolist(), strict=True)
-        return [FmuVariable(name, *known[name], value) for name, value in values]
+        return [FmuVariable(name, *self.numbers[name], value) for name, value in values]
 
     @property
     def delays(self) -> tuple[str | None, ...]:
         """Parameters of the command's delay, which is what it is."""
         return self.plant.delay, self.plant.computing
-
-    def _unit(self, output: str) -> str:
-        return self.rig.signal(output).si if output in SIGNALS else "1"
 
     @cached_property
     def graphs(self) -> list[ca.Function]:
@@ -131,8 +132,24 @@ def _named(name: str, graph: ca.Function) -> ca.Function:
     return _graph(name, arguments, [ca.SX(graph(*arguments))])
 
 
+def _unit(output: str) -> str:
+    return output_signal(output).si if _is_known(output) else "1"
+
+
 def _meaning(signal: str) -> str:
-    return SIGNALS[signal].meaning if signal in SIGNALS else signal.replace("_", " ")
+    return output_signal(signal).meaning if _is_known(signal) else signal.replace("_", " ")
+
+
+def _is_known(signal: str) -> bool:
+    return signal in PLATFORM or signal.rpartition(".")[2] in SIGNALS
+
+
+def numbers_of(rig: Rig) -> dict[str, tuple[str, str]]:
+    """Unit and meaning of each number of a rig and of its effects."""
+    known = {name: (number.si, rig.specs[name].meaning) for name, number in rig.numbers.items()}
+    for effect, _ in resolve(rig.effects, rig.effect_files):
+        known |= {effect.key(number.name): (number.si, number.meaning) for number in effect.numbers}
+    return known
 
 
 def fmu_model(rig: Rig, spec: ControllerSpec | None = None) -> FmuModel:
@@ -145,7 +162,8 @@ def fmu_model(rig: Rig, spec: ControllerSpec | None = None) -> FmuModel:
         late = f"{1e3 * plant.lateness():g} ms"
         raise InputError(f"rig {rig.name}: its drive holds the command back by {late}; add --controller FILE:NAME")
     about = equilibrium(plant)
-    return FmuModel(rig, plant, about.x, about.u, None if spec is None else _loop(rig, plant, spec, about.x, about.u))
+    loop = None if spec is None else _loop(rig, plant, spec, about.x, about.u)
+    return FmuModel(rig.name, rig.title, rig.period.value, numbers_of(rig), plant, about.x, about.u, loop)
 
 
 def _loop(rig: Rig, plant: Plant, spec: ControllerSpec, x: np.ndarray, u: np.ndarray) -> FmuLoop:
@@ -162,4 +180,6 @@ def _loop(rig: Rig, plant: Plant, spec: ControllerSpec, x: np.ndarray, u: np.nda
     if not isinstance(law, LinearLaw) and law.graphs.calls:
         raise InputError(f"{spec.name}: solves a programme in every sample; an FMU holds only laws that do not")
     loop = CompiledLoop(engine, rig, law, sensors, u, law.picked(reference, measured))
-    return FmuLoop(loop.law.shape, loop.numbers[0], loop.state[0], loop.law.durations, reference)
+    controlled = rig.signal(controller.measures[0])
+    own = FmuVariable("reference", controlled.si, f"of the {controlled.name}", reference)
+    return FmuLoop(loop.law.shape, loop.numbers[0], loop.state[0], loop.law.durations, own)

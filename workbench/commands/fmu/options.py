@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...base.errors import InputError
+from ...rigs.platform import Platform, is_platform, load_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..common.new_folder import check_new, write_folder
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
-    parser.add_argument("rig", help="a bundled rig or a rig file")
+    parser.add_argument("rig", help="a bundled rig or platform, or a file of one")
     inside = "put this controller of a step experiment inside, sampled, with its delay and the guard"
     parser.add_argument("--controller", metavar="FILE:NAME", help=inside)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder to make (default: RIG-fmu)")
@@ -27,18 +28,23 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _fmu(options: argparse.Namespace, _words: list[str]) -> None:
     compiler()
-    rig, spec = _loop(options) if options.controller else (load_rig(options.rig), None)
+    rig, spec = _loop(options) if options.controller else (_subject(options.rig), None)
     folder = options.out or Path(f"{rig.name}-fmu")
     check_new(folder)
     from .archive import fmu
     from .model import fmu_model
+    from .platform import platform_model
 
-    model = fmu_model(rig, spec)
+    model = platform_model(rig) if isinstance(rig, Platform) else fmu_model(rig, spec)
     name = f"{rig.name}-{spec.name}.fmu" if spec else f"{rig.name}.fmu"
     write_folder(folder, {name: fmu(model, version("jackbench"))})
     print(
         f"{folder / name}: {', '.join(variable.name for variable in model.inputs)} in, {len(model.outputs)} signals out"
     )
+
+
+def _subject(name: str) -> Rig | Platform:
+    return load_platform(name) if is_platform(name) else load_rig(name)
 
 
 def _loop(options: argparse.Namespace) -> tuple[Rig, "ControllerSpec"]:
