@@ -11,6 +11,7 @@ rig_time     what is played on the rig: recorded, kept, no longer than is allowe
 motions      records that the worst of all plants still takes
 designs      a controller searched for a rig and what is uncertain of it
 verify       scenarios played on the rig, measured beside predicted
+leading      the leading designs played on the rig, which decides
 rounds       what the records say, a controller for the rig as found, and whether that is enough
 obstacles    what stands in the way of any controller, what it costs, what to mend or record
 study        the whole way
