@@ -36,10 +36,11 @@ from workbench.identify.fit.normal_equations import numbers_at
 from workbench.identify.fit.rotation import Selection
 from workbench.identify.fit.solver import Fit, fit_numbers
 from workbench.identify.trace.context import trace_context
+from workbench.identify.trace.findings import CandidateFit
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig, heldout_errors, numbers_explain, refit, with_selection
-from workbench.identify.trace.refits import run_pass
-from workbench.identify.trace.rule import explained
+from workbench.identify.trace.refits import _Refits, run_pass
+from workbench.identify.trace.rule import NAMED, Judgement, explained
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY as WHOLE
 from workbench.plant.effects import find
@@ -237,6 +238,26 @@ def test_where_a_formula_with_memory_explains_nothing_the_name_s_others_are_fitt
         with trace_context(problem, library, no_checkpoint, lambda _: None, several=False) as context:
             tried = run_pass(context, 1, alone, alone).tried
     assert {fit.candidate.effect.formula for fit in tried} == {"lugre", "another"}
+
+
+def test_where_no_score_explains_anything_more_names_are_fitted_those_with_memory_last_and_only_in_need():
+    """About a rig that is far off, as by a delay, a score ranks nothing, and memory takes long."""
+    spring, lugre = find("load.spring", "linear"), find("jack.friction", "lugre")
+    plain = [Candidate(replace(spring, name=f"plain.{k}"), {}) for k in range(5)]
+    ranked = [(candidate, 0.03 - 0.001 * k) for k, candidate in enumerate([Candidate(lugre, {}), *plain])]
+    sure = [(candidate, 10 * share) for candidate, share in ranked]
+    with one_blas_thread():
+        problem = estimation_problem(rubbing_campaign(), RIG)
+        alone = fit_rig(problem)
+        with trace_context(problem, [spring, lugre], no_checkpoint, lambda _: None, several=False) as context:
+            refits = _Refits(context, 1, alone, alone, NAMED)
+            lost, told = ([pair[0].effect.name for pair in refits._planned(each, {})] for each in (ranked, sure))
+            explains = Judgement("plain.2", "linear", 1.0, 1.0, 1, True, "")
+            tried = {plain[2].effect.title: CandidateFit(plain[2], 0.028, explains, alone)}
+            then = [pair[0].effect.name for pair in refits._planned(ranked, tried)]
+    assert lost == [*(f"plain.{k}" for k in range(5)), "jack.friction"]
+    assert told == ["jack.friction", "plain.0", "plain.1", "plain.2"]
+    assert then == [f"plain.{k}" for k in range(5)]
 
 
 def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch):
