@@ -8,11 +8,11 @@ import pytest
 from scipy.signal import lfilter
 
 from workbench.base.errors import InputError
-from workbench.commands.commission.automatic import self_tuning
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.run.automatic import run_automatic, tuned_lanes, tuned_on
 from workbench.commands.run.config import load_config
 from workbench.control.automatic_tuning import DAMPING, SHARE, Mode, SmallMoves, gains, pulses, small_moves
+from workbench.loop.automatic import self_tuning
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.robustness.drawn_plants import drawn_plants
 from workbench.loop.rows import linear_loops, loop_setup

@@ -11,22 +11,23 @@ from made_links import at, jack_bench, served
 from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.commission import designs, results, study
-from workbench.commands.commission.allowed import allowed, smaller
-from workbench.commands.commission.automatic import automatic
-from workbench.commands.commission.designs import exactly
-from workbench.commands.commission.looks import WAY, check_rest, check_sides, small_moves
-from workbench.commands.commission.motions import doubted, standard_records
-from workbench.commands.commission.obstacles import Barred
-from workbench.commands.commission.relay import Relay, relay_reference, relay_ways
-from workbench.commands.commission.rig_time import RigTime
+from workbench.commands.commission import results, study
 from workbench.commands.commission.rounds import Found
-from workbench.commands.commission.verify import best_way
 from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves
 from workbench.linear import equilibrium
 from workbench.link import client as client_module
 from workbench.link.client import LinkClient
+from workbench.link.commissioning import designs
+from workbench.link.commissioning.allowed import allowed, smaller
+from workbench.link.commissioning.designs import exactly
+from workbench.link.commissioning.looks import WAY, check_rest, check_sides, small_moves
+from workbench.link.commissioning.motions import doubted, standard_records
+from workbench.link.commissioning.obstacles import Barred
+from workbench.link.commissioning.relay import Relay, relay_reference, relay_ways
+from workbench.link.commissioning.rig_time import RigTime
+from workbench.link.commissioning.verify import best_way
 from workbench.link.course import play_course, rest_record
+from workbench.loop.automatic import automatic
 from workbench.loop.capability import oil_stiffness
 from workbench.loop.drive_simulation import drive
 from workbench.loop.rig_variations import with_delay

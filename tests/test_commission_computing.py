@@ -5,10 +5,10 @@ from made_campaigns import LIBRARY, rubbing_campaign
 
 from workbench.base.checkpoint import OutOfTime
 from workbench.cli import main
-from workbench.commands.commission.computing import Computing
 from workbench.commands.commission.rounds import sentence
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace.study import trace_answer
+from workbench.link.commissioning.computing import Computing
 from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("festo-tp511")

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from workbench.commands.commission import leading
-from workbench.commands.commission.designs import _leading
+from workbench.link.commissioning import leading
+from workbench.link.commissioning.designs import _leading
 from workbench.loop.tuning.goals import Trial, Verdict
 
 GOAL = "position-10mm"

@@ -7,19 +7,19 @@ import pytest
 from made_links import at, served
 
 from workbench.base.checkpoint import no_checkpoint
-from workbench.commands.commission.allowed import allowed
-from workbench.commands.commission.automatic import automatic
-from workbench.commands.commission.designs import exactly
-from workbench.commands.commission.dither import with_dither
-from workbench.commands.commission.motions import doubted
-from workbench.commands.commission.obstacles import obstacles, told
-from workbench.commands.commission.rig_time import RigTime
 from workbench.commands.commission.study import looks
-from workbench.commands.commission.verify import Way, played_way
 from workbench.control.controller_type import controller
 from workbench.link.bench import bench
 from workbench.link.client import LinkClient
+from workbench.link.commissioning.allowed import allowed
+from workbench.link.commissioning.designs import exactly
+from workbench.link.commissioning.dither import with_dither
+from workbench.link.commissioning.motions import doubted
+from workbench.link.commissioning.obstacles import obstacles, told
+from workbench.link.commissioning.rig_time import RigTime
+from workbench.link.commissioning.verify import Way, played_way
 from workbench.link.course import rest_record
+from workbench.loop.automatic import automatic
 from workbench.loop.drive_simulation import drive
 from workbench.loop.standard_records import standard_set
 from workbench.rigs.number import Number

@@ -9,9 +9,9 @@ import workbench as wb
 from controllers import Dither, P, PressureFeedback
 from controllers.dither import Dither as Law
 from workbench.base.errors import InputError
-from workbench.commands.commission.automatic import column
 from workbench.engine import Engine
 from workbench.linear import equilibrium
+from workbench.loop.automatic import column
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
 from workbench.rigs.number import Number

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from workbench.cli import main
-from workbench.commands.commission.designs import exactly
 from workbench.commands.knowledge.config import known_problem, load_knowledge
+from workbench.link.commissioning.designs import exactly
 from workbench.loop import envelope
 from workbench.loop.knowledge import known_to
 from workbench.loop.plant_lanes import uncertain

@@ -24,11 +24,13 @@ lane_learning, repeated_lanes    the same on many plants at once
 sines                     amplitude, phase and harmonics of sines; the controller that corrects them
 designed_inverse, outer_loop    an inverse before a loop; a loop that closes through its reference
 drive_simulation, excitation_design, standard_records    what a rig's drive plays, in simulation first
+automatic                 a controller by rules from small moves, without a model
 tuning/                   the search for a controller's numbers
 robustness/               every controller on thousands of drawn plants
 performance/              what a rig can do: envelopes over frequency, what a drive file takes, sizing
 platform/                 a platform on six jacks: its loops, transfers, steps, and where it can go
 plant_lanes, envelope, hard_goals, hardest, limits    many plants; those that a loop has to hold on; goals to meet there
+envelope_row, choice      a controller over the envelope as one row; which controller to take of several
 """
 
 from typing import TYPE_CHECKING

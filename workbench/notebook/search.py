@@ -8,7 +8,7 @@ from typing import Any
 from ..base.checkpoint import no_checkpoint
 from ..base.errors import InputError, nearest
 from ..base.units import quantity
-from ..commands.tune.config import USUAL_WEIGHTS, read_weights
+from ..commands.tune.config import read_weights
 from ..commands.tune.page import cost_figure, numbers_table
 from ..commands.tune.study import tuned_rows
 from ..control.controller_spec import ControllerSpec
@@ -17,7 +17,7 @@ from ..loop.limits import POSITIONS
 from ..loop.rig_variations import variation
 from ..loop.scenarios import Scenario, scenario
 from ..loop.tuning.goals import Trial
-from ..loop.tuning.problem import OF_THE_LOOP, Searched, TuneProblem, with_number
+from ..loop.tuning.problem import OF_THE_LOOP, USUAL_WEIGHTS, Searched, TuneProblem, with_number
 from ..loop.tuning.search import nearest_trial, search
 from ..report import Figure, Table
 from ..rigs.rig import Rig

@@ -9,6 +9,7 @@ import numpy as np
 from ...base.process_pool import Jobs, process_pool
 from ...control.controller_spec import ControllerSpec
 from ...loop.compute_time import summary
+from ...loop.envelope_row import EnvelopeEntry, envelope_entry, envelope_of, has_envelope
 from ...loop.limit import limits_by_name, times_limit
 from ...loop.rig_spread import spread_over_rigs
 from ...loop.rig_variations import with_delay
@@ -19,7 +20,6 @@ from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .entry import STIFFNESS_HZ, BenchmarkEntry, Entries, benchmark_entry
-from .envelope_row import EnvelopeEntry, bench_envelope, envelope_entry, envelope_rigs, has_envelope
 from .page import bench_page, bench_picture
 
 _MARKS_HZ = (0.1, 1.0, 10.0, 100.0)
@@ -104,7 +104,7 @@ def _benchmark(config: BenchConfig) -> Callable[[tuple[int, str, str]], Benchmar
 
 def _over_the_envelope(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs) -> list[EnvelopeEntry]:
     """An entry for every controller that has a linear view, by the workers of `jobs`."""
-    judged = [(i, loop) for i, loop in enumerate(config.loops) if has_envelope(loop)]
+    judged = [(i, loop) for i, loop in enumerate(config.loops) if has_envelope(loop.scenarios)]
     items = {f"{spec.name} over the envelope": (i, spec) for i, loop in judged for spec in loop.controllers}
 
     def done(entry: EnvelopeEntry | None) -> None:
@@ -118,12 +118,13 @@ def _over_the_envelope(config: BenchConfig, stage: Stage, progress: Progress, jo
 
 def _envelope_entries(config: BenchConfig) -> Callable[[tuple[int, ControllerSpec]], EnvelopeEntry | None]:
     """The work of one process: a loop's number and a controller on the envelope, built once for a computing delay."""
-    space = cache(lambda i, delay: bench_envelope(config.loops[i], delay))
+    space = cache(lambda i, delay: envelope_of(config.loops[i].rigs, delay))
 
     def work(item: tuple[int, ControllerSpec]) -> EnvelopeEntry | None:
         i, spec = item
-        delay = config.conditions.delay(spec, next(iter(envelope_rigs(config.loops[i]).values())))
-        return envelope_entry(spec, space(i, delay), config.loops[i], config.conditions.noise)
+        loop = config.loops[i]
+        delay = config.conditions.delay(spec, loop.rigs[loop.first])
+        return envelope_entry(spec, space(i, delay), loop.rigs, loop.scenarios, config.conditions.noise)
 
     return work
 

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
+from ...loop.choice import choice, shortfall
+from ...loop.envelope_row import EnvelopeRow, envelope_rigs, has_envelope, judged_step
 from ...loop.limits import POSITIONS, Limits
 from ...report import Curve, Figure, Mark, Panel, Section, Table
 from ..common.bench_experiment import BenchLoop
-from .envelope_row import EnvelopeRow, envelope_rigs, has_envelope, judged_step
 from .nichols import nichols_cloud
 
 Metrics = Mapping[str, Any]
-Goal = Mapping[str, Any]  # of a row
 Clouds = Mapping[str, Mapping[str, Any]]  # of a stage, by controller
 
 
@@ -23,7 +23,7 @@ def verdict_sections(loop: BenchLoop, clouds: Clouds, metrics: Metrics) -> list[
     if not rows:
         return []
     title = f"{loop.signal.name.capitalize()} loops: over stroke and rigs"
-    charts = [nichols_cloud(row["controller"], clouds[row["controller"]]) for row in sorted(rows, key=_short)]
+    charts = [nichols_cloud(row["controller"], clouds[row["controller"]]) for row in sorted(rows, key=shortfall)]
     return [
         Section(title, [_table(loop, rows, metrics), *_without(loop, rows), *_missed(rows), *_scatter(loop, rows)]),
         Section(f"{title}, Nichols charts", charts),
@@ -38,70 +38,14 @@ def verdict_picture(loop: BenchLoop, metrics: Metrics) -> Figure | None:
 
 
 def verdict_sentence(loop: BenchLoop, metrics: Metrics) -> str:
-    """Which controller to take and where it is weakest; where none meets every goal, which comes nearest."""
+    """Which controller to take, where controllers of this loop were judged over the envelope."""
     rows = _rows(loop, metrics)
-    if not rows:
-        return ""
-    able = [row for row in rows if row["met"] and row["settling_worst_s"] is not None]
-    if not able:
-        nearest = min(rows, key=_short)
-        return (
-            f"No controller meets every goal and settles over stroke and rigs; nearest comes {nearest['controller']}: "
-            f"it {_settles(loop, nearest)}, and {_first_miss(nearest)}."
-        )
-    best = min(able, key=lambda row: row["settling_worst_s"])
-    return (
-        f"Take {best['controller']}: it meets every goal over stroke and rigs and {_settles(loop, best)}; it is "
-        f"weakest in {_weakest(best)}{_sooner(rows, best)}."
-    )
+    return choice(rows, judged_step(loop.scenarios).name) if rows else ""
 
 
 def _rows(loop: BenchLoop, metrics: Metrics) -> list[EnvelopeRow]:
-    names = {spec.name for spec in loop.controllers} if has_envelope(loop) else set()
+    names = {spec.name for spec in loop.controllers} if has_envelope(loop.scenarios) else set()
     return [row for row in metrics["envelope"] if row["controller"] in names]
-
-
-def _short(row: EnvelopeRow) -> tuple[bool, int, float, float]:
-    """How far a row falls short: never settles, goals missed, by how much in all, worst settling [s]."""
-    misses = [goal["miss"] for goal in row["goals"] if goal["miss"] != 0]
-    settling = row["settling_worst_s"]
-    return settling is None, len(misses), sum(miss for miss in misses if miss is not None), settling or np.inf
-
-
-def _settles(loop: BenchLoop, row: EnvelopeRow) -> str:
-    name, worst = judged_step(loop).name, row["settling_worst_s"]
-    if worst is None:
-        return f"does not settle {name} on {row['where']}"
-    return f"settles {name} within {worst:.3g} s at worst, on {row['where']}"
-
-
-def _weakest(row: EnvelopeRow) -> str:
-    """The goal with the least left to its limit."""
-
-    def share(goal: Goal) -> float:
-        ratio = goal["value"] / goal["limit"]
-        return 1 / ratio if goal["name"].startswith("gain margin") else ratio
-
-    goal = max((goal for goal in row["goals"] if goal["limit"] and goal["value"]), key=share)
-    return f"{goal['name']}, {goal['value']:.3g} with a limit of {goal['limit']:g}, on {goal['where']}"
-
-
-def _sooner(rows: Sequence[EnvelopeRow], best: EnvelopeRow) -> str:
-    """Of the controllers that settle sooner, the one that falls short least."""
-    sooner = [row for row in rows if (row["settling_worst_s"] or np.inf) < best["settling_worst_s"]]
-    if not sooner:
-        return ""
-    row = min(sooner, key=_short)
-    return f"; {row['controller']} settles sooner, within {row['settling_worst_s']:.3g} s, but {_first_miss(row)}"
-
-
-def _first_miss(row: EnvelopeRow) -> str:
-    """In the sentence: the first goal that is missed and its worst plant, and how many more there are."""
-    missed = [goal for goal in row["goals"] if goal["miss"]]
-    if not missed:
-        return "misses no goal"
-    more = f" and {len(missed) - 1} more" if missed[1:] else ""
-    return f'misses "{missed[0]["name"]}" ({missed[0]["where"]}){more}'
 
 
 def _missed(rows: Sequence[EnvelopeRow]) -> list[Table]:
@@ -120,15 +64,15 @@ def _table(loop: BenchLoop, rows: Sequence[EnvelopeRow], metrics: Metrics) -> Ta
     names = list(lines[0])
     places = ", ".join(f"{100 * share:g}" for share in POSITIONS)
     return Table(
-        f"{judged_step(loop).name} and loads over stroke and rigs",
+        f"{judged_step(loop.scenarios).name} and loads over stroke and rigs",
         names,
         [list(line.values()) for line in lines],
-        note=f"On {', '.join(envelope_rigs(loop))} at {places} % of the stroke limit, towards the middle; a controller "
-        "without a form in lanes is on the first rig there and on the others at mid stroke. Steps and loads under "
-        "the bench's conditions. Values are the worst; nominal is the first rig. Settling on a specimen is a column of "
-        "its own; recovery runs from a load's coming until the jack is back within the sensor's band. Ms at null and "
-        "moving; its worst includes the bad corner of all declared bounds. A dash: the loop is unstable, never settles "
-        "or never makes up for a load.",
+        note=f"On {', '.join(envelope_rigs(loop.rigs))} at {places} % of the stroke limit, towards the middle; a "
+        "controller without a form in lanes is on the first rig there and on the others at mid stroke. Steps and loads "
+        "under the bench's conditions. Values are the worst; nominal is the first rig. Settling on a specimen is a "
+        "column of its own; recovery runs from a load's coming until the jack is back within the sensor's band. Ms at "
+        "null and moving; its worst includes the bad corner of all declared bounds. A dash: the loop is unstable, "
+        "never settles or never makes up for a load.",
         best=dict.fromkeys((name for name in names if name not in ("controller", "slowest on")), "min"),
     )
 
@@ -136,7 +80,7 @@ def _table(loop: BenchLoop, rows: Sequence[EnvelopeRow], metrics: Metrics) -> Ta
 def _line(loop: BenchLoop, row: EnvelopeRow, timing: Mapping[str, float]) -> dict[str, Any]:
     unit = loop.signal.unit
     noise = next(goal["value"] for goal in row["goals"] if goal["name"] == "noise of the command")
-    rigs = envelope_rigs(loop)
+    rigs = envelope_rigs(loop.rigs)
     nominal, stiffnesses = next(iter(rigs.values())), {rig.specimen_stiffness for rig in rigs.values()}
     line = {
         "controller": row["controller"],
@@ -183,5 +127,5 @@ def _scatter(loop: BenchLoop, rows: Sequence[EnvelopeRow]) -> list[Figure]:
     ]
     note = f"Unstable or unsettled on some plant: {', '.join(lacking)}." if lacking else ""
     panel = Panel("Ms, worst [1]", marks, marks=(Mark(Limits().ms, "limit"),))
-    label = f"settling of {judged_step(loop).name}, worst [s]"
+    label = f"settling of {judged_step(loop.scenarios).name}, worst [s]"
     return [Figure("Robust and quick", label, [panel], log_x=True, note=note, height=420)] if marks else []

@@ -7,11 +7,11 @@ import numpy as np
 from ...base.errors import InputError
 from ...control.automatic_tuning import pulses
 from ...control.controller_spec import ControllerSpec
+from ...loop.automatic import self_tuning
 from ...loop.rows import LoopSetup
 from ...loop.sampled_loop import SampledLoop
 from ...rigs.rig import Rig
 from ...rigs.sensor import Sensor
-from ..commission.automatic import self_tuning
 
 
 def seeing(rig: Rig) -> Rig:

@@ -4,17 +4,17 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...base.signals import SIGNALS
+from ...link.commissioning.allowed import is_of
+from ...link.commissioning.obstacles import told
+from ...link.commissioning.verify import SINE, SINES, responses
 from ...records import Record
 from ...report import Figure, Page, Section, Table
 from ...report.figures import FrequencyCurve, bode
 from ..common.time_figure import run_columns, time_figure, window
 from ..record.study import recorded_figure
-from .allowed import is_of
-from .obstacles import told
-from .verify import SINE, SINES, responses
 
 if TYPE_CHECKING:
-    from ..drive.study import Judged
+    from ...link.judged import Judged
 
 _WORDS = {
     "automatic": "no model: rules and small moves",

@@ -15,6 +15,12 @@ from ...control.controller_spec import ControllerSpec
 from ...control.export import coefficients
 from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
+from ...link.commissioning.allowed import Expected
+from ...link.commissioning.designs import experiment_of
+from ...link.commissioning.obstacles import Obstacle
+from ...link.commissioning.rig_time import RigTime
+from ...link.commissioning.verify import STEPS, Way, best_way, limit_row, responses, table_row
+from ...link.judged import Judged
 from ...loop.limit import settling_limit
 from ...loop.scenarios import SCENARIOS
 from ...rigs.rig import Rig
@@ -22,14 +28,8 @@ from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome
 from ..common.run_folder import metrics_json
-from ..drive.study import Judged
-from .allowed import Expected
-from .designs import experiment_of
-from .obstacles import Obstacle
 from .page import barred_page, commission_page
-from .rig_time import RigTime
 from .rounds import Found, sentence
-from .verify import STEPS, Way, best_way, limit_row, responses, table_row
 
 _PAIR = ("predicted", "measured")
 

@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ...base.trust import allow
 from ...control.controller_spec import ControllerSpec
 from ...link.client import LinkClient
+from ...link.commissioning.computing import TRACES, Computing
+from ...link.commissioning.designs import exactly, searched_designs
+from ...link.commissioning.verify import foretold
+from ...link.judged import wire_rig
 from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.scenarios import SCENARIOS
 from ...records import Record, load_campaign
@@ -15,13 +19,10 @@ from ...records.excitation import Excitation, read_excitation
 from ...rigs.rig import Rig
 from ..common.outcome import Progress, Stage
 from ..common.run_folder import Run
-from ..common.wire_campaign import wire_campaign, wire_rig
+from ..common.wire_campaign import wire_campaign
 from ..plan.study import run_plan
 from ..trace.study import trace_campaign
 from ..trace.words import verdict
-from .computing import TRACES, Computing
-from .designs import exactly, searched_designs
-from .verify import foretold
 
 if TYPE_CHECKING:
     from ..trace.answer import TraceAnswer

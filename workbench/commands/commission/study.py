@@ -11,26 +11,25 @@ from ...base.errors import InputError
 from ...control.automatic_tuning import MOVE, SmallMoves
 from ...control.controller_spec import ControllerSpec
 from ...link.client import LinkClient
+from ...link.commissioning.allowed import Allowed, allowed, safe
+from ...link.commissioning.computing import AGAIN, Computing
+from ...link.commissioning.dither import with_dither
+from ...link.commissioning.leading import rig_decides
+from ...link.commissioning.looks import WAY, check_rest, check_sides, small_moves
+from ...link.commissioning.motions import doubted, standard_records
+from ...link.commissioning.obstacles import Barred, obstacles
+from ...link.commissioning.relay import lets_go, relay_ways
+from ...link.commissioning.rig_time import RigTime
+from ...link.commissioning.verify import SINE, SINES, STEPS, Way, played_way, settling_of
+from ...link.judged import Judged, wire_rig
+from ...loop.automatic import automatic
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress
 from ..common.run_folder import Run
-from ..common.wire_campaign import wire_rig
-from ..drive.study import Judged
-from .allowed import Allowed, allowed, safe
-from .automatic import automatic
-from .computing import AGAIN, Computing
-from .dither import with_dither
-from .leading import rig_decides
-from .looks import WAY, check_rest, check_sides, small_moves
-from .motions import doubted, standard_records
-from .obstacles import Barred, obstacles
-from .relay import lets_go, relay_ways
 from .results import Results, barred_outcome, outcome
-from .rig_time import RigTime
 from .rounds import Found, Searches, campaign_in, found_by, further
-from .verify import SINE, SINES, STEPS, Way, played_way, settling_of
 
 _ROUNDS = 2
 

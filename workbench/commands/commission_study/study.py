@@ -15,21 +15,21 @@ from ...control.automatic_tuning import Mode, SmallMoves
 from ...control.dither import Sine
 from ...link.bench import bench
 from ...link.client import LinkClient
+from ...link.commissioning.allowed import allowed, is_of
+from ...link.commissioning.designs import exactly, searched_designs
+from ...link.commissioning.dither import with_dither
+from ...link.commissioning.motions import doubted
+from ...link.commissioning.rig_time import RigTime
+from ...link.commissioning.verify import Way, played_way, settling_of
+from ...link.judged import wire_rig
 from ...link.rig_server import RigServer, in_background
 from ...link.served_rig import ServedRig
+from ...loop.automatic import automatic
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
-from ..commission.allowed import allowed, is_of
-from ..commission.automatic import automatic
-from ..commission.designs import exactly, searched_designs
-from ..commission.dither import with_dither
-from ..commission.motions import doubted
-from ..commission.rig_time import RigTime
 from ..commission.study import Wanted, run_commission
-from ..commission.verify import Way, played_way, settling_of
 from ..common.outcome import Outcome, Progress, leave, no_checkpoint
 from ..common.run_folder import Run, open_run
-from ..common.wire_campaign import wire_rig
 from . import RIG
 from .colour import ColouredDraws
 from .page import page

@@ -5,19 +5,13 @@ from dataclasses import replace
 
 from ...base.toml_text import toml_text
 from ...link.client import LinkClient
-from ...link.wire_loop import acts_after, acts_after_its_row
-from ...loop.rig_variations import with_delay
+from ...link.wire_loop import acts_after_its_row
 from ...records import Record
 from ...records.frequency_sheet import table_text
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 
 OWN = "rig.toml"
-
-
-def wire_rig(rig: Rig, client: LinkClient) -> Rig:
-    """The rig as a loop behind the link meets it: its commands act as late as they do there."""
-    return with_delay(rig, acts_after(client.hello.period, client.hello.lockstep, rig.computing_delay.value))
 
 
 def wire_campaign(

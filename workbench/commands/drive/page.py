@@ -8,7 +8,7 @@ from ..common.step_experiment import StepConfig
 from ..common.time_figure import run_columns, time_figure, window, window_words
 
 if TYPE_CHECKING:
-    from .study import Judged
+    from ...link.judged import Judged
 
 _FIGURES = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", "peak_command": "peak command [1]"}
 

@@ -1,10 +1,8 @@
 """Controllers of an experiment at a live rig: its scenarios played, judged as `run` judges them, and recorded."""
 
 from _thread import interrupt_main
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -13,31 +11,16 @@ from ...control.controller_spec import ControllerSpec
 from ...control.export.sections import identifier
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
+from ...link.judged import judge_played, wire_rig
 from ...link.opc_ua import opc_ua_server, supervised_loop
-from ...loop.conditions import Conditions
-from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup, row
-from ...loop.sampled_loop import LoopRun
+from ...loop.rows import linear_loops, loop_setup
 from ...loop.scenarios import Scenario
 from ...records import Record
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.step_experiment import StepConfig
-from ..common.wire_campaign import wire_campaign, wire_rig
+from ..common.wire_campaign import wire_campaign
 from .page import drive_page
-
-_AVERAGED = 8e-3  # s
-
-
-@dataclass(frozen=True)
-class Judged:
-    """A controller in a scenario at the rig and in simulation: runs and rows."""
-
-    controller: str
-    scenario: Scenario
-    measured: LoopRun
-    predicted: LoopRun
-    row: Mapping[str, Any]
-    prediction: Mapping[str, Any]
 
 
 def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage: Stage, progress: Progress) -> Outcome:
@@ -128,33 +111,6 @@ def _start(config: StepConfig, scenario: Scenario, home: float) -> float:
 def _only_command(scenario: Scenario) -> bool:
     """Whether nothing but the jack moves: no far end, no load."""
     return not (scenario.travel or scenario.load)
-
-
-def judge_played(
-    conditions: Conditions,
-    spec: ControllerSpec,
-    scenario: Scenario,
-    played: Played,
-    setup: LoopSetup,
-    loops: LinearLoops,
-) -> Judged:
-    """What was played at a rig, and the same in simulation."""
-    record = played.run.record
-    run = LoopRun(record, played.run.demanded, played.ended)
-    values = _averaged(record.signals[scenario.signal], setup.rig.period.value)
-    values[0] = played.level
-    calm = replace(run, record=Record("wire", record.t, {**record.signals, scenario.signal: values}))
-    own = row(spec, scenario, setup, calm, loops, calm) | {"residual_oscillation": None}  # noise would pass for hunting
-    predicted, prediction = judge(spec, scenario, setup, loops, conditions.noise)
-    return Judged(spec.name, scenario, run, predicted, own, prediction)
-
-
-def _averaged(values: np.ndarray, period: float) -> np.ndarray:
-    """A running mean [k] over `_AVERAGED` about each sample: of single readings, one in three hundred is beyond a band
-    of three standard deviations."""
-    half = round(_AVERAGED / 2 / period)
-    padded = np.pad(values, half, mode="edge")
-    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
 
 
 def _records(played: list[tuple[ControllerSpec, Scenario, Played]]) -> dict[str, Record]:

@@ -11,10 +11,10 @@ from ...base.table import Table
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...control.protocol import is_number
+from ...loop.tuning.problem import USUAL_WEIGHTS
 from ...rigs.rig import Rig
 from ..common.experiment import borrowed_controllers
 from ..common.scenario_tables import read_scenarios
-from ..tune.config import USUAL_WEIGHTS
 
 FACTOR = 3.0  # above and below the value that a number has
 TRIALS = 60

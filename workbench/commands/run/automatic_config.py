@@ -61,7 +61,7 @@ class AutomaticConfig:
 
 def automatic_config(top: Table, rig: Rig) -> AutomaticConfig:
     """The tables of the experiment on a rig. Raises InputError."""
-    from ..commission.automatic import self_tuning  # builds plants, which a refusal does not need
+    from ...loop.automatic import self_tuning  # builds plants, which a refusal does not need
 
     top.allow(*_KEYS)
     missing = [name for name in READ if name not in rig.sensors]

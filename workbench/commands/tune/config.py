@@ -20,7 +20,6 @@ from ..common.step_experiment import StepConfig, step_config
 
 _OF_THE_SEARCH = ("rigs", "variation", "weights", "trials", "positions", "draw", "goals", "seeds", "network")
 WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}
-USUAL_WEIGHTS = {"settling": 10.0, "iae": 10.0, "overshoot": 0.05, "robustness": 0.2}  # where nobody gives any
 
 
 @dataclass(frozen=True)

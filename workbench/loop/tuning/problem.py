@@ -12,6 +12,7 @@ from ..limits import POSITIONS, Limits
 from ..scenarios import Scenario
 
 _DIGITS = 4  # of a searched number: the file that a study leaves has the very numbers that were tried
+USUAL_WEIGHTS = {"settling": 10.0, "iae": 10.0, "overshoot": 0.05, "robustness": 0.2}  # where nobody gives any
 OF_THE_LOOP = {"stiffness": "N/m"}
 
 

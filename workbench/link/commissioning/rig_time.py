@@ -11,13 +11,13 @@ from ...base.errors import InputError, LinkLost
 from ...control.controller_spec import ControllerSpec
 from ...control.dither import Dithered, Sine
 from ...control.protocol import Controller
-from ...link.client import LinkClient
-from ...link.course import Played, play_course, rest_record
-from ...link.wire_loop import INTERRUPTED, WireRun
 from ...loop.drive_simulation import drive
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
+from ..client import LinkClient
+from ..course import Played, play_course, rest_record
+from ..wire_loop import INTERRUPTED, WireRun
 from .computing import Computing
 from .dither import sine, without_dither
 from .obstacles import Barred, cut_short, time_is_over

@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from ...base.checkpoint import Progress
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import NoLinearView
-from ...link.course import Played
 from ...loop.conditions import Conditions
 from ...loop.rows import linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import SCENARIOS, Scenario
 from ...loop.stiffness_and_noise import dynamic_stiffness
 from ...rigs.rig import Rig
-from ..common.outcome import Progress
-from ..drive.study import Judged, judge_played
+from ..course import Played
+from ..judged import Judged, judge_played
 from .allowed import Allowed, Expected, is_of, smaller
 from .obstacles import Barred
 from .rig_time import RigTime

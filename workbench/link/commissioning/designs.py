@@ -12,17 +12,16 @@ from ...base.process_pool import Jobs
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
 from ...control.protocol import is_number
+from ...loop.automatic import column
 from ...loop.capability import dead_zone
 from ...loop.conditions import Conditions
 from ...loop.limits import Limits
 from ...loop.scenarios import SCENARIOS
 from ...loop.tuning.goals import Trial
-from ...loop.tuning.problem import Searched, TuneProblem
+from ...loop.tuning.problem import USUAL_WEIGHTS, Searched, TuneProblem
 from ...loop.tuning.search import nearest_trial, search
 from ...rigs.number import Number
 from ...rigs.rig import Rig
-from ..tune.config import USUAL_WEIGHTS
-from .automatic import column
 
 DESIGNS = 300
 _RANGE = 4.0  # about a first guess, either way

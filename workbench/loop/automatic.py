@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ...control.automatic_tuning import MOVE, PULSE, SmallMoves, tuned
-from ...control.controller_spec import ControllerSpec
-from ...control.controller_type import controller
-from ...linear import equilibrium
-from ...loop.drive_simulation import drive
-from ...plant import build
-from ...rigs.rig import Rig
+from ..control.automatic_tuning import MOVE, PULSE, SmallMoves, tuned
+from ..control.controller_spec import ControllerSpec
+from ..control.controller_type import controller
+from ..linear import equilibrium
+from ..plant import build
+from ..rigs.rig import Rig
+from .drive_simulation import drive
 
 _LARGEST_PULSE = 0.2  # of full command
 _OVER_NOISE = 20  # times the position sensor's noise that a move goes at least

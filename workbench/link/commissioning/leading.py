@@ -4,11 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...base.checkpoint import Progress
 from ...control.controller_spec import ControllerSpec
 from ...rigs.rig import Rig
-from ..common.outcome import Progress
-from ..common.wire_campaign import wire_rig
-from ..drive.study import Judged
+from ..judged import Judged, wire_rig
 from .allowed import allowed
 from .rig_time import RigTime
 from .verify import Way, foretold, played_way, predicted_of, settling_of

@@ -1,6 +1,6 @@
-"""A controller over the envelope of a bench: its hard goals, and what steps and loads with noise do at worst.
+"""A controller over the envelope of a set of rigs: its hard goals, and what steps and loads with noise do at worst.
 
-The envelope: the bench's rigs that differ in their plants' numbers only, at five positions; specimens relaxed there.
+The envelope: rigs that differ in their plants' numbers only, at five positions; specimens relaxed there.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,43 +9,49 @@ from typing import Any
 
 import numpy as np
 
-from ...control.controller_spec import ControllerSpec
-from ...control.protocol import Controller, NoLinearView
-from ...loop.envelope import Envelope, EnvelopeSteps, envelope, steps
-from ...loop.hard_goals import Goal, linear_goals, motion_goals
-from ...loop.limits import Limits
-from ...loop.rig_variations import with_delay
-from ...loop.scenarios import Scenario
-from ...rigs.rig import Rig
-from ..common.bench_experiment import BenchLoop
+from ..control.controller_spec import ControllerSpec
+from ..control.protocol import Controller, NoLinearView
+from ..rigs.rig import Rig
+from .envelope import Envelope, EnvelopeSteps, envelope, steps
+from .hard_goals import Goal, linear_goals, motion_goals
+from .limits import Limits
+from .rig_variations import with_delay
+from .scenarios import Scenario
 
 EnvelopeRow = dict[str, Any]  # of metrics.json
 EnvelopeEntry = dict[str, Any]  # what a stage can store
 _CLOUD_HZ = np.geomspace(0.5, 200.0, 961)  # fine enough for a mode of damping 0.02
-_STEPS = {"position": 10e-3, "force": 20e3}  # SI: the step of a bench that is nearest to it is judged
+_STEPS = {"position": 10e-3, "force": 20e3}  # SI: the step that is nearest to it is judged
 
 
-def has_envelope(loop: BenchLoop) -> bool:
-    """Whether the controllers of a loop are judged over an envelope: of a loop with a step."""
-    return bool(_steps(loop))
+def has_envelope(scenarios: Sequence[Scenario]) -> bool:
+    """Whether a controller is judged over an envelope: where one of its scenarios is a step."""
+    return bool(_steps(scenarios))
 
 
-def envelope_rigs(loop: BenchLoop) -> Mapping[str, Rig]:
-    """The rigs of a bench by name that an envelope can have, the nominal one first."""
-    return {name: rig for name, rig in loop.rigs.items() if _alike(rig, loop.rigs[loop.first])}
+def envelope_rigs(rigs: Mapping[str, Rig]) -> dict[str, Rig]:
+    """Of a set of rigs by name, the nominal one first, those that an envelope can have."""
+    nominal = next(iter(rigs.values()))
+    return {name: rig for name, rig in rigs.items() if _alike(rig, nominal)}
 
 
-def bench_envelope(loop: BenchLoop, delay: float) -> Envelope:
-    """The envelope of a bench with a computing delay [s]. Raises InputError where there is no operating point."""
-    return envelope({name: with_delay(rig, delay) for name, rig in envelope_rigs(loop).items()})
+def envelope_of(rigs: Mapping[str, Rig], delay: float) -> Envelope:
+    """The envelope of a set of rigs with a computing delay [s]. Raises InputError where there is no operating point."""
+    return envelope({name: with_delay(rig, delay) for name, rig in envelope_rigs(rigs).items()})
 
 
-def judged_step(loop: BenchLoop) -> Scenario:
-    """The step of a bench whose settling over the envelope is judged."""
-    return min(_steps(loop), key=lambda scenario: abs(np.log(abs(scenario.size) / _STEPS[loop.signal.name])))
+def judged_step(scenarios: Sequence[Scenario]) -> Scenario:
+    """The step whose settling over the envelope is judged."""
+    return min(_steps(scenarios), key=lambda each: abs(np.log(abs(each.size) / _STEPS[each.signal])))
 
 
-def envelope_entry(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, seed: int | None) -> EnvelopeEntry | None:
+def envelope_entry(
+    spec: ControllerSpec,
+    envelope: Envelope,
+    rigs: Mapping[str, Rig],
+    scenarios: Sequence[Scenario],
+    seed: int | None,
+) -> EnvelopeEntry | None:
     """A controller's `row` of metrics.json, SI but for what its keys say, and its open loops at null `cloud`, to be
     stored as a stage; `seed` of the sensors' noise, or None. Steps on a specimen that is not nominal are apart.
 
@@ -58,22 +64,28 @@ def envelope_entry(spec: ControllerSpec, envelope: Envelope, loop: BenchLoop, se
         return None
     cloud = {"f_hz": _CLOUD_HZ, "open_real": np.real(loops), "open_imag": np.imag(loops)}
     cloud |= {"rigs": _rig_names(envelope.varied.names)}
-    return {"row": _row(spec, controller, envelope, loop, seed), "cloud": cloud}
+    return {"row": _row(spec, controller, envelope, rigs, scenarios, seed), "cloud": cloud}
 
 
 def _row(
-    spec: ControllerSpec, controller: Controller, envelope: Envelope, loop: BenchLoop, seed: int | None
+    spec: ControllerSpec,
+    controller: Controller,
+    envelope: Envelope,
+    rigs: Mapping[str, Rig],
+    scenarios: Sequence[Scenario],
+    seed: int | None,
 ) -> EnvelopeRow:
     limits = Limits()
     goals = list(linear_goals(envelope, controller, limits))
-    goals += motion_goals(envelope, controller, _steps(loop)[:1], limits)
+    goals += motion_goals(envelope, controller, _steps(scenarios)[:1], limits)
     rows = [_goal(goal, stable=goals[0].miss == 0) for goal in goals]
     values = {row["name"]: row["value"] for row in rows}
-    scenario = judged_step(loop)
+    scenario = judged_step(scenarios)
     lanes = envelope.played(controller)
+    loads = ((each, steps(lanes, controller, each, seed, each.duration)) for each in _loads(scenarios))
     result = steps(lanes, controller, scenario, seed, scenario.duration)
     free = np.array(
-        [loop.rigs[name].specimen_stiffness == envelope.rig.specimen_stiffness for name in _rig_names(result.names)]
+        [rigs[name].specimen_stiffness == envelope.rig.specimen_stiffness for name in _rig_names(result.names)]
     )
     where = int(np.argmax(np.where(free, np.nan_to_num(result.settling, nan=np.inf), -np.inf)))
     return {
@@ -87,7 +99,7 @@ def _row(
         "overshoot_worst_percent": _longest(result.overshoot),
         "ms_nominal": values["Ms on the nominal rig"],
         "ms_worst": values["Ms on every plant"],
-        "loads": [_load(each, steps(lanes, controller, each, seed, each.duration), envelope) for each in _loads(loop)],
+        "loads": [_load(each, played, envelope) for each, played in loads],
     }
 
 
@@ -111,12 +123,12 @@ def _goal(goal: Goal, stable: bool) -> dict[str, Any]:
     return {**asdict(goal), "value": None, "miss": goal.miss if stable else None}
 
 
-def _steps(loop: BenchLoop) -> list[Scenario]:
-    return [scenario for scenario in loop.scenarios if scenario.is_step and scenario.size and not scenario.load]
+def _steps(scenarios: Sequence[Scenario]) -> list[Scenario]:
+    return [scenario for scenario in scenarios if scenario.is_step and scenario.size and not scenario.load]
 
 
-def _loads(loop: BenchLoop) -> Iterator[Scenario]:
-    return (scenario for scenario in loop.scenarios if (scenario.load or scenario.travel) and not scenario.size)
+def _loads(scenarios: Sequence[Scenario]) -> Iterator[Scenario]:
+    return (scenario for scenario in scenarios if (scenario.load or scenario.travel) and not scenario.size)
 
 
 def _alike(rig: Rig, nominal: Rig) -> bool:
