@@ -4,7 +4,7 @@
     many = gymnasium.make_vec("envs:JackForce-v0", num_envs=256, task="force")
 
 registration     the names: JackPosition-v0, JackForce-v0, JackBench-v0, Hexapod-v0
-hexapod          Hexapod-v0: a platform on six jacks, brought into a pose
+hexapod          Hexapod-v0: a platform on six jacks, brought into a pose; hexapod_core, its episodes in N lanes
 bench            JackBench-v0, in a folder of its own: what a policy adds to a tuned law, rewarded as a bench judges it
 single, vector   one jack, and many side by side; thin shells over the core, documented as Gymnasium does
 stable_baselines the vector environments as Stable-Baselines3 takes them

@@ -5,9 +5,9 @@ import gymnasium
 IDS = {
     "JackPosition-v0": ("envs.single:JackPosition", "envs.vector:JackPositionVector"),
     "JackForce-v0": ("envs.single:JackForce", "envs.vector:JackForceVector"),
+    "Hexapod-v0": ("envs.hexapod:Hexapod", "envs.hexapod:HexapodVector"),
     "JackBench-v0": ("envs.bench.environments:JackBench", "envs.bench.environments:JackBenchVector"),
 }
-SINGLE = {"Hexapod-v0": "envs.hexapod:Hexapod"}
 
 
 def register() -> None:
@@ -20,6 +20,3 @@ def register() -> None:
                 vector_entry_point=vector,
                 order_enforce=False,  # the environments themselves refuse a step before a reset
             )
-    for name, single in SINGLE.items():
-        if name not in gymnasium.registry:
-            gymnasium.register(name, entry_point=single, order_enforce=False)

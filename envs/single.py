@@ -13,12 +13,13 @@ from workbench.rigs.rig import Rig
 
 from .single_lane import SingleLaneCore
 from .spaces import action_space, observation_space, refuse_options
-from .stepped import CoreT, Stepped
+from .stepped import CoreT, JackCoreT, Stepped
 from .task import load_task
 
 if TYPE_CHECKING:
     from .picture import Film
 
+_NOT_RENDERED: dict[str, Any] = {"render_modes": []}
 _RENDERED: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 25}
 FilmOf = tuple[Rig, str, float]  # rig, controlled signal, s of a step
 
@@ -26,15 +27,12 @@ FilmOf = tuple[Rig, str, float]  # rig, controlled signal, s of a step
 class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
     """What all of them share: a shell over a core of one lane, the episode's inside."""
 
-    metadata = _RENDERED
+    metadata = _NOT_RENDERED
     core: CoreT
 
-    def _wrap(self, core: CoreT, observation: Box, render_mode: str | None, film: FilmOf) -> None:
-        """Around a core whose film `film` makes, where `render_mode` asks for one. Raises InputError for another."""
-        self.core, self.observation_space, self.action_space = core, observation, action_space()
-        self._running, self._film, self.render_mode = False, None, render_mode
-        if render_mode is not None:
-            self._film = _film(render_mode, film)
+    def _wrap(self, core: CoreT, observation: Box, action: Box) -> None:
+        self.core, self.observation_space, self.action_space = core, observation, action
+        self._running = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -44,15 +42,53 @@ class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
         super().reset(seed=seed)
         begun = self.core.reset([self.np_random])
         self._running = True
-        if self._film is not None:
-            self._film.begin(self.core.present)
         return begun.observation[0], self._info(begun)
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """One step; see Gymnasium. Raises ResetNeeded when no episode is going on."""
         if not self._running:
             raise ResetNeeded("no episode is going on; call reset() first")
-        answer = self._step(float(np.asarray(action).item()))
+        return self._step(np.asarray(action, float).ravel())
+
+    def _step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        stepped = self.core.step(action if len(action) == 1 else action[None])
+        terminated, truncated = bool(stepped.terminated[0]), bool(stepped.truncated[0])
+        self._running = not (terminated or truncated)
+        return stepped.observation[0], float(stepped.reward[0]), terminated, truncated, self._info(stepped)
+
+    def _info(self, stepped: Stepped) -> dict[str, Any]:
+        info: dict[str, Any] = {
+            name: values[0].item() if values.ndim == 1 else values[0] for name, values in stepped.infos.items()
+        }
+        if stepped.terminated[0]:
+            (info["trip"],) = self.core.reasons(stepped.terminated)
+        return info
+
+
+class OneJack(OneLane[JackCoreT], Generic[JackCoreT]):
+    """One lane of one jack, which can be drawn."""
+
+    metadata = _RENDERED
+
+    def _wrap_jack(self, core: JackCoreT, observation: Box, render_mode: str | None, film: FilmOf) -> None:
+        """Around a core whose film `film` makes, where `render_mode` asks for one. Raises InputError for another."""
+        self._wrap(core, observation, action_space())
+        self._film, self.render_mode = None, render_mode
+        if render_mode is not None:
+            self._film = _film(render_mode, film)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin an episode; see Gymnasium. Raises InputError for options."""
+        begun = super().reset(seed=seed, options=options)
+        if self._film is not None:
+            self._film.begin(self.core.present)
+        return begun
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """One step; see Gymnasium. Raises ResetNeeded when no episode is going on."""
+        answer = super().step(action)
         if self._film is not None:
             self._film.add(self.core.present)
         return answer
@@ -60,18 +96,6 @@ class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
     def render(self) -> np.ndarray | None:
         """The jack and its signals so far [height, width, 3] in uint8; None without render_mode="rgb_array"."""
         return None if self._film is None else self._film.picture()
-
-    def _step(self, action: float) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        stepped = self.core.step(np.array([action]))
-        terminated, truncated = bool(stepped.terminated[0]), bool(stepped.truncated[0])
-        self._running = not (terminated or truncated)
-        return stepped.observation[0], float(stepped.reward[0]), terminated, truncated, self._info(stepped)
-
-    def _info(self, stepped: Stepped) -> dict[str, Any]:
-        info: dict[str, Any] = {name: values[0].item() for name, values in stepped.infos.items()}
-        if stepped.terminated[0]:
-            (info["trip"],) = self.core.reasons(stepped.terminated)
-        return info
 
 
 def _film(render_mode: str, film: FilmOf) -> "Film":
@@ -82,7 +106,7 @@ def _film(render_mode: str, film: FilmOf) -> "Film":
     return Film(*film)
 
 
-class _Jack(OneLane[SingleLaneCore]):
+class _Jack(OneJack[SingleLaneCore]):
     """What both loops share."""
 
     loop: ClassVar[str]
@@ -90,10 +114,10 @@ class _Jack(OneLane[SingleLaneCore]):
     def __init__(self, task: str | Path, render_mode: str | None) -> None:
         core = SingleLaneCore(load_task(task, self.loop))
         rig, step = core.task.rig, core.task.control_periods * core.task.rig.period.value
-        self._wrap(core, observation_space(core.channels), render_mode, (rig, self.loop, step))
+        self._wrap_jack(core, observation_space(core.channels), render_mode, (rig, self.loop, step))
 
-    def _step(self, action: float) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        fast = self.core.fast_step(action)
+    def _step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        fast = self.core.fast_step(action.item())
         if fast is not None:
             return fast.observation, fast.reward, False, False, {"error": fast.error, "command": fast.command}
         return super()._step(action)

@@ -12,6 +12,7 @@ import envs
 
 _ID = f"{envs.__name__}:JackPosition-v0"  # the name before the colon registers it
 _SECONDS = 2.0
+_HELD = {"easy": 100, "hard": 1}  # steps over which an action is held
 
 
 def measure() -> list[dict[str, Any]]:
@@ -20,17 +21,19 @@ def measure() -> list[dict[str, Any]]:
 
     Easy: an action is held over 100 steps. Hard: every step has another one, white noise, which makes the engine take
     ten times as many attempts a period. 4096 lanes are worth a second core. Bench: decisions of 5 ms of JackBench.
+    Platform: steps of Hexapod, five control periods of six jacks each.
     """
     rows = []
-    for name, held in (("easy", 100), ("hard", 1)):
+    for name, held in _HELD.items():
         pair = AsyncVectorEnv([_maker()] * 2)
         rows += [
             {"name": f"single, {name}", **_single(held)},
             *({"name": f"vector {lanes}, {name}", **_vector(_lanes(lanes), held)} for lanes in (256, 4096)),
             {"name": f"AsyncVectorEnv of 2, {name}", **_vector(pair, held), "cpu_us_per_step": None},
         ]
-    bench = gymnasium.make_vec(f"{envs.__name__}:JackBench-v0", 256)
-    return [*rows, {"name": "bench 256, hard", **_vector(bench, 1)}]
+    bench, platform = (gymnasium.make_vec(f"{envs.__name__}:{name}-v0", 256) for name in ("JackBench", "Hexapod"))
+    rows += [{"name": "bench 256, hard", **_vector(bench, 1)}]
+    return [*rows, *({"name": f"platform 256, {name}", **_vector(platform, held)} for name, held in _HELD.items())]
 
 
 def _maker() -> Callable[[], gymnasium.Env]:
@@ -58,7 +61,7 @@ def _single(held: int) -> dict[str, float]:
 
 def _vector(env: gymnasium.vector.VectorEnv, held: int) -> dict[str, float]:
     env.reset(seed=0)
-    actions = _actions(env.num_envs, held)
+    actions = _actions(env.num_envs, held, env.single_action_space.shape[0])
     speed = _timed(lambda count: env.step(actions[count % len(actions)]), env.num_envs)
     env.close()
     return speed
@@ -74,6 +77,6 @@ def _timed(step: Callable[[int], object], lanes: int) -> dict[str, float]:
     return {"steps_per_second": steps / took, "cpu_us_per_step": 1e6 * spent / steps}
 
 
-def _actions(lanes: int, held: int) -> np.ndarray:
-    drawn = 0.02 * np.random.default_rng(0).standard_normal((1000 // held, lanes, 1))
+def _actions(lanes: int, held: int, own: int = 1) -> np.ndarray:
+    drawn = 0.02 * np.random.default_rng(0).standard_normal((1000 // held, lanes, own))
     return np.repeat(drawn, held, axis=0).astype(np.float32)

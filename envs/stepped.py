@@ -9,7 +9,8 @@ import numpy as np
 class Stepped(NamedTuple):
     """What a step of N lanes gave; every array is new.
 
-    `error` [N] is the true one in m or N, `command` [N] the realised one; `more`: further numbers [N] for infos.
+    `error` [N] is the true one in m or N, `command` [N] the realised one, both [N, 6] of a platform; `more`: further
+    numbers [N] for infos.
     """
 
     observation: np.ndarray
@@ -43,16 +44,11 @@ class LaneCore(Protocol):
         ...
 
     def step(self, actions: np.ndarray) -> Stepped:
-        """One step with actions [N]. A lane whose episode was over begins its next one instead."""
+        """One step with actions [N], or [N, 6]. A lane whose episode was over begins its next one instead."""
         ...
 
     def restart(self) -> Stepped:
         """Begin the next episode of the lanes that the last step ended, at once; the others stay where they are."""
-        ...
-
-    @property
-    def present(self) -> Present:
-        """How the first lane is now."""
         ...
 
     def reasons(self, lanes: np.ndarray) -> list[str]:
@@ -60,4 +56,14 @@ class LaneCore(Protocol):
         ...
 
 
+class JackCore(LaneCore, Protocol):
+    """The same of one jack, which can be drawn."""
+
+    @property
+    def present(self) -> Present:
+        """How the first lane is now."""
+        ...
+
+
 CoreT = TypeVar("CoreT", bound=LaneCore)
+JackCoreT = TypeVar("JackCoreT", bound=JackCore)

@@ -26,13 +26,15 @@ class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[CoreT]):
 
     core: CoreT
 
-    def _wrap(self, core: CoreT, num_envs: int, observation: Box, autoreset_mode: AutoresetMode) -> None:
+    def _wrap(self, core: CoreT, num_envs: int, observation: Box, action: Box, autoreset_mode: AutoresetMode) -> None:
         self.core, self.num_envs, self.autoreset_mode = core, num_envs, autoreset_mode
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
-        self.single_action_space = action_space()
+        self.single_action_space = action
         self.single_observation_space = observation
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
+        size = int(np.prod(self.single_action_space.shape))
+        self._shape = (num_envs, size) if size > 1 else (num_envs,)
         self._random: list[np.random.Generator] = []
 
     def reset(
@@ -59,10 +61,10 @@ class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[CoreT]):
         return begun.observation, self._infos(begun)
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One step of every lane with actions [num_envs, 1]; see Gymnasium. Raises ResetNeeded before a reset."""
+        """One step of every lane with actions [num_envs, own]; see Gymnasium. Raises ResetNeeded before a reset."""
         if not self._random:
             raise ResetNeeded("no episode is going on; call reset() first")
-        stepped = self.core.step(np.asarray(actions, float).reshape(self.num_envs))
+        stepped = self.core.step(np.asarray(actions, float).reshape(self._shape))
         ended = stepped.terminated | stepped.truncated
         if self.autoreset_mode is AutoresetMode.NEXT_STEP or not np.count_nonzero(ended):
             return *stepped[:4], self._infos(stepped)
@@ -76,7 +78,8 @@ class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[CoreT]):
         there = np.ones(self.num_envs, bool) if lanes is None else lanes
         infos = {}
         for name, values in stepped.infos.items():
-            infos |= _masked(name, np.where(there, values, values.dtype.type(0)), there)  # a copy: cores go on from it
+            own = there if values.ndim == 1 else there[:, None]
+            infos |= _masked(name, np.where(own, values, values.dtype.type(0)), there)  # a copy: cores go on from it
         ended = stepped.terminated
         if np.count_nonzero(ended):
             trip = np.full(self.num_envs, None, dtype=object)
@@ -120,7 +123,7 @@ class _Jacks(Lanes[Core]):
 
     def __init__(self, num_envs: int, task: str | Path, autoreset_mode: str | AutoresetMode) -> None:
         mode, core = autoreset(autoreset_mode), Core(load_task(task, self.loop), checked_lanes(num_envs))
-        self._wrap(core, num_envs, observation_space(core.channels), mode)
+        self._wrap(core, num_envs, observation_space(core.channels), action_space(), mode)
 
 
 class JackPositionVector(_Jacks):

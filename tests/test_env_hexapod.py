@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from envs.hexapod import LEGS
+from envs.hexapod import Hexapod, HexapodVector
 from workbench import InputError
-from workbench.rigs.platform import leg_speeds, load_platform
+from workbench.rigs.platform import LEGS, leg_speeds, load_platform
 
 
 @pytest.fixture(scope="module")
@@ -60,3 +60,62 @@ def test_a_leg_that_runs_away_ends_the_episode(env):
 def test_there_are_no_options(env):
     with pytest.raises(InputError, match="unknown option"):
         env.reset(options={"pose": 1})
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["ideal", "sensors"])
+def pair(request):
+    """One lane and three, by the same sensors."""
+    return Hexapod(ideal=request.param), HexapodVector(3, ideal=request.param)
+
+
+def test_a_lane_does_what_a_platform_alone_does(pair):
+    """Of each seed, through a trip of one lane and the episodes after it."""
+    one, lanes = pair
+    actions = 0.05 * np.random.default_rng(0).standard_normal((30, 3, LEGS))
+    actions[5:, 1] = 1.0
+    shown, _ = lanes.reset(seed=7)
+    steps = [lanes.step(each) for each in actions]
+    assert any(terminated[1] for _, _, terminated, _, _ in steps)
+    for lane in range(3):
+        assert np.array_equal(one.reset(seed=7 + lane)[0], shown[lane])
+        over = False
+        for action, (observation, reward, terminated, _, infos) in zip(actions, steps, strict=True):
+            own = (one.reset()[0], 0.0, False, False, {}) if over else one.step(action[lane])
+            over = own[2]
+            assert observation[lane] == pytest.approx(own[0], abs=1e-6)
+            assert (reward[lane], terminated[lane]) == (pytest.approx(own[1], rel=1e-9), own[2])
+            if over:
+                assert infos["trip"][lane] == own[4]["trip"]
+
+
+def test_an_episode_begins_anew_in_the_step_that_ended_it():
+    lanes = HexapodVector(2, autoreset_mode="SameStep")
+    first, _ = lanes.reset(seed=1)
+    steps = [lanes.step(np.zeros((2, LEGS))) for _ in range(200)]
+    observation, _, terminated, truncated, infos = steps[-1]
+    assert truncated.all()
+    assert not terminated.any()
+    assert infos["final_obs"][0].shape == (30,)
+    assert not np.array_equal(observation, first)
+    assert np.abs(infos["final_info"]["error"]).max() <= 0.021
+
+
+def test_what_sensors_say_scatters_as_they_do():
+    """Positions of the legs by their noise and resolution; at rest nothing turns."""
+    ideal, sensed = Hexapod(), Hexapod(ideal=False)
+    rig = load_platform("hexapod").legs[0].rig
+    shown = [sensed.reset(seed=seed)[0] - ideal.reset(seed=seed)[0] for seed in range(100)]
+    sensor = rig.sensors["position"]
+    read = np.std([each[12:18] for each in shown]) * rig.limit("stroke")
+    assert read == pytest.approx(np.hypot(sensor.noise, sensor.resolution / np.sqrt(12)), rel=0.15)
+    assert all(np.abs(each[6:12]).max() < 1e-6 for each in shown)
+
+
+def test_commands_come_late_where_the_drives_are():
+    moved = {}
+    for ideal in (True, False):
+        platform = Hexapod(ideal=ideal)
+        _, begun = platform.reset(seed=0)
+        _, _, _, _, info = platform.step(np.full(LEGS, 0.2))
+        moved[ideal] = abs(info["error"][2] - begun["error"][2])
+    assert moved[False] < 0.8 * moved[True]

@@ -172,7 +172,7 @@ def test_numbers_of_effects_are_drawn_within_their_bounds(rig, written, tmp_path
 # pictures
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("name", [name for name in IDS if name.startswith("Jack")])
 def test_pictures_show_the_jack_and_grow_with_the_episode(name):
     env = gymnasium.make(name, render_mode="rgb_array", disable_env_checker=True)
     env.reset(seed=0)

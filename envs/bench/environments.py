@@ -6,14 +6,15 @@ import numpy as np
 from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode
 
-from ..single import OneLane
+from ..single import OneJack
+from ..spaces import action_space
 from ..vector import Lanes, autoreset, checked_lanes
 from .core import BenchCore
 from .past import BOUND, silent_policy
 from .task import load_bench_task
 
 
-class JackBench(OneLane[BenchCore]):
+class JackBench(OneJack[BenchCore]):
     """Add to the command of a tuned law, such that steps and loads cost less than under the law alone.
 
     All but the decisions is that of a train experiment (`jackbench train`), a file or a shipped one by name: the rig,
@@ -80,7 +81,7 @@ class JackBench(OneLane[BenchCore]):
         """
         policy = silent_policy(error, pressure, past, limit, decision)
         core = BenchCore(load_bench_task(experiment, policy), 1)
-        self._wrap(core, _observation(past), render_mode, (core.task.plants.rig, "position", decision))
+        self._wrap_jack(core, _observation(past), render_mode, (core.task.plants.rig, "position", decision))
 
 
 class JackBenchVector(Lanes[BenchCore]):
@@ -103,7 +104,9 @@ class JackBenchVector(Lanes[BenchCore]):
         """As JackBench. Raises InputError as that does, and for another mode."""
         mode, lanes = autoreset(autoreset_mode), checked_lanes(num_envs)
         policy = silent_policy(error, pressure, past, limit, decision)
-        self._wrap(BenchCore(load_bench_task(experiment, policy), lanes), lanes, _observation(past), mode)
+        self._wrap(
+            BenchCore(load_bench_task(experiment, policy), lanes), lanes, _observation(past), action_space(), mode
+        )
 
 
 def _observation(past: int) -> Box:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import accumulate, pairwise
 
 import casadi as ca
@@ -39,6 +39,15 @@ def platform_law(controller: PlatformController) -> PlatformLaw | None:
     graphs = [as_graph(law) for law in laws if law is not None]
     whole = _Whole(controller, graphs)
     return PlatformLaw(LawGraphs(*whole.graphs()), whole.numbers, controller.measures, whole.start)
+
+
+@cache
+def direct_law() -> PlatformLaw:
+    """No law: the feed-forward is what is demanded of the jacks."""
+    x, s, o, q = (ca.SX.sym(name, size) for name, size in (("x", 0), ("s", 2 * LEGS), ("o", LEGS), ("q", 0)))
+    output = ca.Function("output", [x, s, o, q], [s[LEGS:]])
+    advance = ca.Function("advance", [x, s, ca.SX.sym("v", LEGS), o, q], [x])
+    return PlatformLaw(LawGraphs(output, advance), np.zeros(0), (), lambda _s, _u: (np.zeros(0), np.zeros(LEGS)))
 
 
 class _Whole:

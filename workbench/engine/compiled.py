@@ -61,6 +61,10 @@ class CompiledPlant:
         plant = self._attempt, self._h, object_cache.vector_width(), self._commands
         return self._single if self._brief and not object_cache.compiled(_key(*plant)) else _Kernel(*plant)
 
+    def in_blocks(self, lanes: int) -> bool:
+        """Whether so many lanes run in blocks, for which code that is called from them has to be made."""
+        return lanes > 1 and self._block is not self._single
+
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
     ) -> Batch:

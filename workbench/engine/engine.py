@@ -130,7 +130,7 @@ class Engine:
         if shape not in self._laws:
             self._laws[shape] = compile_law(self.plant, shape)
         law, runs = self._laws[shape], cast("CompiledPlant", self._runs)
-        address = law.single if len(x0) == 1 else law.block
+        address = law.block if runs.in_blocks(len(x0)) else law.single
         return runs.run_sampled(address, x0, durations, state, rows, numbers, shape.width_out, every, p)
 
     def outputs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:

@@ -34,11 +34,13 @@ class PlatformSetup:
         return tuple(leg.rig.with_values(M=float(mass)) for leg, mass in pairs)
 
 
-def platform_setup(platform: Platform, delay: float = 0.0, pose: np.ndarray | None = None) -> PlatformSetup:
-    """Build a platform whose commands come `delay` [s] late, and hold it in a pose [6] (home). Raises InputError where
-    the jacks cannot hold it."""
+def platform_setup(
+    platform: Platform, delay: float = 0.0, pose: np.ndarray | None = None, brief: bool = True
+) -> PlatformSetup:
+    """Build a platform whose commands come `delay` [s] late, and hold it in a pose [6] (home). `brief`: as of Engine.
+    Raises InputError where the jacks cannot hold it."""
     platform = platform.with_rigs(lambda rig: with_delay(rig, delay))
-    engine = Engine(build_platform(platform), brief=True)
+    engine = Engine(build_platform(platform), brief=brief)
     plant, smooth = engine.plant, engine.plant.without_dry_friction()
     null, calm = platform_equilibrium(plant, pose), platform_equilibrium(plant, pose, smooth)
     directions, masses = decoupling(plant, calm, smooth)
