@@ -13,7 +13,7 @@ from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
 from workbench.commands.knowledge.config import load_knowledge
 from workbench.commands.learn.config import load_any
-from workbench.commands.robustness.config import load_robustness
+from workbench.commands.robustness.config import load_any as load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.run.study import study_of
 from workbench.commands.sines.config import load_sines

@@ -11,6 +11,7 @@ from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
 from workbench.commands.knowledge.config import load_knowledge
 from workbench.commands.learn.config import load_any, load_learning
+from workbench.commands.robustness.config import load_any as load_robustness_of_any
 from workbench.commands.robustness.config import load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.sines.config import load_sines
@@ -57,6 +58,7 @@ def pages() -> dict[str, str]:
         ("tune", load_tune, ("tune.toml",)),
         ("train", load_train, ("train.toml",)),
         ("robustness", load_robustness, ("robustness.toml",)),
+        ("robustness: a platform on six jacks", load_robustness_of_any, ("robustness_platform.toml",)),
         ("knowledge", load_knowledge, ("knowledge.toml",)),
         ("faults", load_faults, ("faults.toml",)),
         ("learn", load_learning, ("learn.toml",)),

@@ -23,8 +23,8 @@ from ..commands.plan.study import run_plan
 from ..commands.residual.study import run_residual
 from ..commands.retune.config import load_retune
 from ..commands.retune.study import run_retune
-from ..commands.robustness.config import load_robustness
-from ..commands.robustness.study import run_robustness
+from ..commands.robustness.config import load_any
+from ..commands.robustness.platform_study import run_any
 from ..commands.run.config import load_config
 from ..commands.run.study import study_of
 from ..commands.sines.config import load_sines
@@ -41,7 +41,7 @@ __all__ = ["fit", "plan", "residual", "retune", "run", "trace"]
 _BY_JOBS: dict[Any, tuple[Callable[..., Any], Callable[..., Outcome]]] = {
     "bench": (load_bench, run_bench),
     "tune": (load_tune, run_tune),
-    "robustness": (load_robustness, run_robustness),
+    "robustness": (load_any, run_any),
 }
 _OTHERS: dict[Any, tuple[Callable[..., Any], Callable[..., Outcome]]] = {
     "faults": (load_faults, run_faults),

@@ -11,12 +11,12 @@ def platform_controllers(top: Table, platform: Platform) -> tuple[PlatformSpec, 
     tables = top.table("controllers")
     if not len(tables):
         raise top.complaint("controllers", "no controllers; add a table [controllers.NAME]")
-    return tuple(_controller(tables, name, platform) for name in tables)
+    return tuple(platform_controller(name, tables.table(name), platform) for name in tables)
 
 
-def _controller(tables: Table, name: str, platform: Platform) -> PlatformSpec:
-    """On every leg the controller of a table; or, with a list of `laws`, one on each mode."""
-    table = tables.table(name)
+def platform_controller(name: str, table: Table, platform: Platform) -> PlatformSpec:
+    """On every leg the controller of a table; or, with a list of `laws`, one on each mode. Raises InputError with file
+    and key."""
     if "laws" not in table:
         own = table.replaced({key: entry for key, entry in table.values.items() if key != "smoothing"})
         spec = _checked(controller_spec(name, own), own, platform)

@@ -2,6 +2,7 @@
 
 options, config    what it is asked; the experiment file
 study, page, linear_page    all rows; the report
+platform_config, platform_study, platform_page    the same of a platform on six jacks
 
-The plants, their loops and steps are in loop/robustness.
+The plants, their loops and steps are in loop/robustness and loop/platform.
 """

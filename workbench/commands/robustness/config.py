@@ -11,9 +11,11 @@ from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.knowledge import ALL, known_to
 from ...loop.robustness.problem import RobustnessProblem
+from ...rigs.platform import is_platform
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS, read_factors, read_positions
 from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
+from .platform_config import PlatformRobustness, platform_robustness
 
 KEYS = (
     "experiment", "rig", "plant", "specimen", "plants", "seed", "ideal", "step", "seconds", "moves", "stroke",
@@ -29,6 +31,19 @@ class RobustnessConfig(RobustnessProblem):
     """The same of an experiment; `source` is that as it was read, with the tables of its controllers."""
 
     source: Mapping[str, Any]
+
+
+def load_any(
+    path: str | Path, rig: str | None = None, plants: int | None = None
+) -> RobustnessConfig | PlatformRobustness:
+    """Read the file, of one jack or of a platform; `rig` and `plants` replace what it says. Raises InputError with
+    file, line and key."""
+    path = Path(path)
+    top = read_experiment(path)
+    named = rig or (top.text("rig") if "rig" in top else "")
+    if is_platform(named) or is_platform(path.parent / named):
+        return platform_robustness(top, path, rig, plants)
+    return load_robustness(path, rig, plants)
 
 
 def load_robustness(path: str | Path, rig: str | None = None, plants: int | None = None) -> RobustnessConfig:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..common.options import computes, draws, finish, jobs, plants, works
 from ..common.shipped import experiment
-from .config import load_robustness
+from .config import load_any
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -20,10 +20,9 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _robustness(options: argparse.Namespace, words: list[str]) -> None:
-    config = load_robustness(options.experiment, options.rig, plants(options))
-    from .study import run_robustness
-
+    config = load_any(options.experiment, options.rig, plants(options))
     identity = {"command": "robustness", "experiment": config.source, "plants": config.plants}
     identity["rig"] = config.rig.table()
-    name = Path(options.experiment).stem
-    finish(options, words, name, identity, partial(run_robustness, config, jobs=jobs(options)))
+    from .platform_study import run_any
+
+    finish(options, words, Path(options.experiment).stem, identity, partial(run_any, config, jobs=jobs(options)))

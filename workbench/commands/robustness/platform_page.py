@@ -1,0 +1,126 @@
+"""The report of a platform's robustness: tables of controllers, and how soon the drawn platforms settle."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...base.units import from_si
+from ...base.words import counted
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.platform import AXES
+from .platform_config import PlatformRobustness
+
+Metrics = Mapping[str, Any]
+_COLUMNS = {
+    "scenario": "step",
+    "controller": "controller",
+    "tripped": "tripped",
+    "never": "never settled",
+    "settling_p50_s": "settling, median [s]",
+    "settling_p99_s": "99 % [s]",
+    "settling_worst_s": "worst [s]",
+    "overshoot_worst_percent": "worst overshoot [%]",
+    "cross_worst_percent": "other axes, worst [%]",
+    "cavitating": "cavitating",
+}
+_LINEAR = {
+    "controller": "controller",
+    "unstable": "unstable",
+    "ms_median": "Ms, median",
+    "ms_worst": "worst",
+    "coupling_median_percent": "surge into pitch at 5 Hz, median [%]",
+    "coupling_worst_percent": "worst [%] ",
+}
+_ANGLES = AXES[3:]
+
+
+def platform_page(
+    config: PlatformRobustness, metrics: Metrics, columns: Mapping[str, np.ndarray], drawn: Mapping[str, np.ndarray]
+) -> tuple[Page, Figure]:
+    """The report and its telling figure."""
+    figures = [_settled(config, step.name, columns) for step in config.steps]
+    order = [step.name for step in config.steps]
+    rows = sorted(metrics["rows"], key=lambda row: order.index(row["scenario"]))
+    judged = "ideal sensors and no delay" if config.conditions.ideal else "with noise, resolution and computing delay"
+    steps = Table(
+        f"Steps on {counted(config.plants, 'platform')}",
+        list(_COLUMNS.values()),
+        [[row[key] for key in _COLUMNS] for row in rows],
+        f"Counts of platforms, {judged}. Settled within 2 % of the step; a platform that never settles counts as the "
+        "slowest, and a dash says that there is one. Other axes: how far any of them goes, in percent of the step, "
+        "angles times the radius of the joints. Cavitating: a chamber comes below 0 bar.",
+    )
+    linear = Table(
+        "Linear loops, each at its own pose",
+        list(_LINEAR.values()),
+        [[row[key] for key in _LINEAR] for row in metrics["linear"]],
+        "Ms is the largest singular value of the sensitivity at the six commands.",
+    )
+    ranges = Table(
+        "Payloads and poses that were drawn, uniformly",
+        ["number", "least", "largest", "unit"],
+        [[name, *_ends(name, values)] for name, values in drawn.items()],
+        "The moments of inertia go with the mass. Each leg has numbers of its own, within the bounds of its rig and "
+        "the factors of [draw].",
+    )
+    sections = [
+        Section("Controllers", [steps, linear]),
+        Section("Settling over the platforms", figures),
+        Section("The slowest platform of each", [_worst(rows)]),
+        Section("What was drawn", [ranges]),
+    ]
+    return Page(f"Robustness of {config.rig.name}", _verdict(metrics), sections), figures[0]
+
+
+def _verdict(metrics: Metrics) -> str:
+    """Of each controller, on how many platforms it fails; and which of those that hold settles soonest."""
+    told = {row["controller"]: _failing(row["controller"], metrics) for row in metrics["linear"]}
+    sound = [name for name, bad in told.items() if not bad]
+    if not sound:
+        least = min(told, key=lambda name: told[name])
+        return f"No controller holds on all platforms; {least} fails on the fewest."
+    slowest = {
+        name: max(row["settling_p99_s"] for row in metrics["rows"] if row["controller"] == name) for name in sound
+    }
+    best = min(slowest, key=lambda name: slowest[name])
+    return f"{best} holds on all platforms; in each step 99 % of them settle within {slowest[best]:.3g} s."
+
+
+def _failing(name: str, metrics: Metrics) -> int:
+    rows = [row["tripped"] + row["never"] for row in metrics["rows"] if row["controller"] == name]
+    return sum(row["unstable"] for row in metrics["linear"] if row["controller"] == name) + sum(rows)
+
+
+def _settled(config: PlatformRobustness, step: str, columns: Mapping[str, np.ndarray]) -> Figure:
+    """The share of the platforms that have settled, over time."""
+    curves = []
+    for spec in config.controllers:
+        settling = columns[f"{spec.name}.{step}.settling"]
+        at, platforms = np.unique(settling[~np.isnan(settling)], return_counts=True)
+        curves.append(Curve(spec.name, at, 100 * np.cumsum(platforms) / len(settling)))
+    return Figure(
+        f"{step}: share of the platforms that have settled", "time [s]", (Panel("settled [%]", tuple(curves)),)
+    )
+
+
+def _worst(rows: list[dict[str, Any]]) -> Table:
+    names = list(rows[0]["worst"])
+    heads = [f"{name} [{_unit(name)}]" for name in names]
+    lines = [
+        [row["scenario"], row["controller"], *(_shown(name, row["worst"][name]) for name in names)] for row in rows
+    ]
+    return Table("", ["step", "controller", *heads], lines)
+
+
+def _unit(name: str) -> str:
+    return "kg" if name == "mass" else "deg" if name in _ANGLES else "mm"
+
+
+def _shown(name: str, value: float) -> float:
+    si = "kg" if name == "mass" else "rad" if name in _ANGLES else "m"
+    return float(from_si(value, _unit(name), si))
+
+
+def _ends(name: str, values: np.ndarray) -> tuple[float, float, str]:
+    return _shown(name, float(values.min())), _shown(name, float(values.max())), _unit(name)

@@ -1,0 +1,120 @@
+"""A controller on many drawn platforms: the linear loop of each, and steps in compiled lanes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...control.platform_controller import LEGS, PlatformController
+from ...control.platform_law import PlatformLaw, platform_law
+from ...rigs.platform import AXES
+from .. import step_metrics as metrics
+from ..sensors import draws
+from .compiled import CompiledPlatform
+from .drawn import DrawnPlatform
+from .legs import LegSensors
+from .loop import leg_references
+from .rows import SHARE
+from .setup import PlatformSetup
+from .steps import AxisStep
+from .transfer import platform_transfer
+
+_F = np.geomspace(0.5, 100.0, 120)  # Hz
+_JUDGED = 5.0  # Hz: at which couplings are told
+
+
+@dataclass(frozen=True)
+class LinearColumns:
+    """Of drawn platforms [n]: whether the linear loop is stable, its Ms and how far a surge moves the pitch at 5 Hz
+    [percent], both NaN where it is not."""
+
+    stable: np.ndarray
+    ms: np.ndarray
+    coupling: np.ndarray
+
+
+@dataclass(frozen=True)
+class StepColumns:
+    """A step on drawn platforms [n]: settling [s] (NaN: never), overshoot [%], how far the other axes go at most, in
+    percent of the step, what tripped or failed, and the lowest pressure [Pa]."""
+
+    settling: np.ndarray
+    overshoot: np.ndarray
+    cross: np.ndarray
+    tripped: np.ndarray
+    lowest: np.ndarray
+
+
+def linear_columns(platforms: Sequence[DrawnPlatform], controller: PlatformController) -> LinearColumns:
+    """The linear loop of each at its own pose. Raises NoLinearView."""
+    rows = []
+    for each in platforms:
+        loop = platform_transfer(each.setup, controller, _F)
+        told = (float(loop.sensitivity.max()), 100 * loop.coupling("pitch", "surge", _JUDGED))
+        rows.append((loop.stable, *(told if loop.stable else (np.nan, np.nan))))
+    stable, ms, coupling = np.array(rows, float).T
+    return LinearColumns(stable.astype(bool), ms, coupling)
+
+
+def step_columns(
+    setup: PlatformSetup, platforms: Sequence[DrawnPlatform], controller: PlatformController, step: AxisStep,
+    seed: int | None,
+) -> StepColumns:  # fmt: skip
+    """A step from the pose of each. Raises InputError for laws that do not run compiled."""
+    law = platform_law(controller)
+    if law is None:
+        raise InputError("a law that is Python alone does not run on drawn platforms; leave it out")
+    t, played, tripped = _played(setup, platforms, controller, law, step, seed)
+    plant, weights = setup.engine.plant, setup.platform.geometry.weights
+    axes = [plant.state(axis) for axis in AXES]
+    chambers = [plant.state(f"leg{i + 1}.{name}") for i in range(LEGS) for name in ("P1", "P2")]
+    moved = played[:, :, axes] - played[:, :1, axes]
+    y, band = moved[:, :, step.axis], SHARE * abs(step.size)
+    settled = [metrics.settling_time(t, one, step.size, band) for one in y]
+    far = np.abs(moved).max(axis=1) * weights / (abs(step.size) * weights[step.axis])
+    return StepColumns(
+        np.where(tripped, np.nan, np.array([np.nan if each is None else each for each in settled])),
+        np.array([metrics.overshoot(one, 0.0, step.size) for one in y]),
+        100 * np.delete(far, step.axis, axis=1).max(axis=1),
+        tripped,
+        played[:, :, chambers].min(axis=(1, 2)),
+    )
+
+
+def _played(
+    setup: PlatformSetup,
+    platforms: Sequence[DrawnPlatform],
+    controller: PlatformController,
+    law: PlatformLaw,
+    step: AxisStep,
+    seed: int | None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [k], states [n, k, states] and what tripped or failed [n]."""
+    sensors = LegSensors.of(setup, controller.measures, seed is not None)
+    loop, engine, period = CompiledPlatform(setup, sensors, law), setup.engine, setup.platform.period
+    starts, rows, memories, numbers = [], [], [], []
+    for each in platforms:
+        start = each.setup.null
+        pose = each.pose + step.pose(period)
+        reference = leg_references(setup, controller.smoothed(pose, period))
+        forward = controller.forward_commands(reference, period)
+        width = LEGS * len(sensors.names)
+        normal = np.zeros((len(pose) + 1, width))
+        if seed is not None:
+            normal = draws(seed, each.number).standard_normal(normal.shape)
+        first = sensors.read(engine.observe(start.x, start.u, each.p), normal[0])
+        signals = np.concatenate((reference[0], forward[0], first[:, sensors.picked(law.measures)].ravel()))
+        x, offset = law.start(signals, start.u[:LEGS])
+        others = np.zeros((len(pose), len(engine.plant.inputs) - LEGS))
+        noise = normal[1:] if sensors.noisy else normal[1:, :0]
+        rows.append(loop.rows(reference=reference, forward=forward, others=others, noise=noise))
+        starts.append(start.x)
+        memories.append(loop.memory(start.u[:LEGS], x))
+        numbers.append(loop.numbers(offset))
+    p = np.array([each.p for each in platforms])
+    batch, out = loop.run(np.array(starts), np.array(memories), np.array(rows), np.array(numbers), p)
+    failed = batch.failed >= 0
+    states = np.where(failed[:, None, None], np.array(starts)[:, None], batch.x[:, :-1])
+    tripped = failed | np.any(out["trip"][:, -1] > 0, axis=1)
+    return np.arange(states.shape[1]) * period, states, tripped
