@@ -91,6 +91,15 @@ def test_what_a_suspect_is_shows_beside_a_wandering_rig():
     assert AXES[suspects(known, 26, before)[0]].name == "main.deadband"
 
 
+def test_a_session_that_tells_nothing_of_an_axis_ranks_the_others():
+    moves = wandering(40, 5)
+    moves[25:, 3] += 0.2
+    known = watched(moves, 5)
+    known.matrix[-1, 1], known.matrix[-1, :, 1], known.vector[-1, 1] = 0.0, 0.0, 0.0
+    before = smoothed(known.until(25))[0].mean(axis=0)
+    assert AXES[suspects(known, 26, before)[0]].name == "main.deadband"
+
+
 def test_a_number_of_the_rig_competes_as_an_effect_does():
     """A leak that grows beyond what healthy rigs do is the first suspect, by the sessions about its alarm, though on
     the newest session, to first order about numbers that are held, effects explain more."""

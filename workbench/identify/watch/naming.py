@@ -68,8 +68,8 @@ def _until(known: History) -> np.ndarray:
 
 
 def _newest(known: History, moves: np.ndarray) -> np.ndarray:
-    """Gains [n] of each axis in the newest session; those of the rig's numbers that are not meant wander as healthy
-    ones do."""
+    """Gains [n] of each axis in the newest session, 0 where that tells nothing of it; those of the rig's numbers that
+    are not meant wander as healthy ones do."""
     matrix, k = known.matrix[-1], known.numbers
     left = known.vector[-1] - matrix @ moves
     held = np.diag(1.0 / wander(known)[:k])
@@ -77,6 +77,8 @@ def _newest(known: History, moves: np.ndarray) -> np.ndarray:
     usual = float(left[:k] @ own[:, 0])
     gain = np.zeros(len(known.axes))
     for j, axis in enumerate(known.axes):
+        if not matrix[j, j]:
+            continue
         if j < k:
             free = held * (np.arange(k) != j)
             gain[j] = float(left[:k] @ np.linalg.solve(matrix[:k, :k] + free, left[:k])) - usual
