@@ -5,10 +5,12 @@ from functools import partial
 from pathlib import Path
 
 from ...base.errors import InputError
-from ..common.experiment import data_files
+from ...base.table import Table
+from ..common.experiment import data_files, read_experiment
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
 from .config import load_retune
+from .platform_config import load_platform_retune
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -28,6 +30,10 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _retune(options: argparse.Namespace, words: list[str]) -> None:
     if options.trials is not None and options.trials < 1:
         raise InputError(f"--trials {options.trials}: must be 1 or more")
+    top = read_experiment(options.experiment)
+    if top.values.get("experiment") == "platform":
+        _retune_platform(options, words, top)
+        return
     config = load_retune(options.experiment, options.found, options.rig, options.controller, options.trials)
     from .study import run_retune
 
@@ -37,3 +43,16 @@ def _retune(options: argparse.Namespace, words: list[str]) -> None:
         identity["files"] = files
     name = f"retune-{Path(options.experiment).stem}"
     finish(options, words, name, identity, partial(run_retune, config, jobs=jobs(options)))
+
+
+def _retune_platform(options: argparse.Namespace, words: list[str], top: Table) -> None:
+    """Laws on modes follow the found platform by formulas: nothing is searched."""
+    for name in ("controller", "trials"):
+        if getattr(options, name) is not None:
+            raise InputError(f"--{name} belongs to a search on one jack; leave it out on a platform")
+    config = load_platform_retune(top, Path(options.experiment), options.rig, options.found)
+    from .platform_study import run_platform_retune
+
+    platforms = {"rig": config.declared.rig.table(), "found": config.found.rig.table()}
+    identity = {"command": "retune", "experiment": config.found.source, **platforms}
+    finish(options, words, f"retune-{Path(options.experiment).stem}", identity, partial(run_platform_retune, config))

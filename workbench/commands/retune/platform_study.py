@@ -1,0 +1,153 @@
+"""What a found platform buys modal laws: those of the declared one and those that follow its modes, both on it."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...base.toml_text import toml_text
+from ...control.platform_controller import LEGS
+from ...loop.platform.loop import PlatformRun, run_platform
+from ...loop.platform.rows import step_row
+from ...loop.platform.setup import PlatformSetup, platform_setup
+from ...loop.platform.transfer import PlatformTransfer, platform_transfer
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...rigs.platform import AXES
+from ...rigs.platform.platform_file import platform_text
+from ...rigs.rig_file import rig_text
+from ..common.outcome import Outcome, Progress, Stage
+from ..run.platform_config import PlatformConfig
+from .platform_config import PlatformRetune
+
+Runs = dict[tuple[str, str, str], PlatformRun]  # by controller, old or retuned, step
+_JUDGED = 5.0  # Hz: at which couplings are told
+_WATCHED = 0.4  # s: of a step in the figures
+_COLUMNS = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", "cross": "other axes, worst [%]"}
+
+
+def run_platform_retune(config: PlatformRetune, stage: Stage, progress: Progress) -> Outcome:
+    """`rows`, a step each, and `linear`, of every modal controller, old and retuned, on the found platform; `modes`.
+
+    `retuned.toml` is left, the experiment with the retuned laws, and the found platform that it names.
+    """
+    progress("modes of both platforms")
+    declared, found = (platform_setup(each.rig, each.delay) for each in (config.declared, config.found))
+    ratio = np.sqrt(declared.masses / found.masses)
+    ways = {
+        "old": (config.found, replace(found, directions=declared.directions, leg_masses=declared.leg_masses)),
+        "retuned": (config.retuned(ratio), found),
+    }
+    rows, linear, runs = [], [], Runs()
+    for way, (experiment, setup) in ways.items():
+        for name in config.modal:
+            progress(f"{name}, {way}")
+            transfer, own = _judged(experiment, name, setup)
+            linear.append(_linear(name, way, transfer))
+            for step, run in own.items():
+                runs[name, way, step] = run
+                row = step_row(name, next(s for s in experiment.steps if s.name == step), setup, run, transfer)
+                rows.append({**row, "way": way})
+    metrics = {
+        "rows": rows,
+        "linear": linear,
+        "modes": [{"mode": i + 1, "times_as_fast": float(ratio[i])} for i in range(LEGS)],
+        "left_out": [spec.name for spec in config.found.controllers if not spec.modal],
+    }
+    return Outcome(metrics, lambda: (_page(config, metrics, runs), _figure(config, runs)), {}, _files(config, ratio))
+
+
+def _judged(
+    experiment: PlatformConfig, name: str, setup: PlatformSetup
+) -> tuple[PlatformTransfer, dict[str, PlatformRun]]:
+    """The linear loop of a controller, and its steps by name."""
+    spec = next(each for each in experiment.controllers if each.name == name)
+    controller, period = spec.build(setup.platform.period, setup.directions), setup.platform.period
+    runs = {
+        step.name: run_platform(setup, controller, step.pose(period), experiment.conditions.noise)
+        for step in experiment.steps
+    }
+    return platform_transfer(setup, controller, experiment.f), runs
+
+
+def _linear(name: str, way: str, transfer: PlatformTransfer) -> dict[str, Any]:
+    stable = transfer.stable
+    return {
+        "controller": name,
+        "way": way,
+        "stable": stable,
+        "ms": float(transfer.sensitivity.max()) if stable else None,
+        "coupling_percent": 100 * transfer.coupling("pitch", "surge", _JUDGED) if stable else None,
+    }
+
+
+def _files(config: PlatformRetune, ratio: np.ndarray) -> dict[str, str]:
+    """The experiment and the platform that it names, by file."""
+    legs = {f"leg{i}.toml": rig_text(leg.rig) for i, leg in enumerate(config.found.rig.legs, 1)}
+    source = {**config.retuned(ratio).source, "rig": "platform.toml"}
+    return {
+        "retuned.toml": toml_text(source),
+        "platform.toml": platform_text(config.found.rig, list(legs)),
+        **legs,
+    }
+
+
+def _page(config: PlatformRetune, metrics: dict[str, Any], runs: Runs) -> Page:
+    rows, linear = metrics["rows"], metrics["linear"]
+    steps = Table(
+        "Steps on the found platform",
+        ["step", "controller", "laws", *_COLUMNS.values()],
+        [[row["scenario"], row["controller"], row["way"], *map(_cell, _told(row))] for row in rows],
+        "Other axes: how far any of them goes, in percent of the step, angles times the radius of the joints.",
+    )
+    loops = Table(
+        "Linear loops on the found platform",
+        ["controller", "laws", "stable", "Ms", "surge into pitch at 5 Hz [%]"],
+        [[row["controller"], row["way"], row["stable"], row["ms"], row["coupling_percent"]] for row in linear],
+    )
+    modes = Table(
+        "Modes",
+        ["mode", "times as fast as declared"],
+        [[row["mode"], row["times_as_fast"]] for row in metrics["modes"]],
+        "Feed-forward frequencies and gains of pressure feedback go with the mode; gains of position and corners stay.",
+    )
+    left = metrics["left_out"]
+    said = [f"Not retuned, for their laws are not on modes: {', '.join(left)}."] if left else []
+    title = f"Modal laws retuned on {config.found.rig.name}"
+    return Page(title, _verdict(linear), [Section("What it gains", [loops, steps, *said]), Section("Numbers", [modes])])
+
+
+def _told(row: dict[str, Any]) -> list[Any]:
+    return [row["settling_s"], row["overshoot_percent"], max(row["cross"].values())]
+
+
+def _cell(value: float | None) -> float | None:
+    return None if value is None else float(value)
+
+
+def _verdict(linear: list[dict[str, Any]]) -> str:
+    parts = []
+    for row in (each for each in linear if each["way"] == "retuned"):
+        old = next(e for e in linear if e["way"] == "old" and e["controller"] == row["controller"])
+        was, now = (_percent(each["coupling_percent"]) for each in (old, row))
+        parts.append(f"{row['controller']}: at 5 Hz a surge moves the pitch by {now}, before retuning by {was}.")
+    return " ".join(parts)
+
+
+def _percent(value: float | None) -> str:
+    return "no number, as the loop is unstable" if value is None else f"{value:.2g} %"
+
+
+def _figure(config: PlatformRetune, runs: Runs) -> Figure:
+    """The first step: its axis, and the axis that moves most beside it, old and retuned."""
+    step = config.found.steps[0]
+    own, others = [], []
+    for (name, way, which), run in runs.items():
+        if which != step.name:
+            continue
+        shown = run.t <= _WATCHED
+        moved = run.pose[shown] * config.found.rig.geometry.weights
+        own.append(Curve(f"{name}, {way}", run.t[shown], 1e3 * moved[:, step.axis]))
+        beside = np.abs(np.delete(moved, step.axis, axis=1)).max(axis=1)
+        others.append(Curve(f"{name}, {way}", run.t[shown], 1e3 * beside))
+    panels = (Panel(f"{AXES[step.axis]} at the joints [mm]", own), Panel("other axes [mm]", others))
+    return Figure(f"{step.name} on the found platform", "t [s]", panels)
