@@ -84,6 +84,7 @@ def run_watch(
         told = [_named(reader, sessions, evidence, known, each) for each in all_told(known, a_year)]
         lasting = next((each for each in told if each.change.end is None), None)
         moves, deviations = _course(known, [each.change for each in told])
+        usual = _usual(known, moves, [each.change for each in told])
         progress(f"{tuned.controller.name} on the rig of each session")
         costs = stage("loops", lambda: loop_figures(tuned, rig, known, *known_then(known), told))
         healthy = healthy_rate(known, a_year)
@@ -102,7 +103,7 @@ def run_watch(
             for t, (session, each) in enumerate(zip(sessions, evidence, strict=True))
         ],
         "alarms": [_alarm(each, sessions) for each in told],
-        "forecast": forecasts(known, lasting, costs, sessions[0].day, tuned, rig),
+        "forecast": forecasts(known, lasting, costs, usual, sessions[0].day, tuned, rig),
         "retuning": again,
         "left_out": left_out,
         "false_alarms_a_year": a_year,
@@ -123,15 +124,27 @@ def tuned_loop(loop: StepConfig) -> TunedLoop:
     return TunedLoop(loop.controllers[0], loop.scenarios[0], loop.conditions)
 
 
+def _usual(known: History, moves: np.ndarray, changes: Sequence[Change]) -> dict[str, float]:
+    """The rig's numbers in the mean over the sessions outside of changes, SI."""
+    well = _outside(known, changes)
+    mean = moves[well if len(well) else slice(None)].mean(axis=0)
+    return {axis.name: axis.at(float(mean[k])) for k, axis in enumerate(known.axes[: known.numbers])}
+
+
 def _course(known: History, changes: Sequence[Change]) -> tuple[np.ndarray, np.ndarray]:
     """Moves [T, n] of every session and their deviations; those outside of changes by such sessions alone: what changed
     is no first order any more."""
     moves, deviations = smoothed(known, changes)
-    lives = [np.arange(each.earliest, len(known.days) if each.end is None else each.end) for each in changes]
-    well = np.setdiff1d(np.arange(len(known.days)), np.concatenate(lives)) if lives else np.arange(0)
-    if len(well) > 1:
+    well = _outside(known, changes)
+    if changes and len(well) > 1:
         moves[well], deviations[well] = smoothed(known.some(well))
     return moves, deviations
+
+
+def _outside(known: History, changes: Sequence[Change]) -> np.ndarray:
+    """The sessions outside of changes."""
+    lives = [np.arange(each.earliest, len(known.days) if each.end is None else each.end) for each in changes]
+    return np.setdiff1d(np.arange(len(known.days)), np.concatenate(lives or [np.arange(0)]))
 
 
 def _named(

@@ -23,28 +23,33 @@ def forecasts(
     known: History,
     told: Told | None,
     costs: Mapping[str, Sequence[float | None]],
+    usual: Mapping[str, float],
     first: date,
     loop: TunedLoop,
     rig: Rig,
 ) -> list[dict[str, Any]]:
     """Of each figure that drifts towards its limit: the days between which it passes it, with 80 %.
 
-    What is named goes on by its rate; the loop is judged on the rig of some days ahead, and a limit lies between two of
-    them. The rate is as uncertain as it has been unsteady.
+    What is named goes on by its rate, the other numbers are their `usual` ones: the newest session's oil is not that of
+    the day. The loop is judged on the rig of some days ahead, and a limit lies between two of them. The rate is as
+    uncertain as it has been unsteady, and the figure as it has wandered before the change.
     """
     if told is None or told.change.shape != "drift" or len(told.numbers) < _FEWEST:
         return []
     now = float(known.days[-1])
     ahead = now + np.linspace(0.0, 1.0, _PLACES) ** 2 * _HORIZON * 365.25
-    seen = [margins(loop, rig_with(rig, told.numbers_at(day, known.days))) for day in ahead]
+    others = {name: value for name, value in usual.items() if name not in told.moving}
+    seen = [margins(loop, rig_with(rig, told.numbers_at(day, known.days) | others)) for day in ahead]
     limits = [(name, limit, side) for name, (limit, side) in LIMITS.items()]
     start = next((value for value in costs["gain_margin_db"] if value is not None), None)
     if start is not None:
         limits.append(("gain_margin_db", start - LOST, -1))
     rows = []
     for name, limit, side in limits:
-        day = passes(ahead - now, [each.get(name) for each in seen], limit, side)
-        between = None if day is None else interval(day, told.unsteady(day))
+        values = [each.get(name) for each in seen]
+        day = passes(ahead - now, values, limit, side)
+        wander = 0.0 if day is None else _wander(costs[name][: told.change.first], ahead - now, values, day)
+        between = None if day is None else interval(day, told.unsteady(day), wander)
         if between:
             days = [str(first + timedelta(days=round(now + day))) for day in between]
             rows.append(
@@ -65,6 +70,19 @@ def passes(ahead: np.ndarray, values: Sequence[float | None], limit: float, side
     return float(ahead[k - 1] + share * (ahead[k] - ahead[k - 1]))
 
 
-def interval(day: float, unsteady: float) -> tuple[float, float]:
-    """With 80 %, where the rate has a relative standard deviation."""
-    return day * float(np.exp(-NORMAL_80 * unsteady)), day * float(np.exp(NORMAL_80 * unsteady))
+def interval(day: float, unsteady: float, wander: float = 0.0) -> tuple[float, float]:
+    """With 80 %, where the rate has a relative standard deviation, and the day one of its own [days]."""
+    ends = (day * float(np.exp(side * NORMAL_80 * unsteady)) - day for side in (-1, 1))
+    before, after = (float(np.hypot(end, NORMAL_80 * wander)) for end in ends)
+    return max(day - before, 0.0), day + after
+
+
+def _wander(healthy: Sequence[float | None], ahead: np.ndarray, values: Sequence[float | None], day: float) -> float:
+    """The standard deviation [days] of the day on which a figure passes, of what it has wandered in `healthy` sessions
+    and of how steeply it falls then."""
+    seen = [value for value in healthy if value is not None]
+    k = int(np.clip(np.searchsorted(ahead, day), 1, len(ahead) - 1))
+    before, after = values[k - 1], values[k]
+    if len(seen) < _FEWEST or before is None or after is None or before == after:
+        return 0.0
+    return float(np.std(seen, ddof=1) * (ahead[k] - ahead[k - 1]) / abs(after - before))
