@@ -24,7 +24,7 @@ from workbench.base.units import to_si
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.inverse.config import load_inverse
 from workbench.commands.learn.config import load_any
-from workbench.commands.robustness.config import load_robustness
+from workbench.commands.robustness.config import load_any as load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.sines.config import load_sines
 from workbench.commands.train.config import load_train
