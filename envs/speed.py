@@ -6,6 +6,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.spaces.utils import flatdim
 from gymnasium.vector import AsyncVectorEnv
 
 import envs
@@ -61,7 +62,7 @@ def _single(held: int) -> dict[str, float]:
 
 def _vector(env: gymnasium.vector.VectorEnv, held: int) -> dict[str, float]:
     env.reset(seed=0)
-    actions = _actions(env.num_envs, held, env.single_action_space.shape[0])
+    actions = _actions(env.num_envs, held, flatdim(env.single_action_space))
     speed = _timed(lambda count: env.step(actions[count % len(actions)]), env.num_envs)
     env.close()
     return speed
