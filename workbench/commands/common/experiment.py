@@ -14,6 +14,7 @@ from ...control.load_class import absolute
 from ...control.protocol import design_numbers, number
 from ...loop.conditions import Conditions
 from ...rigs.linear_file import FORMS, FREQUENCY_RESPONSE, read_linear_rig
+from ...rigs.platform import is_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 
@@ -128,6 +129,12 @@ def _measured_plant(plant: Table, sheet: str) -> Rig:
 def read_conditions(top: Table) -> Conditions:
     """Under which the loops are judged: `ideal = true`, or the `seed` of the sensors' noise."""
     return Conditions(top.flag("ideal", False), top.count("seed", 0) if "seed" in top else 0)
+
+
+def on_platform(top: Table, path: Path, rig: str | None) -> bool:
+    """Whether an experiment is on a platform: `rig`, or else the one that its file at `path` names."""
+    named = rig or (top.text("rig") if "rig" in top else "")
+    return is_platform(named) or is_platform(path.parent / named)
 
 
 def borrowed_controllers(table: Table, folder: Path) -> dict[str, Table]:

@@ -7,9 +7,8 @@ from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec
-from ...rigs.platform import is_platform
 from ...rigs.rig import Rig
-from ..common.experiment import read_experiment
+from ..common.experiment import on_platform, read_experiment
 from ..common.record_experiment import RecordExperiment, read_record_experiment
 from .platform_config import PlatformLearnConfig, platform_learning
 
@@ -43,8 +42,7 @@ def load_any(path: str | Path, rig: str | None = None, plants: int | None = None
     and key."""
     path = Path(path)
     top = read_experiment(path)
-    named = rig or (top.text("rig") if "rig" in top else "")
-    if is_platform(named) or is_platform(path.parent / named):
+    if on_platform(top, path, rig):
         return platform_learning(top, path, rig, plants)
     return load_learning(path, rig, plants)
 

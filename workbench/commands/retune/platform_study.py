@@ -20,7 +20,6 @@ from ..run.platform_config import PlatformConfig
 from .platform_config import PlatformRetune
 
 Runs = dict[tuple[str, str, str], PlatformRun]  # by controller, old or retuned, step
-_JUDGED = 5.0  # Hz: at which couplings are told
 _WATCHED = 0.4  # s: of a step in the figures
 _COLUMNS = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", "cross": "other axes, worst [%]"}
 
@@ -76,7 +75,7 @@ def _linear(name: str, way: str, transfer: PlatformTransfer) -> dict[str, Any]:
         "way": way,
         "stable": stable,
         "ms": float(transfer.sensitivity.max()) if stable else None,
-        "coupling_percent": 100 * transfer.coupling("pitch", "surge", _JUDGED) if stable else None,
+        "coupling_percent": 100 * transfer.coupling("pitch", "surge") if stable else None,
     }
 
 

@@ -11,10 +11,16 @@ from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.knowledge import ALL, known_to
 from ...loop.robustness.problem import RobustnessProblem
-from ...rigs.platform import is_platform
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS, read_factors, read_positions
-from ..common.experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
+from ..common.experiment import (
+    borrowed_controllers,
+    on_platform,
+    read_conditions,
+    read_experiment,
+    rig_of,
+    with_specimen,
+)
 from .platform_config import PlatformRobustness, platform_robustness
 
 KEYS = (
@@ -40,8 +46,7 @@ def load_any(
     file, line and key."""
     path = Path(path)
     top = read_experiment(path)
-    named = rig or (top.text("rig") if "rig" in top else "")
-    if is_platform(named) or is_platform(path.parent / named):
+    if on_platform(top, path, rig):
         return platform_robustness(top, path, rig, plants)
     return load_robustness(path, rig, plants)
 

@@ -102,7 +102,7 @@ def _verdict(config: PlatformConfig, findings: "PlatformFindings") -> str:
         if not transfer.stable:
             words.append(f"{name}: unstable.")
             continue
-        coupling = 100 * transfer.coupling("pitch", "surge", 5.0)
+        coupling = 100 * transfer.coupling("pitch", "surge")
         words.append(f"{name}: {steps}, surge moves pitch by {coupling:.2g} % at 5 Hz.")
     return " ".join(words)
 

@@ -15,13 +15,11 @@ from ...loop.platform.record import Played, check_motion, play
 from ...loop.platform.rows import step_row
 from ...loop.platform.setup import PlatformSetup, platform_setup
 from ...loop.platform.sines import PlatformSine, platform_sine
-from ...loop.platform.transfer import PlatformTransfer, platform_transfer
+from ...loop.platform.transfer import JUDGED, PlatformTransfer, platform_transfer
 from ...rigs.platform import AXES
 from ..common.outcome import Outcome, Progress, Stage
 from .platform_config import PlatformConfig
 from .platform_page import platform_page
-
-JUDGED = 5.0  # Hz: at which couplings are told
 
 
 @dataclass(frozen=True)

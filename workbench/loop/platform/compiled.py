@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from ...control.platform_law import PlatformLaw
 from ...engine import Batch, periods
 from ...engine.guard_shape import length, packed
 from ...engine.platform_instants import OUT, PlatformShape
+from ...linear import Equilibrium
 from ..guard_numbers import guard_numbers, guard_shape, trip_reason
 from ..sampled_loop import SIMULATION_FAILED
 from .legs import Inputs, Instants, LegSensors
@@ -33,7 +35,8 @@ class CompiledPlatform:
         """What the machine code is of."""
         plant = self.setup.engine.plant
         guard = guard_shape(self.setup.guarded[0], self.sensors.names, self.law.measures)
-        drive = self._whole, bool(self._part) and not plant.interpolated, plant.interpolated
+        whole, part = self._late
+        drive = whole, bool(part) and not plant.interpolated, plant.interpolated
         return PlatformShape(self.law.graphs, self.law.measures, self.sensors.names, guard, *drive, self.sensors.noisy)
 
     def memory(self, command: np.ndarray, law: np.ndarray) -> np.ndarray:
@@ -53,7 +56,7 @@ class CompiledPlatform:
         ]
         noise, resolution = (part[:, read].ravel() for part in (self.sensors.noise, self.sensors.resolution))
         legs = {"guard": np.concatenate(guards), "noise": noise, "resolution": resolution}
-        return packed(shape.numbers, q=self.law.numbers, offset=offset, part=self._part, **legs)
+        return packed(shape.numbers, q=self.law.numbers, offset=offset, part=self._late[1], **legs)
 
     def rows(self, **columns: np.ndarray) -> np.ndarray:
         """Rows of instants [.., k, inputs] of `reference`, `forward`, `others` and, where sensors are noisy, `noise`,
@@ -65,7 +68,8 @@ class CompiledPlatform:
     ) -> tuple[Batch, dict[str, np.ndarray]]:
         """Lanes from x [lanes, n] along rows [lanes, k, inputs]; `memory` [lanes, own] changes in place. States as in
         Engine.run_batch, and what each instant put out, by the names of OUT, [lanes, k, 6]."""
-        durations = np.array([self._part, 1 - self._part] if self.shape.split else [1.0]) * self.setup.platform.period
+        part = self._late[1]
+        durations = np.array([part, 1 - part] if self.shape.split else [1.0]) * self.setup.platform.period
         batch, out = self.setup.engine.run_sampled(self.shape, x, durations, memory, rows, numbers, p=p)
         return batch, dict(zip(OUT, np.split(out, len(OUT), axis=2), strict=True))
 
@@ -75,26 +79,36 @@ class CompiledPlatform:
         rig = self.setup.guarded[legs[0]] if len(legs) else None
         return None if rig is None else f"leg {legs[0] + 1}: {trip_reason(rig, int(codes[legs[0]]))}"
 
-    @property
-    def _whole(self) -> int:
-        return periods(self.setup.engine.plant.lateness(), self.setup.platform.period)[0]
+    def begun(self, start: Equilibrium, inputs: Inputs, p: np.ndarray | None = None) -> "Begun":
+        """A lane at an operating point of parameters p [k] (the plant's own), before the first of its inputs."""
+        first = self.sensors.read(self.setup.engine.observe(start.x, start.u, p), inputs.normal[0])
+        measured = first[:, self.sensors.picked(self.law.measures)].ravel()
+        signals = np.concatenate((inputs.reference[0], inputs.forward[0], measured))
+        x, offset = self.law.start(signals, start.u[:LEGS])
+        noise = inputs.normal[1:] if self.sensors.noisy else inputs.normal[1:, :0]
+        rows = self.rows(reference=inputs.reference, forward=inputs.forward, others=inputs.others, noise=noise)
+        return Begun(start.x, self.memory(start.u[:LEGS], x), rows, self.numbers(offset))
 
-    @property
-    def _part(self) -> float:
-        return periods(self.setup.engine.plant.lateness(), self.setup.platform.period)[1]
+    @cached_property
+    def _late(self) -> tuple[int, float]:
+        """The delay of the commands: whole periods, and the part of one that is left."""
+        return periods(self.setup.engine.plant.lateness(), self.setup.platform.period)
+
+
+class Begun(NamedTuple):
+    """A lane before it runs: what `run` takes of it."""
+
+    x: np.ndarray
+    memory: np.ndarray
+    rows: np.ndarray
+    numbers: np.ndarray
 
 
 def run_compiled(setup: PlatformSetup, sensors: LegSensors, law: PlatformLaw, inputs: Inputs) -> Instants:
     """The loop of a law along its inputs, from the setup's operating point."""
-    loop, start = CompiledPlatform(setup, sensors, law), setup.null
-    first = sensors.read(setup.engine.observe(start.x, start.u), inputs.normal[0])
-    signals = np.concatenate((inputs.reference[0], inputs.forward[0], first[:, sensors.picked(law.measures)].ravel()))
-    x, offset = law.start(signals, start.u[:LEGS])
-    noise = {"noise": inputs.normal[1:]} if sensors.noisy else {"noise": inputs.normal[1:, :0]}
-    rows = loop.rows(reference=inputs.reference, forward=inputs.forward, others=inputs.others, **noise)
-    memory = loop.memory(start.u[:LEGS], x)[None].copy()
-    batch, out = loop.run(start.x[None], memory, rows[None], loop.numbers(offset)[None])
+    loop = CompiledPlatform(setup, sensors, law)
+    batch, out = loop.run(*(part[None] for part in loop.begun(setup.null, inputs)))
     failed = int(batch.failed[0])
-    k = len(rows) if failed < 0 else failed + 1
+    k = len(inputs.reference) if failed < 0 else failed + 1
     reason = loop.trip(out["trip"][0, k - 1]) if failed < 0 else SIMULATION_FAILED
     return Instants(batch.x[0, :k], out["held"][0, :k], out["sent"][0, :k], out["demanded"][0, :k], reason)

@@ -59,5 +59,5 @@ def _judged(spec: PlatformSpec, name: str, setup: PlatformSetup, steps: Sequence
         float(transfer.sensitivity.max()),
         None if None in settled else max(settled),
         next((run.tripped for run in runs if run.tripped), None),
-        100 * transfer.coupling("pitch", "surge", 5.0),
+        100 * transfer.coupling("pitch", "surge"),
     )

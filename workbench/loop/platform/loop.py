@@ -56,7 +56,7 @@ def run_platform(
     for a signal that the legs do not measure.
     """
     sensors = LegSensors.of(setup, controller.measures, seed is not None)
-    inputs = _inputs(setup, controller, pose, wrench or {}, sensors.draws(len(pose), seed))
+    inputs = inputs_of(setup, controller, pose, wrench or {}, sensors.draws(len(pose), seed))
     if added is not None:
         inputs = replace(inputs, forward=inputs.forward + added)
     law = platform_law(controller) if compiled and setup.engine.back_end == "compiled" else None
@@ -65,13 +65,14 @@ def run_platform(
     return _result(setup, inputs, run_in_python(setup, sensors, controller, inputs))
 
 
-def _inputs(
+def inputs_of(
     setup: PlatformSetup,
     controller: PlatformController,
     pose: np.ndarray,
     wrench: Mapping[str, np.ndarray],
     normal: np.ndarray,
 ) -> Inputs:
+    """What comes in along poses [k, 6], with a `wrench` by name [k] and standard normal numbers [1 + k, 6 sensors]."""
     plant, period = setup.engine.plant, setup.platform.period
     reference = leg_references(setup, controller.smoothed(pose, period))
     others = np.zeros((len(pose), len(plant.inputs) - LEGS))

@@ -14,14 +14,13 @@ from ..sensors import draws
 from .compiled import CompiledPlatform
 from .drawn import DrawnPlatform
 from .legs import LegSensors
-from .loop import leg_references
+from .loop import inputs_of
 from .rows import SHARE
 from .setup import PlatformSetup
 from .steps import AxisStep
 from .transfer import platform_transfer
 
 _F = np.geomspace(0.5, 100.0, 120)  # Hz
-_JUDGED = 5.0  # Hz: at which couplings are told
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def linear_columns(platforms: Sequence[DrawnPlatform], controller: PlatformContr
     rows = []
     for each in platforms:
         loop = platform_transfer(each.setup, controller, _F)
-        told = (float(loop.sensitivity.max()), 100 * loop.coupling("pitch", "surge", _JUDGED))
+        told = (float(loop.sensitivity.max()), 100 * loop.coupling("pitch", "surge"))
         rows.append((loop.stable, *(told if loop.stable else (np.nan, np.nan))))
     stable, ms, coupling = np.array(rows, float).T
     return LinearColumns(stable.astype(bool), ms, coupling)
@@ -92,29 +91,17 @@ def _played(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times [k], states [n, k, states] and what tripped or failed [n]."""
     sensors = LegSensors.of(setup, controller.measures, seed is not None)
-    loop, engine, period = CompiledPlatform(setup, sensors, law), setup.engine, setup.platform.period
-    starts, rows, memories, numbers = [], [], [], []
+    loop, period = CompiledPlatform(setup, sensors, law), setup.platform.period
+    lanes = []
     for each in platforms:
-        start = each.setup.null
         pose = each.pose + step.pose(period)
-        reference = leg_references(setup, controller.smoothed(pose, period))
-        forward = controller.forward_commands(reference, period)
-        width = LEGS * len(sensors.names)
-        normal = np.zeros((len(pose) + 1, width))
+        normal = np.zeros((len(pose) + 1, LEGS * len(sensors.names)))
         if seed is not None:
             normal = draws(seed, each.number).standard_normal(normal.shape)
-        first = sensors.read(engine.observe(start.x, start.u, each.p), normal[0])
-        signals = np.concatenate((reference[0], forward[0], first[:, sensors.picked(law.measures)].ravel()))
-        x, offset = law.start(signals, start.u[:LEGS])
-        others = np.zeros((len(pose), len(engine.plant.inputs) - LEGS))
-        noise = normal[1:] if sensors.noisy else normal[1:, :0]
-        rows.append(loop.rows(reference=reference, forward=forward, others=others, noise=noise))
-        starts.append(start.x)
-        memories.append(loop.memory(start.u[:LEGS], x))
-        numbers.append(loop.numbers(offset))
-    p = np.array([each.p for each in platforms])
-    batch, out = loop.run(np.array(starts), np.array(memories), np.array(rows), np.array(numbers), p)
+        lanes.append(loop.begun(each.setup.null, inputs_of(setup, controller, pose, {}, normal), each.p))
+    starts, memory, rows, numbers = (np.array(part) for part in zip(*lanes, strict=True))
+    batch, out = loop.run(starts, memory, rows, numbers, np.array([each.p for each in platforms]))
     failed = batch.failed >= 0
-    states = np.where(failed[:, None, None], np.array(starts)[:, None], batch.x[:, :-1])
+    states = np.where(failed[:, None, None], starts[:, None], batch.x[:, :-1])
     tripped = failed | np.any(out["trip"][:, -1] > 0, axis=1)
     return np.arange(states.shape[1]) * period, states, tripped

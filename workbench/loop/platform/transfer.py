@@ -11,6 +11,8 @@ from ...linear.sampling import zero_order_hold
 from ...rigs.platform import AXES, leg_speeds, pose_rates
 from .setup import PlatformSetup
 
+JUDGED = 5.0  # Hz: at which couplings are told
+
 
 @dataclass(frozen=True)
 class PlatformTransfer:
@@ -28,7 +30,7 @@ class PlatformTransfer:
         """Whether every disturbance dies away."""
         return bool(np.abs(self.poles).max() < 1.0)
 
-    def coupling(self, into: str, of: str, hz: float) -> float:
+    def coupling(self, into: str, of: str, hz: float = JUDGED) -> float:
         """Amplitude of one axis for a unit amplitude that another is asked for, at a frequency [Hz]."""
         gain = np.abs(self.transfer[:, AXES.index(into), AXES.index(of)])
         return float(np.interp(hz, self.f, gain))
