@@ -9,6 +9,8 @@ from workbench.control.nominal_jack import NominalJack
 from workbench.control.protocol import design_numbers, number
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from workbench.control.mode_law import ModeSchedule
 
 
@@ -65,7 +67,17 @@ class OnMeasuredMode(ByGraph):
     @property
     def measured(self) -> tuple[float, ...]:
         """Mass, compliance and velocity gain over the nominal ones as measured by now, and the trust in them."""
-        return tuple(map(float, self._meter.reading(self._controller.state[: self._meter.states])))
+        return tuple(map(float, self._meter.reading(self.state[: self._meter.states])))
+
+    @property
+    def taken(self) -> float:
+        """How far it has gone over to what it has measured, from 0 to 1."""
+        return float(self.state[self._meter.states])
+
+    @property
+    def state(self) -> "np.ndarray":
+        """The law's state [n] now."""
+        return self._controller.state
 
 
 def schedule_of(design: OnMeasuredMode.Design) -> "ModeSchedule":

@@ -176,7 +176,7 @@ def test_motions_are_judged_on_the_kept_drawn_plants_too(space):
 
 
 def test_a_number_that_does_not_exist_misses_its_goal(space, monkeypatch):
-    def no_number(lanes, controller, scenario, seed, seconds):
+    def no_number(lanes, controller, scenario, seed, seconds, *_):
         real = steps(lanes, controller, scenario, seed, seconds)
         return replace(real, overshoot=np.where(np.arange(len(real.names)) == 2, np.nan, real.overshoot))
 

@@ -94,6 +94,38 @@ def test_frozen_at_wrong_estimates_it_keeps_its_margins(mass, beta):
         assert ms < 2.5
 
 
+@pytest.mark.parametrize(("mass", "beta"), [(0.5, 1.15), (1.5, 0.5), (0.5, 0.5), (1.5, 1.15)])
+def test_frozen_at_any_instant_of_its_moves_it_keeps_its_margins(mass, beta):
+    """Every 20 ms of two moves, with noise: what it has measured by then, wrong as it may still be."""
+    setup = loop_setup(on(mass, beta))
+    controller = BARE.build(PERIOD)
+    loop = SampledLoop(setup.engine, setup.rig, controller, setup.null, 2, compiled=False)
+    for level in np.repeat([0.01, 0.0], 15):
+        assert loop.run(np.full(20, level)).tripped is None
+        m, c, g, _ = controller.measured
+        assert margins(mass, beta, (m, c, g), float(controller.taken)).null.ms < 2.5
+
+
+def test_the_linear_view_of_what_it_remembers_is_that_of_the_frozen_law():
+    """The memory of a run, put into the linear views of lanes, against a law made of what the meter read."""
+    controller, _ = moved(on(1.4, 0.6), np.repeat([0.01, 0.0, 0.01], 200))
+    law, kept = controller.graph_law(), controller.state[list(controller.graph_law().memory)]
+    at = {name: np.array([value]) for name, value in {"position": 0.02, "pa": 9e6, "pb": 8e6, "command": 0.001}.items()}
+    found = law.linearised_lanes(at, kept[None])
+    taken, (m, c, g, _) = float(controller.taken), controller.measured
+    expected = replace(BARE, design=frozen(SPEC.design, taken, m, c, g)).build(PERIOD).graph_law().linearised_lanes(at)
+    assert gain(found, 3.0) == pytest.approx(gain(expected, 3.0), rel=1e-9)
+    assert gain(found, 30.0) == pytest.approx(gain(expected, 30.0), rel=1e-9)
+    assert gain(law.linearised_lanes(at), 3.0) != pytest.approx(gain(found, 3.0), rel=1e-2)
+
+
+def gain(matrices, hz):
+    """From (r, y) to the command, complex [1 + m], of the first lane."""
+    a, b, c, d = (part[0] for part in matrices)
+    z = np.exp(2j * np.pi * hz * PERIOD)
+    return c @ np.linalg.solve(z * np.eye(len(a)) - a, b) + d
+
+
 MOVES = """
 experiment = "robustness"
 rig = "jack-10t"
@@ -133,6 +165,10 @@ def test_after_three_moves_it_is_sooner_and_before_them_later_by_two_periods_at_
     assert after["p-dp-mode"]["settling_worst_s"] < 0.09 < after["p-dp-notch"]["settling_worst_s"]
     assert after["p-dp-notch"]["settling_p50_s"] == pytest.approx(first["p-dp-notch"]["settling_p50_s"], abs=0.004)
     assert all(row["tripped"] + row["unstable"] + row["hunting"] == 0 for row in (*first.values(), *after.values()))
+    for row in (first["p-dp-mode"], after["p-dp-mode"]):  # wherever it then stands, null or moving
+        assert row["held_unstable"] == 0
+        assert row["held_ms_worst"] < 2.5
+    assert first["p-dp-notch"]["held_ms_worst"] is None  # it remembers nothing
 
 
 def test_moves_that_are_no_count_are_refused(tmp_path, capsys):

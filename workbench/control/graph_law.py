@@ -36,6 +36,7 @@ class GraphLaw:
     settled: (x [n], operating point) -> x [n] once what the law measures slowly has arrived there: for linear views.
     view: the law whose slopes are the linear view of one that switches between samples.
     fallbacks: the place in x that counts the samples in which a solver did not arrive.
+    memory: the places in x of what the law has measured of its plant, and keeps while it stands.
     """
 
     graphs: LawGraphs
@@ -45,6 +46,7 @@ class GraphLaw:
     settled: Settled = _as_it_is
     view: "GraphLaw | None" = None
     fallbacks: int | None = None
+    memory: tuple[int, ...] = ()
 
     @classmethod
     def of(
@@ -87,10 +89,13 @@ class GraphLaw:
 
         return LinearLaw(a, b, c[0], d[0], e[:, 0], self.measures, start)
 
-    def linearised_lanes(self, points: Mapping[str, np.ndarray]) -> list[np.ndarray]:
+    def linearised_lanes(
+        self, points: Mapping[str, np.ndarray], remembered: np.ndarray | None = None
+    ) -> list[np.ndarray]:
         """A [lanes, n, n], B [lanes, n, 1 + m], C [lanes, n] and D [lanes, 1 + m], the drive doing what is demanded.
 
-        Where the law rests at operating points: signals and command [lanes] by name.
+        Where the law rests at operating points: signals and command [lanes] by name. `remembered` [lanes, k]: what it
+        has in its `memory` there; without, nothing but what is `settled`.
         """
         if self.view is not None:
             return self.view.linearised_lanes(points)
@@ -99,6 +104,8 @@ class GraphLaw:
         every = (dict(zip(points, row, strict=True)) for row in np.stack(list(points.values()), axis=1).tolist())
         x, offset = starts(self.start, signals, commands)
         x = np.array([self.settled(own, at) for own, at in zip(x, every, strict=True)])
+        if remembered is not None:
+            x[:, list(self.memory)] = remembered
         lanes, n, m = len(commands), self.states, signals.shape[1]
         columns = (x.reshape(lanes, n).T, signals.T, commands[None], offset[None], np.tile(self.numbers, (lanes, 1)).T)
         slopes = [np.array(part) for part in self.graphs.slopes(*columns)]
@@ -236,7 +243,7 @@ def with_filter(
     key = "filter", inner.graphs, k, tuple(own), tuple(heard), place, numbers.size, into_reference, schedule is None
     law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + k, LaneStart(lanes), key)
     view = inner.view and with_filter(inner.view, filtered, into_reference, schedule)
-    return replace(law, settled=settled, view=view, fallbacks=inner.fallbacks)
+    return replace(law, settled=settled, view=view, fallbacks=inner.fallbacks, memory=inner.memory)
 
 
 def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
@@ -260,7 +267,8 @@ def of_scaled(inner: GraphLaw, signal: str, factor: float) -> GraphLaw:
     start, measures = LaneStart(lanes), (signal, *inner.measures[1:])
     key = "scaled", inner.graphs
     law = GraphLaw.of(output, advance, np.append(inner.numbers, factor), measures, inner.states, start, key)
-    return replace(law, view=inner.view and of_scaled(inner.view, signal, factor), fallbacks=inner.fallbacks)
+    view = inner.view and of_scaled(inner.view, signal, factor)
+    return replace(law, view=view, fallbacks=inner.fallbacks, memory=inner.memory)
 
 
 def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
@@ -287,7 +295,7 @@ def with_command_map(inner: GraphLaw, command_map: CommandMap) -> GraphLaw:
     key = "map", inner.graphs, points
     law = GraphLaw.of(output, advance, numbers, inner.measures, inner.states, LaneStart(lanes), key)
     view = inner.view and with_command_map(inner.view, command_map)
-    return replace(law, settled=inner.settled, view=view, fallbacks=inner.fallbacks)
+    return replace(law, settled=inner.settled, view=view, fallbacks=inner.fallbacks, memory=inner.memory)
 
 
 def with_sine(inner: GraphLaw, amplitude: float, turn: np.ndarray) -> GraphLaw:
@@ -309,7 +317,7 @@ def with_sine(inner: GraphLaw, amplitude: float, turn: np.ndarray) -> GraphLaw:
 
     key = "sine", inner.graphs
     law = GraphLaw.of(output, advance, numbers, inner.measures, n + 2, LaneStart(lanes), key)
-    return replace(law, view=inner.view or inner, fallbacks=inner.fallbacks)
+    return replace(law, view=inner.view or inner, fallbacks=inner.fallbacks, memory=inner.memory)
 
 
 def interpolated(at: ca.SX, values: ca.SX, x: ca.SX) -> ca.SX:

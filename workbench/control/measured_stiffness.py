@@ -184,7 +184,8 @@ class OnMeasuredStiffness(Around):
 
         numbers = np.concatenate((inner.numbers, [k], meter.numbers))
         law = GraphLaw.of(output, advance, numbers, self.measures, n + len(self._state), start)
-        return replace(law, settled=settled, fallbacks=inner.fallbacks)
+        memory = *inner.memory, n + len(self._state) + _C
+        return replace(law, settled=settled, fallbacks=inner.fallbacks, memory=memory)
 
     def _shaped(self, future: np.ndarray) -> np.ndarray:
         return np.array([self._scaled(float(reference)) for reference in future])

@@ -1,7 +1,7 @@
 """The law that a measured mode schedules, as a graph: P, pressure feedback, feed-forward and a shaped reference."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -82,4 +82,5 @@ def mode_law(meter: ModeMeter, schedule: ModeSchedule, column: float) -> GraphLa
 
     values = np.array([*schedule.fixed, *schedule.known, *schedule.powers, column])
     key = "mode", meter.jack, period
-    return GraphLaw.of(output, advance, values, MEASURES, sums + _OWN, LaneStart(lanes), key)
+    law = GraphLaw.of(output, advance, values, MEASURES, sums + _OWN, LaneStart(lanes), key)
+    return replace(law, memory=(*meter.memory, sums))

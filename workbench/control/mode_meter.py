@@ -19,6 +19,7 @@ _RANGE = 0.25, 4.0  # of the nominal numbers, in which the measured ones stay
 
 _TAPS = 4  # derivatives that a filter gives, 0 to 3
 _SIZES = {"x": 4, "dp": 4, "u": 6, "r": 6, "cross": 9, "asked": 3, "mass": 2}
+_SUMS = "cross", "asked", "mass"
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,11 @@ class ModeMeter:
         """How many."""
         return sum(_SIZES.values())
 
+    @property
+    def memory(self) -> range:
+        """The places in the state of the sums, from which the numbers are."""
+        return range(self.states - sum(_SIZES[name] for name in _SUMS), self.states)
+
     @cached_property
     def _filters(self) -> dict[str, tuple[np.ndarray, ...]]:
         low, high = (1 / (2 * np.pi * f) for f in _BAND)
@@ -64,7 +70,7 @@ class ModeMeter:
         """The state at rest, when nothing has been measured; SI."""
         levels = {"x": position, "dp": pressure, "u": command, "r": reference}
         rest = [np.linalg.solve(np.eye(len(a)) - a, b * levels[name]) for name, (a, b, _, _) in self._filters.items()]
-        return np.concatenate((*rest, np.zeros(_SIZES["cross"] + _SIZES["asked"] + _SIZES["mass"])))
+        return np.concatenate((*rest, np.zeros(len(self.memory))))
 
     def measured(self, state: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """m, c, g and the trust."""

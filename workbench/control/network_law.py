@@ -156,4 +156,4 @@ def _beside(inner: GraphLaw, added: _Prompt | _Held | _Averaged) -> GraphLaw:
     numbers = np.append(inner.numbers, network.numbers)
     key = "network", inner.graphs, type(added), added.states, network.structure, tuple(own), tuple(heard)
     law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + added.states, LaneStart(lanes), key)
-    return replace(law, settled=settled, fallbacks=inner.fallbacks)
+    return replace(law, settled=settled, fallbacks=inner.fallbacks, memory=inner.memory)

@@ -122,4 +122,4 @@ class Planned(Around):
 
         numbers = np.concatenate((inner.numbers, plan.numbers))
         law = GraphLaw.of(output, advance, numbers, self.measures, n + plan.states, start)
-        return replace(law, settled=settled, fallbacks=inner.fallbacks)
+        return replace(law, settled=settled, fallbacks=inner.fallbacks, memory=inner.memory)

@@ -24,7 +24,8 @@ class Lanes:
     """What lanes did at k instants: `signals` [lanes, k] by name, commands sent and demanded [lanes, k].
 
     trip: the number in TRIPS of what tripped each lane's guard, 0 where nothing did. failed: lanes whose simulation
-    failed; their signals are NaN from there on.
+    failed; their signals are NaN from there on. remembered [lanes, m]: what the laws have in their memory at the end,
+    None of those without one.
     """
 
     signals: dict[str, np.ndarray]
@@ -32,13 +33,17 @@ class Lanes:
     demanded: np.ndarray
     trip: np.ndarray
     failed: np.ndarray
+    remembered: np.ndarray | None = None
 
     @classmethod
-    def of(cls, out: np.ndarray, recorded: tuple[str, ...], failed: np.ndarray) -> "Lanes":
+    def of(
+        cls, out: np.ndarray, recorded: tuple[str, ...], failed: np.ndarray, remembered: np.ndarray | None = None
+    ) -> "Lanes":
         """Of what compiled laws put out [lanes, k, j]: OUT, then what is recorded."""
         columns = dict(zip((*OUT, *recorded), np.moveaxis(out, 2, 0), strict=True))
         trip = np.nan_to_num(columns["trip"]).max(axis=1)
-        return cls({name: columns[name] for name in recorded}, columns["sent"], columns["demanded"], trip, failed)
+        signals = {name: columns[name] for name in recorded}
+        return cls(signals, columns["sent"], columns["demanded"], trip, failed, remembered)
 
     def why(self, lane: int) -> str:
         """What tripped a lane, of TRIPS."""
@@ -157,4 +162,4 @@ def _run_chunk(
     given = np.stack(np.broadcast_arrays(level + chunk.reference, added), axis=2)
     rows = np.concatenate((given, chunk.others, chunk.normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)
-    return Lanes.of(out, ready.shape.recorded, ~batch.ok)
+    return Lanes.of(out, ready.shape.recorded, ~batch.ok, ready.remembered(laws[0], state))

@@ -61,6 +61,13 @@ class CompiledLaw:
         ).copy()
 
 
+    def remembered(self, law: SampledLaw, state: np.ndarray) -> np.ndarray | None:
+        """What a law has in its memory [lanes, m], of the state [lanes, k]; None of one without a memory."""
+        if isinstance(law, LinearLaw) or not law.memory:
+            return None
+        return state[:, self.shape.state["law"]][:, list(law.memory)]
+
+
 def _law_numbers(law: SampledLaw, states: int) -> dict[str, np.ndarray]:
     """A law's own parameters, a linear one's filled up to so many states."""
     if not isinstance(law, LinearLaw):

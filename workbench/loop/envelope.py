@@ -54,7 +54,8 @@ class LinearWorst:
 @dataclass(frozen=True)
 class EnvelopeSteps:
     """A scenario in lanes: settling [s] (NaN: never), overshoot [%], IAE [SI s], peak deviation [SI]; what tripped or
-    could not be simulated; what hunts, of a run without noise (else all False)."""
+    could not be simulated; what hunts, of a run without noise (else all False). remembered [lanes, m]: what the
+    controller has in its memory at the end, None without one."""
 
     names: tuple[str, ...]
     settling: np.ndarray
@@ -63,6 +64,7 @@ class EnvelopeSteps:
     peak: np.ndarray
     tripped: np.ndarray
     hunting: np.ndarray
+    remembered: np.ndarray | None
 
 
 @dataclass(frozen=True)
@@ -206,27 +208,31 @@ def _named(rig: Rig, name: str, position: float) -> str:
 
 
 def steps(
-    lanes: PlantLanes, controller: Controller, scenario: Scenario, seed: int | None, seconds: float
+    lanes: PlantLanes, controller: Controller, scenario: Scenario, seed: int | None, seconds: float, moves: int = 0
 ) -> EnvelopeSteps:
     """A scenario of at most so many seconds on every plant, towards the middle of the stroke; without a seed no noise.
 
-    A controller without a form in lanes runs on one plant after another. What has no operating point counts as tripped.
+    So many `moves` come before a step, to its end and back: it then starts where they end, and one of them that trips
+    counts. A controller without a form in lanes runs on one plant after another. What has no operating point counts as
+    tripped.
     """
     rig, period = lanes.rig, lanes.rig.period.value
     t = np.arange(round(min(seconds, scenario.duration) / period) + 1) * period
-    inwards = np.where(lanes.position > 0, -1.0, 1.0)
-    asked = inwards[:, None] * scenario.reference(t)
-    runs = _runs(lanes, controller, asked, scenario, t, seed)
-    y, tripped, _ = (np.concatenate(part) for part in zip(*runs, strict=True))
+    ends = scenario.size * (np.arange(1, (moves if scenario.moves_alone else 0) + 1) % 2)
+    begin, turn = (ends[-1], 1 - 2 * (len(ends) % 2)) if len(ends) else (0.0, 1)
+    course = np.append(np.repeat(ends, len(t) - 1), begin + turn * scenario.reference(t))
+    inwards = np.where(lanes.position > 0, -1.0, 1.0)[:, None]
+    runs = list(_runs(lanes, controller, inwards * course, scenario, t, seed))
+    y, tripped, _, remembered = (np.concatenate(part) for part in zip(*runs, strict=True))
     tripped = tripped | ~lanes.null.ok
-    moved = inwards[:, None] * (y - y[:, :1])
+    moved = turn * (inwards * (y[:, -len(t) :] - y[:, :1]) - begin)
     arrives = scenario.arrives or 0.0
     late = t >= arrives - 1e-9
     band = settling_band(rig, scenario.signal, scenario.size)
     size = scenario.size or band
     metrics = step_lanes(period, moved[:, late], np.full(len(y), scenario.size - size), size, band)
     error = np.abs(moved - scenario.reference(t))
-    calm = hunting_lanes(period, y, size, HUNTING if scenario.size else 1.0)
+    calm = hunting_lanes(period, y[:, -len(t) :], size, HUNTING if scenario.size else 1.0)
     return EnvelopeSteps(
         lanes.names,
         np.where(tripped, np.nan, metrics.settling),
@@ -235,6 +241,7 @@ def steps(
         error[:, late].max(axis=1),
         tripped,
         calm & ~tripped if seed is None else np.zeros(len(y), bool),
+        remembered if remembered.shape[1] else None,
     )
 
 
@@ -242,23 +249,25 @@ def command_noise(lanes: PlantLanes, controller: Controller, signal: str) -> np.
     """RMS [lanes] of the command [1] at rest that the sensors' noise puts on it."""
     rest = Scenario("rest", signal, 0.0, _REST)
     t = np.arange(round(_REST / lanes.rig.period.value) + 1) * lanes.rig.period.value
-    sent = [part for *_, part in _runs(lanes, controller, np.zeros((len(lanes.p), len(t))), rest, t, 0)]
+    sent = [part for *_, part, _ in _runs(lanes, controller, np.zeros((len(lanes.p), len(t))), rest, t, 0)]
     return np.std(np.concatenate(sent)[:, len(t) // 3 :], axis=1)
 
 
-Played = Iterator[tuple[np.ndarray, ...]]  # controlled signal [lanes, k], what tripped [lanes], command [lanes, k]
+# controlled signal [lanes, k], what tripped [lanes], command [lanes, k], what is remembered [lanes, m]: m may be 0
+Played = Iterator[tuple[np.ndarray, ...]]
 
 
 def _runs(
     lanes: PlantLanes, controller: Controller, asked: np.ndarray, scenario: Scenario, t: np.ndarray, seed: int | None
 ) -> Played:
     """In lanes where the controller has such a form, else one plant after another."""
-    inputs, signal = scenario.inputs(t), scenario.signal
+    inputs, signal = {} if scenario.moves_alone else scenario.inputs(t), scenario.signal
     if not plays_in_lanes(controller):
         yield from _one_by_one(lanes, controller, asked, signal, inputs, seed)
         return
     for _, done in play_lanes(lanes.engine, lanes.rig, controller, lanes.null, lanes.p, asked, (signal,), seed, inputs):
-        yield done.signals[signal], (done.trip > 0) | done.failed, done.sent
+        kept = np.zeros((len(done.sent), 0)) if done.remembered is None else done.remembered
+        yield done.signals[signal], (done.trip > 0) | done.failed, done.sent, kept
 
 
 def _one_by_one(
@@ -278,4 +287,4 @@ def _one_by_one(
         missing = np.full(asked.shape[1] - len(run.record.t), np.nan)
         columns = (np.append(run.record.signals[name], missing)[None] for name in (signal, "command"))
         y, command = columns
-        yield y, np.array([run.tripped is not None]), command
+        yield y, np.array([run.tripped is not None]), command, np.zeros((1, 0))

@@ -47,18 +47,24 @@ def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> 
 def motion_goals(
     envelope: Envelope, controller: Controller, scenarios: Sequence[Scenario], limits: Limits
 ) -> Iterator[Goal]:
-    """On the nonlinear plant: the command's noise at rest, and no trip and no hunting in the scenarios."""
+    """On the nonlinear plant: the command's noise at rest, no trip and no hunting in the scenarios, the overshoot; and
+    stability and Ms of a controller that stands with what it has measured in them."""
     lanes = envelope.played(controller)
     noise = command_noise(lanes, controller, scenarios[0].signal)
     yield _largest("noise of the command", noise, limits.command_noise, lanes)
     for scenario in scenarios:
-        calm = steps(lanes, controller, scenario, None, limits.seconds)
+        calm = steps(lanes, controller, scenario, None, limits.seconds, limits.moves)
         for what, lost in (("trips", calm.tripped), ("hunts", calm.hunting)):
             where = lanes.names[int(np.argmax(lost))] if lost.any() else ""
             yield Goal(f"{scenario.name}: nowhere {what}", None, None, where, float(lost.sum()))
         if scenario.size and np.isfinite(limits.overshoot_percent):
             name = f"{scenario.name}: overshoot [%]"
             yield _largest(name, calm.overshoot, limits.overshoot_percent, lanes)
+        if calm.remembered is not None and scenario.moves_alone:
+            held = LinearWorst.of(lanes, lanes.margins(controller, calm.remembered))
+            where = held.plant if held.growth else ""
+            yield Goal(f"{scenario.name}: stable with what it has measured", None, None, where, held.growth * 1e3)
+            yield _at_most(f"{scenario.name}: Ms with what it has measured", held.ms, limits.ms, held.plant)
 
 
 def _largest(name: str, values: np.ndarray, limit: float, lanes: PlantLanes) -> Goal:

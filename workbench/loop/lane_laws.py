@@ -77,14 +77,18 @@ def signals_at(engine: Engine, points: Equilibria, p: np.ndarray) -> dict[str, n
     return {**dict(zip(plant.outputs, outputs.T, strict=True)), "command": points.u[:, 0], "stiffness": stiffness}
 
 
-def lane_laws(controller: Controller | Sequence[Controller], points: Mapping[str, np.ndarray]) -> LawLanes:
+def lane_laws(
+    controller: Controller | Sequence[Controller],
+    points: Mapping[str, np.ndarray],
+    remembered: np.ndarray | None = None,
+) -> LawLanes:
     """A controller's linear views at operating points [lanes] by name, SI: what `linear_view` needs of each. Or those
-    of controllers of one form, one for each lane.
+    of controllers of one form, one for each lane. `remembered` [lanes, k]: what a law with a `memory` has in it.
 
     Raises InputError for a controller without a linear view.
     """
     if not isinstance(controller, Sequence):
-        return lane_views(controller, points).of_loop()
+        return lane_views(controller, points, remembered).of_loop()
     each = [
         lane_views(own, {name: values[lane : lane + 1] for name, values in points.items()})
         for lane, own in enumerate(controller)
@@ -93,14 +97,16 @@ def lane_laws(controller: Controller | Sequence[Controller], points: Mapping[str
     return LawLanes(a, b, c, d, each[0].measures).of_loop()
 
 
-def lane_views(controller: Controller, points: Mapping[str, np.ndarray]) -> LawLanes:
+def lane_views(
+    controller: Controller, points: Mapping[str, np.ndarray], remembered: np.ndarray | None = None
+) -> LawLanes:
     """The same with the states that are no part of a loop, but of how the reference comes into it."""
     try:
         return LawLanes.shared(linear_view(controller))
     except NeedsOperatingPoint:
         law = sampled_law(controller)
     if law is not None and not isinstance(law, LinearLaw):
-        a, b, c, d = law.linearised_lanes(points)
+        a, b, c, d = law.linearised_lanes(points, remembered)
     else:
         a, b, c, d = _one_by_one(controller, points)
     return LawLanes(a, b, c, d, tuple(controller.measures))
@@ -115,15 +121,23 @@ def _one_by_one(controller: Controller, points: Mapping[str, np.ndarray]) -> lis
 
 
 def _telling(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> list[np.ndarray]:
-    """Without states that do not move the command, such as what is learned of sines at rest, where these only add up:
-    no part of a loop, stable or not. Those that are stable stay."""
-    telling, moved = (np.abs(c) > _SAME * np.abs(c).max(initial=0.0)).any(axis=0), (a != 0).any(axis=0)
-    for _ in range(len(telling)):
-        telling = telling | telling @ moved
+    """Without states that do not move the command, such as the filters of a meter: no part of a loop. Those that move
+    it by rounding only, such as what is learned of sines at rest, stay where they are stable."""
+    some = _reaching(a, (c != 0).any(axis=0))
+    a, b, c = a[:, some][:, :, some], b[:, some], c[:, some]
+    telling = _reaching(a, (np.abs(c) > _SAME * np.abs(c).max(initial=0.0)).any(axis=0))
     silent = a[:, ~telling][:, :, ~telling]
     if telling.all() or np.abs(np.linalg.eigvals(silent)).max() <= _STABLE:
         return [a, b, c, d]
     return [a[:, telling][:, :, telling], b[:, telling], c[:, telling], d]
+
+
+def _reaching(a: np.ndarray, reached: np.ndarray) -> np.ndarray:
+    """The states [n] that are `reached`, or move one that is."""
+    moved = (a != 0).any(axis=0)
+    for _ in range(len(reached)):
+        reached = reached | reached @ moved
+    return reached
 
 
 def _heard(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> list[np.ndarray]:

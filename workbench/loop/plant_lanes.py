@@ -14,7 +14,7 @@ from ..linear.state_space import sampled_response
 from ..plant import Plant
 from ..plant.effects import numbers_of
 from ..rigs.rig import Rig
-from .lane_laws import lane_laws, lane_views, signals_at
+from .lane_laws import LawLanes, lane_laws, lane_views, signals_at
 from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
 from .plant_response import near
 
@@ -53,15 +53,19 @@ class PlantLanes:
     null: Equilibria
     moving: Equilibria
 
-    def margins(self, controller: Controller) -> tuple[LaneMargins, LaneMargins]:
+    def margins(
+        self, controller: Controller, remembered: np.ndarray | None = None
+    ) -> tuple[LaneMargins, LaneMargins]:
         """The linear loops of a controller at null and moving; a plant without such a point counts as unstable.
 
-        Raises InputError where the controller has no linear view.
+        `remembered` [lanes, m]: what it has in its memory. Raises InputError where the controller has no linear view.
         """
+
+        def law(points: Equilibria) -> LawLanes:
+            return lane_laws(controller, signals_at(self.engine, points, self._smooth), remembered)
+
         null, moving = (
-            lane_margins(sampled, lane_laws(controller, signals_at(self.engine, points, self._smooth))).where(
-                points.ok, _NONE
-            )
+            lane_margins(sampled, law(points)).where(points.ok, _NONE)
             for sampled, points in zip(self._sampled, (self.null, self.moving), strict=True)
         )
         return null, moving

@@ -58,6 +58,11 @@ class Scenario:
         return self.arrives == 0.0
 
     @property
+    def moves_alone(self) -> bool:
+        """Whether it is a step, and nothing else than the reference happens."""
+        return bool(self.is_step and self.size and not self.load and not self.travel)
+
+    @property
     def _moving(self) -> float:
         return self.travel / self.speed + self.speed / _ACCELERATION
 

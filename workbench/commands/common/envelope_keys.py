@@ -7,6 +7,7 @@ from ...loop.limits import POSITIONS, Limits
 from ...rigs.rig import Rig
 
 MOST_PLANTS = 1_000_000  # that are drawn
+_MOST_MOVES = 20
 
 
 def read_factors(top: Table, rig: Rig) -> dict[str, tuple[float, float]]:
@@ -40,4 +41,9 @@ def read_limits(top: Table) -> Limits:
     """[goals]: the limits of the hard goals that are not as usual."""
     table = top.optional_table("goals")
     table.allow(*(entry.name for entry in fields(Limits)))
-    return Limits(**{name: table.positive(name) for name in table})
+    return Limits(**{name: table.positive(name) for name in table if name != "moves"}, moves=read_moves(table))
+
+
+def read_moves(table: Table) -> int:
+    """moves: how many steps come before the one that is judged; none without the key. Raises InputError."""
+    return table.count("moves", 0, _MOST_MOVES) if "moves" in table else 0

@@ -80,6 +80,7 @@ def _drawn(config: KnowledgeConfig, problem: TuneProblem, designs: Sequence[Cont
         factors=problem.factors,
         controllers=tuple(designs),
         source=config.source,
+        moves=problem.limits.moves,
     )
 
 

@@ -12,7 +12,7 @@ from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.knowledge import ALL, known_to
 from ...loop.robustness.problem import RobustnessProblem
 from ...rigs.rig import Rig
-from ..common.envelope_keys import MOST_PLANTS, read_factors, read_positions
+from ..common.envelope_keys import MOST_PLANTS, read_factors, read_moves, read_positions
 from ..common.experiment import (
     borrowed_controllers,
     on_platform,
@@ -29,7 +29,6 @@ KEYS = (
 )  # fmt: skip
 _STEPS = {"m": (1e-6, 1.0), "N": (1.0, 1e9)}  # by the SI unit of the signal
 _ANY_STEP = 1e-12, 1e12
-_MOST_MOVES = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +95,7 @@ def read_drawn_steps(
         factors=factors,
         controllers=controllers,
         source=source,
-        moves=table.count("moves", 0, _MOST_MOVES) if "moves" in table else 0,
+        moves=read_moves(table),
     )
 
 

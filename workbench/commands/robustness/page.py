@@ -26,9 +26,14 @@ _COLUMNS = {
     "times_limit": "99 % over the limit [1]",
     "overshoot_worst_percent": "worst overshoot [%]",
     "ms_worst": "worst Ms",
+    "held_unstable": "unstable as measured",
+    "held_ms_worst": "worst Ms as measured",
     "gain_margin_worst_db": "least gain margin [dB]",
     "cavitating": "cavitating",
 }
+_BAD = {"unstable": "unstable", "tripped": "tripped", "hunting": "hunting", "held_unstable": "unstable as measured"}
+_OF_A_MEMORY = "held_unstable", "held_ms_worst"
+_AS_MEASURED = "As measured: the loop that stands with what it has measured by the end of its steps, anywhere there. "
 _BEST = ("settling, median [s]", "99 % [s]", "worst [s]", "worst overshoot [%]", "worst Ms")
 
 
@@ -40,15 +45,17 @@ def robustness_page(
 ) -> Page:
     """One table, the distributions, the worst plant of each controller, and what was drawn."""
     rows, unit = metrics["rows"], config.signal.unit
+    remembers = any(row["held_ms_worst"] is not None or row["held_unstable"] for row in rows)
+    columns = [key for key in _COLUMNS if remembers or key not in _OF_A_MEMORY]
     step, band = (float(from_si(size, unit, config.signal.si)) for size in (config.step, metrics["band"]))
     table = Table(
         f"A step of {step:g} {unit} on {counted(config.plants, 'plant')}",
-        list(_COLUMNS.values()),
-        [[row[key] for key in _COLUMNS] for row in rows],
+        [_COLUMNS[key] for key in columns],
+        [[row[key] for key in columns] for row in rows],
         f"Counts of plants. Settled within {band:.3g} {unit}; a plant that never settles counts as the "
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
         f"{moving_at(config.signal, config.rig.passing_speed)}, where each plant was drawn and at "
-        f"{counted(len(config.positions), 'position')}. "
+        f"{counted(len(config.positions), 'position')}. {_AS_MEASURED if remembers else ''}"
         "The limit: the soonest that the nominal rig settles at all, at mid stroke (jackbench limit). "
         f"{judged_words(config.conditions, config.rig)}",
         dict.fromkeys(_BEST, "min"),
@@ -81,11 +88,11 @@ def _verdict(rows: list[dict[str, Any]]) -> str:
 
 
 def _failing(row: dict[str, Any]) -> int:
-    return row["unstable"] + row["tripped"] + row["hunting"]
+    return sum(row[key] for key in _BAD)
 
 
 def _answer(row: dict[str, Any]) -> str:
-    bad = ", ".join(f"{row[key]} {key}" for key in ("unstable", "tripped", "hunting") if row[key])
+    bad = ", ".join(f"{row[key]} {word}" for key, word in _BAD.items() if row[key])
     holds = f"{bad} of {row['plants']}" if bad else f"holds on all {row['plants']}"
     return f"{row['controller']}: {holds}, 99 % settled within {row['settling_p99_s']:.3g} s"
 

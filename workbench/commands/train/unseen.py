@@ -29,11 +29,11 @@ def _rows(problem: TuneProblem, values: Mapping[str, float]) -> list[Row]:
     assert lanes is not None  # for the problem has factors
     controller = problem.design(values).build(problem.rig.period.value)
     ms = largest_ms(lanes, controller)
-    noise, seconds = problem.conditions.noise, problem.limits.seconds
+    noise, limits = problem.conditions.noise, problem.limits
     linear = {"plants": len(ms), "unstable": int(np.isinf(ms).sum()), "ms_worst": finite(ms.max())}
     rows = []
     for scenario in problem.scenarios:
-        motion = steps(lanes, controller, scenario, noise, seconds)
+        motion = steps(lanes, controller, scenario, noise, limits.seconds, limits.moves)
         rows.append({"scenario": scenario.name, **linear, **_motion(motion, bool(scenario.size))})
     return rows
 

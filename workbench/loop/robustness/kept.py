@@ -13,7 +13,7 @@ from .linear_loops import Place, linear_row, of_place, places, worst_places
 from .problem import RobustnessProblem
 from .workers import linear_stage, steps_stage
 
-_STEPS = "settling_s", "overshoot_percent", "hunting", "tripped", "lowest_pressure"
+_STEPS = "settling_s", "overshoot_percent", "hunting", "tripped", "lowest_pressure", "held_ms", "held_unstable"
 _WORST = "unstable", "ms", "gain_margin_db"
 
 

@@ -38,14 +38,17 @@ def places(problem: RobustnessProblem) -> list[Place]:
 
 
 def linear_loops(
-    plants: DrawnPlants, controllers: Mapping[str, Controller | Sequence[Controller]], place: Place
+    plants: DrawnPlants,
+    controllers: Mapping[str, Controller | Sequence[Controller]],
+    place: Place,
+    remembered: np.ndarray | None = None,
 ) -> dict[str, dict[str, np.ndarray]]:
     """The loops at a place: the columns of LaneMargins by controller, or by one's designs for each plant, of the linear
-    view.
+    view; `remembered` [plants, m] is what a single one has in its memory on each.
 
     A plant without an operating point there has an infinite radius.
     """
-    parts = list(_chunks(plants, controllers, place.position, plants.points[place.point]))
+    parts = list(_chunks(plants, controllers, place.position, plants.points[place.point], remembered))
     return {
         name: {column: np.concatenate([getattr(part[name], column) for part in parts]) for column in _COLUMNS}
         for name in controllers
@@ -105,6 +108,7 @@ def _chunks(
     controllers: Mapping[str, Controller | Sequence[Controller]],
     position: float | None,
     points: Equilibria,
+    remembered: np.ndarray | None,
 ) -> Iterator[dict[str, LaneMargins]]:
     plant, period = plants.engine.plant, plants.rig.period.value
     one_each = [law[0] if isinstance(law, Sequence) else law for law in controllers.values()]
@@ -118,5 +122,6 @@ def _chunks(
         sampled = sampled_lanes(plant, about, p, measures, period)
         at = signals_at(plants.engine, about, p)
         own = {name: law[lanes] if isinstance(law, Sequence) else law for name, law in controllers.items()}
-        laws = {name: lane_laws(law, at) for name, law in own.items()}
+        kept = None if remembered is None else remembered[lanes]
+        laws = {name: lane_laws(law, at, kept) for name, law in own.items()}
         yield {name: lane_margins(sampled, law).where(about.ok, np.inf) for name, law in laws.items()}

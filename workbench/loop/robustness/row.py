@@ -39,6 +39,8 @@ def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dic
         "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
         "cavitating": int((columns["lowest_pressure"] < 0).sum()),
         "times_limit": times_limit(p99, limit),
+        "held_unstable": int(columns["held_unstable"].sum()),
+        "held_ms_worst": finite(np.fmax.reduce(columns["held_ms"])),
         "worst": _drawn(lane, problem, kept.furthest(lane) if columns["unstable"][lane] else None),
     }
 

@@ -13,10 +13,11 @@ from ...control.protocol import Controller
 from ..batch import Lanes
 from ..envelope import HUNTING
 from ..lane_loop import play_lanes, plays_in_lanes
+from ..lane_margins import LaneMargins
 from ..lane_metrics import hunting_lanes, step_lanes
 from ..sensors import settling_band
 from .drawn_plants import DrawnPlants, plants_by_block
-from .linear_loops import Place, linear_loops, places
+from .linear_loops import Place, linear_loops, places, worst_places
 from .problem import RobustnessProblem
 
 BLOCK = 1000  # plants at a time: what they need is let go, so that memory does not grow with their number
@@ -89,11 +90,31 @@ def _linear(
 def _steps(problem: RobustnessProblem, plants: DrawnPlants, controllers: Mapping[str, Controller]) -> dict[str, Any]:
     """The steps of one controller."""
     (controller,) = controllers.values()
-    return played_steps(problem, plants, partial(play_lanes, plants.engine, plants.rig, controller))
+    return played_steps(problem, plants, partial(play_lanes, plants.engine, plants.rig, controller), controller)
 
 
-def played_steps(problem: RobustnessProblem, plants: DrawnPlants, play: Callable[..., LaneRuns]) -> dict[str, Any]:
-    """The steps plant by plant, and the CPU seconds that they took; `play` runs lanes on plants at rest.
+def _held(
+    problem: RobustnessProblem, plants: DrawnPlants, controller: Controller | None, remembered: list[np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Plant by plant the worst linear loop of a law that stands with what it has in its memory at the end of its steps,
+    over all places: Ms, NaN where it is unstable or there is no memory, and whether it is unstable."""
+    count = len(plants.draw.position)
+    if controller is None or not remembered:
+        return {"held_ms": np.full(count, np.nan), "held_unstable": np.zeros(count, bool)}
+    kept = np.concatenate(remembered)
+    loops = (linear_loops(plants, {"": controller}, place, kept)[""] for place in places(problem))
+    worst = worst_places([LaneMargins(**columns) for columns in loops])
+    return {"held_ms": worst["ms"], "held_unstable": worst["unstable"]}
+
+
+def played_steps(
+    problem: RobustnessProblem,
+    plants: DrawnPlants,
+    play: Callable[..., LaneRuns],
+    controller: Controller | None = None,
+) -> dict[str, Any]:
+    """The steps plant by plant, and the CPU seconds that they took; `play` runs lanes on plants at rest, of one
+    `controller` for all where it may have a memory.
 
     Of several moves, there and back, the last one counts; a trip or a low pressure in any.
     """
@@ -105,7 +126,7 @@ def played_steps(problem: RobustnessProblem, plants: DrawnPlants, play: Callable
     reference, began = np.repeat(levels, [k - 1] * problem.moves + [k]), process_time()
     at = plants.points["null"], plants.draw.p
     run = partial(play, *at, reference, first=plants.block.start)
-    parts = []
+    parts, remembered = [], []
     chambers = ("lowest_pressure",) if plants.rig.is_jack else ()
     for _, lanes in run((signal, *chambers), problem.conditions.noise):
         y = lanes.signals[signal]
@@ -114,6 +135,7 @@ def played_steps(problem: RobustnessProblem, plants: DrawnPlants, play: Callable
         for name in chambers:
             lowest = lanes.signals[name].min(axis=1)
         parts.append((step.settling, step.overshoot, lanes.trip, lanes.failed, lowest))
+        remembered += [] if lanes.remembered is None else [lanes.remembered]
     took = process_time() - began
     settling, overshoot, trip, failed, lowest = (np.concatenate(part) for part in zip(*parts, strict=True))
     calm = (lanes.signals[signal] for _, lanes in run((signal,)))
@@ -125,4 +147,5 @@ def played_steps(problem: RobustnessProblem, plants: DrawnPlants, play: Callable
         "tripped": (trip > 0) | failed,
         "lowest_pressure": lowest,
         "cpu_seconds": np.array([took]),
+        **_held(problem, plants, controller, remembered),
     }

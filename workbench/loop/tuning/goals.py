@@ -93,7 +93,8 @@ class Goals:
         """How many goals there are, a controller included."""
         sized = [scenario for scenario in self.problem.scenarios if scenario.size]
         overshoots = len(sized) if np.isfinite(self.problem.limits.overshoot_percent) else 0
-        return 6 + 2 * len(self.problem.scenarios) + overshoots
+        held = [scenario for scenario in sized if scenario.moves_alone]
+        return 6 + 2 * len(self.problem.scenarios) + overshoots + 2 * len(held)
 
     def _goals(self, envelope: Envelope, controller: Controller) -> Iterator[Goal]:
         problem = self.problem
@@ -121,8 +122,9 @@ class Goals:
     def _numbers(self, envelope: Envelope, controller: Controller, scenario: Scenario) -> dict[str, float]:
         """Of a step settling [s], all of the run where it never settles, and overshoot [%]; IAE over the step, or over
         the band of a load [s]: that of a load is finite where a loop without integral action never makes up for it."""
-        seconds = self.problem.limits.seconds
-        noisy = steps(envelope.played(controller), controller, scenario, self.problem.conditions.noise, seconds)
+        seconds, moves = self.problem.limits.seconds, self.problem.limits.moves
+        noise = self.problem.conditions.noise
+        noisy = steps(envelope.played(controller), controller, scenario, noise, seconds, moves)
         size = abs(scenario.size) or settling_band(self.problem.rig, scenario.signal, 0.0)
         nominal = envelope.are_nominal(noisy.names)
         numbers = {"iae": _worst(noisy.iae / size, nominal)}
