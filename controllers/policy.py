@@ -10,6 +10,7 @@ numpy.savez; objects are not unpacked. s = (r, y) are the reference and the meas
     squash    [] text      "tanh" or "clip": of the last layer to -1..1
     limit     []           command [1] at 1
     decision  []           time between decisions [s], a multiple of the control period: the command is held
+    V, forgets, floor   [h, k], [], []    of a network that remembers its motions; see workbench.control.network
 
 n may be 0, and bound inf. At a start the past has been at rest. So past samples are a shift register in A, a low pass
 is a row of A, and a scaled observation (signal - zero) / full scale is a row of D and an entry of shift.

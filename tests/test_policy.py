@@ -16,7 +16,7 @@ from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
 from workbench.commands.train.start import silent_network
 from workbench.control.controller_spec import ControllerSpec
-from workbench.control.network import Network
+from workbench.control.network import Memory, Network
 from workbench.control.network_file import read_network
 from workbench.control.protocol import Controller, linear_view, sampled_law
 
@@ -50,6 +50,13 @@ def deep_network(seed: int, **changes) -> Network:
         decision=PERIOD,
     )
     return replace(network, **changes)
+
+
+def remembering(seed: int, steeper: float = 1.0) -> Network:
+    """An odd one whose units are made steeper by what it remembers."""
+    network = odd_network(seed)
+    gates = np.random.default_rng(seed).normal(0, steeper, network.layers[0][0].shape)
+    return replace(network, memory=Memory(gates, 1e-3, 1e-4))
 
 
 def on_p_dp(network: Network) -> ControllerSpec:
@@ -91,6 +98,43 @@ def test_with_biases_it_need_not():
     assert np.abs(commands(policy, 0) + commands(policy, 0, True)).max() > 1e-4
 
 
+def test_one_that_remembers_is_mirrored_too_and_by_its_formulas():
+    """Energies of what it is shown, from 0: even in a motion."""
+    network = remembering(3)
+    policy = Policy(PolicyDesign(network), PERIOD)
+    answers, (reference, measured) = commands(policy, 3), signals(3)
+    np.testing.assert_allclose(commands(Policy(PolicyDesign(network), PERIOD), 3, True), -answers, atol=1e-12)
+    (w1, _), (w2, _) = network.layers
+    past, kept, expected = np.zeros(len(network.A)), np.zeros(w1.shape[1]), []
+    for r, y in zip(reference, measured, strict=True):
+        s = np.array([r, *y.values()])
+        z = network.C @ past + network.D @ s
+        steep = np.exp(network.memory.V @ kept / (kept.sum() + network.memory.floor))
+        expected.append(network.limit * np.tanh(w2 @ np.tanh(w1 @ z * steep))[0])
+        kept += network.memory.forgets * (z**2 - kept)
+        past = network.A @ past + network.B @ np.append(s, expected[-1])
+    np.testing.assert_allclose(answers, expected, atol=1e-12)
+
+
+def test_its_linear_view_is_the_one_of_what_it_remembers():
+    """At rest nothing is remembered, and the view is that of the units as they are; after a motion they are steeper."""
+    network = remembering(2, steeper=2.0)
+    law = Policy(PolicyDesign(network), PERIOD).graph_law()
+    at = {"position": np.zeros(1), "pa": np.full(1, 7e6), "pb": np.full(1, 7e6), "command": np.zeros(1)}
+    kept = np.zeros((1, network.remembers))
+    blank = law.linearised_lanes(at)
+    for part, same in zip(blank, law.linearised_lanes(at, kept), strict=True):
+        np.testing.assert_array_equal(part, same)
+    kept[0, 1] = 1.0
+    (w1, _), (w2, _) = network.layers
+    steep = np.exp(network.memory.V[:, 1] / (1 + network.memory.floor))
+    expected = network.limit * (w2 * steep) @ w1 @ network.D
+    np.testing.assert_allclose(law.linearised_lanes(at, kept)[3], expected, rtol=1e-9)
+    unsteady = replace(network, decision=4 * PERIOD)
+    with pytest.raises(InputError, match="decides at every sample"):
+        Policy(PolicyDesign(unsteady), PERIOD)
+
+
 @given(st.integers(0, 1000))
 @settings(max_examples=10, deadline=None)
 def test_it_adds_its_limit_at_most(seed):
@@ -119,7 +163,9 @@ def test_by_itself_it_is_its_formulas(hold):
     np.testing.assert_allclose(answers, decided[: len(answers)], atol=1e-12)
 
 
-@pytest.mark.parametrize("network", [odd_network(3, 0.1), deep_network(3), deep_network(4, decision=4 * PERIOD)])
+@pytest.mark.parametrize(
+    "network", [odd_network(3, 0.1), remembering(3), deep_network(3), deep_network(4, decision=4 * PERIOD)]
+)
 def test_compiled_it_does_what_it_does_in_python(network):
     spec = on_p_dp(network)
     agree(*both(rig_for(spec), spec, np.full(300, 0.01)), 0.01)
@@ -174,7 +220,7 @@ def written(folder: Path, **changes) -> ControllerSpec:
     return spec
 
 
-@pytest.mark.parametrize("network", [odd_network(1), deep_network(1)])
+@pytest.mark.parametrize("network", [odd_network(1), remembering(1), deep_network(1)])
 def test_a_network_comes_back_from_its_file_and_goes_to_other_processes(tmp_path, network):
     (tmp_path / "mine.npz").write_bytes(network.packed())
     assert read_network(tmp_path / "mine.npz") == network
@@ -201,6 +247,9 @@ def test_an_experiment_names_the_file(tmp_path):
         ({"W1": np.full((6, 5), math.nan)}, "W1 has numbers that are not finite"),
         ({"limit": 2.0}, "limit is 2; it must be above 0, and 1 at most"),
         ({"squash": "relu"}, "squash is .relu.; give tanh or clip"),
+        ({"V": np.zeros((6, 5))}, "has no array forgets"),
+        ({"V": np.zeros((6, 4)), "forgets": 0.1, "floor": 0.1}, r"V has the shape \(6, 4\); it needs that of W1"),
+        ({"V": np.zeros((6, 5)), "forgets": 2.0, "floor": 0.1}, "forgets must be one number above 0, and 1 at most"),
         ({"signals": np.array([1.0, 2.0, 3.0])}, "holds float64; give text"),
         ({"W1": np.array([[{}] * 5] * 6)}, "is no .npz file of numbers"),
     ],

@@ -65,6 +65,19 @@ def test_the_start_is_the_law_itself(tmp_path):
     assert config.trained({number.name: number.start for number in config.searched}) == config.network
 
 
+def test_a_network_with_a_history_has_its_further_low_passes_and_what_it_remembers(tmp_path):
+    """Nine inputs, each with a weight and a gate in six units; the start still is the law itself."""
+    text = '[network]\nfurther = [1, 10]\nremembers = {value = 5, unit = "s"}\n'
+    config = load_train(written(tmp_path, ("[network]\n", text)))
+    assert config.network.layers[0][0].shape == config.network.memory.V.shape == (6, 9)
+    assert config.network.memory.forgets == pytest.approx(1e-3 / 5)
+    assert len(config.searched) == 6 * 9 + 6 + 6 * 9
+    values = {number.name: (number.low + 3 * number.high) / 4 for number in config.searched}
+    assert config.trained(values).memory.V.tolist() == np.full((6, 9), 1.5).tolist()
+    with pytest.raises(InputError, match="8 corners at most"):
+        load_train(written(tmp_path, ("[network]\n", "[network]\nfurther = [0]\n")))
+
+
 def test_biases_are_searched_where_it_need_not_stay_odd(tmp_path):
     config = load_train(written(tmp_path, ("[network]\n", "[network]\nodd = false\n")))
     assert len(config.searched) == 36 + 7

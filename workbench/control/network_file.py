@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.errors import InputError, echo, short_path
 from ..base.files import MEBIBYTE, read_bytes
-from .network import SHAPES, Layer, Network
+from .network import MEMORY, SHAPES, Layer, Memory, Network
 
 _TEXT, _SQUASHES = ("signals", "squash"), ("tanh", "clip")
 _LARGEST = 16 * MEBIBYTE  # of a file, unpacked too
@@ -30,7 +30,8 @@ def read_network(path: Path) -> Network:
     single: dict[str, Any] = {key: arrays[key].item() for key, shape in SHAPES.items() if not shape}
     _check_numbers(arrays, single, shown)
     many = {key: np.asarray(arrays[key], float) for key in ("A", "B", "C", "D", "shift")}
-    return Network(signals=tuple(arrays["signals"].tolist()), layers=_layers(arrays, shown), **many, **single)
+    layers, signals = _layers(arrays, shown), tuple(arrays["signals"].tolist())
+    return Network(signals=signals, layers=layers, memory=_memory(arrays, layers, shown), **many, **single)
 
 
 def _arrays(path: Path) -> Mapping[str, np.ndarray]:
@@ -92,3 +93,19 @@ def _layers(arrays: Mapping[str, np.ndarray], shown: str) -> tuple[Layer, ...]:
     if width != 1:
         raise InputError(f"{shown}: the last layer has {width} rows; a command needs 1")
     return tuple(layers)
+
+
+def _memory(arrays: Mapping[str, np.ndarray], layers: tuple[Layer, ...], shown: str) -> Memory | None:
+    """What it remembers; None where the file has none of its arrays. Raises InputError."""
+    if not any(key in arrays for key in MEMORY):
+        return None
+    if missing := [key for key in MEMORY if key not in arrays]:
+        raise InputError(f"{shown}: has no array {missing[0]}; a network that remembers has {', '.join(MEMORY)}")
+    if len(layers) < 2 or arrays["V"].shape != layers[0][0].shape:
+        raise InputError(f"{shown}: V has the shape {arrays['V'].shape}; it needs that of W1, of a hidden layer")
+    single = {}
+    for key in ("forgets", "floor"):
+        if arrays[key].ndim or not 0 < arrays[key] <= 1:
+            raise InputError(f"{shown}: {key} must be one number above 0, and 1 at most")
+        single[key] = float(arrays[key])
+    return Memory(np.asarray(arrays["V"], float), **single)

@@ -21,6 +21,8 @@ def with_network(inner: GraphLaw, network: Network, period: float) -> GraphLaw:
     """A law, sampled every `period` [s], with what a network adds to its command; it learns the realised command less
     that. Raises InputError for decisions that are no multiple of the period."""
     hold = round(network.decision / period)
+    if hold > 1 and network.memory is not None:
+        raise InputError("a network that remembers decides at every sample; set its decision to the control period")
     if hold < 1 or abs(network.decision / period - hold) > 1e-6:
         raise InputError(
             f"the network decides every {1e3 * network.decision:g} ms, no multiple of the control period, "
@@ -34,26 +36,29 @@ def with_network(inner: GraphLaw, network: Network, period: float) -> GraphLaw:
 
 @dataclass(frozen=True)
 class _Prompt:
-    """A decision at every sample; the state is the past [n]."""
+    """A decision at every sample; the state is the past [n], then what is remembered [k]."""
 
     network: Network
 
     @property
     def states(self) -> int:
         """How many."""
-        return len(self.network.A)
+        return len(self.network.A) + self.network.remembers
 
     def added(self, x: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
         """To the command [1], of signals s = (r, y) and the network's numbers q."""
-        return _decided(self.network, x, s, q)
+        return _decided(self.network, x[: len(self.network.A)], s, q, x[len(self.network.A) :])
 
     def after(self, x: ca.SX, s: ca.SX, added: ca.SX, v: ca.SX) -> ca.SX:
         """The state a sample later, the drive having got v."""
-        return _later(self.network, x, s, v)
+        past, kept = x[: len(self.network.A)], x[len(self.network.A) :]
+        if self.network.memory is not None:
+            kept = kept + self.network.memory.forgets * (_shown(self.network, past, s) ** 2 - kept)
+        return ca.vertcat(_later(self.network, past, s, v), kept)
 
     def start(self, past: np.ndarray, decided: np.ndarray, signals: np.ndarray) -> np.ndarray:
         """The states [lanes, k] at rest: pasts [lanes, n], what is decided [lanes], of signals [lanes, 1 + m]."""
-        return past
+        return np.pad(past, ((0, 0), (0, self.network.remembers)))
 
 
 @dataclass(frozen=True)
@@ -111,12 +116,19 @@ class _Averaged:
         return np.hstack((np.tile(past, self.hold), np.tile(decided[:, None], self.hold - 1)))
 
 
-def _decided(network: Network, past: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
+def _shown(network: Network, past: ca.SX, s: ca.SX) -> ca.SX:
     z = ca.DM(network.C) @ past + ca.DM(network.D) @ s + ca.DM(network.shift)
-    h = ca.fmin(ca.fmax(z, -network.bound), network.bound) if np.isfinite(network.bound) else z
+    return ca.fmin(ca.fmax(z, -network.bound), network.bound) if np.isfinite(network.bound) else z
+
+
+def _decided(network: Network, past: ca.SX, s: ca.SX, q: ca.SX, kept: ca.SX | None = None) -> ca.SX:
+    h = _shown(network, past, s)
     *hidden, (last, bias) = network.layered(q, _shaped)
-    for weights, biases in hidden:
-        h = ca.tanh(weights @ h + biases)
+    for layer, (weights, biases) in enumerate(hidden):
+        entering = weights @ h + biases
+        if network.memory is not None and kept is not None and not layer:
+            entering *= ca.exp(network.gates(q, _shaped) @ kept / (ca.sum1(kept) + network.memory.floor))
+        h = ca.tanh(entering)
     a = last @ h + bias
     return network.limit * (ca.tanh(a) if network.squash == "tanh" else ca.fmin(ca.fmax(a, -1), 1))
 
@@ -156,4 +168,5 @@ def _beside(inner: GraphLaw, added: _Prompt | _Held | _Averaged) -> GraphLaw:
     numbers = np.append(inner.numbers, network.numbers)
     key = "network", inner.graphs, type(added), added.states, network.structure, tuple(own), tuple(heard)
     law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + added.states, LaneStart(lanes), key)
-    return replace(law, settled=settled, fallbacks=inner.fallbacks, memory=inner.memory)
+    own_memory = range(n + added.states - network.remembers, n + added.states)
+    return replace(law, settled=settled, fallbacks=inner.fallbacks, memory=(*inner.memory, *own_memory))

@@ -60,7 +60,6 @@ class CompiledLaw:
             law=law,
         ).copy()
 
-
     def remembered(self, law: SampledLaw, state: np.ndarray) -> np.ndarray | None:
         """What a law has in its memory [lanes, m], of the state [lanes, k]; None of one without a memory."""
         if isinstance(law, LinearLaw) or not law.memory:

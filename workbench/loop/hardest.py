@@ -20,7 +20,8 @@ def hardest(
     """Numbers of the `count` hardest drawn plants by kind, the hardest first, in the seconds that `limits` watch.
 
     Kinds: the largest Ms, and in each scenario without noise the slowest to settle, the largest overshoot, and the
-    largest Ms with what the controller has measured; what is unstable, trips or hunts is harder than all others. A controller that does not run in lanes is judged by Ms alone.
+    largest Ms with what the controller has measured; what is unstable, trips or hunts is harder than all others. A
+    controller that does not run in lanes is judged by Ms alone.
     Raises InputError for a controller without a linear view.
     """
     if envelope.drawn is None:

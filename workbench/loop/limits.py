@@ -9,8 +9,8 @@ POSITIONS = (-0.9, -0.5, 0.0, 0.5, 0.9)  # shares of the stroke limit at which l
 @dataclass(frozen=True)
 class Limits:
     """Ms [1] on the nominal rig and on every plant, gain margin [dB] on the nominal one, RMS of the command [1] at rest
-    with noise, overshoot [%] on every plant; the `seconds` of a scenario that are watched. `moves`: as many steps, there
-    and back, each watched as long, come before a step that is judged."""
+    with noise, overshoot [%] on every plant; the `seconds` of a scenario that are watched. `moves`: as many steps,
+    there and back, each watched as long, come before a step that is judged."""
 
     ms_nominal: float = 2.0
     ms: float = 2.5

@@ -53,9 +53,7 @@ class PlantLanes:
     null: Equilibria
     moving: Equilibria
 
-    def margins(
-        self, controller: Controller, remembered: np.ndarray | None = None
-    ) -> tuple[LaneMargins, LaneMargins]:
+    def margins(self, controller: Controller, remembered: np.ndarray | None = None) -> tuple[LaneMargins, LaneMargins]:
         """The linear loops of a controller at null and moving; a plant without such a point counts as unstable.
 
         `remembered` [lanes, m]: what it has in its memory. Raises InputError where the controller has no linear view.

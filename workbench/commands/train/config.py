@@ -18,6 +18,7 @@ from ..tune.config import TuneConfig, tune_config
 from .start import place_of_policy, read_start, with_policy
 
 POLICY_FILE = "policy.npz"
+_STEEPER = 3.0  # of a logarithm: how much a unit may become steeper or flatter by what is remembered
 _REACH = 1.5  # of a weight on either side of its start, over the root of how many inputs its unit has
 
 
@@ -73,6 +74,7 @@ def _weights(network: Network, odd: bool, place: tuple[str | int, ...]) -> list[
     """One searched number a weight, and one a bias where the network need not stay odd."""
     now, biases = network.numbers, network.are_biases
     reach = np.concatenate([np.full(w.size + b.size, _REACH / np.sqrt(w.shape[1])) for w, b in network.layers])
+    reach = np.append(reach, np.full(len(now) - len(reach), _STEEPER))  # of energies that are one over all
     searched = np.flatnonzero(~biases) if odd else np.arange(len(now))
     each = zip(searched.tolist(), *(part[searched].tolist() for part in (now - reach, now + reach, now)), strict=True)
     return [Searched((*place, k), "1", low, high, start, False) for k, low, high, start in each]

@@ -1,6 +1,7 @@
 """What a training starts from: a network that adds nothing, or one of a file."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -9,12 +10,14 @@ import numpy as np
 
 from ...base.table import Table
 from ...base.units import Spec
-from ...control.network import Layer, Network
+from ...control.network import Layer, Memory, Network
 from ...control.network_file import read_network
 from ...rigs.rig import Rig
 
 POLICY, ON_TOP = "controllers.policy:Policy", "controllers.policy:PolicyOn"
 _WIDEST, _MOST = 64, 3  # units of a hidden layer, and how many of those
+_MOST_FURTHER = 8
+_FLOOR = 1e-4  # of energies of inputs over their scales: what sensors' noise comes to
 
 
 def with_policy(controller: Mapping[str, Any], network: Network | str) -> dict[str, Any]:
@@ -41,17 +44,35 @@ def read_start(top: Table, beside: Path, rig: Rig, signal: str) -> tuple[Network
     if isinstance(top.values.get("network"), str):
         network = read_network(top.path("network", beside, ".npz"))
         return network, not network.numbers[network.are_biases].any()
-    table = top.table("network", "hidden", "limit", "error", "pressure", "slow", "fast", "odd")
+    table = top.table("network", "hidden", "limit", "error", "pressure", "slow", "fast", "further", "remembers", "odd")
     hidden = table.numbers("hidden", "[6]")
     if len(hidden) > _MOST or any(units % 1 or not 1 <= units <= _WIDEST for units in hidden):
         raise table.complaint("hidden", f"must be units of {_MOST} layers at most, each of 1 to {_WIDEST}")
     corners = [table.quantity(key, Spec("Hz", 1e-3, rig.nyquist, f"the {key} low pass")) for key in ("slow", "fast")]
+    corners += _further(table, rig.nyquist)
     scales = [table.quantity("error", Spec(rig.signal(signal).si, 1e-12, 1e12, "error that counts as 1"))]
     if {"pa", "pb"} <= rig.sensors.keys():
         scales.append(table.quantity("pressure", Spec("Pa", 1.0, 1e9, "difference of pressures that counts as 1")))
     limit = table.quantity("limit", Spec("1", 1e-6, 1.0, "command that it adds at most"))
     layers, odd = [int(units) for units in hidden], table.flag("odd", True)
-    return silent_network(signal, scales, corners, layers, limit, rig.period.value), odd
+    network = silent_network(signal, scales, corners, layers, limit, rig.period.value)
+    if "remembers" in table:
+        time = table.quantity("remembers", Spec("s", 0.05, 1e3, "how long it remembers a motion"))
+        network = replace(network, memory=_nothing(network, rig.period.value / time))
+    return network, odd
+
+
+def _further(table: Table, nyquist: float) -> list[float]:
+    """Corners of further low passes [Hz]; none without the key."""
+    corners = list(table.numbers("further", "[1, 8]")) if "further" in table else []
+    if any(not 1e-3 <= corner <= nyquist for corner in corners) or len(corners) > _MOST_FURTHER:
+        raise table.complaint("further", f"{_MOST_FURTHER} corners at most, each from 0.001 to {nyquist:g} Hz")
+    return corners
+
+
+def _nothing(network: Network, forgets: float) -> Memory:
+    """Of a network whose units are as steep whatever it remembers."""
+    return Memory(np.zeros_like(network.layers[0][0]), forgets, _FLOOR)
 
 
 def silent_network(
