@@ -147,6 +147,14 @@ def test_a_force_presses_on_three_specimens_softer_and_stiffer_than_the_oil(rig)
     assert min(stiffness) < oil_stiffness(rig) < max(stiffness)
 
 
+def test_a_rig_of_the_set_with_another_specimen_counts_whole(rig):
+    """Its mass and its oil too: those of the hardest plants of a force loop."""
+    steps = placed_steps(load_bench("experiments/limits_force.toml"))
+    light = next(step.rig for step in steps if step.of == "soft-light")
+    assert (light["M"], light["beta"], light["ks"]) == pytest.approx((0.5 * rig["M"], 0.5 * rig["beta"], 1e6))
+    assert len({step.name for step in steps}) == len(steps) == 4 * (3 + 1 + 1)
+
+
 def test_a_linear_plant_has_no_limit():
     with pytest.raises(InputError, match="no chambers"):
         placed_steps(load_steps("experiments/linear_plant.toml"))

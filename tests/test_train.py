@@ -15,6 +15,7 @@ from workbench.commands.run.config import load_config
 from workbench.commands.train.config import load_train
 from workbench.commands.train.unseen import unseen_rows
 from workbench.control.network_file import read_network
+from workbench.loop import envelope
 from workbench.loop.hardest import largest_ms
 from workbench.loop.tuning.goals import tuning_envelope
 
@@ -148,3 +149,20 @@ def test_start_and_trained_are_judged_on_plants_that_no_run_has_seen(tmp_path, m
     assert unseen is not None
     assert first["ms_worst"] == largest_ms(unseen, start(config).build(1e-3)).max()
     assert not np.array_equal(unseen.p, seen.p)
+
+
+def test_what_a_history_remembers_of_a_move_tells_mass_and_oil(monkeypatch):
+    """Energies of what the network is shown, over one move: a quadratic of their logarithms, on plants it was not
+    fitted to."""
+    monkeypatch.setattr(envelope, "DRAWN", 160)
+    problem = load_train(EXPERIMENTS / "train_history.toml").problem
+    lanes = tuning_envelope(problem).drawn
+    law = problem.design({n.name: n.start for n in problem.searched}).build(problem.rig.period.value)
+    kept = envelope.steps(lanes, law, problem.scenarios[0], 1, 1.0).remembered
+    shares = np.log(kept + 1e-6) - np.log(kept.sum(axis=1, keepdims=True))
+    told = np.column_stack((np.ones(len(shares)), shares, shares**2))
+    for name, left in (("M", 0.05), ("beta", 0.1)):
+        true = np.log(lanes.p[:, lanes.engine.plant.parameters.index(name)])
+        weights = np.linalg.lstsq(told[:120], true[:120], rcond=None)[0]
+        assert np.std(true[120:]) > 0.2
+        assert np.std(true[120:] - told[120:] @ weights) < left

@@ -13,6 +13,7 @@ from ...rigs.rig import Rig
 
 _COLUMNS = {
     "scenario": ("scenario", 1.0),
+    "rig": ("rig", 1.0),
     "x_m": ("from [mm]", 1e3),
     "stiffness_n_per_m": ("specimen [kN/mm]", 1e-6),
     "limit_s": ("limit [s]", 1.0),

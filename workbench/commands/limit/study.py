@@ -53,6 +53,7 @@ def _row(step: PlacedStep, limit: Limit | TrackingLimit) -> dict[str, Any]:
     """SI but for what keys say; None, and the reason, where no motion was found."""
     return {
         "scenario": step.scenario.name,
+        "rig": step.of,
         "signal": step.scenario.signal,
         "moves": not step.scenario.is_step,
         "x_m": step.position,
