@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from math import isfinite
 
 import numpy as np
 
@@ -91,9 +92,10 @@ class Goals:
     @property
     def _count(self) -> int:
         """How many goals there are, a controller included."""
-        sized = [scenario for scenario in self.problem.scenarios if scenario.size]
-        overshoots = len(sized) if np.isfinite(self.problem.limits.overshoot_percent) else 0
-        return 6 + 2 * len(self.problem.scenarios) + overshoots
+        limits, scenarios = self.problem.limits, self.problem.scenarios
+        overshoots = isfinite(limits.overshoot_percent) * sum(bool(each.size) for each in scenarios)
+        loads = isfinite(limits.load_left) * sum(bool(each.load and not each.size) for each in scenarios)
+        return 6 + 2 * len(scenarios) + overshoots + loads
 
     def _goals(self, envelope: Envelope, controller: Controller) -> Iterator[Goal]:
         problem = self.problem
