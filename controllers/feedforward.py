@@ -15,6 +15,7 @@ class FeedForward:
     natural frequency wn, Ka = 2 d Kv/wn takes the lag out of what follows (Jelali and Kroll, Hydraulic Servo-Systems,
     2003, ch. 6). Kh is for force loops: the command that makes up for what leaks under the force asked for. A step of
     the reference goes through all of it as a blow: shape the reference outside of it.
+    It goes around what a controller plans for its reference: Mpc takes a Shaping instead.
     """
 
     into: ClassVar[Literal["command", "reference"]] = "command"

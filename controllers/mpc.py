@@ -97,8 +97,9 @@ class Mpc(PredictiveLaw):
     so this is the constrained LQ optimum (Rossiter, Model-Based Predictive Control, 2003, ch. 7); with no limit near
     c = 0. The filter's d and load leave no offset. Where the solver does not arrive, the plan keeps the limits
     that it has come to; `fallbacks` counts these periods. A reference governor keeps the reference where the jack can
-    still brake within its stroke. A measurement that is not finite is left out, the filter predicting on; a reference
-    that is not finite leaves the last one.
+    still brake within its stroke. In front of it a Shaping with its notch at w and the lead 2/w + Kv/K makes of K r the
+    feed-forward K r + Kv s/(s/w + 1)^2 r. A measurement that is not finite is left out, the filter predicting on; a
+    reference that is not finite leaves the last one.
     """
 
     @design_numbers

@@ -187,6 +187,17 @@ def test_a_number_that_does_not_exist_misses_its_goal(space, monkeypatch):
     assert over.where == space.varied.names[2]
 
 
+def test_what_a_load_leaves_on_the_nominal_rig_is_a_goal(space):
+    """P leaves what its pressure gain asks for, predictive control little after 0.2 s; in parts of the band."""
+    load, met = SCENARIOS["position-load-20kn"], []
+    for name in ("p-dp", "mpc"):
+        goals = motion_goals(space.with_drawn([]), TUNED[name].build(1e-3), [load], Limits(load_left=0.2))
+        (left,) = [goal for goal in goals if goal.limit == 0.2]
+        met.append(left.miss == 0)
+        assert left.where.startswith("nominal")
+    assert met == [False, True]
+
+
 def test_noise_of_the_command_grows_with_the_gain(space):
     lanes, design = space.varied.some([2]), TUNED["p"].design
     laws = (replace(TUNED["p"], design=replace(design, gain=gain)).build(1e-3) for gain in (0.1, 1.0))

@@ -23,6 +23,7 @@ from .sensors import settling_band
 
 HUNTING = 0.002  # of the step, peak to peak over the last 0.3 s: a loop that swings by more hunts
 _REST = 0.3  # s: at rest
+_LEFT = 0.2, 0.3  # s after it began: what a step or a load has left on the mean between them
 DRAWN = 4000  # plants that are drawn: every second at one of the positions, the others anywhere between them
 
 
@@ -53,15 +54,17 @@ class LinearWorst:
 
 @dataclass(frozen=True)
 class EnvelopeSteps:
-    """A scenario in lanes: settling [s] (NaN: never), overshoot [%], IAE [SI s], peak deviation [SI]; what tripped or
-    could not be simulated; what hunts, of a run without noise (else all False). remembered [lanes, m]: what the
-    controller has in its memory at the end, None without one."""
+    """A scenario in lanes: settling [s] (NaN: never), overshoot [%], IAE [SI s], peak deviation [SI]; the error `left`
+    on the mean from 0.2 to 0.3 s after it began [SI]; what tripped or could not be simulated; what hunts, of a run
+    without noise (else all False). remembered [lanes, m]: what the controller has in its memory at the end, None
+    without one."""
 
     names: tuple[str, ...]
     settling: np.ndarray
     overshoot: np.ndarray
     iae: np.ndarray
     peak: np.ndarray
+    left: np.ndarray
     tripped: np.ndarray
     hunting: np.ndarray
     remembered: np.ndarray | None
@@ -231,7 +234,8 @@ def steps(
     band = settling_band(rig, scenario.signal, scenario.size)
     size = scenario.size or band
     metrics = step_lanes(period, moved[:, late], np.full(len(y), scenario.size - size), size, band)
-    error = np.abs(moved - scenario.reference(t))
+    off = moved - scenario.reference(t)
+    error = np.abs(off)
     calm = hunting_lanes(period, y[:, -len(t) :], size, HUNTING if scenario.size else 1.0)
     return EnvelopeSteps(
         lanes.names,
@@ -239,10 +243,17 @@ def steps(
         np.maximum(np.max(moved / size - 1, axis=1), 0.0) * 100 if scenario.size else np.zeros(len(y)),
         error[:, late].sum(axis=1) * period,
         error[:, late].max(axis=1),
+        _left(off, period, arrives),
         tripped,
         calm & ~tripped if seed is None else np.zeros(len(y), bool),
         remembered if remembered.shape[1] else None,
     )
+
+
+def _left(off: np.ndarray, period: float, arrives: float) -> np.ndarray:
+    """What is left [lanes] on the mean a while after `arrives` [s] of errors [lanes, k], or at the end before that."""
+    first, last = (round((arrives + after) / period) for after in _LEFT)
+    return np.abs(off[:, :last][:, first - last :].mean(axis=1))
 
 
 def command_noise(lanes: PlantLanes, controller: Controller, signal: str) -> np.ndarray:

@@ -10,6 +10,7 @@ from .envelope import Envelope, LinearWorst, command_noise, steps
 from .limits import Limits
 from .plant_lanes import PlantLanes
 from .scenarios import Scenario
+from .sensors import settling_band
 
 _NO_NUMBER = 1e3  # how far a goal is missed whose number does not exist
 
@@ -47,8 +48,8 @@ def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> 
 def motion_goals(
     envelope: Envelope, controller: Controller, scenarios: Sequence[Scenario], limits: Limits
 ) -> Iterator[Goal]:
-    """On the nonlinear plant: the command's noise at rest, no trip and no hunting in the scenarios, the overshoot; and
-    stability and Ms of a controller that stands with what it has measured in them."""
+    """On the nonlinear plant: the command's noise at rest, no trip and no hunting in the scenarios, the overshoot, and
+    little left of a load; stability and Ms of a controller that stands with what it has measured in them."""
     lanes = envelope.played(controller)
     noise = command_noise(lanes, controller, scenarios[0].signal)
     yield _largest("noise of the command", noise, limits.command_noise, lanes)
@@ -60,6 +61,10 @@ def motion_goals(
         if scenario.size and np.isfinite(limits.overshoot_percent):
             name = f"{scenario.name}: overshoot [%]"
             yield _largest(name, calm.overshoot, limits.overshoot_percent, lanes)
+        if scenario.load and not scenario.size and np.isfinite(limits.load_left):
+            nominal, band = envelope.are_nominal(lanes.names), settling_band(lanes.rig, scenario.signal, 0.0)
+            name, own = f"{scenario.name}: left of the band", lanes.some(np.flatnonzero(nominal).tolist())
+            yield _largest(name, calm.left[nominal] / band, limits.load_left, own)
         if calm.remembered is not None and scenario.moves_alone:
             held = LinearWorst.of(lanes, lanes.margins(controller, calm.remembered))
             where = held.plant if held.growth else ""

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from math import isfinite
 
 import numpy as np
 
@@ -91,10 +92,11 @@ class Goals:
     @property
     def _count(self) -> int:
         """How many goals there are, a controller included."""
-        sized = [scenario for scenario in self.problem.scenarios if scenario.size]
-        overshoots = len(sized) if np.isfinite(self.problem.limits.overshoot_percent) else 0
-        held = [scenario for scenario in sized if scenario.moves_alone]
-        return 6 + 2 * len(self.problem.scenarios) + overshoots + 2 * len(held)
+        limits, scenarios = self.problem.limits, self.problem.scenarios
+        overshoots = isfinite(limits.overshoot_percent) * sum(bool(each.size) for each in scenarios)
+        loads = isfinite(limits.load_left) * sum(bool(each.load and not each.size) for each in scenarios)
+        held = 2 * sum(each.moves_alone for each in scenarios)
+        return 6 + 2 * len(scenarios) + overshoots + loads + held
 
     def _goals(self, envelope: Envelope, controller: Controller) -> Iterator[Goal]:
         problem = self.problem
