@@ -59,7 +59,7 @@ NOT_HELD = {
     "A crane without units": "data not shipped",
 }
 PRINTS = ("spread", "jack-model", "coefficients", "list", "show")  # which leave no folder
-WORD = r"-?\d+(?:\.\d+)?|never|trips|unstable"
+WORD = r"-?\d+(?:\.\d+)?|never|trips|unstable|none"
 PRINTED = re.compile(r"^    \$ (jackbench .*)\n((?:    .*\n)+)", re.MULTILINE)
 
 
