@@ -41,6 +41,7 @@ NOT_HELD = {
     "How often is a watch right?": "two hours; held by tests/test_watch_study.py to the rigs that were run",
     "How well is a rig commissioned?": "an hour; held by tests/test_commission_study.py to the rigs that were run",
     "What knowledge buys": "two hours; held by tests/test_knowledge.py to the searches that were run",
+    "What knowing buys": "twenty minutes; held by tests/test_knowledge.py to the searches that were run",
     "JackBench-v0": "a thousand episodes each, by examples/rl_baselines.py",
     "How do I use Stable-Baselines3?": "two minutes of training, by examples/rl/ppo_on_p_dp.py",
     "How often is a trace right?": "more than an hour",
