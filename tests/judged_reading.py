@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from mutants import LONG
 
-UNCHECKED = ("source", "rate", "overshoot_percent", "bound")  # the document itself; what may be without limit
+# the document itself; what may be without limit
+UNCHECKED = ("source", "rate", "overshoot_percent", "load_left", "bound")
 GIVEN_UP = 120.0  # s, of a machine that may be busy
 ECHOED = 80  # characters of the input that a message may repeat
 
