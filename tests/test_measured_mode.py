@@ -10,8 +10,11 @@ import pytest
 from test_compiled_loop import agree, both
 
 from controllers.measured_mode import frozen
+from controllers.policy import PolicyDesign
 from workbench.cli import main
 from workbench.commands.run.config import load_config
+from workbench.commands.train.start import silent_network
+from workbench.control.controller_spec import ControllerSpec
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
@@ -117,6 +120,17 @@ def test_the_linear_view_of_what_it_remembers_is_that_of_the_frozen_law():
     assert gain(found, 3.0) == pytest.approx(gain(expected, 3.0), rel=1e-9)
     assert gain(found, 30.0) == pytest.approx(gain(expected, 30.0), rel=1e-9)
     assert gain(law.linearised_lanes(at), 3.0) != pytest.approx(gain(found, 3.0), rel=1e-2)
+
+
+def test_what_it_remembers_is_in_the_view_of_a_policy_on_top_that_holds_its_decisions():
+    """Its linear view is that of another law, which has the same memory."""
+    network = replace(silent_network("position", [0.01, 5e6], [3.0, 30.0], [6], 0.02, PERIOD), decision=4 * PERIOD)
+    spec = BARE + ControllerSpec("policy", "controllers.policy:PolicyOn", PolicyDesign(network))
+    law, (controller, _) = spec.build(PERIOD).graph_law(), moved(on(1.4, 0.6), np.repeat([0.01, 0.0, 0.01], 200))
+    kept = controller.state[list(controller.graph_law().memory)][None]
+    at = {name: np.array([value]) for name, value in {"position": 0.02, "pa": 9e6, "pb": 8e6, "command": 0.001}.items()}
+    alone = controller.graph_law().linearised_lanes(at, kept)
+    assert gain(law.linearised_lanes(at, kept), 3.0) == pytest.approx(gain(alone, 3.0), rel=1e-9)
 
 
 def gain(matrices, hz):

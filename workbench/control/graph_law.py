@@ -98,7 +98,7 @@ class GraphLaw:
         has in its `memory` there; without, nothing but what is `settled`.
         """
         if self.view is not None:
-            return self.view.linearised_lanes(points)
+            return self.view.linearised_lanes(points, remembered)
         signals = np.stack([points[name] for name in (self.measures[0], *self.measures)], axis=1)
         commands = points["command"]
         every = (dict(zip(points, row, strict=True)) for row in np.stack(list(points.values()), axis=1).tolist())

@@ -57,8 +57,8 @@ def _loops(config: BenchConfig | StepConfig) -> Iterator[tuple[Rig, Mapping[str,
 
 def _specimens(rig: Rig, others: Mapping[str, Rig]) -> dict[str, Rig]:
     """The nominal rig, and each of its set that presses on another specimen, by name."""
-    softer = {name: other for name, other in others.items() if (other["ks"], other["cs"]) != (rig["ks"], rig["cs"])}
-    return {_NOMINAL: rig, **softer}
+    own = rig["ks"], rig["cs"]
+    return {_NOMINAL: rig} | {name: other for name, other in others.items() if (other["ks"], other["cs"]) != own}
 
 
 def _placed(scenario: Scenario) -> list[Scenario]:
