@@ -1,12 +1,11 @@
 """Platforms that are drawn: every leg has numbers of its own, and one, two or no legs have an effect.
 
 The effects are of the library, one formula of each name in turn, as strong as a refit of the leg's numbers would leave
-a drawn chi2. That is reckoned once for all legs, on records of the platform as it is declared.
+a drawn chi2. That is reckoned on records of the platform as it is drawn, before it has effects.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, cast
@@ -16,7 +15,7 @@ import numpy as np
 from ...identify.data.leg_cut import leg_campaigns, leg_rig
 from ...identify.found.detectability import misfit_left
 from ...identify.trace.problem import EstimationProblem, estimation_problem
-from ...identify.trace.refit import FittedModel, fit_rig
+from ...identify.trace.refit import fit_rig
 from ...identify.trace.score import NuisanceProjection
 from ...plant.effects import inside_port
 from ...rigs.number import Number
@@ -77,18 +76,14 @@ class DrawnPlatform:
     def draw(self, folder: Path) -> dict[str, Any]:
         """Write its campaign's folder and return what its legs are short of. Raises InputError."""
         drawn = np.random.default_rng([self.seed, 1])
-        uses: dict[int, tuple[EffectUse, ...]] = {}
-        numbers: dict[str, float] = {}
-        for leg, each in self.causes:
-            strength = _strength(each, self.misfit, drawn)
-            uses[leg] = (*uses.get(leg, ()), _used(each, strength))
-            numbers |= {f"leg{leg}.{each.effect.key(name)}": value for name, value in strength.items()}
         plan = platform_plan(PLATFORM, self.seed)
-        legs = [
-            replace(leg, rig=_true(leg.rig, uses.get(place, ()), drawn))
-            for place, leg in enumerate(plan.platform.legs, 1)
-        ]
-        _record(replace(plan, platform=replace(plan.platform, legs=tuple(legs))), folder)
+        plan = _with_rigs(plan, [_true(leg.rig, drawn) for leg in plan.platform.legs])
+        rigs = [leg.rig for leg in plan.platform.legs]
+        numbers: dict[str, float] = {}
+        for (leg, each), strength in zip(self.causes, _strengths(plan, self.causes, self.misfit, drawn), strict=True):
+            rigs[leg - 1] = replace(rigs[leg - 1], effects=(*rigs[leg - 1].effects, _used(each, strength)))
+            numbers |= {f"leg{leg}.{each.effect.key(name)}": value for name, value in strength.items()}
+        _record(_with_rigs(plan, rigs), folder)
         return self.known() | {"numbers": numbers}
 
 
@@ -121,14 +116,19 @@ def _in_leg(each: Cause) -> bool:
     return inside_port(each.effect.laws) and not (each.effect.shifts or each.effect.delay)
 
 
-def _true(rig: Rig, uses: tuple[EffectUse, ...], drawn: np.random.Generator) -> Rig:
-    """The rig of a leg with numbers drawn inside their ranges, and with effects."""
+def _true(rig: Rig, drawn: np.random.Generator) -> Rig:
+    """The rig of a leg with numbers drawn inside their ranges."""
     values = {
         number.name: float(drawn.uniform(number.low, number.high))
         for number in rig.numbers.values()
         if number.low is not None and number.high is not None and number.name != _CARRIED
     }
-    return replace(rig.with_values(**values), effects=uses, limits={**rig.limits, "flow_error": _DOUBTS})
+    return replace(rig.with_values(**values), limits={**rig.limits, "flow_error": _DOUBTS})
+
+
+def _with_rigs(plan: PlatformPlan, rigs: Sequence[Rig]) -> PlatformPlan:
+    legs = tuple(replace(leg, rig=rig) for leg, rig in zip(plan.platform.legs, rigs, strict=True))
+    return replace(plan, platform=replace(plan.platform, legs=legs))
 
 
 def _used(each: Cause, values: Mapping[str, float]) -> EffectUse:
@@ -136,29 +136,32 @@ def _used(each: Cause, values: Mapping[str, float]) -> EffectUse:
     return EffectUse(*each.key, numbers)
 
 
-def _strength(each: Cause, goal: float, drawn: np.random.Generator) -> dict[str, float]:
-    """The numbers with which an effect leaves the chi2 `goal`, by slopes along the records of a leg without it."""
-    problem, base, rest, plain = _declared_leg()
-    model = problem.model((each.effect,), brief=True)
+def _strengths(
+    plan: PlatformPlan, causes: Sequence[tuple[int, Cause]], goal: float, drawn: np.random.Generator
+) -> list[dict[str, float]]:
+    """The numbers with which each effect leaves the chi2 `goal`, by slopes along the records of its leg without it."""
+    if not causes:
+        return []
+    with TemporaryDirectory() as scratch:
+        _record(plan, Path(scratch))
+        declared = load_platform(PLATFORM)
+        campaigns = leg_campaigns(scratch, declared)
+    return [
+        _strength(estimation_problem(campaigns[leg - 1], leg_rig(declared, leg - 1)), each, goal, drawn)
+        for leg, each in causes
+    ]
+
+
+def _strength(problem: EstimationProblem, each: Cause, goal: float, drawn: np.random.Generator) -> dict[str, float]:
+    base, model = fit_rig(problem), problem.model((each.effect,), brief=True)
+    rest = NuisanceProjection(base.model, problem.train, base.fit)
+    plain = base.model.errors(problem.train, base.fit.x0, base.fit.p)
 
     def chi2(numbers: dict[str, float]) -> float:
         left = misfit_left(model, problem, base, each.effect, numbers, rest, plain)
         return np.inf if left is None else 1.0 + left / problem.train.samples
 
     return settle(chi2, each, shaped(each.effect, drawn), goal).numbers
-
-
-@lru_cache(maxsize=1)
-def _declared_leg() -> tuple[EstimationProblem, FittedModel, NuisanceProjection, list[np.ndarray]]:
-    """A leg of the platform as declared, recorded and fitted; what a refit takes away, and the errors that are left."""
-    with TemporaryDirectory() as scratch:
-        plan = platform_plan(PLATFORM, 0)
-        _record(plan, Path(scratch))
-        campaign = leg_campaigns(scratch, plan.platform)[0]
-    problem = estimation_problem(campaign, leg_rig(plan.platform, 0))
-    base = fit_rig(problem)
-    plain = base.model.errors(problem.train, base.fit.x0, base.fit.p)
-    return problem, base, NuisanceProjection(base.model, problem.train, base.fit), plain
 
 
 def _record(plan: PlatformPlan, folder: Path) -> None:
