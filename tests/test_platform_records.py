@@ -17,8 +17,9 @@ from workbench.commands.trace.platform import leg_effects
 from workbench.identify.data.leg_cut import leg_campaigns, leg_rig, rod_burden, whole_campaigns
 from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.data.scored_floor import scored_floor
-from workbench.identify.fit.payload import NUMBERS, fit_payload
 from workbench.identify.fit.predict import predict_whole, predict_windows
+from workbench.identify.wrench.balance import NUMBERS
+from workbench.identify.wrench.fitted import fit_payload, wrench_problem
 from workbench.loop.platform import platform_setup
 from workbench.loop.platform.excitation import six_sines
 from workbench.plant import build
@@ -205,14 +206,14 @@ def test_the_leg_that_differs_has_the_largest_residual(legs):
     assert outcome.page.verdict.startswith("Leg 4 ")
 
 
-def whole_records(folder):
-    """The train records, each as its six legs."""
-    return list(zip(*(campaign.train for campaign in whole_campaigns(folder)), strict=True))
+def payload(platform, folder):
+    """As its legs' records say."""
+    return fit_payload(wrench_problem(platform, whole_campaigns(folder)))
 
 
 def test_the_payload_is_told_by_the_forces_of_the_legs(folder):
     """Mass, centre and inertia within their intervals; a payload that a file has off the middle is contradicted."""
-    fit = fit_payload(PLATFORM, whole_records(folder))
+    fit = payload(PLATFORM, folder)
     true = np.array([PLATFORM[name] for name in NUMBERS])
     assert np.all(np.abs(fit.values - true) < 1.6 * fit.halves)
     assert fit.halves[0] < 0.001 * PLATFORM["mass"]
@@ -221,7 +222,7 @@ def test_the_payload_is_told_by_the_forces_of_the_legs(folder):
     assert np.all(fit.left < 0.03 * fit.wrench)
     assert payload_numbers(PLATFORM, fit) == []
     other = PLATFORM.with_values(cx=0.1, mass=4400.0)
-    wrong = payload_numbers(other, fit_payload(other, whole_records(folder)))
+    wrong = payload_numbers(other, payload(other, folder))
     assert [row["name"] for row in wrong] == ["payload.mass [kg]", "payload.cx [m]"]
     assert "cx [m] is" in payload_sentence(wrong)
 
@@ -229,8 +230,7 @@ def test_the_payload_is_told_by_the_forces_of_the_legs(folder):
 def test_legs_with_another_weight_across_leave_more_of_the_wrench(folder):
     """The legs' own weight and inertia, which no load cell measures, are in the balance: without them it does not
     close."""
-    records = whole_records(folder)
-    with_legs, without = (fit_payload(each, records) for each in (PLATFORM, PLATFORM.without_leg_inertia()))
+    with_legs, without = (payload(each, folder) for each in (PLATFORM, PLATFORM.without_leg_inertia()))
     assert np.all(with_legs.left <= without.left)
     assert abs(without.values[0] - PLATFORM["mass"]) > 10 * with_legs.halves[0]
 

@@ -6,6 +6,7 @@ watch       a rig over months: what changes from session to session
 trace       from a residual to the effect that the model lacks
 found       what a fit or a trace has found, said in numbers
 plan        records that do not exist yet, to be compared
+wrench      from the wrench on a platform's payload to what its joints lack
 sheet       from a maker's curves to the effect that the model lacks
 columns     which column of a foreign recording is which signal
 acceptance  sheets that a laboratory signs

@@ -9,6 +9,7 @@ pump/       the parts of a pump drive
 orifice     laws of orifices, laps, stops and flow forces
 effects/    what a model may lack
 platform, platform_body    six force ports under a rigid body with its legs
+platform_effects    friction and play of a platform's joints, and a payload that gives way
 linear      the graph of a linear plant of the user's own
 probes      inputs that disturb one equation at a time
 """

@@ -12,9 +12,11 @@ import casadi as ca
 
 from ..base.errors import InputError
 from ..rigs.platform import AXES, Leg, Platform
+from ..rigs.platform.effects import FLEXIBLE, FRICTION, PLAY
 from .assembly import Assembly, Plant
 from .build import build_force_port
 from .platform_body import LegMotion, Pose, angle_rates, leg_inertia, leg_motion, payload_inertia, rotation_of
+from .platform_effects import FreeRod, flexible_payload, free_rod, joint_friction, move_rod
 
 WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 TWIST = ("velocity_x", "velocity_y", "velocity_z", "turning_x", "turning_y", "turning_z")
@@ -40,22 +42,32 @@ def build_platform(platform: Platform) -> Plant:
     jacks = [_jack(b, f"leg{i + 1}", port) for i, port in enumerate(ports)]
     wrench = ca.vertcat(*(b.input(name, unit, _SIZES[unit]) for name, unit in zip(WRENCH, _units("N"), strict=True)))
     pose = _pose(b)
-    legs = [leg_motion(b, jack.name, pose) for jack in jacks]
+    loose = {effect.leg - 1 for effect in platform.effects if effect.name == PLAY}
+    legs = [leg_motion(b, jack.name, pose, i in loose) for i, jack in enumerate(jacks)]
+    rods = [free_rod(b, jack.name, legs[i]) if i in loose else None for i, jack in enumerate(jacks)]
     matrix, total = payload_inertia(b, pose)
     total += wrench
-    forces = []
-    for jack, leg in zip(jacks, legs, strict=True):
+    for effect in platform.effects:
+        if effect.name == FRICTION:
+            total += joint_friction(b, f"leg{effect.leg}", legs[effect.leg - 1], pose)
+        elif effect.name == FLEXIBLE:
+            taken, beside = flexible_payload(b, pose)
+            matrix, total = matrix + taken, total + beside
+    forces, rates = [], []
+    for jack, leg, rod in zip(jacks, legs, rods, strict=True):
         own, beside = leg_inertia(leg)
-        signals = _run_jack(b, jack, leg)
-        forces.append(signals["force"])
-        pull = signals["force"] * leg.along
+        signals = _run_jack(b, jack, leg, rod)
+        forces.append(signals["force"] if rod is None else rod.push)
+        rates.append(None if rod is None else move_rod(b, jack.name, leg, rod, signals["force"]))
+        pull = forces[-1] * leg.along
         matrix, total = matrix + own, total + beside + ca.vertcat(pull, ca.cross(leg.arm, pull))
     acceleration = ca.ldl_solve(total, *ca.ldl(matrix))
     _move(b, pose, acceleration)
-    for jack, leg, force in zip(jacks, legs, forces, strict=True):
-        _measure(b, jack, leg, force, acceleration)
+    for jack, leg, force, rate in zip(jacks, legs, forces, rates, strict=True):
+        _measure(b, jack, leg, force, acceleration, rate)
     lowest = [b.outputs[f"{jack.name}.lowest_pressure"] for jack in jacks]
     b.output(lowest_pressure=ca.mmin(ca.vertcat(*lowest)))
+    b.dry_friction(*(f"{effect.label}.moment" for effect in platform.effects if effect.name == FRICTION))
     return _late(b.finish(), ports)
 
 
@@ -72,13 +84,19 @@ def _numbers(platform: Platform, ports: list[Plant]) -> dict[str, float]:
     for i, (leg, port) in enumerate(zip(platform.legs, ports, strict=True)):
         own = _leg_numbers(leg) | dict(zip(port.parameters, port.p.tolist(), strict=True))
         numbers |= {f"leg{i + 1}.{name}": value for name, value in own.items()}
-    return numbers
+    return numbers | _effect_numbers(platform)
 
 
 def _leg_numbers(leg: Leg) -> dict[str, float]:
     ends = {"base": leg.base, "joint": leg.joint}
     points = {f"{end}_{axis}": value for end, point in ends.items() for axis, value in zip("xyz", point, strict=True)}
     return points | {name: number.value for name, number in leg.numbers.items()}
+
+
+def _effect_numbers(platform: Platform) -> dict[str, float]:
+    return {
+        f"{effect.label}.{name}": number.value for effect in platform.effects for name, number in effect.numbers.items()
+    }
 
 
 def _units(linear: str) -> list[str]:
@@ -106,18 +124,20 @@ def _pose(b: Assembly) -> Pose:
     return pose
 
 
-def _run_jack(b: Assembly, jack: _Jack, leg: LegMotion) -> dict[str, ca.SX]:
-    """The rates of a jack's states; its outputs by name."""
-    port = jack.port
+def _run_jack(b: Assembly, jack: _Jack, leg: LegMotion, rod: FreeRod | None) -> dict[str, ca.SX]:
+    """The rates of a jack's states; its outputs by name. It moves as its leg does, or as a rod that is free of it."""
+    port, speed = jack.port, leg.speed
     travel = leg.length - b[f"{jack.name}.length"] + b[f"{jack.name}.xmid"]
-    inputs = {"command": jack.command, "position": travel, "velocity": leg.speed}
+    if rod is not None:
+        travel, speed = travel + rod.gap, rod.speed
+    inputs = {"command": jack.command, "position": travel, "velocity": speed}
     u = ca.vertcat(*(inputs.get(variable.name, 0) for variable in port.inputs))
     rates, outputs = port.f(jack.states, u, jack.p), port.h(jack.states, u, jack.p)
     for i, state in enumerate(port.states):
         b.rate(f"{jack.name}.{state.name}", rates[i])
     signals = {name: outputs[i] for i, name in enumerate(port.outputs)}
     b.output(**{f"{jack.name}.{name}": value for name, value in signals.items() if name != "force"})
-    b.output(**{f"{jack.name}.position": travel, f"{jack.name}.velocity": leg.speed})
+    b.output(**{f"{jack.name}.position": travel, f"{jack.name}.velocity": speed})
     return signals
 
 
@@ -129,8 +149,12 @@ def _move(b: Assembly, pose: Pose, acceleration: ca.SX) -> None:
     b.output(**dict(zip(TWIST, twist, strict=True)))
 
 
-def _measure(b: Assembly, jack: _Jack, leg: LegMotion, force: ca.SX, acceleration: ca.SX) -> None:
-    """Acceleration of the leg's length, and the force between rod and platform along it."""
+def _measure(b: Assembly, jack: _Jack, leg: LegMotion, force: ca.SX, acceleration: ca.SX, own: ca.SX | None) -> None:
+    """Acceleration of the rod along its leg, its `own` where the joint lets it move, and the force between rod and
+    platform."""
     joint = acceleration[:3] + ca.cross(acceleration[3:], leg.arm) + leg.turned
     borne = ca.dot(leg.along, leg.mass @ joint + leg.bias - leg.weight)
-    b.output(**{f"{jack.name}.acceleration": ca.dot(leg.along, joint) + leg.bent, f"{jack.name}.force": force - borne})
+    rate = ca.dot(leg.along, joint) + leg.bent
+    if own is not None:
+        borne, rate = 0, own
+    b.output(**{f"{jack.name}.acceleration": rate, f"{jack.name}.force": force - borne})

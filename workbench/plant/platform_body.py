@@ -25,12 +25,14 @@ class Pose:
 
 @dataclass(frozen=True)
 class LegMotion:
-    """One leg: its arm from the origin, direction, length and speed, and the mass that it is at its joint [3, 3] with
-    the joint's acceleration (without that of the twist), inertia forces and weight there, [3] each."""
+    """One leg: its arm from the origin, direction and length, the velocity of its joint and the speed along the leg,
+    and the mass that it is at its joint [3, 3] with the joint's acceleration (without that of the twist), inertia
+    forces and weight there, [3] each."""
 
     arm: ca.SX
     along: ca.SX
     length: ca.SX
+    velocity: ca.SX
     speed: ca.SX
     mass: ca.SX
     turned: ca.SX
@@ -57,8 +59,8 @@ def angle_rates(pitch: ca.SX, yaw: ca.SX, turning: ca.SX) -> ca.SX:
     return ca.vertcat(level / ca.cos(pitch), cy * turning[1] - sy * turning[0], turning[2] + ca.tan(pitch) * level)
 
 
-def leg_motion(b: Assembly, leg: str, pose: Pose) -> LegMotion:
-    """A leg of the numbers `leg`.name."""
+def leg_motion(b: Assembly, leg: str, pose: Pose, free: bool = False) -> LegMotion:
+    """A leg of the numbers `leg`.name; one of a `free` rod, which its joint lets move, has no mass along itself."""
     arm = pose.rotation @ _vector(b, leg, "joint_x", "joint_y", "joint_z")
     vector = pose.place + arm - _vector(b, leg, "base_x", "base_y", "base_z")
     velocity = pose.velocity + ca.cross(pose.turning, arm)
@@ -73,12 +75,14 @@ def leg_motion(b: Assembly, leg: str, pose: Pose) -> LegMotion:
     mu = (turning_inertia + rod * reach**2) / length**2
     slope = 2 * (rod * reach / length - mu) / length
     turned = ca.cross(pose.turning, ca.cross(pose.turning, arm))
-    bias = slope * speed * across + ((rod - mu) / length - slope / 2) * squared * along
+    axial = 0 if free else rod
+    beside = 0 if free else (rod - mu) / length - slope / 2
+    bias = slope * speed * across + beside * squared * along
     down = ca.vertcat(0, 0, -b["gravity"])
     share = (cylinder * centre + rod * reach) / length
-    weight = share * down + (rod - share) * ca.dot(along, down) * along
-    mass = mu * ca.SX.eye(3) + (rod - mu) * (along @ along.T)
-    return LegMotion(arm, along, length, speed, mass, turned, bias, weight, squared / length)
+    weight = share * down + (axial - share) * ca.dot(along, down) * along
+    mass = mu * ca.SX.eye(3) + (axial - mu) * (along @ along.T)
+    return LegMotion(arm, along, length, velocity, speed, mass, turned, bias, weight, squared / length)
 
 
 def payload_inertia(b: Assembly, pose: Pose) -> tuple[ca.SX, ca.SX]:

@@ -9,8 +9,9 @@ import numpy as np
 
 from ...base.checkpoint import Progress, Stage
 from ...identify.data.leg_cut import leg_rig
-from ...identify.fit.payload import NUMBERS, PayloadFit, fit_payload
 from ...identify.found.fitted import Interval, interval_cells
+from ...identify.wrench.balance import NUMBERS
+from ...identify.wrench.fitted import PayloadFit, fit_payload, wrench_problem
 from ...records import Campaign
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.platform import LEGS, Leg, Platform
@@ -47,7 +48,7 @@ def run_platform_fit(
 ) -> Outcome:
     """Fit the payload to the train records of `whole` [6], and each leg to its cut records `legs` [6]."""
     progress("payload")
-    payload = fit_payload(platform, list(zip(*(campaign.train for campaign in whole), strict=True)))
+    payload = fit_payload(wrench_problem(platform, whole))
     answers = []
     for leg, campaign in enumerate(legs):
         progress(f"leg {leg + 1} of {LEGS}")

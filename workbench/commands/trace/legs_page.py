@@ -5,8 +5,8 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from ...base.words import listed
-from ...identify.fit.payload import PayloadFit
 from ...identify.found.legs import NAMING, Answer, suspected
+from ...identify.found.wrench import WrenchAnswer
 from ...identify.trace.rule import gate
 from ...report import Curve, Figure, Mark, Page, Panel, Scene, Section, Table
 from ...rigs.platform import Platform
@@ -15,6 +15,7 @@ from ..common.platform_scene import leg_labels, platform_lines
 from .answer import TraceAnswer
 from .payload import payload_numbers, payload_sentence, payload_table
 from .words import FREE_RUN, PLAN, RETUNE
+from .wrench_items import pointed_at, wrench_items, wrench_sentence
 
 _FRAME = 0.02  # s
 _LARGER = 5.0  # times the motion is drawn
@@ -26,8 +27,8 @@ _HOW = (
 )
 
 
-def legs_page(platform: Platform, payload: PayloadFit, answers: Sequence[TraceAnswer]) -> tuple[Page, Figure]:
-    """The page and its telling figure, from the answer of every leg [6]."""
+def legs_page(platform: Platform, wrench: WrenchAnswer, answers: Sequence[TraceAnswer]) -> tuple[Page, Figure]:
+    """The page and its telling figure, from the answer of every leg [6] and that on joints and payload."""
     legs = [answer.outcome.metrics for answer in answers]
     marked = suspected(legs)
     picture = _by_leg(answers)
@@ -37,12 +38,13 @@ def legs_page(platform: Platform, payload: PayloadFit, answers: Sequence[TraceAn
         for section in answers[i].outcome.page.sections
         if (items := [item for item in section.items if item not in _OF_ONE_JACK])
     ]
-    said = sentence(legs, {i: answers[i].sentence for i in marked})
-    said += payload_sentence(payload_numbers(platform, payload))
+    said = f"{sentence(legs, {i: answers[i].sentence for i in marked})} {wrench_sentence(wrench.told)}".rstrip()
+    said += payload_sentence(payload_numbers(platform, wrench.payload))
     campaign = answers[0].trace.problem.campaign.path.resolve().name
     title = f"{campaign} on {platform.name}: which leg, and what its model lacks"
-    sections = [Section("Legs", [_scene(platform, answers, marked), picture, _table(answers)])]
-    sections += [Section("Payload", [payload_table(platform, payload)]), *own]
+    pointed = sorted({*marked, *pointed_at(wrench.told)})
+    sections = [Section("Legs", [_scene(platform, answers, pointed), picture, _table(answers)])]
+    sections += [Section("Joints and payload", [*wrench_items(wrench), payload_table(platform, wrench.payload)]), *own]
     return Page(title, said, sections), picture
 
 

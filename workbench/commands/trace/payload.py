@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-from ...identify.fit.payload import NUMBERS, PayloadFit
+from ...identify.wrench.balance import NUMBERS
+from ...identify.wrench.fitted import PayloadFit
 from ...report import Table, within
 from ...rigs.platform import Platform
 

@@ -1,7 +1,8 @@
 """Which leg, and which effect: the campaign of a platform traced leg by leg, each cut out by its measured force.
 
 A leg under a known force is a jack, so that its trace is that of a jack. What acts on what a jack moves is no
-candidate: all of it is in the measured force. A leg that follows its records costs one fit.
+candidate there: all of it is in the measured force. A leg that follows its records costs one fit. Joints and payload
+are traced by the wrench of all legs.
 """
 
 import json
@@ -11,8 +12,9 @@ from typing import Any
 
 from ...base.checkpoint import Progress, Stage
 from ...identify.data.leg_cut import leg_campaigns, leg_rig, whole_campaigns
-from ...identify.fit.payload import PayloadFit, fit_payload
 from ...identify.found.legs import platform_answer, suspected, ties
+from ...identify.found.wrench import WrenchAnswer, wrench_answer
+from ...identify.wrench.fitted import wrench_problem
 from ...plant.effects import Effect, inside_port
 from ...plant.effects.declared import effects_for
 from ...records import Campaign
@@ -60,19 +62,19 @@ def run_platform_trace(
     several: bool = False,
     jobs: int = 1,
 ) -> Outcome:
-    """Trace the records of every leg [6], cut out, to what it lacks, and fit the payload to the `whole` ones [6];
-    `jobs` processes share the work on one leg.
+    """Trace the records of every leg [6], cut out, to what it lacks, and the `whole` ones [6] to what joints and
+    payload lack; `jobs` processes share the work on one leg.
 
     No shape is learned: with six legs the names are what is asked.
     """
-    progress("payload")
-    payload = fit_payload(platform, list(zip(*(campaign.train for campaign in whole), strict=True)))
+    progress("joints and payload")
+    wrench = wrench_answer(wrench_problem(platform, whole))
     answers = []
     for leg, campaign in enumerate(campaigns):
         rig, own = leg_rig(platform, leg), _of_leg(stage, progress, leg + 1)
         library = leg_effects(rig, files, without)
         answers.append(trace_answer(campaign, rig, library, *own, files, without, several, jobs, learns=False))
-    return _outcome(platform, payload, answers)
+    return _outcome(platform, wrench, answers)
 
 
 def traced_platform(folder: Path, removed: tuple[str, ...] = (), several: bool = False) -> dict[str, Any]:
@@ -84,19 +86,19 @@ def traced_platform(folder: Path, removed: tuple[str, ...] = (), several: bool =
     return json.loads(metrics_json(outcome.metrics))
 
 
-def _outcome(platform: Platform, payload: PayloadFit, answers: Sequence[TraceAnswer]) -> Outcome:
+def _outcome(platform: Platform, wrench: WrenchAnswer, answers: Sequence[TraceAnswer]) -> Outcome:
     legs = [answer.outcome.metrics for answer in answers]
-    whole, wrong = platform_answer(legs), suspected(legs)
-    whole["numbers"] += payload_numbers(platform, payload)
+    whole, wrong = platform_answer(legs, wrench.told), suspected(legs)
+    whole["numbers"] += payload_numbers(platform, wrench.payload)
     texts = {"trace.json": metrics_json(whole)}
     texts |= {f"leg{i + 1}.toml": rig_text(answers[i].rig) for i in wrong}
     tables = {f"leg{i + 1}-{name}": table for i in wrong for name, table in answers[i].outcome.tables.items()}
     more: dict[str, Any] = {f"leg{i}": {"base": leg["base"], "failed": leg["failed"]} for i, leg in enumerate(legs, 1)}
-    if tied := ties(legs):
+    if tied := ties(legs) | wrench.told["tied"]:
         more["tied"] = tied
 
     def draw() -> tuple[Page, Figure]:
-        return legs_page(platform, payload, answers)
+        return legs_page(platform, wrench, answers)
 
     return Outcome(whole | more, draw, tables, texts)
 

@@ -6,7 +6,6 @@ free_parameters, determined    what a fit may move, and what figures determine o
 normal_equations, initial_states, solver    the least squares problem and its solution
 prior               ranges of numbers, and how far curves bend
 rotation, informative, intervals    what windows say of a fit without them; which tell most; how far numbers are known
-payload             mass, centre and inertia of a platform's payload
 carried_noise       noise of measured inputs, as it comes out of a model
 predict, repeats    what a model predicts of a record, in windows or free
 sessions, session_numbers    groups of records that differ; numbers that are others in declared sessions

@@ -10,4 +10,5 @@ law_curves          laws of effects over what they depend on, with their band
 missing_shape       what an unknown disturbance looks like
 detectability       from which strength on an effect would have shown
 legs                the answers of six legs as one
+wrench              what joints and payload of a platform lack
 """

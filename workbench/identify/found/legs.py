@@ -1,4 +1,4 @@
-"""The answers of six legs as one: names that say the leg, one ranking, one verdict."""
+"""The answers of six legs, and of what they carry, as one: names that say the leg, one ranking, one verdict."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -14,15 +14,17 @@ def suspected(legs: Sequence[Answer]) -> list[int]:
     return sorted(able, key=lambda i: -_misfit(legs[i]))
 
 
-def platform_answer(legs: Sequence[Answer]) -> dict[str, Any]:
+def platform_answer(legs: Sequence[Answer], own: Answer) -> dict[str, Any]:
     """The answer by the keys of trace.json: effects are `leg4.main.deadband`, signals `leg4.pa [bar]`. A share in the
-    ranking is of what the platform's model misses, all legs together. `legs` has each leg's own verdict."""
-    order = suspected(legs)
+    ranking is of what the platform's model misses, all legs and the balance of their wrench together. `legs` has each
+    leg's own verdict, `own` is the answer on joints and payload, as of `wrench_answer`."""
+    parts = [*(_of_leg(legs[i], i + 1) for i in suspected(legs)), *([own] if own["verdict"] != "none" else [])]
+    parts.sort(key=lambda part: -_misfit(part))
     return {
-        "verdict": _verdict([legs[i]["verdict"] for i in order]),
-        "effects": [f"leg{i + 1}.{name}" for i in order for name in legs[i]["effects"]],
-        "equation": next((legs[i]["equation"] for i in order if legs[i]["equation"]), None),
-        "ranking": _ranking(legs),
+        "verdict": _verdict([part["verdict"] for part in parts]),
+        "effects": [name for part in parts for name in part["effects"]],
+        "equation": next((part["equation"] for part in parts if part["equation"]), None),
+        "ranking": _ranking([*(_of_leg(leg, i) for i, leg in enumerate(legs, 1)), own]),
         "chi2": {key: _mean([leg["chi2"][key] for leg in legs]) for key in ("before", "after")},
         "rms": {f"leg{i}.{label}": row for i, leg in enumerate(legs, 1) for label, row in leg["rms"].items()},
         "learned": [{"leg": i, **shape} for i, leg in enumerate(legs, 1) for shape in leg["learned"]],
@@ -33,7 +35,15 @@ def platform_answer(legs: Sequence[Answer]) -> dict[str, Any]:
             {"leg": i, **{key: leg[key] for key in ("verdict", "effects", "equation", "chi2")}}
             for i, leg in enumerate(legs, 1)
         ],
+        "wrench": {key: own[key] for key in ("verdict", "effects", "chi2", "not_shown")},
     }
+
+
+def _of_leg(leg: Answer, number: int) -> Answer:
+    """An answer whose names say the leg."""
+    effects = [f"leg{number}.{name}" for name in leg["effects"]]
+    ranking = [{**row, "effect": f"leg{number}.{row['effect']}"} for row in leg["ranking"]]
+    return {**leg, "effects": effects, "ranking": ranking}
 
 
 def ties(legs: Sequence[Answer]) -> dict[str, list[str]]:
@@ -51,22 +61,18 @@ def _verdict(verdicts: Sequence[str]) -> str:
     return next((verdict for verdict in ("incomplete", "tied") if verdict in verdicts), "named")
 
 
-def _ranking(legs: Sequence[Answer]) -> list[dict[str, Any]]:
-    """Every leg's ranking in one: what the verdict names first, then by share."""
-    whole = sum(_misfit(leg) for leg in legs) or 1.0
-    rows = list(_shares(legs, whole))
-    return sorted(rows, key=lambda row: (row["effect"] not in _added(legs), -row["explained"]))
+def _ranking(parts: Sequence[Answer]) -> list[dict[str, Any]]:
+    """The rankings of all parts in one: what the verdict names first, then by share."""
+    whole = sum(_misfit(part) for part in parts) or 1.0
+    added = {name for part in parts for name in part["effects"]}
+    rows = list(_shares(parts, whole))
+    return sorted(rows, key=lambda row: (row["effect"] not in added, -row["explained"]))
 
 
-def _shares(legs: Sequence[Answer], whole: float) -> Iterator[dict[str, Any]]:
-    for i, leg in enumerate(legs, 1):
-        share = _misfit(leg) / whole
-        for row in leg["ranking"]:
-            yield {**row, "effect": f"leg{i}.{row['effect']}", "explained": row["explained"] * share}
-
-
-def _added(legs: Sequence[Answer]) -> set[str]:
-    return {f"leg{i}.{name}" for i, leg in enumerate(legs, 1) for name in leg["effects"]}
+def _shares(parts: Sequence[Answer], whole: float) -> Iterator[dict[str, Any]]:
+    for part in parts:
+        share = _misfit(part) / whole
+        yield from ({**row, "explained": row["explained"] * share} for row in part["ranking"])
 
 
 def _misfit(leg: Answer) -> float:

@@ -12,6 +12,7 @@ from ...base.errors import InputError, nearest
 from ...base.units import Spec
 from ..number import Number, number_entry
 from ..rig import Rig
+from .effects import PlatformEffect, effect_entry
 from .kinematics import Geometry, forward
 
 LEGS = 6
@@ -66,13 +67,14 @@ class Leg:
 @dataclass(frozen=True, eq=False)
 class Platform:
     """Payload, geometry and six legs; `numbers` are those of PAYLOAD, PLACE and JOINTS, SI. Legs share one control
-    period."""
+    period; `effects` are those of joints and payload, those of a jack are its rig's."""
 
     name: str
     title: str
     source: str
     numbers: Mapping[str, Number]
     legs: tuple[Leg, ...]
+    effects: tuple[PlatformEffect, ...] = ()
 
     def __getitem__(self, name: str) -> float:
         """SI value of a number. Raises KeyError that names the nearest there is."""
@@ -94,9 +96,10 @@ class Platform:
         """Lengths [6] of the legs at mid stroke, m."""
         return np.array([leg.numbers["length"].value for leg in self.legs])
 
-    def poses(self, positions: np.ndarray) -> np.ndarray:
-        """Poses [n, 6] in which the jacks stand at positions [n, 6], m. Raises InputError where there are none."""
-        return forward(self.geometry, positions - [leg.rig.middle for leg in self.legs] + self.middle)
+    def poses(self, positions: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
+        """Poses [n, 6] in which the jacks stand at positions [n, 6], m, near those of `start` (home). Raises InputError
+        where there are none."""
+        return forward(self.geometry, positions - [leg.rig.middle for leg in self.legs] + self.middle, start)
 
     @property
     def period(self) -> float:
@@ -153,4 +156,11 @@ class Platform:
             for leg in self.legs
         ]
         numbers = {name: number_entry(number) for name, number in self.numbers.items()}
-        return {"name": self.name, "title": self.title, "source": self.source, "numbers": numbers, "legs": legs}
+        effects = {"effects": [effect_entry(effect) for effect in self.effects]} if self.effects else {}
+        return {
+            "name": self.name,
+            "title": self.title,
+            "source": self.source,
+            "numbers": numbers,
+            "legs": legs,
+        } | effects

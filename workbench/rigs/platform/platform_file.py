@@ -3,7 +3,7 @@
 A file has the tables [payload], [place], [joints], [legs] and six times [[leg]]. [legs] has the jack rig of all legs,
 `rig`, their numbers, and under [legs.jack] numbers of that rig that are others here; a [[leg]] has the points `base`
 and `joint`, written `{at = [x, y, z], unit = "m", source = "..."}`, and where it differs from the others its own
-`rig`, numbers and table `jack`.
+`rig`, numbers and table `jack`. [[effects]] are what joints and payload show, as `effects.py` lists them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,9 +21,10 @@ from ..number import Number, number_entry, read_number
 from ..rig import Rig
 from ..rig_file import load_rig
 from ..shipped import bundled_platforms
+from .effects import effect_entry, read_platform_effects
 from .platform import JOINTS, LEG, LEGS, PAYLOAD, PLACE, Leg, Platform, Point
 
-TABLES = ("payload", "place", "joints", "legs", "leg")
+TABLES = ("payload", "place", "joints", "legs", "leg", "effects")
 
 
 def platform_path(name: str) -> Path:
@@ -63,7 +64,8 @@ def _read(path: Path, shown: str) -> Platform:
     if len({leg.rig.period.value for leg in legs}) > 1:
         raise top.error("the jacks of the legs have different control periods; give them one")
     name = top.named(top.text("name", path.stem))
-    return Platform(name, top.text("title", ""), top.text("source", ""), numbers, legs)
+    effects = read_platform_effects(top.tables("effects"), LEGS)
+    return Platform(name, top.text("title", ""), top.text("source", ""), numbers, legs, effects)
 
 
 def _numbers(top: Table, name: str, specs: Mapping[str, Spec]) -> dict[str, Number]:
@@ -107,8 +109,9 @@ def platform_text(platform: Platform, rigs: Sequence[str]) -> str:
     parts = {"payload": PAYLOAD, "place": PLACE, "joints": JOINTS}
     tables = {part: {key: number_entry(platform.numbers[key]) for key in specs} for part, specs in parts.items()}
     legs = [_leg_table(leg, rig) for leg, rig in zip(platform.legs, rigs, strict=True)]
+    effects = {"effects": [effect_entry(effect) for effect in platform.effects]} if platform.effects else {}
     head = {"name": platform.name, "title": platform.title, "source": platform.source}
-    return toml_text({**head, **tables, "legs": {"rig": rigs[0]}, "leg": legs})
+    return toml_text({**head, **tables, "legs": {"rig": rigs[0]}, "leg": legs, **effects})
 
 
 def _leg_table(leg: Leg, rig: str) -> dict[str, Any]:
