@@ -14,12 +14,13 @@ from workbench.commands.record.platform import MOTIONS, platform_plan, run_platf
 from workbench.commands.residual.platform import run_platform_residual
 from workbench.commands.trace.payload import payload_numbers, payload_sentence
 from workbench.commands.trace.platform import leg_effects
-from workbench.identify.data.leg_cut import leg_campaigns, leg_rig, rod_burden, whole_campaigns
 from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.fit.predict import predict_whole, predict_windows
 from workbench.identify.wrench.balance import NUMBERS
 from workbench.identify.wrench.fitted import fit_payload, wrench_problem
+from workbench.identify.wrench.leg_cut import cut_legs, whole_campaigns
+from workbench.identify.wrench.rod import rod_burden
 from workbench.loop.platform import platform_setup
 from workbench.loop.platform.excitation import six_sines
 from workbench.plant import build
@@ -49,7 +50,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def legs(folder):
     """Its legs."""
-    return leg_campaigns(folder, PLATFORM)
+    return cut_legs(PLATFORM, whole_campaigns(folder))
 
 
 def test_each_frequency_of_a_motion_moves_one_axis():
@@ -86,7 +87,7 @@ def test_a_leg_under_its_measured_force_moves_as_it_did_on_the_platform(legs, le
     """The platform, its payload and five legs are gone; the declared jack does what the leg did, to the noise of its
     sensors and of the load cell that drives it: chi2 is 1 within its scatter, in all and signal by signal. In one run
     through a record the load cell's noise lets the position walk; it walks no further than it does with noise anew."""
-    campaign, rig = legs[leg], leg_rig(PLATFORM, leg)
+    campaign, rig = legs[leg].campaign, legs[leg].rig
     floor, plant = scored_floor(campaign, rig), build(rig)
     for record in (*campaign.train, *campaign.heldout):
         windows, whole = (each(plant, record, floor) for each in (predict_windows, predict_whole))
@@ -150,14 +151,14 @@ def test_legs_with_effects_and_delays_are_predicted_to_their_noise(pack, tmp_pat
     plan = replace(platform_plan("hexapod", 4), platform=made)
     for name, text in run_platform_record(plan, no_checkpoint, lambda _: None).files.items():
         (tmp_path / name).write_text(text)
-    for leg, campaign in enumerate(leg_campaigns(tmp_path, made)):
-        rig = leg_rig(made, leg)
+    for own, leg in zip(uses, cut_legs(made, whole_campaigns(tmp_path)), strict=True):
+        campaign, rig = leg.campaign, leg.rig
         floor, record = scored_floor(campaign, rig), campaign.heldout[0]
         windows = predict_windows(build(rig), record, floor)
         errors = {name: windows.error(name) / floor.sigma[name] for name in windows.signals}
         samples = {name: int(np.isfinite(each).sum()) for name, each in errors.items()}
         squares = sum(float(np.nansum(each**2)) for each in errors.values())
-        assert abs(far_from_one(squares, floor, samples)) < 4, uses[leg][-1]
+        assert abs(far_from_one(squares, floor, samples)) < 4, own[-1]
 
 
 def with_effects(rig, uses):
@@ -175,7 +176,7 @@ def used(effect, **values: float) -> EffectUse:
 
 def test_the_noise_of_a_load_cell_comes_out_in_the_pressures(legs):
     """Twice the noise in the measured force: four times the variance in the floor, and in what the model misses."""
-    campaign, rig = legs[3], leg_rig(PLATFORM, 3)
+    campaign, rig = legs[3].campaign, legs[3].rig
     (noise,) = campaign.input_noise.values()
     assert noise.sigma == pytest.approx(PLATFORM.legs[3].rig.sensors["force"].noise, rel=0.05)
     silent, known = noise_floor(campaign), scored_floor(campaign, rig)
@@ -188,11 +189,11 @@ def test_the_noise_of_a_load_cell_comes_out_in_the_pressures(legs):
     assert doubled.sigma["spool"] == pytest.approx(silent.sigma["spool"], rel=1e-3)
 
 
-def test_without_a_load_cell_no_leg_is_cut(folder, tmp_path):
+def test_without_a_pressure_no_leg_is_cut(folder, tmp_path):
     for file in folder.iterdir():
-        (tmp_path / file.name).write_text(file.read_text().replace("leg4.force [kN]", "cell [kN]"))
-    with pytest.raises(InputError, match=r"leg4\.force"):
-        leg_campaigns(tmp_path, PLATFORM)
+        (tmp_path / file.name).write_text(file.read_text().replace("leg4.pb [bar]", "other [bar]"))
+    with pytest.raises(InputError, match=r"leg4\.pb"):
+        cut_legs(PLATFORM, whole_campaigns(tmp_path))
 
 
 def test_the_leg_that_differs_has_the_largest_residual(legs):

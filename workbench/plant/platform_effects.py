@@ -62,7 +62,7 @@ def _beyond(x: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 def move_rod(b: Assembly, leg: str, motion: LegMotion, rod: FreeRod, force: ca.SX) -> ca.SX:
     """The rate of a free rod's speed, under its jack's `force`: m v' = F - push - m (g cos - w^2 r), as in
-    `workbench.identify.data.leg_cut.rod_burden`. Returns it, m/s^2."""
+    `workbench.identify.wrench.rod.rod_burden`. Returns it, m/s^2."""
     reach = motion.length - b[f"{leg}.rod_centre"]
     across = motion.velocity - motion.speed * motion.along
     turning = ca.sumsqr(across) / motion.length**2

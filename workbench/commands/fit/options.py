@@ -46,13 +46,12 @@ def _fit_platform(options: argparse.Namespace, words: list[str], name: str) -> N
         raise InputError("--free-run is for one jack, and a platform's legs are fitted in windows; leave it out")
     if options.rig_out is not None:
         raise InputError("--rig-out is for one jack; platform.toml and its legs are left beside the report")
-    from ...identify.data.leg_cut import whole_campaigns
-    from ..residual.platform import judged_legs
+    from ...identify.wrench.leg_cut import cut_legs, whole_campaigns
     from .platform import run_platform_fit
 
     platform = load_platform(name)
     whole = whole_campaigns(options.campaign, options.heldout)
-    legs = judged_legs(options.campaign, platform, options.heldout)
+    legs = cut_legs(platform, whole)
     prints = [fingerprint(campaign) for campaign in whole]
     identity = {"command": "fit", "campaigns": prints, "rig": platform.table(), "starts": options.starts}
     study = partial(run_platform_fit, platform, whole, legs, options.starts)

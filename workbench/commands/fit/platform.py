@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ...base.checkpoint import Progress, Stage
-from ...identify.data.leg_cut import leg_rig
 from ...identify.found.fitted import Interval, interval_cells
 from ...identify.wrench.balance import NUMBERS
-from ...identify.wrench.fitted import PayloadFit, fit_payload, wrench_problem
+from ...identify.wrench.fitted import PayloadFit, fit_payload
+from ...identify.wrench.leg_cut import CutLeg, payload_problem
 from ...records import Campaign
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.platform import LEGS, Leg, Platform
@@ -41,19 +41,19 @@ _SHARED_NOTE = (
 def run_platform_fit(
     platform: Platform,
     whole: Sequence[Campaign],
-    legs: Sequence[Campaign],
+    legs: Sequence[CutLeg],
     starts: int,
     stage: Stage,
     progress: Progress,
 ) -> Outcome:
     """Fit the payload to the train records of `whole` [6], and each leg to its cut records `legs` [6]."""
     progress("payload")
-    payload = fit_payload(wrench_problem(platform, whole))
+    payload = fit_payload(payload_problem(platform, whole))
     answers = []
-    for leg, campaign in enumerate(legs):
-        progress(f"leg {leg + 1} of {LEGS}")
-        own = partial(_of_leg, stage, leg + 1)
-        answers.append(fit_campaign(campaign, leg_rig(platform, leg), starts, own, lambda _: None))
+    for number, leg in enumerate(legs, 1):
+        progress(f"leg {number} of {LEGS}")
+        own = partial(_of_leg, stage, number)
+        answers.append(fit_campaign(leg.campaign, leg.rig, starts, own, lambda _: None))
     metrics = _metrics(platform, payload, answers)
     campaign = whole[0].path.resolve().name
     found = found_platform(platform, payload, [answer.rig for answer in answers], campaign)

@@ -37,11 +37,12 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
 def _platform_residual(options: argparse.Namespace, words: list[str], name: str) -> None:
     if options.free_run:
         raise InputError("--free-run is for one jack, and a platform's legs are judged in windows; leave it out")
-    from .platform import judged_legs, run_platform_residual
+    from ...identify.wrench.leg_cut import cut_legs, whole_campaigns
+    from .platform import run_platform_residual
 
     platform = load_platform(name)
-    campaigns = judged_legs(options.campaign, platform, options.heldout)
-    prints = [fingerprint(campaign) for campaign in campaigns]
+    legs = cut_legs(platform, whole_campaigns(options.campaign, options.heldout))
+    prints = [fingerprint(leg.campaign) for leg in legs]
     identity = {"command": "residual", "campaigns": prints, "rig": platform.table()}
-    folder = f"residual-{campaigns[0].path.resolve().name}"
-    finish(options, words, folder, identity, partial(run_platform_residual, platform, campaigns))
+    folder = f"residual-{legs[0].campaign.path.resolve().name}"
+    finish(options, words, folder, identity, partial(run_platform_residual, platform, legs))

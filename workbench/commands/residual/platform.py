@@ -2,14 +2,11 @@
 
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
 from ...base.words import spanned
-from ...identify.data.leg_cut import leg_campaigns, leg_rig
-from ...records import Campaign
-from ...records.campaign import judged_by
+from ...identify.wrench.leg_cut import CutLeg
 from ...report import Page, Section, Table
 from ...rigs.platform import LEGS, Platform
 from ..common.outcome import Outcome
@@ -22,21 +19,13 @@ _NOTE = (
 )
 
 
-def judged_legs(folder: Path, platform: Platform, heldout: Sequence[str]) -> list[Campaign]:
-    """The records of each leg; `heldout` names those to hold out instead of the campaign's. Raises InputError."""
-    campaigns = leg_campaigns(folder, platform)
-    return [judged_by(campaign, heldout) for campaign in campaigns] if heldout else campaigns
-
-
-def run_platform_residual(
-    platform: Platform, campaigns: Sequence[Campaign], stage: Stage, progress: Progress
-) -> Outcome:
+def run_platform_residual(platform: Platform, legs: Sequence[CutLeg], stage: Stage, progress: Progress) -> Outcome:
     """The residual of every leg: `rows` with signals such as `leg3.pa`, and chi2 over all and by leg."""
     outcomes = []
-    for leg, campaign in enumerate(campaigns):
-        progress(f"leg {leg + 1}")
-        own = partial(_of_leg, stage, leg + 1)
-        outcomes.append(run_residual(campaign, leg_rig(platform, leg), own, lambda _: None))
+    for number, leg in enumerate(legs, 1):
+        progress(f"leg {number}")
+        own = partial(_of_leg, stage, number)
+        outcomes.append(run_residual(leg.campaign, leg.rig, own, lambda _: None))
     rows = [
         {**row, "signal": f"leg{leg}.{row['signal']}"}
         for leg, outcome in enumerate(outcomes, 1)

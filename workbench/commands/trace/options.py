@@ -92,14 +92,13 @@ def _trace_platform(options: argparse.Namespace, words: list[str], name: str) ->
         raise InputError("--new is for the valve of one jack; a platform has several, name the campaign of one leg")
     if options.rig_out is not None:
         raise InputError("--rig-out is for one jack; the rigs of a platform's legs are left beside its report")
-    from ...identify.data.leg_cut import whole_campaigns
-    from ..residual.platform import judged_legs
+    from ...identify.wrench.leg_cut import cut_legs, whole_campaigns
     from .platform import identity, run_platform_trace
 
     platform, files = load_platform(name), [str(file.resolve()) for file in options.effects]
     whole = whole_campaigns(options.campaign, options.heldout)
-    campaigns = judged_legs(options.campaign, platform, options.heldout)
-    command = identity(campaigns, platform, files, options.without, options.several)
+    legs = cut_legs(platform, whole)
+    command = identity([leg.campaign for leg in legs], platform, files, options.without, options.several)
     shared = {"files": files, "without": options.without, "several": options.several, "jobs": processes(options)}
-    study = partial(run_platform_trace, platform, whole, campaigns, **shared)
+    study = partial(run_platform_trace, platform, whole, legs, **shared)
     finish(options, words, f"trace-{options.campaign.resolve().name}", command, study)

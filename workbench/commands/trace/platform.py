@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
-from ...identify.data.leg_cut import leg_campaigns, leg_rig, whole_campaigns
 from ...identify.found.legs import platform_answer, suspected, ties
 from ...identify.found.wrench import WrenchAnswer, wrench_answer
-from ...identify.wrench.fitted import wrench_problem
+from ...identify.wrench.leg_cut import CutLeg, cut_legs, payload_problem, whole_campaigns
 from ...plant.effects import Effect, inside_port
 from ...plant.effects.declared import effects_for
 from ...records import Campaign
@@ -54,7 +53,7 @@ def identity(
 def run_platform_trace(
     platform: Platform,
     whole: Sequence[Campaign],
-    campaigns: Sequence[Campaign],
+    legs: Sequence[CutLeg],
     stage: Stage,
     progress: Progress,
     files: Sequence[str] = (),
@@ -68,12 +67,12 @@ def run_platform_trace(
     No shape is learned: with six legs the names are what is asked.
     """
     progress("joints and payload")
-    wrench = wrench_answer(wrench_problem(platform, whole))
+    wrench = wrench_answer(payload_problem(platform, whole))
     answers = []
-    for leg, campaign in enumerate(campaigns):
-        rig, own = leg_rig(platform, leg), _of_leg(stage, progress, leg + 1)
-        library = leg_effects(rig, files, without)
-        answers.append(trace_answer(campaign, rig, library, *own, files, without, several, jobs, learns=False))
+    for number, leg in enumerate(legs, 1):
+        own = _of_leg(stage, progress, number)
+        library = leg_effects(leg.rig, files, without)
+        answers.append(trace_answer(leg.campaign, leg.rig, library, *own, files, without, several, jobs, learns=False))
     return _outcome(platform, wrench, answers)
 
 
@@ -81,8 +80,9 @@ def traced_platform(folder: Path, removed: tuple[str, ...] = (), several: bool =
     """The answer about a platform's campaign folder without effects called `removed`, as in metrics.json."""
     platform = load_platform(campaign_rig(folder))
     more: dict[str, Any] = {"without": removed, "several": several}
-    whole, campaigns = whole_campaigns(folder), leg_campaigns(folder, platform)
-    outcome = run_platform_trace(platform, whole, campaigns, no_checkpoint, lambda _: None, **more)
+    whole = whole_campaigns(folder)
+    legs = cut_legs(platform, whole)
+    outcome = run_platform_trace(platform, whole, legs, no_checkpoint, lambda _: None, **more)
     return json.loads(metrics_json(outcome.metrics))
 
 

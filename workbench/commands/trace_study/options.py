@@ -1,15 +1,17 @@
 """`jackbench trace-study`: traces campaigns whose truth is known, and scores the answers."""
 
 import argparse
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ...base.errors import InputError
 from ..common.options import computes, finish, jobs, works
 from .given import given
 
 _RIGS = ("jack-10t", "pump-rig")
-_PLATFORMS = "platforms"
+_PLATFORMS, _JOINTS = "platforms", "joints"
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +23,8 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--number", type=int, default=100, metavar="N", help="campaigns to draw (default: 100)")
     parser.add_argument("--seed", type=int, default=0, help="seed of what is drawn (default: 0)")
     parser.add_argument(
-        "--kind", help="the one kind of campaigns to draw: clean, single, pair, number, off, neighbours, platforms"
+        "--kind",
+        help="the one kind of campaigns to draw: clean, single, pair, number, off, neighbours, platforms, joints",
     )
     parser.add_argument("--several", action="store_true", help="trace with --several")
     works(parser)
@@ -42,16 +45,18 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
     campaigns = given(folder) if folder else []
     from ..trace.platform import traced_platform
     from ..trace.study import traced
+    from .joints import joint_draws
     from .plan import default_plan
     from .platforms import platform_draws
     from .study import identity, run_trace_study
 
+    draws: dict[str | None, Callable[[int, int], list[Any]]] = {_PLATFORMS: platform_draws, _JOINTS: joint_draws}
     plan = campaigns or (
-        platform_draws(options.number, options.seed)
-        if options.kind == _PLATFORMS
+        draws[options.kind](options.number, options.seed)
+        if options.kind in draws
         else default_plan(options.number, options.seed, options.rig, options.kind)
     )
-    trace = traced_platform if options.kind == _PLATFORMS else traced
+    trace = traced_platform if options.kind in draws else traced
     keep = options.keep and options.keep.resolve()
     if keep:
         keep.mkdir(parents=True, exist_ok=True)

@@ -12,11 +12,11 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from ...identify.data.leg_cut import leg_campaigns, leg_rig
 from ...identify.found.detectability import misfit_left
 from ...identify.trace.problem import EstimationProblem, estimation_problem
 from ...identify.trace.refit import fit_rig
 from ...identify.trace.score import NuisanceProjection
+from ...identify.wrench.leg_cut import cut_legs, whole_campaigns
 from ...plant.effects import inside_port
 from ...rigs.number import Number
 from ...rigs.platform import LEGS, load_platform
@@ -77,13 +77,13 @@ class DrawnPlatform:
         """Write its campaign's folder and return what its legs are short of. Raises InputError."""
         drawn = np.random.default_rng([self.seed, 1])
         plan = platform_plan(PLATFORM, self.seed)
-        plan = _with_rigs(plan, [_true(leg.rig, drawn) for leg in plan.platform.legs])
+        plan = with_rigs(plan, [drawn_leg(leg.rig, drawn) for leg in plan.platform.legs])
         rigs = [leg.rig for leg in plan.platform.legs]
         numbers: dict[str, float] = {}
         for (leg, each), strength in zip(self.causes, _strengths(plan, self.causes, self.misfit, drawn), strict=True):
             rigs[leg - 1] = replace(rigs[leg - 1], effects=(*rigs[leg - 1].effects, _used(each, strength)))
             numbers |= {f"leg{leg}.{each.effect.key(name)}": value for name, value in strength.items()}
-        _record(_with_rigs(plan, rigs), folder)
+        leave_records(with_rigs(plan, rigs), folder)
         return self.known() | {"numbers": numbers}
 
 
@@ -116,7 +116,7 @@ def _in_leg(each: Cause) -> bool:
     return inside_port(each.effect.laws) and not (each.effect.shifts or each.effect.delay)
 
 
-def _true(rig: Rig, drawn: np.random.Generator) -> Rig:
+def drawn_leg(rig: Rig, drawn: np.random.Generator) -> Rig:
     """The rig of a leg with numbers drawn inside their ranges."""
     values = {
         number.name: float(drawn.uniform(number.low, number.high))
@@ -126,7 +126,7 @@ def _true(rig: Rig, drawn: np.random.Generator) -> Rig:
     return replace(rig.with_values(**values), limits={**rig.limits, "flow_error": _DOUBTS})
 
 
-def _with_rigs(plan: PlatformPlan, rigs: Sequence[Rig]) -> PlatformPlan:
+def with_rigs(plan: PlatformPlan, rigs: Sequence[Rig]) -> PlatformPlan:
     legs = tuple(replace(leg, rig=rig) for leg, rig in zip(plan.platform.legs, rigs, strict=True))
     return replace(plan, platform=replace(plan.platform, legs=legs))
 
@@ -143,13 +143,11 @@ def _strengths(
     if not causes:
         return []
     with TemporaryDirectory() as scratch:
-        _record(plan, Path(scratch))
+        leave_records(plan, Path(scratch))
         declared = load_platform(PLATFORM)
-        campaigns = leg_campaigns(scratch, declared)
-    return [
-        _strength(estimation_problem(campaigns[leg - 1], leg_rig(declared, leg - 1)), each, goal, drawn)
-        for leg, each in causes
-    ]
+        legs = cut_legs(declared, whole_campaigns(scratch))
+    problems = [(estimation_problem(legs[leg - 1].campaign, legs[leg - 1].rig), each) for leg, each in causes]
+    return [_strength(problem, each, goal, drawn) for problem, each in problems]
 
 
 def _strength(problem: EstimationProblem, each: Cause, goal: float, drawn: np.random.Generator) -> dict[str, float]:
@@ -164,7 +162,7 @@ def _strength(problem: EstimationProblem, each: Cause, goal: float, drawn: np.ra
     return settle(chi2, each, shaped(each.effect, drawn), goal).numbers
 
 
-def _record(plan: PlatformPlan, folder: Path) -> None:
+def leave_records(plan: PlatformPlan, folder: Path) -> None:
     """Leave the campaign of a platform as `jackbench record` does."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in run_platform_record(plan, no_checkpoint, lambda _: None).files.items():

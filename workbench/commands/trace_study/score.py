@@ -63,13 +63,14 @@ def judged(truth: Truth, answer: Answer) -> Row:
     group: what the campaign counts for: "error", "few sensors", "poor excitation" (of the train records is enough),
     "clean", or, of "single", "number", "off" and "pair", the word itself or "faint" where the base fit leaves less than
     VISIBLE. A described number that is named as wrong stands among the names as `number.NAME`. Of a platform chi2 is
-    that of the leg which leaves most.
+    that of the leg, or the balance of the payload, which leaves most.
     """
     names = list(answer["effects"]) if answer["verdict"] in NAMING else []
     names += [f"number.{_cell(wrong['name'])}" for wrong in answer.get("numbers", ())]
     verdict = "named" if names and answer["verdict"] == "none" else answer["verdict"]
     ranked = [entry["effect"] for entry in answer["ranking"]]
-    chi2 = max((leg["chi2"] for leg in answer.get("legs", ())), key=_before, default=answer["chi2"])
+    parts = [*answer.get("legs", ()), *([answer["wrench"]] if "wrench" in answer else [])]
+    chi2 = max((part["chi2"] for part in parts), key=_before, default=answer["chi2"])
     row = {
         **_drawn(truth),
         "group": _group(truth, chi2["before"]),

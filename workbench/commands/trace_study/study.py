@@ -14,6 +14,7 @@ from ..common.outcome import Outcome, Progress, Stage
 from ..common.run_folder import metrics_json
 from .campaigns.draw import CampaignPlan, draw, planned_equations
 from .given import TRUTH, Given
+from .joints import DrawnJoint
 from .page import page, picture
 from .platforms import DrawnPlatform
 from .score import FINE, Row, confusion, failed, judged, odds, scores
@@ -25,7 +26,7 @@ class Tracer(Protocol):
     def __call__(self, folder: Path, removed: tuple[str, ...]) -> dict[str, Any]: ...
 
 
-Item = CampaignPlan | DrawnPlatform | Given
+Item = CampaignPlan | DrawnPlatform | DrawnJoint | Given
 
 
 def identity(plan: Sequence[Item]) -> list[dict[str, Any]]:
@@ -81,7 +82,7 @@ def _drawn(item: Item, folder: Path) -> dict[str, Any]:
     """What an item is short of, once its records are in the folder."""
     if isinstance(item, Given):
         return item.truth
-    return item.draw(folder) if isinstance(item, DrawnPlatform) else draw(item, folder)
+    return item.draw(folder) if isinstance(item, DrawnPlatform | DrawnJoint) else draw(item, folder)
 
 
 class _Tally:
@@ -106,7 +107,7 @@ def _known(item: Item) -> dict[str, Any]:
     """What is known of an item before it is drawn."""
     if isinstance(item, Given):
         return item.truth
-    if isinstance(item, DrawnPlatform):
+    if isinstance(item, DrawnPlatform | DrawnJoint):
         return item.known()
     equations = planned_equations(item)
     return {**asdict(item), "id": item.id, "effects": [name for name, _ in item.effects], "equations": equations}

@@ -3,7 +3,6 @@
 noise_floor, signal_noise, white_part, static    how far a perfect model would still be from each signal
 rounding            noise that a sensor's rounding hides at rest
 scored_floor        what errors are held against, which for free runs is more
-leg_cut             a leg of a platform as a jack under its measured force
 whiteness           whether a residual is noise
 frequency_response  gain, phase, coherence and a 95 % band of a pair of signals
 

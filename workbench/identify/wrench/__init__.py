@@ -5,5 +5,9 @@ balance      the two wrenches at each time, and what each number of the payload 
 lines        a balance by frequency, and its noise at rest
 fitted       the payload's numbers that close it best
 candidates   what joints and payload may show, as wrenches
+closed       a balance closed with some of these
 search       which of these is missing, by the rule of a trace
+rod          what a rod bears beside its load cell
+leg_forces   forces of legs without load cells, by pressures and by the payload's motion
+leg_cut      a leg as a jack under its force
 """

@@ -21,10 +21,12 @@ _ROUNDS = 3  # of weights where nothing was recorded at rest
 
 @dataclass(frozen=True, eq=False)
 class WrenchProblem:
-    """A platform as it is described, and what its legs measured in the records of each role."""
+    """A platform as it is described, and what its legs measured in the records of each role; without `judging` nothing
+    is said to be missing."""
 
     platform: Platform
     signals: Mapping[str, tuple[LegSignals, ...]]
+    judging: bool = True
 
     @property
     def period(self) -> float:
@@ -34,7 +36,7 @@ class WrenchProblem:
     @property
     def judges(self) -> bool:
         """Whether it can say that something is missing: records at rest tell the noise, held-out ones judge."""
-        return bool(self.signals["static"]) and bool(self.signals[JUDGED])
+        return self.judging and bool(self.signals["static"]) and bool(self.signals[JUDGED])
 
     @cached_property
     def declared(self) -> Mapping[str, tuple[Balance, ...]]:
@@ -59,15 +61,14 @@ class WrenchProblem:
         return line_noise(f, values)
 
 
-def wrench_problem(platform: Platform, whole: Sequence[Campaign]) -> WrenchProblem:
-    """Of the records of each leg [6], whole. Accelerations are those of positions: where a joint has play, rods hit it,
-    and accelerometers on them say that."""
+def wrench_problem(platform: Platform, whole: Sequence[Campaign], judging: bool = True) -> WrenchProblem:
+    """Of the records of each leg [6], whole."""
 
     def signals(role: str) -> tuple[LegSignals, ...]:
         records: list[tuple[Record, ...]] = list(zip(*(getattr(campaign, role) for campaign in whole), strict=True))
-        return tuple(leg_signals(legs, None) for legs in records)
+        return tuple(leg_signals(legs) for legs in records)
 
-    return WrenchProblem(platform, {role: signals(role) for role in ROLES})
+    return WrenchProblem(platform, {role: signals(role) for role in ROLES}, judging)
 
 
 def whitened(balances: Sequence[Balance], noise: LineNoise, period: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""How a platform moved, by the positions of its legs and, where these are measured, their accelerations."""
+"""How a platform moved, by the positions of its legs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,6 @@ import numpy as np
 
 from ...records import Record
 from ...rigs.platform import Platform, leg_speeds, pose_rates
-from ..data.white_part import white_part
 
 PASSES, ORDER = 100.0, 4  # Hz below which signals pass, and the order of the filter
 ROWS = 500.0  # a second, of these
@@ -46,31 +45,17 @@ class Motion:
     rate: np.ndarray
 
 
-def crossing(legs: Sequence[Sequence[Record]]) -> float | None:
-    """The frequency [Hz] from which accelerometers say how legs [6] accelerate with less noise than their positions do,
-    by the noise in their records; None where a leg has no accelerometer."""
-    records = [record for leg in legs for record in leg]
-    if any("acceleration" not in record.signals for record in records):
-        return None
-    ratios = []
-    for leg in legs:
-        slow, fast = (white_part(name, leg).sigma for name in ("position", "acceleration"))
-        ratios.append(np.sqrt(fast / slow) / (2 * np.pi) if slow else np.inf)
-    return float(np.median(ratios))
+def leg_signals(records: Sequence[Record], hz: float = PASSES, rows: float = ROWS) -> LegSignals:
+    """Of one record as its six legs, below a frequency, so many `rows` a second at most.
 
-
-def leg_signals(records: Sequence[Record], from_hz: float | None) -> LegSignals:
-    """Of one record as its six legs; accelerometers count above `from_hz`, as of `crossing`."""
+    Accelerations are those of positions: where a joint has play, accelerometers on rods say how these hit it.
+    """
     t, period = records[0].t, records[0].period
-    thin = slice(None, None, max(1, round(1 / (ROWS * period))))
+    thin = slice(None, None, max(1, round(1 / (rows * period))))
     position, force = (
-        passed(np.column_stack([leg.signals[name] for leg in records]), period) for name in ("position", "force")
+        passed(np.column_stack([leg.signals[name] for leg in records]), period, hz) for name in ("position", "force")
     )
-    acceleration = _bend(position, period)
-    if from_hz is not None and from_hz < _SHARE / period:
-        measured = passed(np.column_stack([leg.signals["acceleration"] for leg in records]), period)
-        acceleration = measured + passed(acceleration - measured, period, from_hz)
-    return LegSignals(t[thin], position[thin], acceleration[thin], force[thin])
+    return LegSignals(t[thin], position[thin], _bend(position, period)[thin], force[thin])
 
 
 def passed(values: np.ndarray, period: float, hz: float = PASSES) -> np.ndarray:
