@@ -44,8 +44,18 @@ def leg_campaigns(folder: str | Path, platform: Platform) -> list[Campaign]:
                 if name not in record.signals:
                     where = f"{campaign.path}: record {record.name}: no column leg{leg}.{name}"
                     raise InputError(f"{where}; a leg is cut out of its platform by it: record it")
-    burdens = {role: [_burden(platform, legs) for legs in _together(whole, role)] for role in ROLES}
-    return [_as_jack(campaign, burdens, leg) for leg, campaign in enumerate(whole)]
+    cut = {role: [cut_legs(platform, legs) for legs in _together(whole, role)] for role in ROLES}
+    return [
+        _as_jack(campaign, {role: tuple(legs[leg] for legs in records) for role, records in cut.items()})
+        for leg, campaign in enumerate(whole)
+    ]
+
+
+def cut_legs(platform: Platform, legs: Sequence[Record]) -> list[Record]:
+    """One record of a platform, its six legs, as six records of jacks."""
+    positions = np.column_stack([record.signals["position"] for record in legs])
+    burden = rod_burden(platform, legs[0].t, platform.poses(positions))
+    return [_cut(record, burden[:, leg]) for leg, record in enumerate(legs)]
 
 
 def _together(whole: Sequence[Campaign], role: str) -> list[tuple[Record, ...]]:
@@ -53,18 +63,9 @@ def _together(whole: Sequence[Campaign], role: str) -> list[tuple[Record, ...]]:
     return list(zip(*(getattr(campaign, role) for campaign in whole), strict=True))
 
 
-def _burden(platform: Platform, legs: Sequence[Record]) -> np.ndarray:
-    positions = np.column_stack([record.signals["position"] for record in legs])
-    return rod_burden(platform, legs[0].t, platform.poses(positions))
-
-
-def _as_jack(campaign: Campaign, burdens: Mapping[str, list[np.ndarray]], leg: int) -> Campaign:
-    """The campaign of one leg with its cut records; the noise of its load cell is that of an input."""
+def _as_jack(campaign: Campaign, roles: Mapping[str, tuple[Record, ...]]) -> Campaign:
+    """The campaign of one leg with its cut records by role; the noise of its load cell is that of an input."""
     noise = InputNoise(white_part("force", campaign.records).sigma, _HELD)  # at rest the platform still rings in it
-    roles = {
-        role: tuple(_cut(*each) for each in zip(getattr(campaign, role), [b[:, leg] for b in own], strict=True))
-        for role, own in burdens.items()
-    }
     return replace(campaign, **roles, input_noise={"disturbance": noise})
 
 
