@@ -1,5 +1,6 @@
 """The report of a plan: which record splits which pair and shows which number, and what is to be played."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,8 @@ from ...identify.trace.record_gain import ALIKE
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
 
+_LEG = re.compile(r"leg\d\.")
+_LISTED = 3  # numbers that the verdict names of a record
 _ON_A_RIG = "Each record is simulated on the rig as fitted, under the slow position loop of its drive. "
 HOW = (
     "The cosine compares what two effects do to the errors of this record and of the campaign's, without the part that "
@@ -33,7 +36,7 @@ _PLAY = (
 class Setting:
     """What a plan is about: a campaign on a rig, a `word` for what is planned, how it was simulated and how it is
     played, what a row of metrics.json's records plays and the head of its peak, figures of what is planned and of what
-    was recorded, and sections that stand first."""
+    was recorded; what the verdict says before, and sections that stand first."""
 
     campaign: str
     rig: str
@@ -44,6 +47,7 @@ class Setting:
     peak: str
     planned: Figure
     recorded: Callable[[], Figure]
+    said: str = ""
     first: Sequence[Section] = ()
 
 
@@ -86,7 +90,7 @@ def page_of(setting: Setting, candidates: Mapping[str, Candidate], metrics: Mapp
         sections.append(Section("What was not compared", [said]))
     picture = _cosines(pairs) if pairs else setting.planned if metrics["records"] else setting.recorded()
     title = f"What to record next on {setting.rig}, after {setting.campaign}"
-    return Page(title, _verdict(setting.campaign, metrics, setting.word), sections), picture
+    return Page(title, setting.said + _verdict(setting.campaign, metrics, setting.word), sections), picture
 
 
 def _verdict(name: str, metrics: Mapping[str, Any], word: str = "record") -> str:
@@ -126,7 +130,9 @@ def _gives(row: Mapping[str, Any], metrics: Mapping[str, Any]) -> str:
         after = pair["after"][row["record"]]
         more = f" and {_count(len(pairs) - 1, 'pair')} more" if len(pairs) > 1 else ""
         return f"{row['file']}, which tells {a} from {b} (cosine {pair['cosine']:.2f}, then {after:.2f}){more}"
-    return f"{row['file']}, which tells {', '.join(row['tells'])}"
+    names = row["tells"]
+    more = f" and {_count(len(names) - _LISTED, 'number')} more" if len(names) > _LISTED else ""
+    return f"{row['file']}, which tells {', '.join(names[:_LISTED])}{more}"
 
 
 def _count(number: int, what: str) -> str:
@@ -141,7 +147,7 @@ def _records_table(setting: Setting, metrics: Mapping[str, Any]) -> Table:
             row["peak"],
             row["seconds"],
             row["information"],
-            ", ".join(" / ".join(pair) for pair in row["splits"]),
+            ", ".join(map(_label, row["splits"])),
             ", ".join(row["tells"]),
         ]
         for row in metrics["records"]
@@ -187,13 +193,20 @@ def _numbers_table(setting: Setting, metrics: Mapping[str, Any]) -> Table:
 def _every_table(setting: Setting, metrics: Mapping[str, Any], what: str) -> Table:
     """What every record of the family would leave."""
     names = list(dict.fromkeys(name for row in metrics[what] for name in row["after"]))
-    labels = [" / ".join(row["effects"]) if what == "pairs" else row["number"] for row in metrics[what]]
+    labels = [_label(row["effects"]) if what == "pairs" else row["number"] for row in metrics[what]]
     rows = [
         [label, *(None if name not in row["after"] else round(row["after"][name], 3) for name in names)]
         for label, row in zip(labels, metrics[what], strict=True)
     ]
     title = f"{'Cosine' if what == 'pairs' else 'Interval over range'} after each {setting.word}"
     return Table(title, ["", *names], rows)
+
+
+def _label(effects: Sequence[str]) -> str:
+    """ "drive.lag / drive.delay"; of a leg's two effects the leg once."""
+    first, second = effects
+    leg = _LEG.match(first)
+    return f"{first} / {second.removeprefix(leg[0]) if leg else second}"
 
 
 def _names(pairs: Sequence[Mapping[str, Any]]) -> set[str]:
@@ -224,7 +237,7 @@ def _cosines(pairs: Sequence[Mapping[str, Any]]) -> Figure:
     curves = [Curve(name, places, np.array(cosine), "markers") for name, cosine in values.items()]
     marks = (Mark(ALIKE, "alike"),)
     panel = Panel("cosine [1]", curves, y_range=(-0.05, 1.05), marks=marks)
-    names = [" / ".join(pair["effects"]) for pair in pairs]
+    names = [_label(pair["effects"]) for pair in pairs]
     return Figure("How alike effects look, now and after the next record", "pair", [panel], x_names=names)
 
 

@@ -2,7 +2,8 @@
 the records do not tell, the motion of a family that splits or shows it best.
 
 The legs are cut out by their load cells, and fitted; the motions are played by the platform as fitted, whose legs are
-cut out again. A plan is for the legs that miss something, or for all six where none does.
+cut out again. A plan is for the legs that miss something, or for all six where none does. The payload is as its file
+has it: records that ask for a plan are often too poor to fit one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +17,6 @@ from ...base.checkpoint import Progress, Stage, within
 from ...base.process_pool import one_blas_thread
 from ...control.platform_controller import PlatformSpec
 from ...identify.data.leg_cut import leg_rig
-from ...identify.fit.payload import fit_payload
 from ...identify.plan.motions import MOTIONS, MotionDesign, PlannedMotion
 from ...identify.plan.platform_played import cut_run, planned_motion, played_again, with_effect_in
 from ...identify.plan.played import windows_of
@@ -29,7 +29,7 @@ from ...records.frequency_sheet import table_text
 from ...report import Figure, Page
 from ...rigs.platform import LEGS, Platform
 from ..common.outcome import Outcome
-from ..fit.platform import found_platform
+from ..fit.platform import with_found_legs
 from ..trace.platform import leg_effects
 from .fitted import Expected, FittedCampaign, Told, checks, fitted_campaign, told
 from .metrics import Check, motion_wave, plan_metrics
@@ -79,14 +79,12 @@ def run_platform_plan(
 ) -> Outcome:
     """Plan the next motions of a platform by its records, `whole` [6] and cut [6]; `library` are the effects to tell
     apart, else all that a leg may lack. Raises InputError where a leg cannot be fitted."""
-    progress("payload")
-    payload = fit_payload(platform, list(zip(*(campaign.train for campaign in whole), strict=True)))
     source = whole[0].path.resolve().name
     with one_blas_thread():
         legs = _legs(platform, campaigns, library, stage, progress)
         progress("the platform as fitted, and its drive")
-        found = found_platform(platform, payload, [each.rig for each in legs.fits], source)
-        motions, added = _expected(found, legs, designs, stage, progress)
+        found = with_found_legs(platform, [each.rig for each in legs.fits], source)
+        motions, added = _expected(platform, found, legs, designs, stage, progress)
         expected = {leg: _named(leg, now.expected(added[_name(leg)])) for leg, now in legs.told.items()}
         gains = {name: sum(each.gains[name] for each in expected.values()) for name in motions}
         played = _checks(found, legs, expected, gains, motions, stage, progress)
@@ -122,16 +120,16 @@ def _legs(
 
 
 def _expected(
-    found: Platform, legs: _Legs, designs: Sequence[MotionDesign], stage: Stage, progress: Progress
+    platform: Platform, found: Platform, legs: _Legs, designs: Sequence[MotionDesign], stage: Stage, progress: Progress
 ) -> tuple[dict[str, PlannedMotion], dict[str, dict[str, np.ndarray]]]:
     """The motions that the platform takes, and what each would add, by leg and motion."""
-    driven = _Driven.of(found)
+    driven, declared = _Driven.of(found), platform_setup(platform)
     motions: dict[str, PlannedMotion] = {}
     added: dict[str, dict[str, np.ndarray]] = {_name(leg): {} for leg in legs.told}
     for design in designs:
 
         def compute(design: MotionDesign = design) -> dict[str, Any]:
-            planned = planned_motion(driven.setup, driven.spec, design)
+            planned = planned_motion(driven.setup, driven.spec, declared, design)
             if planned is None:
                 return {}
             motion, run = planned

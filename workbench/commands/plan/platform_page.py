@@ -7,6 +7,7 @@ import numpy as np
 
 from ...base.signals import output_signal
 from ...base.units import from_si
+from ...base.words import listed
 from ...identify.fit.free_parameters import Candidate
 from ...identify.plan.family import SECONDS
 from ...identify.plan.motions import PlannedMotion
@@ -29,7 +30,7 @@ _LEGS = (
     "Planned for are the legs that miss something, or all where none does."
 )
 _FRAME = 0.04  # s
-_LARGER = 5.0  # times the motion is drawn
+_LARGER, _LARGE = 5.0, 0.1  # times a motion is drawn that is smaller than this, m at the joints
 
 
 def platform_page(
@@ -51,9 +52,19 @@ def platform_page(
         "peak at the joints [mm]",
         _poses(best),
         lambda: _recorded(whole),
+        _strays(metrics),
         [Section("Legs", [*_scene(platform, best, metrics), _table(metrics)])],
     )
     return page_of(setting, candidates, metrics)
+
+
+def _strays(metrics: Mapping[str, Any]) -> str:
+    """Which legs miss something."""
+    strays = [str(row["leg"]) for row in metrics["legs"] if not row["follows"]]
+    if not strays:
+        return "Each leg follows its records. "
+    one = len(strays) == 1
+    return f"{'Leg' if one else 'Legs'} {listed(strays)} {'misses' if one else 'miss'} something. "
 
 
 def _table(metrics: Mapping[str, Any]) -> Table:
@@ -87,7 +98,7 @@ def _scene(platform: Platform, best: Sequence[PlannedMotion], metrics: Mapping[s
     motion, record = best[0], metrics["records"][0]
     marked = {leg for leg in range(LEGS) if _serves(record, leg + 1)}
     poses = motion.course[:: max(1, round(_FRAME / motion.period))]
-    larger = max(1.0, _LARGER if motion.size < 0.1 else 1.0)
+    larger = _LARGER if motion.size < _LARGE else 1.0
     lines = platform_lines(platform, larger * poses, marked)
     still = int(np.argmax(np.abs(poses).max(axis=1)))
     note = f"Motion {motion.design.name}, drawn {larger:g} times larger, with the legs marked that it is best for."

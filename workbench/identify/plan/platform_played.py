@@ -9,7 +9,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...control.platform_controller import PlatformSpec
 from ...loop.platform import PlatformRun, PlatformSetup
-from ...loop.platform.excitation import checked_run, largest_run
+from ...loop.platform.excitation import checked_run, largest_run, largest_within_limits
 from ...loop.platform.poses import recorded_pose
 from ...records import Record
 from ...rigs.platform import LEGS, Platform
@@ -22,11 +22,13 @@ _SEED = 0  # of the noise that its sensors stir the drive with
 
 
 def planned_motion(
-    setup: PlatformSetup, spec: PlatformSpec, design: MotionDesign
+    setup: PlatformSetup, spec: PlatformSpec, declared: PlatformSetup, design: MotionDesign
 ) -> tuple[PlannedMotion, PlatformRun] | None:
-    """The motion as large as the platform takes it, played as its file would be; None where it takes it at no size."""
+    """The motion as large as the platform as fitted takes it, within the limits of the one that is `declared` too, and
+    played as its file would be; None where it is taken at no size."""
     shape = as_played(setup.platform, PlannedMotion.sized(design, setup.platform, 1.0))
-    taken = largest_run(setup, spec, shape, _SEED, design.wished)
+    allowed = largest_within_limits(declared, shape, design.wished)
+    taken = None if allowed is None else largest_run(setup, spec, shape, _SEED, allowed)
     if taken is None:
         return None
     size, run = taken

@@ -1,7 +1,8 @@
 """Motions that tell the six axes of a platform apart, as large as its legs take them, and what plays them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from .poses import REST
 from .record import check_motion
 from .setup import PlatformSetup
 
+T = TypeVar("T")
 _FADE = 0.25  # s: over which a motion comes and goes
 _LARGEST, _SMALLER, _TRIES = 0.1, 0.7, 20  # m at the joints; times; sizes that are tried
 _INSTANT = 1e4  # Hz: a feed-forward of speed alone
@@ -74,9 +76,20 @@ def largest_run(
 ) -> tuple[float, PlatformRun] | None:
     """The largest size up to the one `wished` [m] at which limits and guards take poses [k, 6] of size 1 m at the
     joints, and the run along them; None where they do at none."""
-    for size in wished * _SMALLER ** np.arange(_TRIES):
+    return _first(wished, lambda size: checked_run(setup, spec, size * shape, seed))
+
+
+def largest_within_limits(setup: PlatformSetup, shape: np.ndarray, wished: float = _LARGEST) -> float | None:
+    """The largest such size by limits alone."""
+    taken = _first(wished, lambda size: check_motion(setup, size * shape))
+    return None if taken is None else taken[0]
+
+
+def _first(wished: float, made: Callable[[float], T]) -> tuple[float, T] | None:
+    """The first of ever smaller sizes for which something can be made, and that; None where it can at none."""
+    for size in (wished * _SMALLER ** np.arange(_TRIES)).tolist():
         try:
-            return float(size), checked_run(setup, spec, size * shape, seed)
+            return size, made(size)
         except InputError:
             continue
     return None
