@@ -11,7 +11,9 @@ from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.platform_motion import file_motion
 from workbench.commands.plan.fitted import fitted_campaign, told
+from workbench.commands.plan.page import _label
 from workbench.commands.plan.platform import run_platform_plan
+from workbench.commands.plan.platform_page import _strays
 from workbench.commands.record.platform import platform_plan, run_platform_record
 from workbench.identify.data.leg_cut import leg_campaigns, leg_rig, whole_campaigns
 from workbench.identify.fit.free_parameters import Candidate, at_strength
@@ -128,6 +130,14 @@ def test_a_late_command_is_late_in_all_legs_and_another_effect_in_its_own():
     late, own = (Candidate(effect, at_strength(effect, 1.0)) for effect in (LATE, INTEGRAL))
     assert [len(leg.rig.effects) for leg in with_effect_in(PLATFORM, 3, late).legs] == [1] * LEGS
     assert [len(leg.rig.effects) for leg in with_effect_in(PLATFORM, 3, own).legs] == [0, 0, 0, 1, 0, 0]
+
+
+def test_the_page_says_which_legs_miss_something_and_names_the_leg_of_a_pair_once():
+    legs = [{"leg": i, "follows": i not in (2, 4)} for i in range(1, LEGS + 1)]
+    assert _strays({"legs": legs}) == "Legs 2 and 4 miss something. "
+    assert _strays({"legs": legs[2:]}) == "Leg 4 misses something. "
+    assert _label(["leg4.drive.lag", "leg4.drive.delay"]) == "leg4.drive.lag / drive.delay"
+    assert _label(["drive.lag", "drive.delay"]) == "drive.lag / drive.delay"
 
 
 def test_a_sheet_of_a_platform_s_campaign_is_refused_in_one_line(folder, tmp_path, capsys):

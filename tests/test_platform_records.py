@@ -207,6 +207,11 @@ def test_the_leg_that_differs_has_the_largest_residual(legs):
     assert outcome.page.verdict.startswith("Leg 4 ")
 
 
+def test_a_payload_without_a_train_record_is_refused():
+    with pytest.raises(InputError, match="no train record"):
+        fit_payload(PLATFORM, [])
+
+
 def whole_records(folder):
     """The train records, each as its six legs."""
     return list(zip(*(campaign.train for campaign in whole_campaigns(folder)), strict=True))

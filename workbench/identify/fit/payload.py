@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...records import Record
 from ...rigs.platform import AXES, Platform, leg_speeds, pose_rates
 from ...rigs.platform.kinematics import arms, leg_vectors, rotation
@@ -33,7 +34,10 @@ class PayloadFit:
 
 
 def fit_payload(platform: Platform, records: Sequence[Sequence[Record]]) -> PayloadFit:
-    """By least squares over records, each as its six legs, every component weighed by what is left of it."""
+    """By least squares over records, each as its six legs, every component weighed by what is left of it. Raises
+    InputError for no record."""
+    if not records:
+        raise InputError(f"platform {platform.name}: no train record to fit its payload to; list some under [records]")
     parts = [_equations(platform, legs) for legs in records]
     columns, wrench = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
     solved, left, covariance = _solved(columns, wrench, np.ones(len(AXES)))

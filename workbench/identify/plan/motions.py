@@ -14,8 +14,8 @@ _BEFORE = 0.25  # s: at home before and after waypoints
 
 @dataclass(frozen=True)
 class MotionDesign:
-    """A motion of `axes` by name, of at most `wished` m at the joints: a multisine in a `band` [Hz], or waypoints, as
-    shares of its size, that lie evenly in its time and are stepped to or approached at even speed."""
+    """A motion of `axes` by name, of at most `wished` m at the joints: a sine or multisine in a `band` [Hz], or
+    waypoints, as shares of its size, that lie evenly in its time and are stepped to or approached at even speed."""
 
     name: str
     kind: str
@@ -54,8 +54,8 @@ MOTIONS: tuple[MotionDesign, ...] = (
     MotionDesign("sines-wide", "multisine", AXES, 0.1, (0.25, 10.0)),
     MotionDesign("sines-fast", "multisine", AXES, 0.05, (5.0, 60.0)),
     MotionDesign("sines-small", "multisine", AXES, 1e-3, (0.5, 30.0)),
-    MotionDesign("heave-sine-1hz", "multisine", ("heave",), 0.1, (1.0, 1.0)),
-    MotionDesign("heave-sine-5hz", "multisine", ("heave",), 0.05, (5.0, 5.0)),
+    MotionDesign("heave-sine-1hz", "sine", ("heave",), 0.1, (1.0, 1.0)),
+    MotionDesign("heave-sine-5hz", "sine", ("heave",), 0.05, (5.0, 5.0)),
     MotionDesign("heave-steps", "steps", ("heave",), 0.05, None, _STAIRS),
     MotionDesign("heave-steps-small", "steps", ("heave",), 1e-3, None, _STAIRS),
     MotionDesign("surge-steps", "steps", ("surge",), 0.05, None, _STAIRS),
