@@ -1,6 +1,7 @@
 """Records of a platform: axes that can be told apart, columns that are legs, a leg cut out by its measured force."""
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -8,9 +9,10 @@ import numpy as np
 import pytest
 
 from workbench import InputError
+from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.fit.platform import legs_sentence, shared_numbers
-from workbench.commands.record.platform import MOTIONS, platform_plan, run_platform_record
+from workbench.commands.record.platform import MOTIONS, identity, platform_plan, run_platform_record
 from workbench.commands.residual.platform import run_platform_residual
 from workbench.commands.trace.payload import payload_numbers, payload_sentence
 from workbench.commands.trace.platform import leg_effects
@@ -234,6 +236,42 @@ def test_legs_with_another_weight_across_leave_more_of_the_wrench(folder):
     with_legs, without = (payload(each, folder) for each in (PLATFORM, PLATFORM.without_leg_inertia()))
     assert np.all(with_legs.left <= without.left)
     assert abs(without.values[0] - PLATFORM["mass"]) > 10 * with_legs.halves[0]
+
+
+POSES = "t [s],heave [mm],pitch [deg]\n0.0,0.0,0.0\n0.4,6.0,0.3\n0.8,0.0,0.0\n"
+
+
+def test_a_file_of_poses_is_played_and_logged_as_the_own_motions_are(folder, tmp_path):
+    """The columns are those of any record of a platform, and it goes about where the file has it."""
+    (tmp_path / "nod.csv").write_text(POSES)
+    plan = platform_plan("hexapod", 0, [tmp_path / "nod.csv"])
+    files = run_platform_record(plan, no_checkpoint, lambda _: None).files
+    assert set(files) == {"campaign.toml", "static.csv", "nod.csv"}
+    header, own = files["nod.csv"].splitlines()[0], (folder / "mixed.csv").read_text().splitlines()[0]
+    assert header == own
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    legs = [load_campaign(tmp_path, leg + 1).heldout[0] for leg in range(LEGS)]
+    poses = PLATFORM.poses(np.column_stack([leg.signals["position"] for leg in legs]))
+    assert poses[:, 2].max() == pytest.approx(6e-3, rel=0.4)
+    assert np.degrees(poses[:, 4]).max() == pytest.approx(0.3, rel=0.4)
+    assert identity(plan) != identity(platform_plan("hexapod", 0))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("far", POSES.replace("6.0", "900.0"), r"--play far: record: leg \d, \w+"),
+        ("static", POSES, "static is taken"),
+        ("bow", POSES.replace("heave", "bow"), 'column "bow": no axis'),
+    ],
+)
+def test_a_motion_that_no_platform_can_play_is_refused_in_one_line(name, text, said, tmp_path, capsys):
+    (tmp_path / f"{name}.csv").write_text(text)
+    out = str(tmp_path / "out")
+    assert main(["record", "hexapod", "--play", str(tmp_path / f"{name}.csv"), "--out", out]) == 2
+    (line,) = [each for each in capsys.readouterr().err.splitlines() if " s  " not in each]
+    assert re.search(said, line)
 
 
 def test_a_platform_file_is_read_back(tmp_path):

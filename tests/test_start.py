@@ -69,6 +69,7 @@ def test_a_list_imports_no_solver(kind):
         ["residual", "nothere"],
         ["fit", "nothere"],
         ["trace", "nothere"],
+        ["plan", "nothere"],
         [*SHEET, "--amplitude", "1"],
         [*SHEET, "--amplitude", "1", "--rig", "jack"],
         [*SHEET, "--rig", "jack-10t"],

@@ -50,11 +50,47 @@ def read_motion(table: Table, platform: Platform) -> PlatformMotion:
     return _file(table, platform) if "file" in table else _road(table, platform)
 
 
+def file_motion(path: Path, platform: Platform) -> PlatformMotion:
+    """The motion of a file with poses, or with accelerations above the lowest frequency that the legs have the stroke
+    for. Raises InputError."""
+    course = _course(Columns(path))
+    if not course.accelerations:
+        return _posed(course, platform)
+    try:
+        return _accelerated(course, platform, lowest_corner(platform, course.t, course.values))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
 def _file(table: Table, platform: Platform) -> PlatformMotion:
     """Of a file with t and the axes that move."""
     if others := [key for key in ROAD if key in table]:
         raise table.complaint(others[0], "not together with file; remove one")
-    columns = table.about("file", lambda: Columns(Path(table.text("file"))))
+    course = _course(table.about("file", lambda: Columns(Path(table.text("file")))))
+    if not course.accelerations:
+        if "highpass_hz" in table:
+            raise table.complaint("highpass_hz", "of accelerations, and the file has poses; remove it")
+        return _posed(course, platform)
+    if "highpass_hz" in table:
+        corner, nyquist = table.positive("highpass_hz"), 0.5 / platform.period
+        if not 0.05 <= corner < nyquist:
+            raise table.complaint("highpass_hz", f"must be between 0.05 and {nyquist:g} Hz")
+    else:
+        corner = table.about("file", lambda: lowest_corner(platform, course.t, course.values))
+    return _accelerated(course, platform, corner)
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """What a file called `name` has: rising times t [n] s, and values [n, 6] of all axes, poses or accelerations."""
+
+    name: str
+    t: np.ndarray
+    values: np.ndarray
+    accelerations: bool
+
+
+def _course(columns: Columns) -> _Course:
     if unknown := [name for name in columns.cells if name not in ("t", *AXES)]:
         raise InputError(f'{columns.path}: column "{unknown[0]}": no axis; {nearest(unknown[0], AXES)}')
     if not (axes := [axis for axis in AXES if axis in columns]):
@@ -71,22 +107,16 @@ def _file(table: Table, platform: Platform) -> PlatformMotion:
     for axis in axes:
         i = AXES.index(axis)
         values[:, i] = columns.values(axis, units[i])
-    if accelerations:
-        return _accelerated(table, platform, t, values)
-    if "highpass_hz" in table:
-        raise table.complaint("highpass_hz", "of accelerations, and the file has poses; remove it")
-    return PlatformMotion(columns.path.name, recorded_pose(platform, t, values))
+    return _Course(columns.path.name, t, values, bool(accelerations))
 
 
-def _accelerated(table: Table, platform: Platform, t: np.ndarray, values: np.ndarray) -> PlatformMotion:
-    if "highpass_hz" in table:
-        corner, nyquist = table.positive("highpass_hz"), 0.5 / platform.period
-        if not 0.05 <= corner < nyquist:
-            raise table.complaint("highpass_hz", f"must be between 0.05 and {nyquist:g} Hz")
-    else:
-        corner = table.about("file", lambda: lowest_corner(platform, t, values))
-    name = Path(table.text("file")).name
-    return PlatformMotion(f"{name}, accelerations above {corner:.3g} Hz", accelerated_pose(platform, t, values, corner))
+def _posed(course: _Course, platform: Platform) -> PlatformMotion:
+    return PlatformMotion(course.name, recorded_pose(platform, course.t, course.values))
+
+
+def _accelerated(course: _Course, platform: Platform, corner: float) -> PlatformMotion:
+    title = f"{course.name}, accelerations above {corner:.3g} Hz"
+    return PlatformMotion(title, accelerated_pose(platform, course.t, course.values, corner))
 
 
 def _is(unit: str, si: str) -> bool:

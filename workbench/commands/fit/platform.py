@@ -70,8 +70,13 @@ def found_platform(platform: Platform, payload: PayloadFit, rigs: Sequence[Rig],
     numbers = dict(platform.numbers)
     for name, value in zip(NUMBERS, payload.values.tolist(), strict=True):
         numbers[name] = replace(numbers[name], value=value, source=f"fitted to {source}")
+    return replace(with_found_legs(platform, rigs, source), numbers=numbers)
+
+
+def with_found_legs(platform: Platform, rigs: Sequence[Rig], source: str) -> Platform:
+    """The platform with rigs of legs as fitted, and the payload as its file has it."""
     legs = tuple(_found_leg(leg, rig) for leg, rig in zip(platform.legs, rigs, strict=True))
-    return replace(platform, numbers=numbers, legs=legs, source=f"{platform.name}, fitted to {source}")
+    return replace(platform, legs=legs, source=f"{platform.name}, fitted to {source}")
 
 
 def _found_leg(leg: Leg, rig: Rig) -> Leg:

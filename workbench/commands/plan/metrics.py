@@ -1,10 +1,11 @@
 """The numbers of a plan by the keys of metrics.json."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...identify.plan.family import PlannedRecord
+from ...identify.plan.family import SECONDS, PlannedRecord
+from ...identify.plan.motions import PlannedMotion
 from ...identify.trace.record_gain import Pair, UnseenNumber
 
 
@@ -20,15 +21,16 @@ def plan_metrics(
     alike: Sequence[Pair],
     unseen: Sequence[UnseenNumber],
     gains: Mapping[str, float],
-    records: Mapping[str, PlannedRecord],
+    wave: Callable[[str], Mapping[str, Any]],
     checks: Mapping[tuple[str, str], Check],
 ) -> dict[str, Any]:
-    """Pairs, numbers, and the records that are best for one, those of most information first."""
+    """Pairs, numbers, and the records that are best for one, those of most information first; `wave` says by a
+    record's name what it plays."""
     pairs = [_pair_json(pair, checks.get(pair.names)) for pair in alike]
     numbers = [_number_json(number, gains) for number in unseen]
     best = {row["best"] for row in (*pairs, *numbers) if row["best"]}
     chosen = sorted(best, key=lambda name: -gains[name])
-    listed = [_record_json(records[name], gains[name], pairs, numbers) for name in chosen]
+    listed = [_record_json(name, gains[name], pairs, numbers) | dict(wave(name)) for name in chosen]
     return {"pairs": pairs, "numbers": numbers, "records": listed}
 
 
@@ -53,18 +55,36 @@ def _number_json(number: UnseenNumber, gains: Mapping[str, float]) -> dict[str, 
 
 
 def _record_json(
-    record: PlannedRecord, information: float, alike: Sequence[Mapping[str, Any]], unseen: Sequence[Mapping[str, Any]]
+    name: str, information: float, alike: Sequence[Mapping[str, Any]], unseen: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
+    return {
+        "record": name,
+        "file": f"{name}.csv",
+        "information": information,
+        "splits": [row["effects"] for row in alike if row["best"] == name],
+        "tells": [row["number"] for row in unseen if row["best"] == name],
+    }
+
+
+def record_wave(record: PlannedRecord) -> dict[str, Any]:
+    """What a drive of one jack plays."""
     design = record.design
     return {
-        "record": record.name,
-        "file": f"{record.name}.csv",
-        "information": information,
-        "splits": [row["effects"] for row in alike if row["best"] == record.name],
-        "tells": [row["number"] for row in unseen if row["best"] == record.name],
         "kind": design.kind,
         "signal": design.signal,
         "peak": record.peak,
         "seconds": design.seconds * design.repeat,
+        "band": None if design.band is None else list(design.band),
+    }
+
+
+def motion_wave(motion: PlannedMotion) -> dict[str, Any]:
+    """What a platform plays; `peak` in mm at the joints along each of its axes."""
+    design = motion.design
+    return {
+        "kind": design.kind,
+        "axes": list(design.axes),
+        "peak": 1e3 * motion.size,
+        "seconds": SECONDS,
         "band": None if design.band is None else list(design.band),
     }

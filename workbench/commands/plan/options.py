@@ -3,7 +3,10 @@
 import argparse
 from functools import partial
 
+from ...base.errors import InputError
+from ...records.campaign import campaign_rig
 from ...records.fingerprint import fingerprint
+from ...rigs.platform import is_platform, load_platform
 from ..common.options import computes, finish
 from ..excite.config import SETS
 from ..residual.config import load, on_campaign
@@ -19,6 +22,9 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _plan(options: argparse.Namespace, words: list[str]) -> None:
+    if is_platform(name := options.rig or campaign_rig(options.campaign)):
+        _plan_platform(options, words, name)
+        return
     campaign, rig = load(options)
     if options.sheet is not None:
         from .sheets import run_sheet_plan
@@ -31,3 +37,23 @@ def _plan(options: argparse.Namespace, words: list[str]) -> None:
 
     identity = {"command": "plan", "campaign": fingerprint(campaign), "rig": rig.table()}
     finish(options, words, f"plan-{campaign.path.resolve().name}", identity, partial(run_plan, campaign, rig))
+
+
+def _plan_platform(options: argparse.Namespace, words: list[str], name: str) -> None:
+    """The same of a platform's campaign, leg by leg."""
+    if options.sheet is not None:
+        raise InputError(f"--for {options.sheet} is for one jack, and this is a campaign of a platform; leave it out")
+    from ...identify.wrench.leg_cut import cut_legs, has_load_cells, whole_campaigns
+    from .platform import run_platform_plan
+
+    platform = load_platform(name)
+    whole = whole_campaigns(options.campaign, options.heldout)
+    if not has_load_cells(whole):
+        raise InputError(
+            f"{options.campaign}: a leg without a load cell; a plan for a platform plays motions that are cut by them"
+        )
+    legs = cut_legs(platform, whole)
+    prints = [fingerprint(leg.campaign) for leg in legs]
+    identity = {"command": "plan", "campaigns": prints, "rig": platform.table()}
+    study = partial(run_platform_plan, platform, whole, legs)
+    finish(options, words, f"plan-{options.campaign.resolve().name}", identity, study)

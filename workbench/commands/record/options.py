@@ -19,7 +19,7 @@ def options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="FILE",
-        help="files of excitations; the last one is held out",
+        help="files of excitations, of a platform of poses; the last one is held out",
     )
     parser.add_argument("--seed", type=int, default=0, help="seed of the sensor noise (default: 0)")
     on_link(parser, required=False)
@@ -45,11 +45,11 @@ def _record(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _record_platform(options: argparse.Namespace, words: list[str]) -> None:
-    if options.play or options.at is not None:
-        raise InputError("--play and --at are for one jack; take them out: a platform plays motions of its own")
+    if options.at is not None:
+        raise InputError("--at is for one jack; take it out: a platform is recorded in simulation")
     from .platform import identity as identity_of
     from .platform import platform_plan, run_platform_record
 
-    planned = platform_plan(options.rig, options.seed)
+    planned = platform_plan(options.rig, options.seed, options.play)
     study = partial(run_platform_record, planned)
     finish(options, words, f"record-{planned.platform.name}", identity_of(planned), study)

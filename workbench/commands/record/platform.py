@@ -1,6 +1,8 @@
 """Recordings of a platform in simulation: multisines on six axes, and a campaign whose columns are legs."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +12,16 @@ from ...base.errors import InputError
 from ...base.signals import output_signal
 from ...base.toml_text import toml_text
 from ...base.units import from_si
-from ...control.controller_spec import ControllerSpec
-from ...control.platform_controller import LEGS
-from ...loop.drive_simulation import drive
+from ...control.platform_controller import LEGS, PlatformSpec
 from ...loop.platform import PlatformRun, PlatformSetup, platform_setup
-from ...loop.platform.excitation import Motion, drive_spec, largest_run, six_sines, still
+from ...loop.platform.excitation import Motion, checked_run, drive_spec, largest_run, six_sines, still
 from ...loop.sensors import logged
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.platform import AXES, Platform, bundled_platforms, load_platform
 from ...rigs.platform.platform_file import platform_path
-from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
+from ..common.platform_motion import PlatformMotion, file_motion
 
 STATIC = "static"
 MOTIONS = (
@@ -35,12 +35,14 @@ STILL = 2.0  # s: of the record at rest
 
 @dataclass(frozen=True)
 class PlatformPlan:
-    """What is to be recorded: the platform as it is simulated, and what the campaign says of it."""
+    """What is to be recorded: the platform as it is simulated, what the campaign says of it, and motions to play
+    instead of MOTIONS, by name."""
 
     platform: Platform
     file: Path
     bundled: bool
     seed: int
+    played: Mapping[str, PlatformMotion] = field(default_factory=dict)
 
     @property
     def declared(self) -> str:
@@ -48,36 +50,40 @@ class PlatformPlan:
         return self.platform.name if self.bundled else str(self.file.resolve())
 
 
-def platform_plan(name: str, seed: int) -> PlatformPlan:
-    """Read a platform. Raises InputError for one whose legs do not say where they are."""
+def platform_plan(name: str, seed: int, files: Sequence[Path] = ()) -> PlatformPlan:
+    """Read a platform, and files with motions. Raises InputError for legs that do not say where they are."""
     platform, bundled = load_platform(name), name in bundled_platforms()
     if seed < 0:
         raise InputError(f"seed {seed}: must be 0 or more")
     if any("position" not in leg.rig.sensors for leg in platform.legs):
         raise InputError(f"platform {name}: a leg without a position sensor, which its drive needs; add it to its rig")
-    return PlatformPlan(platform, platform_path(name) if bundled else Path(name), bundled, seed)
+    names = [path.stem for path in files]
+    if twice := [each for each in names if names.count(each) > 1 or each == STATIC]:
+        raise InputError(
+            f"--play {twice[0]}.csv: each record needs a name of its own, {STATIC} is taken; rename the file"
+        )
+    played = {path.stem: file_motion(path, platform) for path in files}
+    return PlatformPlan(platform, platform_path(name) if bundled else Path(name), bundled, seed, played)
 
 
 def identity(plan: PlatformPlan) -> dict[str, Any]:
     """What says that a recording is the same one."""
-    return {"command": "record", "rig": plan.platform.table(), "seed": plan.seed}
+    play = {name: sha256(motion.pose.tobytes()).hexdigest()[:16] for name, motion in plan.played.items()}
+    return {"command": "record", "rig": plan.platform.table(), "seed": plan.seed, "play": play}
 
 
 def run_platform_record(plan: PlatformPlan, stage: Stage, progress: Progress) -> Outcome:
     """Play and log every motion; the last one is held out, `static` measures the noise, the others are train."""
     progress("platform and its drive")
     setup = platform_setup(plan.platform)
-    own = {id(leg.rig): _loop(rig) for leg, rig in zip(setup.platform.legs, setup.guarded, strict=True)}
-    loops = [own[id(leg.rig)] for leg in setup.platform.legs]
-    spec = drive_spec(setup, loops)
-    runs = {STATIC: still(setup, spec, STILL, plan.seed)}
-    for motion in MOTIONS:
-        progress(f"{motion.name}: {motion.seconds:g} s")
-        runs[motion.name] = largest_run(setup, spec, six_sines(setup, motion), motion.name, plan.seed)
+    spec = drive_spec(setup)
+    runs = {STATIC: still(setup, spec, STILL, plan.seed)} | _runs(plan, setup, spec, progress)
     records = {name: _columns(setup, run, (plan.seed, number)) for number, (name, run) in enumerate(runs.items())}
-    rows = [_row(name, run) for name, run in runs.items()]
-    metrics = {"rows": rows, "seed": plan.seed, "loop_gains": [loop.design.gain for loop in loops]}
-    files = {"campaign.toml": _campaign(plan)} | {f"{name}.csv": table_text(each) for name, each in records.items()}
+    roles = {name: STATIC if name == STATIC else "train" for name in runs} | {list(runs)[-1]: "heldout"}
+    rows = [_row(name, roles[name], run) for name, run in runs.items()]
+    metrics = {"rows": rows, "seed": plan.seed, "loop_gains": [law.design.gain for law in spec.laws]}
+    files = {"campaign.toml": _campaign(plan, roles)}
+    files |= {f"{name}.csv": table_text(each) for name, each in records.items()}
 
     def draw() -> tuple[Page, Figure]:
         figures = [_figure(name, run) for name, run in runs.items()]
@@ -86,14 +92,26 @@ def run_platform_record(plan: PlatformPlan, stage: Stage, progress: Progress) ->
     return Outcome(metrics, draw, files=files)
 
 
-def _loop(rig: Rig) -> ControllerSpec:
-    """The position loop of a leg's drive, which is set to what its jack is declared to be, without effects."""
-    return drive(replace(rig, effects=())).loop
+def _runs(plan: PlatformPlan, setup: PlatformSetup, spec: PlatformSpec, progress: Progress) -> dict[str, PlatformRun]:
+    """The motions of files as they are, else MOTIONS as large as the platform takes them."""
+    runs = {}
+    for name, motion in plan.played.items():
+        progress(f"{name}: {len(motion.pose) * setup.platform.period:.3g} s")
+        try:
+            runs[name] = checked_run(setup, spec, motion.pose, plan.seed)
+        except InputError as error:
+            raise InputError(f"--play {name}: {error}") from None
+    for motion in () if plan.played else MOTIONS:
+        progress(f"{motion.name}: {motion.seconds:g} s")
+        taken = largest_run(setup, spec, six_sines(setup, motion), plan.seed)
+        if taken is None:
+            raise InputError(f"platform {setup.platform.name}: cannot play {motion.name} at any size; check its limits")
+        runs[motion.name] = taken[1]
+    return runs
 
 
-def _campaign(plan: PlatformPlan) -> str:
-    *train, heldout = (f"{motion.name}.csv" for motion in MOTIONS)
-    roles = {"static": [f"{STATIC}.csv"], "train": train, "heldout": [heldout]}
+def _campaign(plan: PlatformPlan, of: Mapping[str, str]) -> str:
+    roles = {role: [f"{name}.csv" for name, own in of.items() if own == role] for role in (STATIC, "train", "heldout")}
     text = toml_text({"rig": plan.declared, "records": roles})
     return f"# simulated by `jackbench record`, seed {plan.seed}\n{text}"
 
@@ -109,11 +127,10 @@ def _columns(setup: PlatformSetup, run: PlatformRun, seed: tuple[int, int]) -> d
     return columns
 
 
-def _row(name: str, run: PlatformRun) -> dict[str, Any]:
-    last = MOTIONS[-1].name
+def _row(name: str, role: str, run: PlatformRun) -> dict[str, Any]:
     return {
         "record": name,
-        "role": STATIC if name == STATIC else "heldout" if name == last else "train",
+        "role": role,
         "seconds": float(run.t[-1]),
         "peak_force_kn": float(np.abs(run.legs("force")).max() / 1e3),
         "peak_speed_m_s": float(np.abs(run.legs("velocity")).max()),
@@ -124,7 +141,9 @@ def _row(name: str, run: PlatformRun) -> dict[str, Any]:
 
 def _page(plan: PlatformPlan, rows: list[dict[str, Any]], figures: list[Figure]) -> Page:
     heads = ["record", "role", "duration [s]", "force [kN]", "speed [m/s]", "command [1]", "lowest [bar]"]
-    note = "Largest of all legs. Each axis has harmonics of its own, so that an answer tells which axis was moved."
+    note = "Largest of all legs."
+    if not plan.played:
+        note += " Each axis has harmonics of its own, so that an answer tells which axis was moved."
     table = Table("What was recorded", heads, [list(row.values()) for row in rows], note)
     verdict = (
         f"{len(rows)} simulated records of {plan.platform.name}, seed {plan.seed}; {rows[-1]['record']} is held out."

@@ -14,12 +14,12 @@ from ..common.error_page import AFTER, BEFORE
 from ..common.platform_scene import leg_labels, platform_lines
 from .answer import TraceAnswer
 from .payload import payload_numbers, payload_sentence, payload_table
-from .words import FREE_RUN, PLAN, RETUNE
+from .words import FREE_RUN, RETUNE
 from .wrench_items import pointed_at, wrench_items, wrench_sentence
 
 _FRAME = 0.02  # s
 _LARGER = 5.0  # times the motion is drawn
-_OF_ONE_JACK = (RETUNE, FREE_RUN, PLAN)  # advice that no platform can follow
+_OF_ONE_JACK = (RETUNE, FREE_RUN)  # advice that no platform can follow
 _HOW = (
     "Each leg is a jack that carries its rod under the force that its load cell measured: platform, payload and the "
     "other legs act in that force and in none of the errors. chi2 is that of the held-out records, and 1 is the noise "

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...loop.drive_simulation import DriveSimulation, drive, play
+from ...loop.drive_simulation import DriveSimulation, play
 from ...plant import build
 from ...plant.effects.declared import effect_use
 from ...records import Record
@@ -14,6 +14,7 @@ from ..fit.free_parameters import Candidate
 from ..fit.windows import Windows, cut_windows
 from ..trace.information import EffectInformation, cosines, effects_alone
 from ..trace.problem import EstimationProblem
+from ..trace.record_gain import Pair
 
 
 def simulated(drive: DriveSimulation, excitation: Excitation, names: tuple[str, ...]) -> Record | None:
@@ -42,16 +43,12 @@ def check(
     problem: EstimationProblem,
     effects: EffectInformation,
     now: np.ndarray,
-    rig: Rig,
-    pair: tuple[int, int],
-    wave: Excitation,
-) -> dict[str, float] | None:
-    """The record played with the first effect of a pair on: the cosine with what was recorded then, and which share of
-    what the rig alone misses each effect explains. None where the rig trips with the effect."""
-    first, second = pair
-    record = simulated(drive(with_effect(rig, effects.candidates[first])), wave, problem.train.names)
-    if record is None:
-        return None
+    pair: Pair,
+    record: Record,
+) -> dict[str, float]:
+    """Of a record that was played with the first effect of a pair on: the cosine with what was recorded then, and which
+    share of what the rig alone misses each effect explains."""
+    first, second = pair.places
     fit, count = effects.model_fit.fit, len(effects.candidates)
     k = len(fit.free)
     missed, sign = [*range(k + count), k + first], np.ones(k + count + 1)
@@ -61,6 +58,5 @@ def check(
     )
     part = [first, second, count]
     likeness = cosines(effects_alone(information, fit)[np.ix_(part, part)])
-    names = [effects.candidates[place].effect.name for place in pair]
-    shares = {name: float(likeness[place, 2] ** 2) for place, name in enumerate(names)}
+    shares = {name: float(likeness[place, 2] ** 2) for place, name in enumerate(pair.names)}
     return {"cosine": float(likeness[0, 1]), **shares}

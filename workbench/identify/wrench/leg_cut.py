@@ -22,7 +22,7 @@ from .rod import rod_burden, rod_masses
 
 _TAKEN = ("force", "acceleration")  # the first is an input; a rod as light as that shakes by the noise of the first
 _HELD = (0.5, 0.5)  # of the force in a row and in the next
-NEEDED = ("position", "pa", "pb")
+CELL, NEEDED = "force", ("position", "pa", "pb")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +40,12 @@ def whole_campaigns(folder: str | Path, heldout: Sequence[str] = ()) -> list[Cam
     return [judged_by(campaign, heldout) for campaign in campaigns] if heldout else campaigns
 
 
+def cut_records(platform: Platform, legs: Sequence[Record]) -> list[Record]:
+    """One record of a platform, its six legs with the forces of their load cells, as six records of jacks."""
+    force = np.column_stack([record.signals["force"] for record in legs]) + _burden(platform, legs)
+    return [_cut(record, force[:, leg]) for leg, record in enumerate(legs)]
+
+
 def has_load_cells(whole: Sequence[Campaign]) -> bool:
     """Whether every leg's force was measured in every record."""
     return all("force" in record.signals for campaign in whole for record in campaign.records)
@@ -50,6 +56,8 @@ def payload_problem(platform: Platform, whole: Sequence[Campaign]) -> WrenchProb
     jacks, so that the payload's numbers can be fitted and joints are not judged. Raises InputError as
     `leg_campaigns`."""
     _check(whole)
+    if not whole[0].train:
+        raise InputError(f"{whole[0].path}: no train record to fit the payload to; list some under [records]")
     if has_load_cells(whole):
         return wrench_problem(platform, whole)
     return wrench_problem(platform, with_pressure_forces(platform, whole), judging=False)
