@@ -86,6 +86,12 @@ def traced_platform(folder: Path, removed: tuple[str, ...] = (), several: bool =
     return json.loads(metrics_json(outcome.metrics))
 
 
+def traced_balance(folder: Path, removed: tuple[str, ...] = ()) -> dict[str, Any]:
+    """What is said of joints and payload alone, by the keys of trace.json; all of their effects are known."""
+    answer = wrench_answer(payload_problem(load_platform(campaign_rig(folder)), whole_campaigns(folder)))
+    return json.loads(metrics_json(answer.told))
+
+
 def _outcome(platform: Platform, wrench: WrenchAnswer, answers: Sequence[TraceAnswer]) -> Outcome:
     legs = [answer.outcome.metrics for answer in answers]
     whole, wrong = platform_answer(legs, wrench.told), suspected(legs)

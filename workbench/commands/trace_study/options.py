@@ -39,11 +39,13 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
             raise InputError(f"--{name} {value}: must be {least} or more")
     if options.rig not in _RIGS:
         raise InputError(f"--rig {options.rig}: campaigns are drawn on {' or '.join(_RIGS)}")
+    if options.several and options.kind == _JOINTS:
+        raise InputError("--several is for effects in legs; of joints and payload up to three are always looked for")
     if options.campaigns and options.kind:
         raise InputError("--kind is for campaigns that are drawn; leave out --kind or --campaigns")
     folder = options.campaigns and options.campaigns.resolve()  # workers have working folders of their own
     campaigns = given(folder) if folder else []
-    from ..trace.platform import traced_platform
+    from ..trace.platform import traced_balance, traced_platform
     from ..trace.study import traced
     from .joints import joint_draws
     from .plan import default_plan
@@ -56,7 +58,7 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
         if options.kind in draws
         else default_plan(options.number, options.seed, options.rig, options.kind)
     )
-    trace = traced_platform if options.kind in draws else traced
+    trace = {_PLATFORMS: traced_platform, _JOINTS: traced_balance}.get(options.kind, traced)
     keep = options.keep and options.keep.resolve()
     if keep:
         keep.mkdir(parents=True, exist_ok=True)
