@@ -58,7 +58,8 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
         if options.kind in draws
         else default_plan(options.number, options.seed, options.rig, options.kind)
     )
-    trace = {_PLATFORMS: traced_platform, _JOINTS: traced_balance}.get(options.kind, traced)
+    platform = traced_balance if options.kind == _JOINTS else traced_platform
+    trace = platform if options.kind in draws else traced
     keep = options.keep and options.keep.resolve()
     if keep:
         keep.mkdir(parents=True, exist_ok=True)

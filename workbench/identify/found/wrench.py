@@ -40,7 +40,7 @@ def wrench_answer(problem: WrenchProblem) -> WrenchAnswer:
 def _told(verdict: str, effects: list[str], before: float, after: float) -> dict[str, Any]:
     equation = None if verdict == "none" else "force"
     head = {"verdict": verdict, "effects": effects, "equation": equation, "chi2": {"before": before, "after": after}}
-    return {**head, "ranking": [], "tied": {}, "not_shown": []}
+    return {**head, "ranking": [], "rms": {}, "numbers": [], "learned": [], "tied": {}, "not_shown": []}
 
 
 def _others(trace: WrenchTrace) -> list[str]:
